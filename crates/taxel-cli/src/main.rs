@@ -1,0 +1,2 @@
+//! The command `taxel`.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Live sources, HTTP and WebSocket service, and the page.

@@ -1,0 +1,1 @@
+//! Recordings: bytes in, frames out.

@@ -1,0 +1,196 @@
+//! What is wrong with an input file, and exactly where.
+
+use std::fmt;
+use std::ops::Range;
+
+/// A mistake in something a person wrote: a sensor file, a table of loads, a
+/// recording.
+///
+/// It carries all that one clear message needs; [`fmt::Display`] renders it
+/// with the offending line and a caret under the word.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputError {
+    /// Name of the file as the user gave it.
+    pub file: String,
+    /// Where in the file; `None` when the mistake is the file as a whole.
+    pub place: Option<Place>,
+    /// Key path (`electronics.scan.rate`) or column name; may be empty.
+    pub key: String,
+    /// What is wrong, with the value found and the range allowed.
+    pub message: String,
+    /// What to do about it; may be empty.
+    pub help: String,
+}
+
+/// A stretch of one line of an input file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Line, counted from 1.
+    pub line: usize,
+    /// First column in characters, counted from 1.
+    pub column: usize,
+    /// Number of characters marked, at least 1.
+    pub width: usize,
+    /// The text of the line.
+    pub text: String,
+}
+
+/// Longest stretch of an offending line that is quoted.
+const QUOTED_CHARACTERS: usize = 110;
+
+impl InputError {
+    /// An error about the file as a whole.
+    pub fn whole(file: &str, message: impl Into<String>) -> Self {
+        Self {
+            file: file.to_owned(),
+            place: None,
+            key: String::new(),
+            message: message.into(),
+            help: String::new(),
+        }
+    }
+
+    /// An error at the byte `span` of `source`.
+    pub fn at(file: &str, source: &str, span: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            place: Some(Place::of_span(source, span)),
+            ..Self::whole(file, message)
+        }
+    }
+
+    /// An error on line `line` (from 1), whose text is `text`, marking the
+    /// characters from `column` (from 1) on.
+    pub fn on_line(
+        file: &str,
+        line: usize,
+        text: &str,
+        column: usize,
+        width: usize,
+        message: impl Into<String>,
+    ) -> Self {
+        let place = Place {
+            line,
+            column,
+            width: width.max(1),
+            text: text.to_owned(),
+        };
+        Self {
+            place: Some(place),
+            ..Self::whole(file, message)
+        }
+    }
+
+    /// The same error, naming the key or column it is about.
+    #[must_use]
+    pub fn key(self, key: impl Into<String>) -> Self {
+        Self {
+            key: key.into(),
+            ..self
+        }
+    }
+
+    /// The same error, saying what to do.
+    #[must_use]
+    pub fn help(self, help: impl Into<String>) -> Self {
+        Self {
+            help: help.into(),
+            ..self
+        }
+    }
+}
+
+impl Place {
+    /// The line that holds the start of the byte range `span` in `source`.
+    pub fn of_span(source: &str, span: Range<usize>) -> Self {
+        let start = floor_boundary(source, span.start);
+        let end = floor_boundary(source, span.end).max(start);
+        let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
+        let line_end = source[start..]
+            .find('\n')
+            .map_or(source.len(), |at| start + at);
+        let text = source[line_start..line_end].trim_end_matches('\r');
+        let marked_end = end.min(line_end);
+        Self {
+            line: source[..start].matches('\n').count() + 1,
+            column: source[line_start..start].chars().count() + 1,
+            width: source[start..marked_end].chars().count().max(1),
+            text: text.to_owned(),
+        }
+    }
+
+    /// The line shortened around the mark, and the column of the mark in it.
+    fn window(&self) -> (String, usize) {
+        // Recordings have lines of thousands of characters; tabs would move
+        // the caret.
+        let skipped = self.column.saturating_sub(QUOTED_CHARACTERS * 2 / 3);
+        let shown: String = self
+            .text
+            .chars()
+            .skip(skipped)
+            .take(QUOTED_CHARACTERS)
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect();
+        (shown, self.column - skipped)
+    }
+}
+
+fn floor_boundary(source: &str, at: usize) -> usize {
+    let mut at = at.min(source.len());
+    while !source.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(place) = &self.place {
+            write!(f, ":{}:{}", place.line, place.column)?;
+        }
+        if !self.key.is_empty() {
+            write!(f, ": {}", self.key)?;
+        }
+        if let Some(place) = &self.place {
+            let (text, column) = place.window();
+            let number = place.line.to_string();
+            let room = text.chars().count().saturating_sub(column - 1).max(1);
+            let carets = "^".repeat(place.width.min(room));
+            write!(f, "\n {number} | {text}\n {:1$} | ", "", number.len())?;
+            write!(f, "{:1$}{carets}", "", column - 1)?;
+        }
+        write!(f, "\n{}", self.message)?;
+        if !self.help.is_empty() {
+            write!(f, "\nhelp: {}", self.help)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for InputError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn caret_stands_under_the_word() {
+        let source = "[layer]\nc10 = \"75.5 um\"\n";
+        let error = InputError::at("a.toml", source, 14..23, "\"um\" is not a unit of stress")
+            .key("layer.c10")
+            .help("use one of: Pa, kPa, MPa");
+        let expected = "a.toml:2:7: layer.c10\n 2 | c10 = \"75.5 um\"\n   |       ^^^^^^^^^\n\
+                        \"um\" is not a unit of stress\nhelp: use one of: Pa, kPa, MPa";
+        assert_eq!(error.to_string(), expected);
+    }
+
+    #[test]
+    fn any_span_is_rendered_without_panic() {
+        let source = "é = \"µ\"\r\nlast";
+        for start in 0..20 {
+            for end in 0..20 {
+                let _ = InputError::at("f", source, start..end, "m").to_string();
+            }
+        }
+    }
+}
