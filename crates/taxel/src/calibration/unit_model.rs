@@ -1,0 +1,119 @@
+//! The model of one three-axis unit that estimation inverts.
+
+use crate::mechanics::{Deformation, Relaxation, RelaxationTerm, SIDE_X, SIDE_Y, Suspension};
+use crate::transduction::{Plates, Response};
+
+/// Force on the bump to four capacitances: [`Suspension`], then [`Plates`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnitModel {
+    /// Force to motion of the tiles.
+    pub suspension: Suspension,
+    /// Motion of the tiles to capacitance.
+    pub plates: Plates,
+}
+
+/// Capacitances with their slopes against the force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linearisation {
+    /// Capacitances 11, 12, 21, 22, F.
+    pub capacitance: [f64; 4],
+    /// ∂C/∂F, F/N: one row per capacitor, columns x, y, z.
+    pub jacobian: [[f64; 3]; 4],
+}
+
+/// Displacements read from four capacitances by the published inverse.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EffectiveMotion {
+    /// d_x, d_y, d_z, m (P2 Eqs. 7-9).
+    pub displacement: [f64; 3],
+    /// (D11 + D22 − D12 − D21)/4, m: zero for any rigid or parallel motion.
+    pub twist: f64,
+}
+
+impl UnitModel {
+    /// Deformation and response under `force`, N.
+    pub fn predict(&self, force: [f64; 3]) -> (Deformation, Response) {
+        let deformation = self.suspension.deform(force);
+        (deformation, self.plates.respond(&deformation))
+    }
+
+    /// Capacitances at rest, F.
+    pub fn rest(&self) -> [f64; 4] {
+        std::array::from_fn(|i| self.plates.rest_capacitance(i))
+    }
+
+    /// Capacitances and analytic Jacobian at `force`, N; `None` when a tile
+    /// touches there.
+    pub fn linearise(&self, force: [f64; 3]) -> Option<Linearisation> {
+        let deformation = self.suspension.deform(force);
+        let slopes = self.plates.respond_with_slopes(&deformation)?;
+        let by_force = self.suspension.displacement_by_force(force);
+        let share = self.suspension.tile_tilt / self.suspension.centre_distance;
+        let jacobian = std::array::from_fn(|i| {
+            let by_x = 0.5 * SIDE_X[i] * slopes[i].by_closing + share * slopes[i].by_slope[0];
+            let by_y = 0.5 * SIDE_Y[i] * slopes[i].by_closing + share * slopes[i].by_slope[1];
+            let by_z = slopes[i].by_closing;
+            std::array::from_fn(|axis| {
+                by_x * by_force[0][axis] + by_y * by_force[1][axis] + by_z * by_force[2][axis]
+            })
+        });
+        Some(Linearisation { capacitance: slopes.map(|slope| slope.capacitance), jacobian })
+    }
+
+    /// The published small-motion inverse (P2 Eqs. 4-9, signs corrected):
+    /// effective gap d_eff = ε₀ab/(C − C_par), D = d_eff(rest) − d_eff.
+    ///
+    /// `rest` and `capacitance` in F. Exact for parallel tiles; with tilted
+    /// tiles off by less than 2 % of full scale.
+    pub fn effective_motion(&self, rest: [f64; 4], capacitance: [f64; 4]) -> EffectiveMotion {
+        let scale = self.plates.permittivity_area();
+        let closing: [f64; 4] = std::array::from_fn(|i| {
+            let parallel = self.plates.parallel_capacitance[i];
+            let (rest, now) = (rest[i] - parallel, capacitance[i] - parallel);
+            // The difference of the reciprocals without their cancellation.
+            scale * (now - rest) / (rest * now)
+        });
+        let [c11, c12, c21, c22] = closing;
+        EffectiveMotion {
+            displacement: [
+                0.5 * (c12 + c22 - c11 - c21),
+                0.5 * (c11 + c12 - c21 - c22),
+                0.25 * (c11 + c12 + c21 + c22),
+            ],
+            twist: 0.25 * (c11 + c22 - c12 - c21),
+        }
+    }
+
+    /// Force by the published inverse, N; `None` for a singular compliance.
+    pub fn effective_force(&self, rest: [f64; 4], capacitance: [f64; 4]) -> Option<[f64; 3]> {
+        let motion = self.effective_motion(rest, capacitance);
+        self.suspension.force_from_displacement(motion.displacement)
+    }
+
+    /// The same unit with the air gaps that its measured rest capacitances
+    /// imply: g = ε₀ab/(C₀ − C_par), air = g − d_ins/ε_ins.
+    ///
+    /// `rest` in F, NaN for a capacitor without a reading, whose gap is kept.
+    /// `None` when a rest value leaves no air.
+    pub fn at_rest(&self, rest: [f64; 4]) -> Option<Self> {
+        let mut unit = *self;
+        for (i, rest) in rest.into_iter().enumerate().filter(|(_, rest)| !rest.is_nan()) {
+            let plates = &mut unit.plates;
+            let gap = plates.permittivity_area() / (rest - plates.parallel_capacitance[i]);
+            let air = gap - plates.insulation_gap;
+            if !(air > 0.0 && air.is_finite()) {
+                return None;
+            }
+            plates.air_gap[i] = air;
+        }
+        Some(unit)
+    }
+}
+
+/// The relaxation operator for the three force components of one unit.
+pub type ForceRelaxation = Relaxation<3>;
+
+/// A fresh operator for `terms`.
+pub fn force_relaxation(terms: &[RelaxationTerm]) -> ForceRelaxation {
+    Relaxation::new(terms)
+}

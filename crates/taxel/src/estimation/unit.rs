@@ -1,0 +1,295 @@
+//! Four capacitances to a three-axis force with covariance (P2 section 8).
+
+use crate::calibration::UnitModel;
+
+/// Options of the search; the defaults suit every unit of the papers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchOptions {
+    /// Most steps of the search; default 25.
+    pub most_steps: usize,
+    /// The search ends when a step would lower the misfit by less than this;
+    /// default 1e-14, which is a step of 1e-7 standard deviations.
+    pub least_gain: f64,
+}
+
+impl Default for SearchOptions {
+    fn default() -> Self {
+        Self { most_steps: 25, least_gain: 1e-14 }
+    }
+}
+
+/// How a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// At the least misfit.
+    Converged,
+    /// The best fit lies beyond first contact: the force is the last one
+    /// without contact.
+    Blocked,
+    /// After the allowed number of steps.
+    NotConverged,
+    /// Fewer than three usable capacitances: no force.
+    TooFew,
+}
+
+/// Force on one unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnitEstimate {
+    /// Force x, y, z, N; `NaN` when there is none.
+    pub force: [f64; 3],
+    /// Covariance (Jᵀ W J)⁻¹, N².
+    pub covariance: [[f64; 3]; 3],
+    /// Misfit Σ((C − C(F))/σ)²; `NaN` with three capacitors, which leave no
+    /// check.
+    pub chi2: f64,
+    /// sign(C11 − C11(F))·√chi2: one standard deviation wide when the model
+    /// holds. It detects one bad capacitor but cannot name it.
+    pub signed_residual: f64,
+    /// How the search ended.
+    pub outcome: Outcome,
+}
+
+impl UnitEstimate {
+    /// Standard deviations of the force, N.
+    pub fn deviation(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.covariance[axis][axis].sqrt())
+    }
+
+    fn without_force() -> Self {
+        Self {
+            force: [f64::NAN; 3],
+            covariance: [[f64::NAN; 3]; 3],
+            chi2: f64::NAN,
+            signed_residual: f64::NAN,
+            outcome: Outcome::TooFew,
+        }
+    }
+}
+
+/// Least-squares force for four capacitances by Gauss-Newton from the
+/// published inverse, kept on the side of no contact by step halving.
+///
+/// `capacitance` and `sigma` (standard deviations) in F, order 11, 12, 21, 22;
+/// a capacitor counts only where `usable` is set. Three usable capacitors
+/// determine the force without a check; fewer give none.
+///
+/// ```
+/// use taxel::calibration::UnitModel;
+/// use taxel::estimation::{Outcome, SearchOptions, estimate_unit};
+/// # let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
+/// # let unit: UnitModel = sensor.unit_model();
+/// let readings = unit.predict([3e-3, 0.0, 8e-3]).1.capacitance();
+/// let found = estimate_unit(&unit, readings, [1e-16; 4], [true; 4], &SearchOptions::default());
+/// assert_eq!(found.outcome, Outcome::Converged);
+/// assert!((found.force[2] - 8e-3).abs() < 1e-9);
+/// ```
+pub fn estimate_unit(
+    unit: &UnitModel,
+    capacitance: [f64; 4],
+    sigma: [f64; 4],
+    usable: [bool; 4],
+    options: &SearchOptions,
+) -> UnitEstimate {
+    let count = usable.iter().filter(|usable| **usable).count();
+    if count < 3 {
+        return UnitEstimate::without_force();
+    }
+    let weight: [f64; 4] =
+        std::array::from_fn(|i| if usable[i] { 1.0 / sigma[i] } else { 0.0 });
+    let mut search = match Search::start(unit, capacitance, weight, usable) {
+        Some(search) => search,
+        None => return UnitEstimate::without_force(),
+    };
+    let outcome = search.run(options);
+    search.finish(outcome, count)
+}
+
+/// State of a search: a feasible force with its residuals and slopes.
+struct Search<'a> {
+    unit: &'a UnitModel,
+    capacitance: [f64; 4],
+    weight: [f64; 4],
+    force: [f64; 3],
+    /// (C − C(F))/σ.
+    residual: [f64; 4],
+    /// ∂(C(F)/σ)/∂F.
+    slopes: [[f64; 3]; 4],
+    chi2: f64,
+}
+
+impl<'a> Search<'a> {
+    fn start(
+        unit: &'a UnitModel,
+        capacitance: [f64; 4],
+        weight: [f64; 4],
+        usable: [bool; 4],
+    ) -> Option<Self> {
+        let rest = unit.rest();
+        let filled = fill_missing(unit, rest, capacitance, usable);
+        let guess = unit.effective_force(rest, filled).unwrap_or([0.0; 3]);
+        let mut search = Self {
+            unit,
+            capacitance,
+            weight,
+            force: [0.0; 3],
+            residual: [0.0; 4],
+            slopes: [[0.0; 3]; 4],
+            chi2: f64::INFINITY,
+        };
+        // Zero force is always free of contact, so some scale of the guess is.
+        let mut scale = if guess.iter().all(|value| value.is_finite()) { 1.0 } else { 0.0 };
+        while !search.move_to(guess.map(|value| scale * value)) {
+            if scale == 0.0 {
+                return None;
+            }
+            scale = if scale > 1e-3 { 0.7 * scale } else { 0.0 };
+        }
+        Some(search)
+    }
+
+    /// Takes `force` when no tile touches there.
+    fn move_to(&mut self, force: [f64; 3]) -> bool {
+        let Some(at) = self.unit.linearise(force) else { return false };
+        for i in 0..4 {
+            // A capacitor without weight may read NaN.
+            let misfit = self.capacitance[i] - at.capacitance[i];
+            self.residual[i] = if self.weight[i] > 0.0 { misfit * self.weight[i] } else { 0.0 };
+            self.slopes[i] = at.jacobian[i].map(|slope| slope * self.weight[i]);
+        }
+        self.force = force;
+        self.chi2 = self.residual.iter().map(|r| r * r).sum();
+        true
+    }
+
+    fn run(&mut self, options: &SearchOptions) -> Outcome {
+        for _ in 0..options.most_steps {
+            let Some(step) = self.gauss_newton_step() else { return Outcome::NotConverged };
+            let predicted = self.predicted_gain(step);
+            if predicted < options.least_gain {
+                self.take_last_step(step);
+                return Outcome::Converged;
+            }
+            match self.advance(step) {
+                Advance::Moved => {}
+                Advance::Wall => return Outcome::Blocked,
+                // Rounding noise of an exact fit: no lower misfit to be had.
+                Advance::Stuck if predicted < 1e-9 * (1.0 + self.chi2) => {
+                    return Outcome::Converged;
+                }
+                Advance::Stuck => return Outcome::NotConverged,
+            }
+        }
+        Outcome::NotConverged
+    }
+
+    fn gauss_newton_step(&self) -> Option<[f64; 3]> {
+        let gradient = transpose_times(&self.slopes, &self.residual);
+        Some(times(&inverse(&normal_matrix(&self.slopes))?, gradient))
+    }
+
+    /// δᵀ Jᵀ W J δ: what a full step takes off the misfit if the model is linear.
+    fn predicted_gain(&self, step: [f64; 3]) -> f64 {
+        self.slopes.iter().map(|row| dot(row, &step).powi(2)).sum()
+    }
+
+    /// The last step is too small to change the slopes: residuals move linearly.
+    fn take_last_step(&mut self, step: [f64; 3]) {
+        for (residual, row) in self.residual.iter_mut().zip(&self.slopes) {
+            *residual -= dot(row, &step);
+        }
+        self.force = std::array::from_fn(|axis| self.force[axis] + step[axis]);
+        self.chi2 = self.residual.iter().map(|r| r * r).sum();
+    }
+
+    /// Halves `step` until no tile touches and the misfit falls.
+    fn advance(&mut self, step: [f64; 3]) -> Advance {
+        let (from, before) = (self.force, self.chi2);
+        let mut scale = 1.0;
+        let mut wall = false;
+        for _ in 0..30 {
+            if !self.move_to(std::array::from_fn(|axis| from[axis] + scale * step[axis])) {
+                wall = true;
+            } else if self.chi2 < before {
+                return Advance::Moved;
+            }
+            scale *= 0.5;
+        }
+        self.move_to(from);
+        if wall { Advance::Wall } else { Advance::Stuck }
+    }
+
+    fn finish(&self, outcome: Outcome, count: usize) -> UnitEstimate {
+        let covariance = inverse(&normal_matrix(&self.slopes)).unwrap_or([[f64::NAN; 3]; 3]);
+        let (chi2, signed_residual) = if count == 4 {
+            let sign = if self.residual[0] < 0.0 { -1.0 } else { 1.0 };
+            (self.chi2, sign * self.chi2.sqrt())
+        } else {
+            (f64::NAN, f64::NAN)
+        };
+        UnitEstimate { force: self.force, covariance, chi2, signed_residual, outcome }
+    }
+}
+
+enum Advance {
+    Moved,
+    Wall,
+    Stuck,
+}
+
+/// A missing capacitor gets the value for which the twist is zero.
+fn fill_missing(
+    unit: &UnitModel,
+    rest: [f64; 4],
+    capacitance: [f64; 4],
+    usable: [bool; 4],
+) -> [f64; 4] {
+    let Some(missing) = usable.iter().position(|usable| !usable) else { return capacitance };
+    let plates = &unit.plates;
+    let closing = |i: usize| {
+        let parallel = plates.parallel_capacitance[i];
+        plates.rest_gap(i) - plates.permittivity_area() / (capacitance[i] - parallel)
+    };
+    // D11 + D22 = D12 + D21: the one opposite stands on the same side.
+    let opposite = 3 - missing;
+    let others: f64 = (0..4).filter(|i| *i != missing && *i != opposite).map(closing).sum();
+    let closed = others - closing(opposite);
+    let mut filled = capacitance;
+    let gap = plates.rest_gap(missing) - closed;
+    filled[missing] = if gap > 0.0 {
+        plates.parallel_capacitance[missing] + plates.permittivity_area() / gap
+    } else {
+        rest[missing]
+    };
+    filled
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+    [dot(&m[0], &v), dot(&m[1], &v), dot(&m[2], &v)]
+}
+
+fn transpose_times(rows: &[[f64; 3]; 4], v: &[f64; 4]) -> [f64; 3] {
+    std::array::from_fn(|axis| (0..4).map(|i| rows[i][axis] * v[i]).sum())
+}
+
+fn normal_matrix(rows: &[[f64; 3]; 4]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|a| std::array::from_fn(|b| (0..4).map(|i| rows[i][a] * rows[i][b]).sum()))
+}
+
+/// Inverse of a symmetric positive definite 3 x 3 matrix by cofactors. Its
+/// condition number stays below a few hundred for any unit of this kind, so
+/// nothing is lost against a factorisation.
+fn inverse(m: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
+    let cofactor = |i: usize, j: usize| {
+        let (r0, r1) = ((i + 1) % 3, (i + 2) % 3);
+        let (c0, c1) = ((j + 1) % 3, (j + 2) % 3);
+        m[r0][c0] * m[r1][c1] - m[r0][c1] * m[r1][c0]
+    };
+    let determinant: f64 = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum();
+    let scale = 1.0 / determinant;
+    let invertible = determinant > 0.0 && scale.is_finite();
+    invertible.then(|| std::array::from_fn(|i| std::array::from_fn(|j| cofactor(j, i) * scale)))
+}

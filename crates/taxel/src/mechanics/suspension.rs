@@ -1,0 +1,216 @@
+//! The bump on its four tiles: a rigid pyramid on a spring (P2, figures 6, 7).
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::quantity::{
+    self, Checked, Fraction, OneOrList, PositiveLength, PositiveStiffness, Ratio,
+};
+
+/// Side of each capacitor 11, 12, 21, 22 along x: `1j` is at -x, `i2` at +x.
+pub const SIDE_X: [f64; 4] = [-1.0, 1.0, -1.0, 1.0];
+/// Side of each capacitor along y: row `1j` is at +y.
+pub const SIDE_Y: [f64; 4] = [1.0, 1.0, -1.0, -1.0];
+
+/// The suspension as a sensor file gives it.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SuspensionDescription {
+    /// Distance between the centres of neighbouring capacitors of a unit, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub centre_distance: f64,
+    /// Spring constants for x, y and z, N/m: force over the displacements of
+    /// the published inverse (P2 Eqs. 7-9).
+    #[serde(deserialize_with = "quantity::list::<3, PositiveStiffness, _>")]
+    #[schemars(with = "[Checked<PositiveStiffness>; 3]")]
+    pub stiffness: [f64; 3],
+    /// Share of the bump's tilt that each tile follows: 1, the four tiles are
+    /// one rigid plane; 0, each tile sinks parallel.
+    #[serde(deserialize_with = "quantity::one::<Fraction, _>")]
+    #[schemars(with = "Checked<Fraction>")]
+    pub tile_tilt: f64,
+    /// Normal force that a unit of side force along x, y adds because the
+    /// probe sinks into the soft bump (even in the side force).
+    #[serde(deserialize_with = "quantity::one_or_list::<2, Ratio, _>")]
+    #[schemars(with = "OneOrList<2, Ratio>")]
+    pub bump_sinking: [f64; 2],
+}
+
+/// The mechanics of one unit: force on the bump to motion of its four tiles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Suspension {
+    /// Displacement per force, m/N; diagonal unless cross-talk is calibrated.
+    pub compliance: [[f64; 3]; 3],
+    /// Distance between the centres of neighbouring capacitors, m.
+    pub centre_distance: f64,
+    /// Share of the bump's tilt that each tile follows, 0 to 1.
+    pub tile_tilt: f64,
+    /// Added normal force per side force along x, y.
+    pub bump_sinking: [f64; 2],
+}
+
+/// Motion of the four tiles of a unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deformation {
+    /// d_x, d_y, d_z of P2 Eqs. 7-9, m: differences of closing between the two
+    /// sides for x and y, mean closing for z.
+    pub displacement: [f64; 3],
+    /// Closing at the centre of the capacitors 11, 12, 21, 22, m; positive
+    /// makes the gap smaller.
+    pub closing: [f64; 4],
+    /// Slopes of the tiles along x and y.
+    pub slope: [f64; 2],
+}
+
+impl SuspensionDescription {
+    /// The model this description states.
+    pub fn model(&self) -> Suspension {
+        let [x, y, z] = self.stiffness;
+        Suspension {
+            compliance: [
+                [1.0 / x, 0.0, 0.0],
+                [0.0, 1.0 / y, 0.0],
+                [0.0, 0.0, 1.0 / z],
+            ],
+            centre_distance: self.centre_distance,
+            tile_tilt: self.tile_tilt,
+            bump_sinking: self.bump_sinking,
+        }
+    }
+}
+
+impl Suspension {
+    /// Motion of the tiles under `force` = (F_x, F_y, F_z) on the bump, N.
+    ///
+    /// F_z,apparent = F_z + c_x|F_x| + c_y|F_y|;  d = S·F;
+    /// w_i = d_z + sx_i d_x/2 + sy_i d_y/2;  slope = η d/L (P2 section 4).
+    ///
+    /// Pressing is positive F_z; positive F_x closes 12 and 22, positive F_y
+    /// closes 11 and 12.
+    pub fn deform(&self, force: [f64; 3]) -> Deformation {
+        let [x, y, z] = force;
+        let apparent = [
+            x,
+            y,
+            z + self.bump_sinking[0] * x.abs() + self.bump_sinking[1] * y.abs(),
+        ];
+        self.deformation_of(self.compliance.map(|row| dot(row, apparent)))
+    }
+
+    /// Motion of the tiles for given displacements d_x, d_y, d_z, m.
+    pub fn deformation_of(&self, displacement: [f64; 3]) -> Deformation {
+        let [x, y, z] = displacement;
+        let closing = std::array::from_fn(|i| z + 0.5 * (SIDE_X[i] * x + SIDE_Y[i] * y));
+        let share = self.tile_tilt / self.centre_distance;
+        Deformation {
+            displacement,
+            closing,
+            slope: [share * x, share * y],
+        }
+    }
+
+    /// ∂d/∂F at `force`, m/N, rows d_x, d_y, d_z; the bump's sinking included.
+    pub fn displacement_by_force(&self, force: [f64; 3]) -> [[f64; 3]; 3] {
+        let sink_x = self.bump_sinking[0] * sign(force[0]);
+        let sink_y = self.bump_sinking[1] * sign(force[1]);
+        self.compliance
+            .map(|[x, y, z]| [x + z * sink_x, y + z * sink_y, z])
+    }
+
+    /// Force that makes the displacements `displacement`, N: the inverse of
+    /// [`Suspension::deform`] without its capacitors.
+    ///
+    /// `None` when the compliance is singular.
+    pub fn force_from_displacement(&self, displacement: [f64; 3]) -> Option<[f64; 3]> {
+        let [x, y, apparent] = solve3(self.compliance, displacement)?;
+        let z = apparent - self.bump_sinking[0] * x.abs() - self.bump_sinking[1] * y.abs();
+        Some([x, y, z])
+    }
+}
+
+/// Slope of |x|, 0 at 0.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Solves the 3 x 3 system by Cramer's rule; exact for a diagonal matrix up to
+/// rounding.
+fn solve3(m: [[f64; 3]; 3], rhs: [f64; 3]) -> Option<[f64; 3]> {
+    let cross = |a: [f64; 3], b: [f64; 3]| {
+        [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ]
+    };
+    let (c0, c1, c2) = (cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
+    let determinant = dot(m[0], c0);
+    let solution =
+        std::array::from_fn(|i| (c0[i] * rhs[0] + c1[i] * rhs[1] + c2[i] * rhs[2]) / determinant);
+    solution
+        .iter()
+        .all(|value| value.is_finite())
+        .then_some(solution)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn suspension() -> Suspension {
+        SuspensionDescription {
+            centre_distance: 700e-6,
+            stiffness: [9620.0, 10400.0, 10400.0],
+            tile_tilt: 1.0,
+            bump_sinking: [0.1, 0.2],
+        }
+        .model()
+    }
+
+    #[test]
+    fn positive_side_forces_close_their_own_side() {
+        let x = suspension().deform([1e-3, 0.0, 0.0]);
+        assert!(x.closing[1] > x.closing[0] && x.closing[3] > x.closing[2]);
+        let y = suspension().deform([0.0, 1e-3, 0.0]);
+        assert!(y.closing[0] > y.closing[2] && y.closing[1] > y.closing[3]);
+    }
+
+    #[test]
+    fn force_from_displacement_inverts_deform() {
+        let mut model = suspension();
+        model.compliance[0][1] = 3e-6;
+        model.compliance[2][0] = -2e-6;
+        let force = [3e-3, -7e-3, 11e-3];
+        let back = model
+            .force_from_displacement(model.deform(force).displacement)
+            .unwrap();
+        for (a, b) in back.iter().zip(force) {
+            assert!((a - b).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn displacement_by_force_is_the_derivative() {
+        let model = suspension();
+        let force = [3e-3, -7e-3, 11e-3];
+        let jacobian = model.displacement_by_force(force);
+        for axis in 0..3 {
+            let (mut up, mut down) = (force, force);
+            up[axis] += 1e-6;
+            down[axis] -= 1e-6;
+            let (up, down) = (
+                model.deform(up).displacement,
+                model.deform(down).displacement,
+            );
+            for row in 0..3 {
+                // deform is piecewise linear, so the difference is exact up to rounding.
+                assert!(((up[row] - down[row]) / 2e-6 - jacobian[row][axis]).abs() < 1e-13);
+            }
+        }
+    }
+}

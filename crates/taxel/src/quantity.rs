@@ -1,0 +1,474 @@
+//! Numbers with units at the human boundary.
+//!
+//! In files a quantity is a string (`"400 um"`, `"9.62 kN/m"`); inside it is an
+//! `f64` in SI. A number without a unit, a unit of another dimension and a
+//! value outside its range are refused while parsing, so that the mistake is
+//! reported under the very word.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::marker::PhantomData;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{self, Deserialize, Deserializer, SeqAccess, Visitor};
+
+/// Marks the start of the advice inside an error text; serde carries only text.
+pub(crate) const HELP: &str = "\u{1}help:";
+
+/// A physical dimension and the units that files may use for it.
+#[derive(Debug)]
+pub struct Dimension {
+    /// Name with its article, for messages: `a length`.
+    pub name: &'static str,
+    /// Symbol and SI value of each unit; the SI unit itself is among them.
+    pub units: &'static [(&'static str, f64)],
+    /// Symbol of the SI unit.
+    pub si: &'static str,
+}
+
+macro_rules! dimensions {
+    ($($(#[$doc:meta])* $name:ident = $text:literal, $si:literal: [$($unit:literal = $scale:literal),+];)+) => {
+        $($(#[$doc])*
+        pub static $name: Dimension =
+            Dimension { name: $text, units: &[$(($unit, $scale)),+], si: $si };)+
+        static ALL: &[&Dimension] = &[$(&$name),+];
+    };
+}
+
+dimensions! {
+    /// Length, m.
+    LENGTH = "a length", "m": ["nm" = 1e-9, "um" = 1e-6, "mm" = 1e-3, "cm" = 1e-2, "m" = 1.0];
+    /// Time, s.
+    TIME = "a time", "s": ["ns" = 1e-9, "us" = 1e-6, "ms" = 1e-3, "s" = 1.0, "min" = 60.0];
+    /// Frequency, Hz.
+    FREQUENCY = "a frequency", "Hz": ["Hz" = 1.0, "kHz" = 1e3, "MHz" = 1e6];
+    /// Force, N.
+    FORCE = "a force", "N": ["uN" = 1e-6, "mN" = 1e-3, "N" = 1.0, "kN" = 1e3];
+    /// Stiffness of a spring, N/m.
+    STIFFNESS = "a stiffness", "N/m": ["N/m" = 1.0, "kN/m" = 1e3, "N/mm" = 1e3, "MN/m" = 1e6];
+    /// Stress or pressure, Pa.
+    STRESS = "a stress", "Pa": ["Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6];
+    /// Capacitance, F.
+    CAPACITANCE = "a capacitance", "F": ["aF" = 1e-18, "fF" = 1e-15, "pF" = 1e-12, "nF" = 1e-9, "F" = 1.0];
+    /// Voltage, V.
+    VOLTAGE = "a voltage", "V": ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
+}
+
+impl Dimension {
+    /// SI value of one `symbol`, if it is a unit of this dimension.
+    pub fn unit(&self, symbol: &str) -> Option<f64> {
+        let symbol = plain_micro(symbol);
+        self.units
+            .iter()
+            .find(|(name, _)| *name == symbol)
+            .map(|(_, scale)| *scale)
+    }
+
+    /// The symbols, for messages: `nm, um, mm, cm, m`.
+    pub fn symbols(&self) -> String {
+        self.units
+            .iter()
+            .map(|(symbol, _)| *symbol)
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+
+    /// Reads `"400 um"` as an SI value.
+    ///
+    /// # Errors
+    /// A message for people when there is no finite number, no unit, or a unit
+    /// of another dimension.
+    pub fn parse(&self, text: &str) -> Result<f64, String> {
+        let trimmed = text.trim();
+        let split = number_length(trimmed);
+        let (number, symbol) = (&trimmed[..split], trimmed[split..].trim());
+        let value: f64 = number
+            .parse()
+            .ok()
+            .filter(|value: &f64| value.is_finite())
+            .ok_or_else(|| {
+                format!(
+                    "\"{text}\" does not start with a number{HELP}write {} such as \"1.5 {}\"",
+                    self.name, self.si
+                )
+            })?;
+        if symbol.is_empty() {
+            return Err(format!(
+                "\"{text}\" has no unit{HELP}add one of: {}",
+                self.symbols()
+            ));
+        }
+        match self.unit(symbol) {
+            // Dividing by the reciprocal is exact for the common case of a
+            // decimal below one ("6 um" is 6e-6, not 5.999...e-6).
+            Some(scale) if scale < 1.0 => Ok(value / (1.0 / scale).round()),
+            Some(scale) => Ok(value * scale),
+            None => Err(self.wrong_unit(symbol)),
+        }
+    }
+
+    fn wrong_unit(&self, symbol: &str) -> String {
+        let belongs = ALL
+            .iter()
+            .find(|dimension| dimension.unit(symbol).is_some());
+        let what = belongs.map_or(String::from("no known unit"), |dimension| {
+            format!(
+                "a unit of {}",
+                dimension
+                    .name
+                    .trim_start_matches("a ")
+                    .trim_start_matches("an ")
+            )
+        });
+        format!(
+            "\"{symbol}\" is {what}; {} is needed here{HELP}use one of: {}",
+            self.name,
+            self.symbols()
+        )
+    }
+}
+
+/// The Greek and the micro sign both mean `u`.
+fn plain_micro(symbol: &str) -> Cow<'_, str> {
+    if symbol.contains(['µ', 'μ']) {
+        Cow::Owned(symbol.replace(['µ', 'μ'], "u"))
+    } else {
+        Cow::Borrowed(symbol)
+    }
+}
+
+/// Length in bytes of the number at the start of `text`.
+fn number_length(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while at < bytes.len() {
+        let exponent = matches!(bytes[at], b'e' | b'E')
+            && at > 0
+            && bytes
+                .get(at + 1)
+                .is_some_and(|next| next.is_ascii_digit() || matches!(next, b'+' | b'-'));
+        if !(bytes[at].is_ascii_digit() || matches!(bytes[at], b'+' | b'-' | b'.') || exponent) {
+            break;
+        }
+        at += 1;
+    }
+    at
+}
+
+/// What one value of a file must be: its dimension and its range.
+pub trait Rule {
+    /// `None` for a plain number.
+    const DIMENSION: Option<&'static Dimension>;
+    /// Smallest value, SI.
+    const LOWEST: f64;
+    /// Whether the smallest value itself is refused.
+    const OPEN: bool;
+    /// Largest value, SI.
+    const HIGHEST: f64;
+}
+
+macro_rules! rules {
+    ($($(#[$doc:meta])* $name:ident: $dimension:expr, $lowest:expr, $open:literal, $highest:expr;)+) => {
+        $($(#[$doc])*
+        #[derive(Debug, Clone, Copy)]
+        pub struct $name;
+        impl Rule for $name {
+            const DIMENSION: Option<&'static Dimension> = $dimension;
+            const LOWEST: f64 = $lowest;
+            const OPEN: bool = $open;
+            const HIGHEST: f64 = $highest;
+        })+
+    };
+}
+
+const NO_LIMIT: f64 = f64::INFINITY;
+
+rules! {
+    /// Any length.
+    AnyLength: Some(&LENGTH), -NO_LIMIT, false, NO_LIMIT;
+    /// A length above zero, at most 10 m.
+    PositiveLength: Some(&LENGTH), 0.0, true, 10.0;
+    /// A length of zero or more, at most 10 m.
+    NonNegativeLength: Some(&LENGTH), 0.0, false, 10.0;
+    /// A time above zero.
+    PositiveTime: Some(&TIME), 0.0, true, 1e9;
+    /// A time of zero or more.
+    NonNegativeTime: Some(&TIME), 0.0, false, 1e9;
+    /// A frequency from 1 mHz to 1 MHz: rates of frames.
+    FrameRate: Some(&FREQUENCY), 1e-3, false, 1e6;
+    /// Any force.
+    AnyForce: Some(&FORCE), -NO_LIMIT, false, NO_LIMIT;
+    /// A force above zero.
+    PositiveForce: Some(&FORCE), 0.0, true, NO_LIMIT;
+    /// A force of zero or more.
+    NonNegativeForce: Some(&FORCE), 0.0, false, NO_LIMIT;
+    /// A stiffness above zero.
+    PositiveStiffness: Some(&STIFFNESS), 0.0, true, NO_LIMIT;
+    /// A capacitance above zero.
+    PositiveCapacitance: Some(&CAPACITANCE), 0.0, true, NO_LIMIT;
+    /// A capacitance of zero or more.
+    NonNegativeCapacitance: Some(&CAPACITANCE), 0.0, false, NO_LIMIT;
+    /// Any voltage.
+    AnyVoltage: Some(&VOLTAGE), -NO_LIMIT, false, NO_LIMIT;
+    /// A voltage above zero.
+    PositiveVoltage: Some(&VOLTAGE), 0.0, true, NO_LIMIT;
+    /// A voltage of zero or more.
+    NonNegativeVoltage: Some(&VOLTAGE), 0.0, false, NO_LIMIT;
+    /// A number from 0 to 1.
+    Fraction: None, 0.0, false, 1.0;
+    /// A number of zero or more, at most 100: ratios such as a relaxing share.
+    Ratio: None, 0.0, false, 100.0;
+    /// A number from -0.9 to 0.9: relative errors.
+    RelativeError: None, -0.9, false, 0.9;
+    /// A relative permittivity, from 1 to 1e5.
+    RelativePermittivity: None, 1.0, false, 1e5;
+}
+
+/// Checks `value` (SI) against the range of `R`; `shown` is what the file says.
+fn in_range<R: Rule>(value: f64, shown: &str) -> Result<f64, String> {
+    let low = if R::OPEN {
+        value > R::LOWEST
+    } else {
+        value >= R::LOWEST
+    };
+    if low && value <= R::HIGHEST {
+        Ok(value)
+    } else {
+        Err(format!(
+            "{shown} is out of range: must be {}",
+            range_text::<R>()
+        ))
+    }
+}
+
+fn range_text<R: Rule>() -> String {
+    let unit = R::DIMENSION.map_or(String::new(), |dimension| format!(" {}", dimension.si));
+    let low = if R::OPEN { "greater than" } else { "at least" };
+    match (R::LOWEST.is_finite(), R::HIGHEST.is_finite()) {
+        (true, true) => format!("{low} {}{unit} and at most {}{unit}", R::LOWEST, R::HIGHEST),
+        (true, false) => format!("{low} {}{unit}", R::LOWEST),
+        _ => String::from("finite"),
+    }
+}
+
+/// One value of a file under the rule `R`, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checked<R>(pub f64, PhantomData<R>);
+
+struct CheckedVisitor<R>(PhantomData<R>);
+
+impl<R: Rule> CheckedVisitor<R> {
+    fn number<E: de::Error>(self, value: f64) -> Result<Checked<R>, E> {
+        if let Some(dimension) = R::DIMENSION {
+            let text = format!(
+                "{value} has no unit{HELP}write it in quotes with its unit, such as \"{value} {}\"; units: {}",
+                dimension.si,
+                dimension.symbols()
+            );
+            return Err(E::custom(text));
+        }
+        in_range::<R>(value, &value.to_string())
+            .map(|value| Checked(value, PhantomData))
+            .map_err(E::custom)
+    }
+}
+
+impl<R: Rule> Visitor<'_> for CheckedVisitor<R> {
+    type Value = Checked<R>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match R::DIMENSION {
+            Some(dimension) => write!(
+                f,
+                "{} in quotes, such as \"1.5 {}\"",
+                dimension.name, dimension.si
+            ),
+            None => write!(f, "a number, {}", range_text::<R>()),
+        }
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Checked<R>, E> {
+        let Some(dimension) = R::DIMENSION else {
+            return Err(E::custom(format!(
+                "\"{text}\" is text; a plain number is needed here"
+            )));
+        };
+        let value = dimension.parse(text).map_err(E::custom)?;
+        in_range::<R>(value, &format!("\"{text}\""))
+            .map(|value| Checked(value, PhantomData))
+            .map_err(E::custom)
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Checked<R>, E> {
+        self.number(value)
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Checked<R>, E> {
+        self.number(value as f64)
+    }
+
+    fn visit_u64<E: de::Error>(self, value: u64) -> Result<Checked<R>, E> {
+        self.number(value as f64)
+    }
+}
+
+impl<'de, R: Rule> Deserialize<'de> for Checked<R> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(CheckedVisitor(PhantomData))
+    }
+}
+
+impl<R: Rule> JsonSchema for Checked<R> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Quantity".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        match R::DIMENSION {
+            Some(dimension) => {
+                let units: Vec<_> = dimension.units.iter().map(|(symbol, _)| *symbol).collect();
+                let pattern = format!(r"^\s*[-+0-9.eE]+\s*({})\s*$", units.join("|"));
+                let text = format!(
+                    "{} with its unit ({}), {}",
+                    dimension.name,
+                    units.join(", "),
+                    range_text::<R>()
+                );
+                json_schema!({"type": "string", "pattern": pattern, "description": text})
+            }
+            None => json_schema!({"type": "number", "description": range_text::<R>()}),
+        }
+    }
+}
+
+/// Reads one value under the rule `R`.
+///
+/// # Errors
+/// The deserializer's error, with a message that names value, range and units.
+pub fn one<'de, R: Rule, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Checked::<R>::deserialize(deserializer)?.0)
+}
+
+/// Reads a list of exactly `N` values under the rule `R`.
+///
+/// # Errors
+/// As [`one`], and when the list has another length.
+pub fn list<'de, const N: usize, R: Rule, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<[f64; N], D::Error> {
+    deserializer.deserialize_seq(ListVisitor::<N, R>(PhantomData))
+}
+
+/// Reads a list of `N` values, or one value that stands for all of them.
+///
+/// # Errors
+/// As [`list`].
+pub fn one_or_list<'de, const N: usize, R: Rule, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<[f64; N], D::Error> {
+    deserializer.deserialize_any(ListVisitor::<N, R>(PhantomData))
+}
+
+struct ListVisitor<const N: usize, R>(PhantomData<R>);
+
+impl<'de, const N: usize, R: Rule> Visitor<'de> for ListVisitor<N, R> {
+    type Value = [f64; N];
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a list of {N}, each ")?;
+        CheckedVisitor::<R>(PhantomData).expecting(f)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<[f64; N], A::Error> {
+        let mut values = [0.0; N];
+        let mut found = 0;
+        while let Some(Checked(value, _)) = sequence.next_element::<Checked<R>>()? {
+            if let Some(slot) = values.get_mut(found) {
+                *slot = value;
+            }
+            found += 1;
+        }
+        if found == N {
+            Ok(values)
+        } else {
+            Err(de::Error::custom(format!(
+                "the list has {found} values; exactly {N} are needed"
+            )))
+        }
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<[f64; N], E> {
+        CheckedVisitor::<R>(PhantomData)
+            .visit_str(text)
+            .map(|Checked(value, _)| [value; N])
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<[f64; N], E> {
+        CheckedVisitor::<R>(PhantomData)
+            .number(value)
+            .map(|Checked(value, _)| [value; N])
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<[f64; N], E> {
+        self.visit_f64(value as f64)
+    }
+}
+
+/// Schema of [`one_or_list`].
+#[derive(Debug)]
+pub struct OneOrList<const N: usize, R>(PhantomData<R>);
+
+impl<const N: usize, R: Rule> JsonSchema for OneOrList<N, R> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "OneOrList".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let item = Checked::<R>::json_schema(generator);
+        json_schema!({"oneOf": [item, {"type": "array", "items": item, "minItems": N, "maxItems": N}]})
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strings_with_units_become_si() {
+        assert_eq!(LENGTH.parse("6 um"), Ok(6e-6));
+        assert_eq!(LENGTH.parse("400µm"), Ok(400e-6));
+        assert_eq!(STIFFNESS.parse("9.62 kN/m"), Ok(9620.0));
+        assert_eq!(CAPACITANCE.parse(" 1.5e2 fF "), Ok(150e-15));
+        assert_eq!(TIME.parse("-2 ms"), Ok(-2e-3));
+    }
+
+    #[test]
+    fn mistakes_name_the_units() {
+        for (text, part) in [
+            (
+                "75.5 um",
+                "\"um\" is a unit of length; a stress is needed here",
+            ),
+            ("75.5", "has no unit"),
+            ("kPa", "does not start with a number"),
+            ("1e999 kPa", "does not start with a number"),
+            ("nan kPa", "does not start with a number"),
+            ("3 furlong", "\"furlong\" is no known unit"),
+            ("", "does not start with a number"),
+        ] {
+            let message = STRESS.parse(text).unwrap_err();
+            assert!(
+                message.contains(part) && message.contains("Pa"),
+                "{text}: {message}"
+            );
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Deformation to electrical response.
+
+mod three_axis_capacitor;
+mod tilted_plate;
+
+pub use three_axis_capacitor::{PlateReading, PlateSlope, Plates, PlatesDescription, Response};
+pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};

@@ -1,0 +1,194 @@
+//! Four capacitors under one bump (P2): deformation to capacitance.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap};
+use crate::mechanics::Deformation;
+use crate::quantity::{
+    self, Checked, NonNegativeCapacitance, NonNegativeLength, OneOrList, PositiveLength,
+    RelativePermittivity,
+};
+
+/// The capacitors as a sensor file gives them.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlatesDescription {
+    /// Sides of an electrode along x and y, m.
+    #[serde(deserialize_with = "quantity::list::<2, PositiveLength, _>")]
+    #[schemars(with = "[Checked<PositiveLength>; 2]")]
+    pub electrode: [f64; 2],
+    /// Air between tile and insulation at rest, m: one for all four
+    /// capacitors, or a list for 11, 12, 21, 22.
+    #[serde(deserialize_with = "quantity::one_or_list::<4, PositiveLength, _>")]
+    #[schemars(with = "OneOrList<4, PositiveLength>")]
+    pub air_gap: [f64; 4],
+    /// Thickness of the insulation on one electrode, m.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
+    #[schemars(with = "Checked<NonNegativeLength>")]
+    pub insulation: f64,
+    /// Relative permittivity of the insulation.
+    #[serde(deserialize_with = "quantity::one::<RelativePermittivity, _>")]
+    #[schemars(with = "Checked<RelativePermittivity>")]
+    pub insulation_permittivity: f64,
+    /// Constant capacitance parallel to each plate pair (fringe, leads), F:
+    /// one for all four, or a list for 11, 12, 21, 22.
+    #[serde(deserialize_with = "quantity::one_or_list::<4, NonNegativeCapacitance, _>")]
+    #[schemars(with = "OneOrList<4, NonNegativeCapacitance>")]
+    pub parallel_capacitance: [f64; 4],
+}
+
+/// Four plate pairs: the electrical model of one unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plates {
+    /// Sides of an electrode along x and y, m.
+    pub electrode: [f64; 2],
+    /// Air at rest, capacitors 11, 12, 21, 22, m.
+    pub air_gap: [f64; 4],
+    /// Insulation thickness over its relative permittivity, m.
+    pub insulation_gap: f64,
+    /// Constant parallel capacitance, F.
+    pub parallel_capacitance: [f64; 4],
+}
+
+/// Capacitance of one plate pair and what became of its air.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlateReading {
+    /// Capacitance, F. A touching plate reads its value at first contact: a
+    /// lower bound.
+    pub capacitance: f64,
+    /// Smallest air gap over the tile, m; zero or less means touching.
+    pub least_air_gap: f64,
+}
+
+/// Capacitances of a unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// Capacitors 11, 12, 21, 22.
+    pub plates: [PlateReading; 4],
+}
+
+impl Response {
+    /// Capacitances 11, 12, 21, 22, F.
+    pub fn capacitance(&self) -> [f64; 4] {
+        self.plates.map(|plate| plate.capacitance)
+    }
+
+    /// Which capacitors touch.
+    pub fn touching(&self) -> [bool; 4] {
+        self.plates.map(|plate| plate.least_air_gap <= 0.0)
+    }
+
+    /// The smallest air gap of the unit, m.
+    pub fn least_air_gap(&self) -> f64 {
+        self.plates
+            .iter()
+            .map(|plate| plate.least_air_gap)
+            .fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Capacitance of one plate pair with its slope against the motion of its tile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlateSlope {
+    /// Capacitance, F.
+    pub capacitance: f64,
+    /// ∂C/∂w, F/m: closing at the centre.
+    pub by_closing: f64,
+    /// ∂C/∂α and ∂C/∂β, F: slopes of the tile.
+    pub by_slope: [f64; 2],
+}
+
+impl PlatesDescription {
+    /// The model this description states.
+    pub fn model(&self) -> Plates {
+        Plates {
+            electrode: self.electrode,
+            air_gap: self.air_gap,
+            insulation_gap: self.insulation / self.insulation_permittivity,
+            parallel_capacitance: self.parallel_capacitance,
+        }
+    }
+}
+
+impl Plates {
+    /// ε₀ times the electrode area, F m.
+    pub fn permittivity_area(&self) -> f64 {
+        VACUUM_PERMITTIVITY * self.electrode[0] * self.electrode[1]
+    }
+
+    /// Equivalent gap at rest of capacitor `i`: air + insulation/ε_r, m.
+    pub fn rest_gap(&self, i: usize) -> f64 {
+        self.air_gap[i] + self.insulation_gap
+    }
+
+    /// Capacitance at rest of capacitor `i`, F.
+    pub fn rest_capacitance(&self, i: usize) -> f64 {
+        self.parallel_capacitance[i] + self.permittivity_area() / self.rest_gap(i)
+    }
+
+    /// Largest capacitance of capacitor `i`, F: no air left over the whole
+    /// tile; infinite without insulation.
+    pub fn closed_capacitance(&self, i: usize) -> f64 {
+        self.parallel_capacitance[i] + self.permittivity_area() / self.insulation_gap
+    }
+
+    /// Capacitances for a motion of the tiles.
+    ///
+    /// C_i = C_par,i + ε₀ab·m(d_air,i + d_ins/ε_ins − w_i, αa/2, βb/2)
+    /// (P2 section 4). A tile that touches stays where its corner touched.
+    pub fn respond(&self, deformation: &Deformation) -> Response {
+        let [p, q] = self.half_rise(deformation.slope);
+        let plates = std::array::from_fn(|i| {
+            let least_air_gap = self.air_gap[i] - deformation.closing[i] - p - q;
+            let gap = self.rest_gap(i) - deformation.closing[i];
+            let mean = if least_air_gap > 0.0 {
+                mean_inverse_gap(gap, p, q)
+            } else {
+                mean_inverse_gap(self.insulation_gap + p + q, p, q)
+            };
+            let mean = mean.map_or(f64::INFINITY, |mean| mean.value);
+            let capacitance = self.parallel_capacitance[i] + self.permittivity_area() * mean;
+            PlateReading {
+                capacitance,
+                least_air_gap,
+            }
+        });
+        Response { plates }
+    }
+
+    /// Capacitances with their slopes, or `None` when a tile touches.
+    pub fn respond_with_slopes(&self, deformation: &Deformation) -> Option<[PlateSlope; 4]> {
+        let [p, q] = self.half_rise(deformation.slope);
+        let rise = [
+            0.5 * self.electrode[0] * deformation.slope[0].signum(),
+            0.5 * self.electrode[1] * deformation.slope[1].signum(),
+        ];
+        let scale = self.permittivity_area();
+        let mut slopes = [PlateSlope {
+            capacitance: 0.0,
+            by_closing: 0.0,
+            by_slope: [0.0; 2],
+        }; 4];
+        for (i, slope) in slopes.iter_mut().enumerate() {
+            if self.air_gap[i] - deformation.closing[i] - p - q <= 0.0 {
+                return None;
+            }
+            let mean = mean_inverse_gap(self.rest_gap(i) - deformation.closing[i], p, q)?;
+            *slope = PlateSlope {
+                capacitance: self.parallel_capacitance[i] + scale * mean.value,
+                by_closing: -scale * mean.by_gap,
+                by_slope: [scale * mean.by_p * rise[0], scale * mean.by_q * rise[1]],
+            };
+        }
+        Some(slopes)
+    }
+
+    /// Half the rise of a tile along its two sides, m.
+    fn half_rise(&self, slope: [f64; 2]) -> [f64; 2] {
+        [
+            0.5 * self.electrode[0] * slope[0].abs(),
+            0.5 * self.electrode[1] * slope[1].abs(),
+        ]
+    }
+}

@@ -1,0 +1,50 @@
+//! Reading the reference tables.
+#![allow(dead_code, clippy::unwrap_used, missing_docs, unreachable_pub)]
+
+use std::collections::HashMap;
+use std::path::Path;
+
+/// A table as rows of column name to text.
+pub fn table(name: &str) -> Vec<Row> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name);
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let rows: Vec<Row> = reader.deserialize().map(|row| Row(row.unwrap())).collect();
+    assert!(!rows.is_empty(), "{name} has no rows");
+    rows
+}
+
+pub struct Row(HashMap<String, String>);
+
+impl Row {
+    pub fn text(&self, column: &str) -> &str {
+        self.0.get(column).unwrap_or_else(|| panic!("no column {column}"))
+    }
+
+    /// The number in `column`.
+    pub fn at(&self, column: &str) -> f64 {
+        self.text(column).parse().unwrap()
+    }
+
+    /// The number in `column`, whose unit is worth `unit` in SI.
+    pub fn si(&self, column: &str, unit: f64) -> f64 {
+        // 1/unit is a whole power of ten: dividing by it rounds once.
+        self.at(column) / (1.0 / unit).round()
+    }
+}
+
+pub const UM: f64 = 1e-6;
+pub const NM: f64 = 1e-9;
+pub const MN: f64 = 1e-3;
+pub const FF: f64 = 1e-15;
+pub const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
+
+/// Asserts |value − expected| ≤ relative·|expected| + absolute.
+#[track_caller]
+pub fn assert_near(value: f64, expected: f64, relative: f64, absolute: f64, what: &str) {
+    let allowed = relative * expected.abs() + absolute;
+    assert!(
+        (value - expected).abs() <= allowed,
+        "{what}: {value:e}, expected {expected:e}, off by {:e}, allowed {allowed:e}",
+        value - expected
+    );
+}
