@@ -13,7 +13,7 @@ pub struct InputError {
     /// Name of the file as the user gave it.
     pub file: String,
     /// Where in the file; `None` when the mistake is the file as a whole.
-    pub place: Option<Place>,
+    pub place: Option<Box<Place>>,
     /// Key path (`electronics.scan.rate`) or column name; may be empty.
     pub key: String,
     /// What is wrong, with the value found and the range allowed.
@@ -53,7 +53,7 @@ impl InputError {
     /// An error at the byte `span` of `source`.
     pub fn at(file: &str, source: &str, span: Range<usize>, message: impl Into<String>) -> Self {
         Self {
-            place: Some(Place::of_span(source, span)),
+            place: Some(Box::new(Place::of_span(source, span))),
             ..Self::whole(file, message)
         }
     }
@@ -75,7 +75,7 @@ impl InputError {
             text: text.to_owned(),
         };
         Self {
-            place: Some(place),
+            place: Some(Box::new(place)),
             ..Self::whole(file, message)
         }
     }

@@ -1,11 +1,19 @@
 //! From the drawing of a soft tactile sensor to live touch.
+//!
+//! The modules follow the signal: [`sensor`] -> [`mechanics`] ->
+//! [`transduction`] -> [`electronics`] -> [`acquisition`] -> [`estimation`];
+//! [`calibration`] stands beside them.
 
 pub mod acquisition;
 pub mod calibration;
+pub mod electronics;
 pub mod estimation;
 pub mod input;
+pub mod layout;
 pub mod mechanics;
 pub mod quantity;
+pub mod sensor;
+mod toml_input;
 pub mod transduction;
 
 pub use input::{InputError, Place};

@@ -7,7 +7,10 @@ mod common;
 
 use common::{CAPACITORS, FF, MN, NM, Row, UM, assert_near, table};
 use std::collections::HashMap;
-use taxel::calibration::UnitModel;
+use taxel::calibration::{
+    EvenTerms, Observation, SweepNoise, SweepPoint, SweepStart, UnitModel, fit_normal_sweep,
+    fit_stiffness,
+};
 use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel::mechanics::{Relaxation, RelaxationTerm, Suspension};
 use taxel::transduction::{Plates, VACUUM_PERMITTIVITY, mean_inverse_gap};
@@ -15,10 +18,18 @@ use taxel::transduction::{Plates, VACUUM_PERMITTIVITY, mean_inverse_gap};
 fn units() -> HashMap<String, UnitModel> {
     let model = |row: &Row| {
         assert_eq!(row.at("eps0_F_per_m"), VACUUM_PERMITTIVITY);
-        let k = [row.at("k_x_N_per_m"), row.at("k_y_N_per_m"), row.at("k_z_N_per_m")];
+        let k = [
+            row.at("k_x_N_per_m"),
+            row.at("k_y_N_per_m"),
+            row.at("k_z_N_per_m"),
+        ];
         UnitModel {
             suspension: Suspension {
-                compliance: [[1.0 / k[0], 0.0, 0.0], [0.0, 1.0 / k[1], 0.0], [0.0, 0.0, 1.0 / k[2]]],
+                compliance: [
+                    [1.0 / k[0], 0.0, 0.0],
+                    [0.0, 1.0 / k[1], 0.0],
+                    [0.0, 0.0, 1.0 / k[2]],
+                ],
                 centre_distance: row.si("L_um", UM),
                 tile_tilt: row.at("eta"),
                 bump_sinking: [0.0; 2],
@@ -31,7 +42,10 @@ fn units() -> HashMap<String, UnitModel> {
             },
         }
     };
-    table("p2_params.csv").iter().map(|row| (row.text("set").to_owned(), model(row))).collect()
+    table("p2_params.csv")
+        .iter()
+        .map(|row| (row.text("set").to_owned(), model(row)))
+        .collect()
 }
 
 #[test]
@@ -39,7 +53,11 @@ fn tilted_plate_table() {
     for row in table("p2_tilted_plate.csv") {
         let (a, b) = (row.si("a_um", UM), row.si("b_um", UM));
         let (x, y) = (row.at("slope_x"), row.at("slope_y"));
-        let m = mean_inverse_gap(row.si("gap_equiv_um", UM), x.abs() * a / 2.0, y.abs() * b / 2.0);
+        let m = mean_inverse_gap(
+            row.si("gap_equiv_um", UM),
+            x.abs() * a / 2.0,
+            y.abs() * b / 2.0,
+        );
         let m = m.unwrap().value;
         let what = format!("slopes {x} {y}");
         let capacitance = VACUUM_PERMITTIVITY * a * b * m;
@@ -57,11 +75,23 @@ fn forward_table() {
         let (deformation, response) = unit.predict(force);
         let what = format!("row {line} {} {force:?}", row.text("set"));
         for (axis, column) in ["d_x_nm", "d_y_nm", "d_z_nm"].into_iter().enumerate() {
-            assert_near(deformation.displacement[axis], row.si(column, NM), 1e-12, 0.0, &what);
+            assert_near(
+                deformation.displacement[axis],
+                row.si(column, NM),
+                1e-12,
+                0.0,
+                &what,
+            );
         }
         let capacitance = response.capacitance();
         for (i, c) in CAPACITORS.into_iter().enumerate() {
-            assert_near(capacitance[i], row.si(&format!("C{c}_fF"), FF), 1e-12, 0.0, &what);
+            assert_near(
+                capacitance[i],
+                row.si(&format!("C{c}_fF"), FF),
+                1e-12,
+                0.0,
+                &what,
+            );
         }
         // The least gap is a difference of micrometres: absolute to 1e-12 of 6 um.
         let air = row.si("min_air_gap_um", UM);
@@ -69,11 +99,20 @@ fn forward_table() {
 
         let motion = unit.effective_motion(unit.rest(), capacitance);
         let force = unit.effective_force(unit.rest(), capacitance).unwrap();
-        for (axis, column) in ["egd_Fx_mN", "egd_Fy_mN", "egd_Fz_mN"].into_iter().enumerate() {
+        for (axis, column) in ["egd_Fx_mN", "egd_Fy_mN", "egd_Fz_mN"]
+            .into_iter()
+            .enumerate()
+        {
             // Forces that vanish by symmetry: 1e-12 of the full scale of 20 mN.
             assert_near(force[axis], row.si(column, MN), 1e-12, 2e-14, &what);
         }
-        assert_near(motion.twist, row.si("egd_twist_nm", NM), 1e-12, 1e-18, &what);
+        assert_near(
+            motion.twist,
+            row.si("egd_twist_nm", NM),
+            1e-12,
+            1e-18,
+            &what,
+        );
     }
 }
 
@@ -89,7 +128,13 @@ fn inverse_table() {
         let deviation = found.deviation();
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             // 1e-7 mN.
-            assert_near(found.force[axis], row.si(&format!("F{name}_mN"), MN), 0.0, 1e-10, &what);
+            assert_near(
+                found.force[axis],
+                row.si(&format!("F{name}_mN"), MN),
+                0.0,
+                1e-10,
+                &what,
+            );
             let expected = row.si(&format!("std_F{name}_mN"), MN);
             assert_near(deviation[axis], expected, 1e-6, 0.0, &what);
         }
@@ -99,9 +144,18 @@ fn inverse_table() {
         }
         assert_near(found.chi2, row.at("chi2"), 1e-6, 1e-9, &what);
         // The residual is the root of chi2: where that is zero, of rounding.
-        assert_near(found.signed_residual.abs(), row.at("signed_residual").abs(), 1e-6, 1e-6, &what);
+        assert_near(
+            found.signed_residual.abs(),
+            row.at("signed_residual").abs(),
+            1e-6,
+            1e-6,
+            &what,
+        );
         if row.at("chi2") > 1e-6 {
-            assert!(found.signed_residual * row.at("signed_residual") > 0.0, "{what}");
+            assert!(
+                found.signed_residual * row.at("signed_residual") > 0.0,
+                "{what}"
+            );
         }
     }
 }
@@ -113,7 +167,10 @@ fn relaxation_table() {
     let long_time = stiffness(&terms[0]);
     let terms: Vec<_> = terms[1..]
         .iter()
-        .map(|row| RelaxationTerm { ratio: stiffness(row) / long_time, time: row.at("tau_s") })
+        .map(|row| RelaxationTerm {
+            ratio: stiffness(row) / long_time,
+            time: row.at("tau_s"),
+        })
         .collect();
     let mut operator = Relaxation::<1>::new(&terms);
     let mut before = 0.0;
@@ -125,14 +182,23 @@ fn relaxation_table() {
         assert_near(total, row.si("F_mN", MN), 1e-12, 0.0, &what);
         for (memory, column) in operator.memory().iter().zip(["q1_nm", "q2_nm", "q3_nm"]) {
             // The internal variables change sign: absolute to 1e-12 of 500 nm.
-            assert_near(memory[0] / long_time, row.si(column, NM), 1e-12, 5e-19, &what);
+            assert_near(
+                memory[0] / long_time,
+                row.si(column, NM),
+                1e-12,
+                5e-19,
+                &what,
+            );
         }
     }
 }
 
 #[test]
 fn creep_step_is_undone() {
-    let terms = [RelaxationTerm { ratio: 1200.0 / 10400.0, time: 0.8 }];
+    let terms = [RelaxationTerm {
+        ratio: 1200.0 / 10400.0,
+        time: 0.8,
+    }];
     let mut operator = Relaxation::<1>::new(&terms);
     let mut creep = Relaxation::<1>::new(&terms);
     let mut before = 0.0;
@@ -143,6 +209,143 @@ fn creep_step_is_undone() {
         // Straight lines through a curve at 10 ms steps: 1e-6.
         assert_near(force, 10e-3, 1e-6, 0.0, "force from displacement");
         let displacement = creep.push_total([10e-3], dt)[0] / 10400.0;
-        assert_near(displacement, row.si("d_nm", NM), 1e-5, 0.0, "creep under constant force");
+        assert_near(
+            displacement,
+            row.si("d_nm", NM),
+            1e-5,
+            0.0,
+            "creep under constant force",
+        );
+    }
+}
+
+#[test]
+fn stiffness_calibration_table() {
+    let rest = &table("p2_calibration_rest.csv")[0];
+    let mut unit = units().remove("nominal").unwrap();
+    unit.plates.electrode = [rest.si("a_um", UM), rest.si("b_um", UM)];
+    unit.plates.parallel_capacitance = CAPACITORS.map(|c| rest.si(&format!("C_par{c}_fF"), FF));
+    let rest = CAPACITORS.map(|c| rest.si(&format!("C0{c}_fF"), FF));
+    let observations: Vec<_> = table("p2_calibration_data.csv")
+        .iter()
+        .map(|row| Observation {
+            displacement: unit
+                .effective_motion(rest, CAPACITORS.map(|c| row.si(&format!("C{c}_fF"), FF)))
+                .displacement,
+            force: ["Fx_gauge_mN", "Fy_gauge_mN", "Fz_gauge_mN"].map(|c| row.si(c, MN)),
+        })
+        .collect();
+    let fits = fit_stiffness(&observations, EvenTerms::None).unwrap();
+    for (fit, row) in fits.iter().zip(table("p2_calibration_expected.csv")) {
+        let what = row.text("output").to_owned();
+        for (i, column) in [
+            "coef_dx_mN_per_nm",
+            "coef_dy_mN_per_nm",
+            "coef_dz_mN_per_nm",
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            assert_near(fit.coefficients[i], row.at(column) * 1e6, 1e-9, 0.0, &what);
+        }
+        assert_near(
+            fit.coefficients[3],
+            row.si("intercept_mN", MN),
+            1e-9,
+            0.0,
+            &what,
+        );
+        assert_near(
+            fit.residual_deviation,
+            row.si("residual_std_mN", MN),
+            1e-9,
+            0.0,
+            &what,
+        );
+        assert_near(fit.r_squared, row.at("r_squared"), 1e-9, 0.0, &what);
+    }
+}
+
+fn sweep_points() -> (Vec<SweepPoint>, f64) {
+    let points = table("p2_zsweep.csv")
+        .iter()
+        .map(|row| SweepPoint {
+            force: row.si("Fz_mN", MN),
+            capacitance: CAPACITORS.map(|c| row.si(&format!("C{c}_fF"), FF)),
+        })
+        .collect();
+    (points, VACUUM_PERMITTIVITY * 400e-6 * 400e-6)
+}
+
+#[test]
+fn normal_sweep_table() {
+    let (points, area) = sweep_points();
+    let noise = SweepNoise {
+        capacitance: 1e-16,
+        force: 0.0,
+        measured_parallel: None,
+    };
+    let start = SweepStart {
+        parallel_capacitance: [0.0; 4],
+        stiffness: 8000.0,
+    };
+    let fit = fit_normal_sweep(&points, area, &noise, &start).unwrap();
+    for (i, row) in table("p2_zsweep_expected.csv").iter().enumerate() {
+        assert_near(
+            fit.parallel_capacitance[i],
+            row.si("C_par_fF", FF),
+            1e-6,
+            0.0,
+            "C_par",
+        );
+        assert_near(fit.gap[i], row.si("gap_equiv_um", UM), 1e-6, 0.0, "gap");
+        assert_near(fit.stiffness, row.at("k_z_N_per_m"), 1e-6, 0.0, "k_z");
+    }
+}
+
+/// The table of section 7.2: smallest possible standard deviations.
+#[test]
+fn normal_sweep_says_what_it_cannot_know() {
+    let unit = units().remove("parasitic").unwrap();
+    let area = unit.plates.permittivity_area();
+    // last force mN, gauge mN, then C_par fF, g um, k_z N/m as printed there.
+    for (last, gauge, parallel, gap, stiffness, useless) in [
+        (15, 0.29, 56.0, 2.7, 6200.0, true),
+        (15, 0.03, 7.0, 0.34, 780.0, true),
+        (15, 0.0, 4.0, 0.19, 440.0, false),
+        (40, 0.29, 5.3, 0.25, 490.0, false),
+        (40, 0.03, 0.6, 0.03, 58.0, false),
+    ] {
+        let points: Vec<_> = (0..=last)
+            .map(|force| {
+                let force = f64::from(force) * MN;
+                let capacitance = unit.predict([0.0, 0.0, force]).1.capacitance();
+                SweepPoint { force, capacitance }
+            })
+            .collect();
+        let noise = SweepNoise {
+            capacitance: 0.1 * FF,
+            force: gauge * MN,
+            measured_parallel: None,
+        };
+        let start = SweepStart {
+            parallel_capacitance: unit.plates.parallel_capacitance,
+            stiffness: 10400.0,
+        };
+        let fit = fit_normal_sweep(&points, area, &noise, &start).unwrap();
+        let what = format!("0 to {last} mN, gauge {gauge} mN: {fit:?}");
+        // Printed with one or two digits for four capacitors on the nominal
+        // gap; the mean over the capacitors within half of the last digit or 10 %.
+        let mean = |values: [f64; 4]| values.iter().sum::<f64>() / 4.0;
+        assert_near(
+            mean(fit.parallel_deviation),
+            parallel * FF,
+            0.1,
+            0.05 * FF,
+            &what,
+        );
+        assert_near(mean(fit.gap_deviation), gap * UM, 0.1, 0.005 * UM, &what);
+        assert_near(fit.stiffness_deviation, stiffness, 0.1, 0.0, &what);
+        assert_eq!(fit.warning.is_some(), useless, "{what}");
     }
 }

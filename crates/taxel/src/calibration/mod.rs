@@ -1,5 +1,83 @@
 //! What is known of one device: the model that estimation inverts.
 
+mod least_squares;
+mod rest;
+mod stiffness;
+mod sweep;
 mod unit_model;
 
-pub use unit_model::{EffectiveMotion, ForceRelaxation, Linearisation, UnitModel, force_relaxation};
+use crate::layout::Layout;
+use crate::mechanics::RelaxationTerm;
+use crate::sensor::{Element, Sensor};
+
+pub use rest::{RestCapture, RestRefused};
+pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
+pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};
+pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};
+
+/// All that estimation needs to know of an array of three-axis units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// Where the taxels are.
+    pub layout: Layout,
+    /// Counts to capacitance.
+    pub channel: ChannelScale,
+    /// The model of each taxel.
+    pub units: Vec<UnitModel>,
+    /// Standard deviation of one reading of each capacitor, F.
+    pub deviation: Vec<[f64; 4]>,
+    /// Capacitors that are not used.
+    pub masked: Vec<[bool; 4]>,
+    /// Relaxing springs beside the long-time stiffness.
+    pub relaxation: Vec<RelaxationTerm>,
+    /// Force on each axis that the device is meant for, N.
+    pub full_scale: f64,
+    /// Force on each axis up to which the model was verified, N.
+    pub usable_force: f64,
+}
+
+/// Counts of a channel to capacitance: C = `farad_at_zero` + `farad_per_count`·n.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChannelScale {
+    /// Capacitance at code zero, F.
+    pub farad_at_zero: f64,
+    /// Capacitance per count, F.
+    pub farad_per_count: f64,
+    /// The largest code; it and zero mean a clipped reading.
+    pub highest_code: f64,
+}
+
+impl ChannelScale {
+    /// Capacitance for a code, F; `None` for a code at either end of the
+    /// range, which says nothing but "outside".
+    pub fn capacitance(&self, counts: f64) -> Option<f64> {
+        let inside = counts > 0.0 && counts < self.highest_code;
+        inside.then_some(self.farad_at_zero + self.farad_per_count * counts)
+    }
+}
+
+impl Calibration {
+    /// The calibration that the drawing of `sensor` implies: every taxel as
+    /// drawn, noise from the board's own figures.
+    pub fn as_drawn(sensor: &Sensor) -> Self {
+        let Element::ThreeAxisCapacitor(element) = &sensor.element;
+        let layout = sensor.layout();
+        let taxels = layout.taxels();
+        let board = sensor.front_end();
+        let at_zero = board.capacitance(0.0);
+        Self {
+            channel: ChannelScale {
+                farad_at_zero: at_zero,
+                farad_per_count: board.capacitance(1.0) - at_zero,
+                highest_code: f64::from(board.highest_code()),
+            },
+            units: vec![element.unit_model(); taxels],
+            deviation: vec![[board.deviation(); 4]; taxels],
+            masked: sensor.masked(),
+            relaxation: element.relaxation.clone(),
+            full_scale: element.full_scale,
+            usable_force: element.usable_force,
+            layout,
+        }
+    }
+}

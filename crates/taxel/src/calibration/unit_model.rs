@@ -1,6 +1,6 @@
 //! The model of one three-axis unit that estimation inverts.
 
-use crate::mechanics::{Deformation, Relaxation, RelaxationTerm, SIDE_X, SIDE_Y, Suspension};
+use crate::mechanics::{Deformation, SIDE_X, SIDE_Y, Suspension};
 use crate::transduction::{Plates, Response};
 
 /// Force on the bump to four capacitances: [`Suspension`], then [`Plates`].
@@ -57,7 +57,10 @@ impl UnitModel {
                 by_x * by_force[0][axis] + by_y * by_force[1][axis] + by_z * by_force[2][axis]
             })
         });
-        Some(Linearisation { capacitance: slopes.map(|slope| slope.capacitance), jacobian })
+        Some(Linearisation {
+            capacitance: slopes.map(|slope| slope.capacitance),
+            jacobian,
+        })
     }
 
     /// The published small-motion inverse (P2 Eqs. 4-9, signs corrected):
@@ -97,7 +100,11 @@ impl UnitModel {
     /// `None` when a rest value leaves no air.
     pub fn at_rest(&self, rest: [f64; 4]) -> Option<Self> {
         let mut unit = *self;
-        for (i, rest) in rest.into_iter().enumerate().filter(|(_, rest)| !rest.is_nan()) {
+        for (i, rest) in rest
+            .into_iter()
+            .enumerate()
+            .filter(|(_, rest)| !rest.is_nan())
+        {
             let plates = &mut unit.plates;
             let gap = plates.permittivity_area() / (rest - plates.parallel_capacitance[i]);
             let air = gap - plates.insulation_gap;
@@ -108,12 +115,4 @@ impl UnitModel {
         }
         Some(unit)
     }
-}
-
-/// The relaxation operator for the three force components of one unit.
-pub type ForceRelaxation = Relaxation<3>;
-
-/// A fresh operator for `terms`.
-pub fn force_relaxation(terms: &[RelaxationTerm]) -> ForceRelaxation {
-    Relaxation::new(terms)
 }

@@ -14,7 +14,10 @@ pub struct SearchOptions {
 
 impl Default for SearchOptions {
     fn default() -> Self {
-        Self { most_steps: 25, least_gain: 1e-14 }
+        Self {
+            most_steps: 25,
+            least_gain: 1e-14,
+        }
     }
 }
 
@@ -94,8 +97,7 @@ pub fn estimate_unit(
     if count < 3 {
         return UnitEstimate::without_force();
     }
-    let weight: [f64; 4] =
-        std::array::from_fn(|i| if usable[i] { 1.0 / sigma[i] } else { 0.0 });
+    let weight: [f64; 4] = std::array::from_fn(|i| if usable[i] { 1.0 / sigma[i] } else { 0.0 });
     let mut search = match Search::start(unit, capacitance, weight, usable) {
         Some(search) => search,
         None => return UnitEstimate::without_force(),
@@ -137,7 +139,11 @@ impl<'a> Search<'a> {
             chi2: f64::INFINITY,
         };
         // Zero force is always free of contact, so some scale of the guess is.
-        let mut scale = if guess.iter().all(|value| value.is_finite()) { 1.0 } else { 0.0 };
+        let mut scale = if guess.iter().all(|value| value.is_finite()) {
+            1.0
+        } else {
+            0.0
+        };
         while !search.move_to(guess.map(|value| scale * value)) {
             if scale == 0.0 {
                 return None;
@@ -149,11 +155,17 @@ impl<'a> Search<'a> {
 
     /// Takes `force` when no tile touches there.
     fn move_to(&mut self, force: [f64; 3]) -> bool {
-        let Some(at) = self.unit.linearise(force) else { return false };
+        let Some(at) = self.unit.linearise(force) else {
+            return false;
+        };
         for i in 0..4 {
             // A capacitor without weight may read NaN.
             let misfit = self.capacitance[i] - at.capacitance[i];
-            self.residual[i] = if self.weight[i] > 0.0 { misfit * self.weight[i] } else { 0.0 };
+            self.residual[i] = if self.weight[i] > 0.0 {
+                misfit * self.weight[i]
+            } else {
+                0.0
+            };
             self.slopes[i] = at.jacobian[i].map(|slope| slope * self.weight[i]);
         }
         self.force = force;
@@ -163,7 +175,9 @@ impl<'a> Search<'a> {
 
     fn run(&mut self, options: &SearchOptions) -> Outcome {
         for _ in 0..options.most_steps {
-            let Some(step) = self.gauss_newton_step() else { return Outcome::NotConverged };
+            let Some(step) = self.gauss_newton_step() else {
+                return Outcome::NotConverged;
+            };
             let predicted = self.predicted_gain(step);
             if predicted < options.least_gain {
                 self.take_last_step(step);
@@ -226,7 +240,13 @@ impl<'a> Search<'a> {
         } else {
             (f64::NAN, f64::NAN)
         };
-        UnitEstimate { force: self.force, covariance, chi2, signed_residual, outcome }
+        UnitEstimate {
+            force: self.force,
+            covariance,
+            chi2,
+            signed_residual,
+            outcome,
+        }
     }
 }
 
@@ -243,7 +263,9 @@ fn fill_missing(
     capacitance: [f64; 4],
     usable: [bool; 4],
 ) -> [f64; 4] {
-    let Some(missing) = usable.iter().position(|usable| !usable) else { return capacitance };
+    let Some(missing) = usable.iter().position(|usable| !usable) else {
+        return capacitance;
+    };
     let plates = &unit.plates;
     let closing = |i: usize| {
         let parallel = plates.parallel_capacitance[i];
@@ -251,7 +273,10 @@ fn fill_missing(
     };
     // D11 + D22 = D12 + D21: the one opposite stands on the same side.
     let opposite = 3 - missing;
-    let others: f64 = (0..4).filter(|i| *i != missing && *i != opposite).map(closing).sum();
+    let others: f64 = (0..4)
+        .filter(|i| *i != missing && *i != opposite)
+        .map(closing)
+        .sum();
     let closed = others - closing(opposite);
     let mut filled = capacitance;
     let gap = plates.rest_gap(missing) - closed;

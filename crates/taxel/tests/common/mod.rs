@@ -6,7 +6,9 @@ use std::path::Path;
 
 /// A table as rows of column name to text.
 pub fn table(name: &str) -> Vec<Row> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/reference")
+        .join(name);
     let mut reader = csv::Reader::from_path(path).unwrap();
     let rows: Vec<Row> = reader.deserialize().map(|row| Row(row.unwrap())).collect();
     assert!(!rows.is_empty(), "{name} has no rows");
@@ -17,7 +19,9 @@ pub struct Row(HashMap<String, String>);
 
 impl Row {
     pub fn text(&self, column: &str) -> &str {
-        self.0.get(column).unwrap_or_else(|| panic!("no column {column}"))
+        self.0
+            .get(column)
+            .unwrap_or_else(|| panic!("no column {column}"))
     }
 
     /// The number in `column`.

@@ -1,0 +1,89 @@
+//! Stiffness map: gauge forces on the displacements of the published inverse
+//! (P2 physics section 7.3).
+//!
+//! The regression never uses the four closings directly: rigid data fill only
+//! three directions of them, and a later fault in one capacitor would go
+//! straight into the forces. The twist has no column here.
+
+use super::least_squares;
+
+/// One loading of the bench: displacements (m) and gauge forces (N).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// d_x, d_y, d_z, m.
+    pub displacement: [f64; 3],
+    /// Gauge force x, y, z, N.
+    pub force: [f64; 3],
+}
+
+/// Extra columns for the sinking of the probe into the bump.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum EvenTerms {
+    /// None (default).
+    #[default]
+    None,
+    /// |d_x|, |d_y|.
+    Absolute,
+    /// d_x², d_y².
+    Square,
+}
+
+/// Fit of one force component.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StiffnessFit {
+    /// Coefficients of d_x, d_y, d_z (N/m), the constant (N), then the even
+    /// terms (N/m or N/m²).
+    pub coefficients: Vec<f64>,
+    /// Their standard deviations.
+    pub deviations: Vec<f64>,
+    /// √(Σ residual²/(n − number of coefficients)), N.
+    pub residual_deviation: f64,
+    /// 1 − Σ residual²/Σ (force − mean)².
+    pub r_squared: f64,
+}
+
+/// Least squares of each force component on (d_x, d_y, d_z, 1) and the even
+/// terms; the rows of the result are x, y, z.
+///
+/// `None` when there are too few observations, or they do not move all of
+/// the displacements independently.
+pub fn fit_stiffness(observations: &[Observation], even: EvenTerms) -> Option<[StiffnessFit; 3]> {
+    let design: Vec<Vec<f64>> = observations
+        .iter()
+        .map(|observation| columns(observation.displacement, even))
+        .collect();
+    let fit = |axis: usize| {
+        let target: Vec<f64> = observations.iter().map(|o| o.force[axis]).collect();
+        fit_component(&design, &target)
+    };
+    Some([fit(0)?, fit(1)?, fit(2)?])
+}
+
+fn columns([x, y, z]: [f64; 3], even: EvenTerms) -> Vec<f64> {
+    let mut row = vec![x, y, z, 1.0];
+    match even {
+        EvenTerms::None => {}
+        EvenTerms::Absolute => row.extend([x.abs(), y.abs()]),
+        EvenTerms::Square => row.extend([x * x, y * y]),
+    }
+    row
+}
+
+fn fit_component(design: &[Vec<f64>], target: &[f64]) -> Option<StiffnessFit> {
+    let solution = least_squares::solve(design, target)?;
+    let freedom = design.len() - solution.coefficients.len();
+    if freedom == 0 {
+        return None;
+    }
+    let variance = solution.misfit / freedom as f64;
+    let mean = target.iter().sum::<f64>() / target.len() as f64;
+    let spread: f64 = target.iter().map(|force| (force - mean).powi(2)).sum();
+    Some(StiffnessFit {
+        deviations: (0..solution.coefficients.len())
+            .map(|i| (variance * solution.covariance[i][i]).sqrt())
+            .collect(),
+        coefficients: solution.coefficients,
+        residual_deviation: variance.sqrt(),
+        r_squared: 1.0 - solution.misfit / spread,
+    })
+}

@@ -1,0 +1,158 @@
+//! TOML files with mistakes shown under the very word.
+
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+use toml::de::{DeTable, DeValue};
+
+use crate::input::InputError;
+use crate::quantity::HELP;
+
+/// Largest description that is read, bytes: a guard against a wrong file.
+const LARGEST: usize = 1 << 20;
+
+/// Parses a description.
+pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
+    if text.len() > LARGEST {
+        let message = format!(
+            "the file has {} bytes; a description has at most {LARGEST}",
+            text.len()
+        );
+        return Err(InputError::whole(file, message).help("give a TOML description"));
+    }
+    toml::from_str(text).map_err(|error| {
+        let (message, help) = split_help(error.message());
+        let span = error.span().unwrap_or(0..0);
+        let key = key_at(text, &span);
+        InputError::at(file, text, span, message)
+            .key(key)
+            .help(help)
+    })
+}
+
+/// An error of a rule between fields, shown at the value of the key `path`
+/// (segments; a number is an index), or at the nearest parent that exists.
+pub(crate) fn at_key(
+    file: &str,
+    text: &str,
+    path: &[&str],
+    message: &str,
+    help: &str,
+) -> InputError {
+    let span = DeTable::parse(text).map_or(0..0, |table| find(table.get_ref(), path));
+    InputError::at(file, text, span, message)
+        .key(path.join("."))
+        .help(help)
+}
+
+fn split_help(text: &str) -> (&str, &str) {
+    match text.split_once(HELP) {
+        Some((message, help)) => (message.trim_end(), help.trim()),
+        None => (text.trim_end(), ""),
+    }
+}
+
+/// Byte range of the value at `path`.
+fn find(table: &DeTable<'_>, path: &[&str]) -> Range<usize> {
+    let Some((first, rest)) = path.split_first() else {
+        return 0..0;
+    };
+    let Some((key, value)) = table.iter().find(|(key, _)| key.get_ref() == first) else {
+        return 0..0;
+    };
+    let inner = find_in(value.get_ref(), rest);
+    if inner.is_empty() {
+        // A table's own span is its body; its name says more.
+        if value.get_ref().is_table() {
+            key.span()
+        } else {
+            value.span()
+        }
+    } else {
+        inner
+    }
+}
+
+fn find_in(value: &DeValue<'_>, path: &[&str]) -> Range<usize> {
+    match (value, path.split_first()) {
+        (DeValue::Table(table), Some(_)) => find(table, path),
+        (DeValue::Array(items), Some((index, rest))) => {
+            let item = index.parse().ok().and_then(|index: usize| items.get(index));
+            item.map_or(0..0, |item| {
+                let inner = find_in(item.get_ref(), rest);
+                if inner.is_empty() { item.span() } else { inner }
+            })
+        }
+        _ => 0..0,
+    }
+}
+
+/// Path of the innermost key whose name or value holds the start of `span`.
+fn key_at(text: &str, span: &Range<usize>) -> String {
+    let mut path = Vec::new();
+    if let Ok(table) = DeTable::parse(text) {
+        collect(table.get_ref(), span, &mut path);
+    }
+    path.join(".")
+}
+
+/// Whether the key that holds `span` was found and left in `path`.
+///
+/// The span of a table is only its header, so children are always searched.
+fn collect(table: &DeTable<'_>, span: &Range<usize>, path: &mut Vec<String>) -> bool {
+    table.iter().any(|(key, value)| {
+        path.push(key.get_ref().to_string());
+        let found = holds(&key.span(), span)
+            || collect_value(value.get_ref(), span, path)
+            || holds(&value.span(), span);
+        if !found {
+            path.pop();
+        }
+        found
+    })
+}
+
+fn collect_value(value: &DeValue<'_>, span: &Range<usize>, path: &mut Vec<String>) -> bool {
+    match value {
+        DeValue::Table(table) => collect(table, span, path),
+        DeValue::Array(items) => items.iter().enumerate().any(|(index, item)| {
+            path.push(index.to_string());
+            let found = collect_value(item.get_ref(), span, path) || holds(&item.span(), span);
+            if !found {
+                path.pop();
+            }
+            found
+        }),
+        _ => false,
+    }
+}
+
+fn holds(outer: &Range<usize>, inner: &Range<usize>) -> bool {
+    outer.start <= inner.start && inner.end <= outer.end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "a = 1\n[b.c]\nd = [1, \"x\"]\n[[e]]\nf = 2\n[[e]]\nf = 3\n";
+
+    #[test]
+    fn rules_point_at_the_value() {
+        let at = |path: &[&str]| {
+            let place = at_key("f", TEXT, path, "m", "").place.unwrap();
+            (place.line, place.column, place.width)
+        };
+        assert_eq!(at(&["b", "c", "d", "1"]), (3, 9, 3));
+        assert_eq!(at(&["e", "1", "f"]), (7, 5, 1));
+        assert_eq!(at(&["b", "c"]), (2, 4, 1));
+    }
+
+    #[test]
+    fn spans_are_named_by_their_key() {
+        let start = TEXT.find("\"x\"").unwrap();
+        assert_eq!(key_at(TEXT, &(start..start + 3)), "b.c.d.1");
+        let start = TEXT.rfind('3').unwrap();
+        assert_eq!(key_at(TEXT, &(start..start + 1)), "e.1.f");
+    }
+}
