@@ -258,7 +258,7 @@ pub struct Checked<R>(pub f64, PhantomData<R>);
 struct CheckedVisitor<R>(PhantomData<R>);
 
 impl<R: Rule> CheckedVisitor<R> {
-    fn number<E: de::Error>(self, value: f64) -> Result<Checked<R>, E> {
+    fn number<E: de::Error>(value: f64) -> Result<Checked<R>, E> {
         if let Some(dimension) = R::DIMENSION {
             let text = format!(
                 "{value} has no unit{HELP}write it in quotes with its unit, such as \"{value} {}\"; units: {}",
@@ -300,15 +300,15 @@ impl<R: Rule> Visitor<'_> for CheckedVisitor<R> {
     }
 
     fn visit_f64<E: de::Error>(self, value: f64) -> Result<Checked<R>, E> {
-        self.number(value)
+        Self::number(value)
     }
 
     fn visit_i64<E: de::Error>(self, value: i64) -> Result<Checked<R>, E> {
-        self.number(value as f64)
+        Self::number(value as f64)
     }
 
     fn visit_u64<E: de::Error>(self, value: u64) -> Result<Checked<R>, E> {
-        self.number(value as f64)
+        Self::number(value as f64)
     }
 }
 
@@ -408,9 +408,7 @@ impl<'de, const N: usize, R: Rule> Visitor<'de> for ListVisitor<N, R> {
     }
 
     fn visit_f64<E: de::Error>(self, value: f64) -> Result<[f64; N], E> {
-        CheckedVisitor::<R>(PhantomData)
-            .number(value)
-            .map(|Checked(value, _)| [value; N])
+        CheckedVisitor::<R>::number(value).map(|Checked(value, _)| [value; N])
     }
 
     fn visit_i64<E: de::Error>(self, value: i64) -> Result<[f64; N], E> {

@@ -2,5 +2,11 @@
 
 mod frame;
 pub mod recording;
+mod stimulus;
+mod twin;
 
 pub use frame::{Frame, Quantity, SignalUnit, Stream};
+pub use stimulus::{
+    Fault, FaultReading, Finger, FingerPoint, Link, Outage, Probe, ProbePoint, Stimulus, Stuck,
+};
+pub use twin::{Delivery, TrueForces, Twin};

@@ -164,7 +164,7 @@ impl Problem<'_> {
             };
             for i in 0..4 {
                 let gap = unknowns[4 + i] - force / stiffness;
-                if !(gap > 0.0) {
+                if gap.is_nan() || gap <= 0.0 {
                     return None;
                 }
                 let weight = 1e-15 / self.noise.capacitance;

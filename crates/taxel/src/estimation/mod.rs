@@ -1,5 +1,13 @@
 //! Frames to touch: the inverse of the model that a calibration carries.
 
+mod array;
+mod contact;
+mod continuity;
+mod map;
 mod unit;
 
+pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
+pub use contact::Contact;
+pub use continuity::Continuity;
+pub use map::{MapEstimator, MapTouch};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

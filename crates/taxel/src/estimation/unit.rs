@@ -98,9 +98,8 @@ pub fn estimate_unit(
         return UnitEstimate::without_force();
     }
     let weight: [f64; 4] = std::array::from_fn(|i| if usable[i] { 1.0 / sigma[i] } else { 0.0 });
-    let mut search = match Search::start(unit, capacitance, weight, usable) {
-        Some(search) => search,
-        None => return UnitEstimate::without_force(),
+    let Some(mut search) = Search::start(unit, capacitance, weight, usable) else {
+        return UnitEstimate::without_force();
     };
     let outcome = search.run(options);
     search.finish(outcome, count)

@@ -14,7 +14,7 @@ use crate::layout::{ArrayDescription, Layout};
 use crate::quantity::{self, Checked, NonNegativeLength};
 use crate::toml_input;
 
-pub use mask::Mask;
+pub use mask::{CapacitorName, Mask};
 pub use three_axis_capacitor::{Outline, ThreeAxisCapacitor};
 
 /// The version of the sensor file that this program reads.

@@ -1,0 +1,460 @@
+//! Frames of an array of three-axis units to touch.
+
+use super::contact::{Cell, Contact, Segmentation};
+use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
+use crate::acquisition::{Frame, Quantity};
+use crate::calibration::{Calibration, RestCapture, RestRefused, UnitModel};
+use crate::layout::Wrench;
+use crate::mechanics::Relaxation;
+
+/// How far a taxel's force can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum State {
+    /// Four capacitors that agree.
+    Ok = 0,
+    /// Three capacitors (one is masked): a force without a check.
+    Unchecked = 1,
+    /// A tile touches its electrode: the force is a lower bound.
+    Contact = 2,
+    /// Beyond the full scale.
+    OutOfRange = 3,
+    /// The search did not end: the force is its last step.
+    NotConverged = 4,
+    /// The four capacitors have contradicted each other for several frames.
+    Inconsistent = 5,
+    /// A capacitor gives an impossible reading; the force is from the others,
+    /// or there is none.
+    Faulty = 6,
+    /// Not used.
+    Masked = 7,
+}
+
+impl State {
+    /// All states in the order of their codes.
+    pub const ALL: [Self; 8] = [
+        Self::Ok,
+        Self::Unchecked,
+        Self::Contact,
+        Self::OutOfRange,
+        Self::NotConverged,
+        Self::Inconsistent,
+        Self::Faulty,
+        Self::Masked,
+    ];
+
+    /// Name in messages and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Unchecked => "unchecked",
+            Self::Contact => "contact",
+            Self::OutOfRange => "out_of_range",
+            Self::NotConverged => "not_converged",
+            Self::Inconsistent => "inconsistent",
+            Self::Faulty => "faulty",
+            Self::Masked => "masked",
+        }
+    }
+}
+
+/// What one taxel feels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TaxelTouch {
+    /// Capacitances 11, 12, 21, 22, F; `NaN` for no reading.
+    pub capacitance: [f64; 4],
+    /// Force x, y, z in the taxel's frame, N; `NaN` for none.
+    pub force: [f64; 3],
+    /// Its covariance, N².
+    pub covariance: [[f64; 3]; 3],
+    /// Signed consistency residual, one standard deviation wide; `NaN`: no check.
+    pub residual: f64,
+    /// How far the force can be trusted.
+    pub state: State,
+    /// Capacitors whose tile touches.
+    pub touching: [bool; 4],
+    /// Capacitors that are faulty or masked.
+    pub unusable: [bool; 4],
+}
+
+impl TaxelTouch {
+    /// Standard deviations of the force, N.
+    pub fn deviation(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.covariance[axis][axis].sqrt())
+    }
+}
+
+/// What the whole array feels in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Touch {
+    /// Sequence number of the frame.
+    pub sequence: u64,
+    /// Device time of the frame, ns.
+    pub time_ns: u64,
+    /// Each taxel, row by row.
+    pub taxels: Vec<TaxelTouch>,
+    /// Total force and moment in the sensor's frame, over all taxels that
+    /// have a force.
+    pub total: Wrench,
+    /// Covariance of the total force, N².
+    pub total_covariance: [[f64; 3]; 3],
+    /// Centre of the normal force over all contacts on the developed surface,
+    /// m, and its covariance xx, xy, yy, m²; `None` without contact.
+    pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
+    /// Contact regions, strongest first.
+    pub contacts: Vec<Contact>,
+    /// Channels whose reading was clipped.
+    pub clipped: usize,
+    /// Whether the force history is uncertain: a relaxing device, and a pause
+    /// longer than three of its relaxation times not long ago.
+    pub history_uncertain: bool,
+}
+
+/// Options of the array estimator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EstimatorOptions {
+    /// Search for the force of a unit.
+    pub search: SearchOptions,
+    /// A taxel is touched above this many standard deviations of its normal
+    /// force; default 6.
+    pub contact_deviations: f64,
+    /// ... and above this share of the full scale; default 0.01.
+    pub contact_share: f64,
+    /// Bound of the consistency residual; default 4, which a sound unit
+    /// exceeds in 6e-5 of all frames.
+    pub residual_bound: f64,
+    /// Frames in a row above the bound before a unit is called inconsistent;
+    /// default 5.
+    pub residual_persistence: u32,
+}
+
+impl Default for EstimatorOptions {
+    fn default() -> Self {
+        Self {
+            search: SearchOptions::default(),
+            contact_deviations: 6.0,
+            contact_share: 0.01,
+            residual_bound: 4.0,
+            residual_persistence: 5,
+        }
+    }
+}
+
+/// End of a rest capture, if a frame was its last.
+pub type Captured = Option<Result<(), RestRefused>>;
+
+/// A frame that the estimator cannot use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum FrameError {
+    /// The frame has another number of channels than the device.
+    #[error("the frame has {found} channels; the device has {expected} (four for each taxel)")]
+    Channels {
+        /// Channels of the frame.
+        found: usize,
+        /// Channels of the device.
+        expected: usize,
+    },
+    /// The channels carry neither counts nor capacitance.
+    #[error(
+        "the channels carry {found:?}; a three-axis capacitive array needs counts or capacitance"
+    )]
+    Quantity {
+        /// What they carry.
+        found: Quantity,
+    },
+}
+
+/// Turns frames into touch; the same frames give the same touches.
+#[derive(Debug, Clone)]
+pub struct Estimator {
+    calibration: Calibration,
+    options: EstimatorOptions,
+    quantity: Quantity,
+    rest: Vec<[f64; 4]>,
+    closed: Vec<[f64; 4]>,
+    relaxation: Vec<Relaxation<3>>,
+    strikes: Vec<u32>,
+    segmentation: Segmentation,
+    touch: Touch,
+    last_time_ns: Option<u64>,
+    uncertain_until_ns: u64,
+    capture: Option<RestCapture>,
+}
+
+/// A reading below this share of the plate's rest capacitance is no plate.
+const LEAST_SHARE: f64 = 0.2;
+/// A reading above the closed plate by more than this is no plate either.
+const MOST_SHARE: f64 = 1.05;
+/// A tile with less than this share of its air left counts as touching, once
+/// the search was stopped by contact.
+const TOUCHING_SHARE: f64 = 0.02;
+
+impl Estimator {
+    /// An estimator for frames whose values are `quantity`.
+    ///
+    /// # Errors
+    /// [`FrameError::Quantity`] when the device cannot have such values.
+    pub fn new(
+        calibration: Calibration,
+        quantity: Quantity,
+        options: EstimatorOptions,
+    ) -> Result<Self, FrameError> {
+        if !matches!(quantity, Quantity::Counts | Quantity::Capacitance) {
+            return Err(FrameError::Quantity { found: quantity });
+        }
+        let taxels = calibration.layout.taxels();
+        let segmentation = Segmentation::new(calibration.layout.rows, calibration.layout.columns);
+        let mut estimator = Self {
+            relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
+            strikes: vec![0; taxels],
+            rest: Vec::new(),
+            closed: Vec::new(),
+            touch: empty_touch(taxels),
+            segmentation,
+            calibration,
+            options,
+            quantity,
+            last_time_ns: None,
+            uncertain_until_ns: 0,
+            capture: None,
+        };
+        estimator.tabulate();
+        Ok(estimator)
+    }
+
+    /// The calibration in force.
+    pub fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// Replaces the calibration; relaxation history is kept.
+    pub fn recalibrate(&mut self, calibration: Calibration) {
+        self.calibration = calibration;
+        self.strikes.fill(0);
+        self.tabulate();
+    }
+
+    fn tabulate(&mut self) {
+        let units = &self.calibration.units;
+        self.rest = units.iter().map(UnitModel::rest).collect();
+        let closed = |unit: &UnitModel| std::array::from_fn(|i| unit.plates.closed_capacitance(i));
+        self.closed = units.iter().map(closed).collect();
+    }
+
+    /// Begins a rest capture over the next `frames` frames.
+    pub fn begin_rest_capture(&mut self, frames: usize) {
+        self.capture = Some(RestCapture::new(self.calibration.layout.taxels(), frames));
+    }
+
+    /// Whether a rest capture is under way.
+    pub fn capturing(&self) -> bool {
+        self.capture.is_some()
+    }
+
+    /// Estimates one frame.
+    ///
+    /// The second value is the end of a rest capture, when this frame was its
+    /// last.
+    ///
+    /// # Errors
+    /// [`FrameError::Channels`] for a frame of another device.
+    pub fn push(&mut self, frame: &Frame) -> Result<(&Touch, Captured), FrameError> {
+        let taxels = self.calibration.layout.taxels();
+        if frame.values.len() != 4 * taxels {
+            return Err(FrameError::Channels {
+                found: frame.values.len(),
+                expected: 4 * taxels,
+            });
+        }
+        let dt = self.step_time(frame.time_ns);
+        self.touch.sequence = frame.sequence;
+        self.touch.time_ns = frame.time_ns;
+        self.touch.clipped = 0;
+        for (taxel, values) in frame.values.chunks_exact(4).enumerate() {
+            self.estimate_taxel(taxel, values, dt);
+        }
+        let captured = self.capture_frame();
+        self.sum_up();
+        Ok((&self.touch, captured))
+    }
+
+    /// Seconds since the last frame; marks the history after a long pause.
+    fn step_time(&mut self, time_ns: u64) -> f64 {
+        let last = self.last_time_ns.replace(time_ns).unwrap_or(time_ns);
+        let dt = time_ns.saturating_sub(last) as f64 * 1e-9;
+        let longest = self
+            .relaxation
+            .first()
+            .map_or(0.0, Relaxation::longest_time);
+        if longest > 0.0 && dt > 3.0 * longest {
+            self.uncertain_until_ns = time_ns.saturating_add((3.0 * longest * 1e9) as u64);
+        }
+        self.touch.history_uncertain = time_ns < self.uncertain_until_ns;
+        dt
+    }
+
+    fn capacitances(&mut self, values: &[f64]) -> [f64; 4] {
+        let mut clipped = 0;
+        let capacitance = std::array::from_fn(|i| {
+            if self.quantity == Quantity::Capacitance {
+                return values[i];
+            }
+            self.calibration
+                .channel
+                .capacitance(values[i])
+                .unwrap_or_else(|| {
+                    clipped += usize::from(!values[i].is_nan());
+                    f64::NAN
+                })
+        });
+        self.touch.clipped += clipped;
+        capacitance
+    }
+
+    fn estimate_taxel(&mut self, taxel: usize, values: &[f64], dt: f64) {
+        let capacitance = self.capacitances(values);
+        let unit = self.calibration.units[taxel];
+        let sigma = self.calibration.deviation[taxel];
+        let masked = self.calibration.masked[taxel];
+        let faulty: [bool; 4] = std::array::from_fn(|i| {
+            let parallel = unit.plates.parallel_capacitance[i];
+            let plate = capacitance[i] - parallel;
+            let least = LEAST_SHARE * (self.rest[taxel][i] - parallel);
+            let most = MOST_SHARE * (self.closed[taxel][i] - parallel) + 6.0 * sigma[i];
+            !masked[i] && (plate.is_nan() || plate <= least || plate >= most)
+        });
+        let usable: [bool; 4] = std::array::from_fn(|i| !masked[i] && !faulty[i]);
+        let mut found = estimate_unit(&unit, capacitance, sigma, usable, &self.options.search);
+        self.relax(taxel, &mut found, dt);
+        let touching = touching(&unit, &found);
+        let state = self.judge(taxel, &found, masked, faulty);
+        self.touch.taxels[taxel] = TaxelTouch {
+            capacitance,
+            force: found.force,
+            covariance: found.covariance,
+            residual: found.signed_residual,
+            state,
+            touching,
+            unusable: usable.map(|usable| !usable),
+        };
+    }
+
+    /// Adds what the relaxing springs carry.
+    fn relax(&mut self, taxel: usize, found: &mut UnitEstimate, dt: f64) {
+        if self.calibration.relaxation.is_empty() || found.force[0].is_nan() {
+            return;
+        }
+        let operator = &mut self.relaxation[taxel];
+        let gain = operator.instant_gain(dt);
+        found.force = operator.push(found.force, dt);
+        found.covariance = found
+            .covariance
+            .map(|row| row.map(|value| value * gain * gain));
+    }
+
+    fn judge(
+        &mut self,
+        taxel: usize,
+        found: &UnitEstimate,
+        masked: [bool; 4],
+        faulty: [bool; 4],
+    ) -> State {
+        let strike = found.signed_residual.abs() > self.options.residual_bound;
+        let strikes = &mut self.strikes[taxel];
+        *strikes = if strike { strikes.saturating_add(1) } else { 0 };
+        let beyond = found
+            .force
+            .iter()
+            .any(|force| force.abs() > self.calibration.full_scale);
+        let masked_count = masked.iter().filter(|masked| **masked).count();
+        match found.outcome {
+            _ if masked_count > 1 => State::Masked,
+            _ if faulty.contains(&true) => State::Faulty,
+            Outcome::TooFew => State::Faulty,
+            Outcome::Blocked => State::Contact,
+            Outcome::NotConverged => State::NotConverged,
+            Outcome::Converged if beyond => State::OutOfRange,
+            Outcome::Converged if *strikes >= self.options.residual_persistence => {
+                State::Inconsistent
+            }
+            Outcome::Converged if masked_count == 1 => State::Unchecked,
+            Outcome::Converged => State::Ok,
+        }
+    }
+
+    fn capture_frame(&mut self) -> Option<Result<(), RestRefused>> {
+        let capture = self.capture.as_mut()?;
+        if !capture.push(self.touch.taxels.iter().map(|taxel| taxel.capacitance)) {
+            return None;
+        }
+        let result = capture.finish(&self.calibration);
+        self.capture = None;
+        Some(result.map(|calibration| self.recalibrate(calibration)))
+    }
+
+    fn sum_up(&mut self) {
+        let layout = &self.calibration.layout;
+        let mut total = Wrench::default();
+        let mut covariance = [[0.0; 3]; 3];
+        for (index, taxel) in self.touch.taxels.iter().enumerate() {
+            if taxel.force[0].is_nan() {
+                continue;
+            }
+            total.add(&layout.wrench(index, taxel.force));
+            let turned = layout.turn_covariance(index, &taxel.covariance);
+            for (sum, row) in covariance.iter_mut().flatten().zip(turned.iter().flatten()) {
+                *sum += row;
+            }
+        }
+        self.touch.total = total;
+        self.touch.total_covariance = covariance;
+        let floor = self.options.contact_share * self.calibration.full_scale;
+        let taxels = &self.touch.taxels;
+        let cell = |index: usize| {
+            let taxel = &taxels[index];
+            let deviation = taxel.covariance[2][2].sqrt();
+            Cell {
+                position: layout.flat_position(index),
+                weight: taxel.force[2],
+                deviation,
+                threshold: floor.max(self.options.contact_deviations * deviation),
+                force: taxel.force,
+            }
+        };
+        self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+    }
+}
+
+/// Capacitors that touch, when contact stopped the search.
+fn touching(unit: &UnitModel, found: &UnitEstimate) -> [bool; 4] {
+    if found.outcome != Outcome::Blocked {
+        return [false; 4];
+    }
+    let (_, response) = unit.predict(found.force);
+    std::array::from_fn(|i| {
+        response.plates[i].least_air_gap < TOUCHING_SHARE * unit.plates.air_gap[i]
+    })
+}
+
+fn empty_touch(taxels: usize) -> Touch {
+    let taxel = TaxelTouch {
+        capacitance: [f64::NAN; 4],
+        force: [f64::NAN; 3],
+        covariance: [[f64::NAN; 3]; 3],
+        residual: f64::NAN,
+        state: State::Masked,
+        touching: [false; 4],
+        unusable: [true; 4],
+    };
+    Touch {
+        sequence: 0,
+        time_ns: 0,
+        taxels: vec![taxel; taxels],
+        total: Wrench::default(),
+        total_covariance: [[0.0; 3]; 3],
+        centre_of_pressure: None,
+        contacts: Vec::new(),
+        clipped: 0,
+        history_uncertain: false,
+    }
+}

@@ -1,0 +1,87 @@
+//! Whether a frame is new: gaps, late and duplicate frames.
+
+use crate::acquisition::Frame;
+
+/// Counts what was lost and decides which frames count as new data.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Continuity {
+    newest: Option<u64>,
+    /// Frames accepted as new.
+    pub accepted: u64,
+    /// Frames that never came (gaps in the sequence, less those that came late).
+    pub lost: u64,
+    /// Frames older than the newest one; not used.
+    pub late: u64,
+    /// Frames that repeat the newest one; not used.
+    pub duplicate: u64,
+    /// Times the device began a new sequence.
+    pub restarts: u64,
+    behind: u32,
+}
+
+/// Late frames in a row after which the device is taken to have restarted.
+const RESTART_AFTER: u32 = 10;
+
+impl Continuity {
+    /// Counts `frame`; `false` when it is not new and must not be used.
+    pub fn accept(&mut self, frame: &Frame) -> bool {
+        match self.newest {
+            Some(newest) if frame.sequence == newest => {
+                self.duplicate += 1;
+                return false;
+            }
+            Some(newest) if frame.sequence < newest => {
+                self.behind += 1;
+                if self.behind < RESTART_AFTER {
+                    self.late += 1;
+                    // It was counted lost when the newer one came.
+                    self.lost = self.lost.saturating_sub(1);
+                    return false;
+                }
+                self.restarts += 1;
+            }
+            Some(newest) => self.lost += frame.sequence - newest - 1,
+            None => {}
+        }
+        self.behind = 0;
+        self.newest = Some(frame.sequence);
+        self.accepted += 1;
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(sequences: &[u64]) -> (Continuity, Vec<u64>) {
+        let mut continuity = Continuity::default();
+        let taken = sequences
+            .iter()
+            .copied()
+            .filter(|sequence| {
+                continuity.accept(&Frame {
+                    sequence: *sequence,
+                    time_ns: 0,
+                    values: Vec::new(),
+                })
+            })
+            .collect();
+        (continuity, taken)
+    }
+
+    #[test]
+    fn gaps_late_and_duplicates_are_told_apart() {
+        let (counts, taken) = run(&[5, 6, 6, 9, 7, 10]);
+        assert_eq!(taken, [5, 6, 9, 10]);
+        assert_eq!((counts.lost, counts.late, counts.duplicate), (1, 1, 1));
+    }
+
+    #[test]
+    fn a_restarted_device_is_followed() {
+        let sequences: Vec<u64> = (1000..1005).chain(0..20).collect();
+        let (counts, taken) = run(&sequences);
+        assert_eq!(counts.restarts, 1);
+        assert_eq!(taken.last(), Some(&19));
+    }
+}

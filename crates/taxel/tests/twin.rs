@@ -1,0 +1,241 @@
+//! The twin through the estimator: what was pressed is what is felt.
+#![allow(clippy::unwrap_used)]
+
+use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
+use taxel::calibration::{Calibration, RestRefused};
+use taxel::estimation::{Estimator, EstimatorOptions, State, Touch};
+use taxel::sensor::Sensor;
+
+const REST_FRAMES: usize = 50;
+
+struct Run {
+    twin: Twin,
+    estimator: Estimator,
+}
+
+impl Run {
+    fn new(sensor: &Sensor, script: &str) -> Self {
+        let stimulus = Stimulus::parse("script", script).unwrap();
+        let twin = Twin::new(sensor, &stimulus, 7).unwrap();
+        let calibration = Calibration::as_drawn(sensor);
+        let options = EstimatorOptions::default();
+        let mut estimator = Estimator::new(calibration, Quantity::Counts, options).unwrap();
+        estimator.begin_rest_capture(REST_FRAMES);
+        Self { twin, estimator }
+    }
+
+    fn frame(&mut self) -> Frame {
+        loop {
+            if let Delivery::Frame(frame) = self.twin.next_delivery() {
+                return frame;
+            }
+        }
+    }
+
+    /// Runs to the script time `time` and returns touch and true forces there.
+    fn touch_at(&mut self, time: f64) -> (Touch, Vec<[f64; 3]>) {
+        loop {
+            let frame = self.frame();
+            let (touch, captured) = self.estimator.push(&frame).unwrap();
+            assert!(!matches!(captured, Some(Err(_))), "{captured:?}");
+            if frame.time_ns as f64 * 1e-9 >= time {
+                return (touch.clone(), self.twin.true_forces(frame.time_ns));
+            }
+        }
+    }
+}
+
+fn array() -> Sensor {
+    Sensor::shipped("three-axis-8x8").unwrap()
+}
+
+fn probe(force: &str) -> String {
+    format!(
+        "schema = 1\nname = \"probe\"\nduration = \"20 s\"\n[[probe]]\ntaxel = [2, 5]\npath = [\n\
+         {{ time = \"1.5 s\", force = [\"0 mN\", \"0 mN\", \"0 mN\"] }},\n\
+         {{ time = \"2 s\", force = {force} }},\n{{ time = \"19 s\", force = {force} }}]\n"
+    )
+}
+
+#[test]
+fn shipped_finger_script_is_felt_within_its_own_error_bars() {
+    let mut run = Run::new(&array(), Stimulus::shipped_text("finger").unwrap());
+    let mut worst: f64 = 0.0;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for time in [3.0, 3.5, 6.5, 9.5, 12.5, 16.0] {
+        let (touch, truth) = run.touch_at(time);
+        for (taxel, truth) in touch.taxels.iter().zip(truth) {
+            assert!(matches!(taxel.state, State::Ok), "{taxel:?}");
+            for axis in 0..3 {
+                let off = (taxel.force[axis] - truth[axis]) / taxel.deviation()[axis];
+                worst = worst.max(off.abs());
+                sum += off * off;
+                count += 1.0;
+            }
+        }
+    }
+    // 1152 draws of a standard normal: the largest stays below 5, and the
+    // mean square within 15 % of one (4 standard deviations of it). The drag
+    // at 12.5 s moves between the two electrode rows of a taxel by one row
+    // time, which is well below the noise.
+    assert!(worst < 5.5, "{worst}");
+    assert!((sum / count - 1.0_f64).abs() < 0.15, "{}", sum / count);
+}
+
+#[test]
+fn pressing_pushing_and_two_fingers_look_like_the_paper() {
+    let mut run = Run::new(&array(), Stimulus::shipped_text("finger").unwrap());
+    let (press, _) = run.touch_at(3.0);
+    let force = press.total.force;
+    // Of 90 mN the array feels what is not beside it: all of it here.
+    assert!((force[2] - 90e-3).abs() < 1e-3, "{force:?}");
+    assert!(force[0].abs() < 2e-3 && force[1].abs() < 2e-3, "{force:?}");
+    let (x, _) = run.touch_at(6.5);
+    assert!(
+        (x.total.force[0] - 60e-3).abs() < 2e-3 && x.total.force[2] > 50e-3,
+        "{:?}",
+        x.total
+    );
+    let (y, _) = run.touch_at(9.5);
+    assert!(
+        (y.total.force[1] - 60e-3).abs() < 2e-3 && y.total.force[2] > 50e-3,
+        "{:?}",
+        y.total
+    );
+    let (two, _) = run.touch_at(16.0);
+    assert_eq!(two.contacts.len(), 2);
+    let sides: Vec<_> = two
+        .contacts
+        .iter()
+        .map(|c| c.force[0].signum() * c.centre[0].signum())
+        .collect();
+    assert_eq!(sides, [-1.0, -1.0], "{:?}", two.contacts);
+}
+
+#[test]
+fn same_seed_gives_the_same_frames_and_touches() {
+    let (mut a, mut b) = (
+        Run::new(&array(), &probe("[\"3 mN\", \"0 mN\", \"5 mN\"]")),
+        Run::new(&array(), &probe("[\"3 mN\", \"0 mN\", \"5 mN\"]")),
+    );
+    for _ in 0..200 {
+        let (frame_a, frame_b) = (a.frame(), b.frame());
+        assert_eq!(frame_a, frame_b);
+        let touch_a = format!("{:?}", a.estimator.push(&frame_a).unwrap());
+        assert_eq!(
+            touch_a,
+            format!("{:?}", b.estimator.push(&frame_b).unwrap())
+        );
+    }
+}
+
+#[test]
+fn closing_a_gap_is_contact_and_never_a_bare_number() {
+    let mut run = Run::new(&array(), &probe("[\"0 mN\", \"0 mN\", \"80 mN\"]"));
+    let (touch, _) = run.touch_at(3.0);
+    let taxel = &touch.taxels[2 * 8 + 5];
+    assert!(
+        matches!(taxel.state, State::Contact | State::Faulty),
+        "{taxel:?}"
+    );
+    assert_eq!(touch.taxels[0].state, State::Ok);
+}
+
+#[test]
+fn dead_and_stuck_capacitors_are_flagged() {
+    let faults = "[[fault]]\nchannel = { taxel = [1, 1], capacitor = \"21\" }\nreads = \"dead\"\nfrom = \"0 s\"\nto = \"20 s\"\n\
+                  [[fault]]\nchannel = { taxel = [6, 6], capacitor = \"12\" }\nreads = { stuck = { at = \"150 fF\" } }\nfrom = \"2 s\"\nto = \"20 s\"\n";
+    let mut run = Run::new(
+        &array(),
+        &(probe("[\"0 mN\", \"0 mN\", \"5 mN\"]") + faults),
+    );
+    let (touch, truth) = run.touch_at(4.0);
+    let dead = &touch.taxels[9];
+    assert_eq!(dead.state, State::Faulty);
+    assert_eq!(dead.unusable, [false, false, true, false]);
+    // Three capacitors still give the force.
+    assert!((dead.force[2] - truth[9][2]).abs() < 6.0 * dead.deviation()[2]);
+    assert_eq!(touch.taxels[6 * 8 + 6].state, State::Inconsistent);
+    assert_eq!(touch.clipped, 1);
+}
+
+#[test]
+fn a_moving_device_refuses_the_rest_capture_and_keeps_its_calibration() {
+    let script = Stimulus::shipped_text("finger").unwrap();
+    let mut run = Run::new(&array(), script);
+    run.touch_at(2.2);
+    let before = run.estimator.calibration().clone();
+    run.estimator.begin_rest_capture(REST_FRAMES);
+    let refused = (0..REST_FRAMES).find_map(|_| {
+        let frame = run.frame();
+        run.estimator.push(&frame).unwrap().1
+    });
+    assert!(
+        matches!(refused, Some(Err(RestRefused::Moving { .. }))),
+        "{refused:?}"
+    );
+    assert_eq!(run.estimator.calibration(), &before);
+}
+
+#[test]
+fn creep_is_undone_also_across_lost_frames() {
+    let mut text = Sensor::shipped_text("three-axis-8x8").unwrap().to_owned();
+    text = text.replace(
+        "relaxation = []",
+        "relaxation = [{ ratio = 0.12, time = \"0.8 s\" }, { ratio = 0.05, time = \"4 s\" }]",
+    );
+    let sensor = Sensor::parse("creeping.toml", &text).unwrap();
+    let script = probe("[\"2 mN\", \"-3 mN\", \"8 mN\"]") + "[link]\nlose_every = 7\n";
+    let mut run = Run::new(&sensor, &script);
+    for time in [2.5, 4.0, 9.0, 15.0] {
+        let (touch, truth) = run.touch_at(time);
+        let (taxel, truth) = (&touch.taxels[2 * 8 + 5], truth[2 * 8 + 5]);
+        for axis in 0..3 {
+            let off = (taxel.force[axis] - truth[axis]).abs();
+            // The memory averages noise, so the covariance bounds it.
+            assert!(
+                off < 5.0 * taxel.deviation()[axis],
+                "{time} {axis}: {off:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_multiplexer_skews_what_it_reads() {
+    let text = Sensor::shipped_text("three-axis-8x8").unwrap();
+    let parallel = Sensor::parse("p.toml", text).unwrap();
+    let text = text
+        .replace(
+            "{ row_parallel = { row_time = \"1 ms\" } }",
+            "{ multiplexed = { capacitor_time = \"651 us\" } }",
+        )
+        .replace("frame_rate = \"60 Hz\"", "frame_rate = \"6 Hz\"")
+        .replace("noise = \"0.1 mV\" ", "noise = \"1 nV\" ");
+    let multiplexed = Sensor::parse("m.toml", &text).unwrap();
+    assert_eq!(multiplexed.front_end().delay(63, 3), 255.0 * 651e-6);
+    assert_eq!(parallel.front_end().delay(63, 3), 15e-3);
+    // A ramp of 4 mN/s in z looks like shear: C21, C22 are read 16 slots later.
+    let ramp = "schema = 1\nname = \"ramp\"\nduration = \"10 s\"\n[[probe]]\ntaxel = [0, 0]\npath = [\n\
+        { time = \"4 s\", force = [\"0 mN\", \"0 mN\", \"0 mN\"] },\n{ time = \"6 s\", force = [\"0 mN\", \"0 mN\", \"8 mN\"] }]\n";
+    let stimulus = Stimulus::parse("ramp", ramp).unwrap();
+    let mut twin = Twin::new(&multiplexed, &stimulus, 1).unwrap();
+    let mut estimator = Estimator::new(
+        Calibration {
+            units: twin.units().to_vec(),
+            ..Calibration::as_drawn(&multiplexed)
+        },
+        Quantity::Counts,
+        EstimatorOptions::default(),
+    )
+    .unwrap();
+    let mut shear: f64 = 0.0;
+    for _ in 0..33 {
+        if let Delivery::Frame(frame) = twin.next_delivery() {
+            shear = estimator.push(&frame).unwrap().0.taxels[0].force[1];
+        }
+    }
+    // d_y = -(16 slots x 651 us) x 4 mN/s / k_z, F_y = k_y d_y: -41.7 uN; one
+    // count is 0.015 fF or 7 uN.
+    assert!((shear + 16.0 * 651e-6 * 4e-3).abs() < 1e-5, "{shear:e}");
+}
