@@ -344,6 +344,11 @@ impl Decoder {
         let expected = self.columns.len();
         let count = self.dialect.fields(text).count();
         if count == expected {
+            // Behind the last separator a value may have been cut off.
+            let last = self.dialect.fields(text).last();
+            if !lines.terminated() && last.is_some_and(|field| field.raw.is_empty()) {
+                return Err(lines.truncated("the last field of the line is empty"));
+            }
             return Ok(());
         }
         let error = lines.line_error(format!(
@@ -501,7 +506,7 @@ mod tests {
     fn a_last_line_without_end_counts_if_it_has_all_fields() {
         let whole = read("time [s],r0c0 [raw],r0c1 [raw]\n0,1,2\n1,3,4").unwrap();
         assert_eq!(whole.len(), 2);
-        for cut in ["1,3", "1", "1,3,4e", "1,3,na"] {
+        for cut in ["1,3", "1", "1,3,", "1,3,4e", "1,3,na"] {
             let text = format!("time [s],r0c0 [raw],r0c1 [raw]\n0,1,2\n{cut}");
             let mut recording = Recording::open("t.csv", text.as_bytes()).unwrap();
             assert!(recording.next().unwrap().is_ok());

@@ -22,7 +22,8 @@ use crate::acquisition::frame::{Frame, SignalUnit, Stream};
 /// columns; `time` in s, ms, us or ns; no `sequence`, then lines are counted
 /// from 0; an empty field for `nan`; semicolons or tabs between fields, then
 /// with decimal points or commas; quotes around fields; blank lines. A last
-/// line without line end is taken if it has all its fields.
+/// line without line end is taken if it has all its fields and the last one is
+/// not empty; if the file was cut inside that last number, this cannot be seen.
 ///
 /// Times are written in whole ns, and a value in the fewest digits from which
 /// reading gives the very same number. Where the unit is not SI itself there
