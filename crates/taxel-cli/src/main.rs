@@ -1,2 +1,68 @@
-//! The command `taxel`.
-fn main() {}
+//! The command `taxel`: from the drawing of a soft tactile sensor to live touch.
+
+// Printing is what a command line is for.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod arguments;
+mod commands;
+mod files;
+mod table;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+
+/// How a command ended; the exit codes are part of the contract.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Done {
+    /// 0: done.
+    Complete,
+    /// 3: done, but data was lost or clipped.
+    WithLosses,
+}
+
+/// Why a command did nothing or stopped.
+#[derive(Debug)]
+pub(crate) enum Stop {
+    /// 2: the input is wrong; nothing was written.
+    WrongInput(String),
+    /// 1: it failed.
+    Failed(String),
+}
+
+impl From<taxel::InputError> for Stop {
+    fn from(error: taxel::InputError) -> Self {
+        Self::WrongInput(error.to_string())
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // clap's own codes are ours: 0 for help, 2 for wrong usage. A
+            // closed pipe is no reason to panic.
+            let _ = error.print();
+            return ExitCode::from(u8::from(error.use_stderr()) * 2);
+        }
+    };
+    let result = match &arguments.command {
+        Command::Check(check) => commands::check::run(check),
+        Command::Predict(predict) => commands::predict::run(predict),
+        Command::Live(live) => commands::live::run(live),
+        Command::Schema(schema) => commands::schema::run(schema),
+    };
+    match result {
+        Ok(Done::Complete) => ExitCode::SUCCESS,
+        Ok(Done::WithLosses) => ExitCode::from(3),
+        Err(Stop::WrongInput(message)) => report(&message, 2),
+        Err(Stop::Failed(message)) => report(&message, 1),
+    }
+}
+
+fn report(message: &str, code: u8) -> ExitCode {
+    eprintln!("error: {message}");
+    ExitCode::from(code)
+}

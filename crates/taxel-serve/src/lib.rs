@@ -1,1 +1,206 @@
 //! Live sources, HTTP and WebSocket service, and the page.
+
+mod latency;
+mod message;
+mod pump;
+mod save;
+mod sense;
+mod server;
+mod source;
+
+use std::net::SocketAddr;
+use std::sync::{Arc, mpsc};
+
+pub use latency::Latencies;
+pub use message::{Provenance, Tare};
+pub use pump::{Command, Failure, LastTouch, PumpOptions, Summary};
+pub use save::SaveError;
+pub use sense::Sense;
+pub use source::{Next, RecordingSize, ReplaySource, Source, SourceError, TwinSource};
+
+use pump::{Pump, Shared};
+use server::Site;
+
+/// Why the service could not run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ServeError {
+    /// The address cannot be listened on.
+    #[error(
+        "cannot listen on {address}: {cause}; choose another with --port, or --port 0 for any free one"
+    )]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// The system's reason.
+        cause: std::io::Error,
+    },
+    /// The system gives no runtime, random numbers or threads.
+    #[error("the system refused: {0}")]
+    System(String),
+    /// The frames cannot be saved.
+    #[error("{0}")]
+    Save(#[from] SaveError),
+}
+
+/// A live session: a source, an estimator, and options.
+pub struct Session {
+    /// Where frames come from.
+    pub source: Box<dyn Source>,
+    /// What turns them into touch.
+    pub sense: Sense,
+    /// How it runs.
+    pub options: PumpOptions,
+    /// What clients are told of program and device.
+    pub provenance: Provenance,
+}
+
+/// Silence after which a source counts as stale, s, unless its own frames are
+/// further apart.
+const STALE_AFTER: f64 = 0.35;
+
+/// Runs a session without a page until it ends or the process is interrupted.
+///
+/// # Errors
+/// [`ServeError`] when it cannot begin; failures of the source are part of the
+/// summary.
+pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
+    let (_, commands) = mpsc::sync_channel(1);
+    let shared = Shared::new();
+    let pump = Pump::new(
+        session.source,
+        session.sense,
+        session.options,
+        Arc::clone(&shared),
+        commands,
+    )?;
+    runtime()?.block_on(async {
+        let interrupted = interruption()?;
+        let run = tokio::task::spawn_blocking(|| pump.run());
+        finish(run, interrupted, &shared, true).await
+    })
+}
+
+/// Runs a session with its page at `address` until the process is interrupted
+/// or `options.frames` are done; `ready` is told the address of the page.
+///
+/// # Errors
+/// As [`run_headless`], and when the address is taken.
+pub fn run_with_page(
+    session: Session,
+    address: SocketAddr,
+    ready: impl FnOnce(&str),
+) -> Result<Summary, ServeError> {
+    let (sender, commands) = mpsc::sync_channel(16);
+    let shared = Shared::new();
+    let ends = session.options.frames.is_some();
+    let provenance = session.provenance;
+    runtime()?.block_on(async {
+        let listen = |cause| ServeError::Listen { address, cause };
+        let listener = tokio::net::TcpListener::bind(address)
+            .await
+            .map_err(listen)?;
+        let address = listener.local_addr().map_err(listen)?;
+        let pump = Pump::new(
+            session.source,
+            session.sense,
+            session.options,
+            Arc::clone(&shared),
+            commands,
+        )?;
+        let stale_after = STALE_AFTER.max(2.5 * pump.stream().period.unwrap_or(0.0));
+        let token = random_token()?;
+        let site = Arc::new(Site {
+            hello: message::hello(
+                pump.stream(),
+                pump.sense().calibration(),
+                &provenance,
+                stale_after,
+            ),
+            token: token.clone(),
+            stale_after,
+            shared: Arc::clone(&shared),
+            commands: sender,
+        });
+        let interrupted = interruption()?;
+        ready(&server::page_address(address, &token));
+        let serving = tokio::spawn(server::serve(listener, site));
+        let run = tokio::task::spawn_blocking(|| pump.run());
+        let summary = finish(run, interrupted, &shared, ends).await;
+        // A client that does not read must not keep the process alive.
+        serving.abort();
+        summary
+    })
+}
+
+/// Waits for the pump; with `ends` unset, the page stays up after a recording
+/// has ended, until the interruption.
+async fn finish(
+    run: tokio::task::JoinHandle<Summary>,
+    interrupted: impl Future<Output = ()>,
+    shared: &Shared,
+    ends: bool,
+) -> Result<Summary, ServeError> {
+    let stop = || {
+        shared
+            .stop
+            .store(true, std::sync::atomic::Ordering::Relaxed)
+    };
+    let lost = |error: tokio::task::JoinError| ServeError::System(error.to_string());
+    tokio::pin!(run, interrupted);
+    tokio::select! {
+        summary = &mut run => {
+            if !ends {
+                interrupted.await;
+            }
+            stop();
+            summary.map_err(lost)
+        }
+        () = &mut interrupted => {
+            stop();
+            run.await.map_err(lost)
+        }
+    }
+}
+
+fn runtime() -> Result<tokio::runtime::Runtime, ServeError> {
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(|error| ServeError::System(error.to_string()))
+}
+
+/// Ends with SIGINT (Ctrl-C) or, on Unix, SIGTERM.
+fn interruption() -> Result<impl Future<Output = ()>, ServeError> {
+    let system = |error: std::io::Error| ServeError::System(error.to_string());
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        let mut interrupt = signal(SignalKind::interrupt()).map_err(system)?;
+        let mut terminate = signal(SignalKind::terminate()).map_err(system)?;
+        Ok(async move {
+            tokio::select! {
+                _ = interrupt.recv() => (),
+                _ = terminate.recv() => (),
+            }
+        })
+    }
+    #[cfg(not(unix))]
+    {
+        let mut interrupt = tokio::signal::windows::ctrl_c().map_err(system)?;
+        Ok(async move {
+            interrupt.recv().await;
+        })
+    }
+}
+
+fn random_token() -> Result<String, ServeError> {
+    use std::fmt::Write;
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(|error| ServeError::System(error.to_string()))?;
+    Ok(bytes.iter().fold(String::new(), |mut token, byte| {
+        let _ = write!(token, "{byte:02x}");
+        token
+    }))
+}

@@ -10,9 +10,12 @@ pub mod electronics;
 pub mod estimation;
 pub mod input;
 pub mod layout;
+pub mod loads;
 pub mod mechanics;
+pub mod predict;
 pub mod quantity;
 pub mod sensor;
+pub mod summary;
 mod toml_input;
 pub mod transduction;
 

@@ -64,10 +64,10 @@ fn shipped_finger_script_is_felt_within_its_own_error_bars() {
     let (mut sum, mut count) = (0.0, 0.0);
     for time in [3.0, 3.5, 6.5, 9.5, 12.5, 16.0] {
         let (touch, truth) = run.touch_at(time);
-        for (taxel, truth) in touch.taxels.iter().zip(truth) {
+        for (taxel, truth) in touch.taxels.iter().zip(&truth) {
             assert!(matches!(taxel.state, State::Ok), "{taxel:?}");
-            for axis in 0..3 {
-                let off = (taxel.force[axis] - truth[axis]) / taxel.deviation()[axis];
+            for (axis, truth) in truth.iter().enumerate() {
+                let off = (taxel.force[axis] - truth) / taxel.deviation()[axis];
                 worst = worst.max(off.abs());
                 sum += off * off;
                 count += 1.0;
@@ -190,8 +190,8 @@ fn creep_is_undone_also_across_lost_frames() {
     for time in [2.5, 4.0, 9.0, 15.0] {
         let (touch, truth) = run.touch_at(time);
         let (taxel, truth) = (&touch.taxels[2 * 8 + 5], truth[2 * 8 + 5]);
-        for axis in 0..3 {
-            let off = (taxel.force[axis] - truth[axis]).abs();
+        for (axis, truth) in truth.iter().enumerate() {
+            let off = (taxel.force[axis] - truth).abs();
             // The memory averages noise, so the covariance bounds it.
             assert!(
                 off < 5.0 * taxel.deviation()[axis],

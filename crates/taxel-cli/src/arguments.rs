@@ -1,0 +1,143 @@
+//! The command line as people write it.
+
+use std::net::IpAddr;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Version with the commit, as written into every file.
+pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Commit of this build.
+pub(crate) const COMMIT: &str = env!("TAXEL_COMMIT");
+
+/// From the drawing of a soft tactile sensor to live touch.
+///
+/// SENSOR is a sensor file (TOML), or the name of a shipped one:
+/// three-axis-8x8, three-axis-unit.
+///
+/// Exit codes: 0 done, 1 failed, 2 wrong input, 3 done but frames were lost or clipped.
+#[derive(Debug, Parser)]
+#[command(name = "taxel", version, disable_help_subcommand = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Validate a sensor file and print what was understood and what follows
+    Check(Check),
+    /// Loads in, electrical response out
+    Predict(Predict),
+    /// Frames to touch, on a page in the browser or as a summary
+    Live(Live),
+    /// Print the JSON schema of the sensor file or of the stimulus script
+    Schema(Schema),
+}
+
+/// How results are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people
+    Table,
+    /// SI values with the unit in the key
+    Json,
+    /// With the unit in brackets in the header
+    Csv,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    /// Sensor file, or the name of a shipped one
+    pub(crate) sensor: PathBuf,
+    /// How the result is written
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+    /// Write the result to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Predict {
+    /// Sensor file, or the name of a shipped one
+    pub(crate) sensor: PathBuf,
+    /// One load, such as "fx=1 mN, fz=5 mN"
+    #[arg(
+        long,
+        value_name = "SPEC",
+        conflicts_with = "loads",
+        allow_hyphen_values = true
+    )]
+    pub(crate) load: Option<String>,
+    /// Table of loads (CSV) with the columns force_x, force_y, force_z and
+    /// their units, such as force_z [mN]
+    #[arg(long, value_name = "FILE", required_unless_present = "load")]
+    pub(crate) loads: Option<PathBuf>,
+    /// How the result is written
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+    /// Write the result to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Live {
+    /// Sensor file, or the name of a shipped one; a recording that describes
+    /// itself needs none
+    #[arg(default_value = "three-axis-8x8")]
+    pub(crate) sensor: PathBuf,
+    /// Where frames come from: sim: (the twin under the shipped finger
+    /// script), sim:SCRIPT.toml, or replay:RECORDING
+    #[arg(long, default_value = "sim:")]
+    pub(crate) source: String,
+    /// Device seconds per second; "max" is as fast as possible
+    #[arg(long, default_value = "1")]
+    pub(crate) speed: String,
+    /// End after this many new frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) frames: Option<u64>,
+    /// No page; a summary at the end
+    #[arg(long)]
+    pub(crate) headless: bool,
+    /// How the summary is written
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+    /// Seed of the twin's noise
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Frames that a rest capture averages
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u64).range(2..=100_000))]
+    pub(crate) tare_frames: u64,
+    /// Keep the rest values of the drawing instead of capturing them at the start
+    #[arg(long)]
+    pub(crate) no_tare: bool,
+    /// Also write the raw frames to this new file, for replay
+    #[arg(long, value_name = "FILE")]
+    pub(crate) save: Option<PathBuf>,
+    /// Play the complete frames of a recording that ends in the middle of one
+    #[arg(long)]
+    pub(crate) salvage: bool,
+    /// Address of the page; any other than the loopback opens it to the network
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    pub(crate) host: IpAddr,
+    /// Port of the page; 0 takes a free one
+    #[arg(long, default_value_t = 7117)]
+    pub(crate) port: u16,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Schema {
+    /// Which schema
+    #[arg(value_enum, default_value = "sensor")]
+    pub(crate) of: SchemaOf,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SchemaOf {
+    /// Sensor file
+    Sensor,
+    /// Stimulus script
+    Stimulus,
+}

@@ -1,0 +1,68 @@
+//! `taxel check`: what a sensor file says and what follows from it.
+
+use serde_json::{Map, Value as Json};
+use taxel::summary::{Fact, Value, summary};
+
+use crate::arguments::{COMMIT, Check, Format, VERSION};
+use crate::table::{self, Cell, Column};
+use crate::{Done, Stop, files};
+
+pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
+    let named = files::sensor(&arguments.sensor)?;
+    let facts = summary(&named.sensor);
+    let text = if arguments.format == Format::Json {
+        json(&facts, &named.hash)?
+    } else {
+        let columns = ["group", "quantity", "value", "unit", "from"].map(Column::plain);
+        let rows: Vec<Vec<Cell>> = facts.iter().map(row).collect();
+        table::render(arguments.format, &Map::new(), &columns, &rows)?
+    };
+    files::write(arguments.output.as_deref(), &text)
+}
+
+fn row(fact: &Fact) -> Vec<Cell> {
+    let (value, unit) = match &fact.value {
+        Value::Number {
+            si, unit, scale, ..
+        } => (significant(si / scale), *unit),
+        Value::Text(text) => (text.clone(), ""),
+    };
+    [fact.group, &fact.name, &value, unit, fact.source]
+        .map(|text| Cell::Text(text.to_owned()))
+        .into()
+}
+
+/// Five significant digits, as a person would write them.
+fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let decimals = (4 - value.abs().log10().floor() as i32).clamp(0, 12);
+    format!("{value:.*}", decimals as usize)
+}
+
+fn json(facts: &[Fact], hash: &str) -> Result<String, Stop> {
+    let mut whole = Map::new();
+    for (key, value) in [
+        ("sensor_hash", hash),
+        ("version", VERSION),
+        ("commit", COMMIT),
+    ] {
+        whole.insert(key.into(), Json::from(value));
+    }
+    for fact in facts {
+        let group = whole
+            .entry(fact.group)
+            .or_insert_with(|| Json::Object(Map::new()));
+        let (key, value) = match &fact.value {
+            Value::Number { si, key, .. } => {
+                (format!("{}_{key}", fact.name), table::number_or_null(*si))
+            }
+            Value::Text(text) => (fact.name.clone(), Json::from(text.clone())),
+        };
+        if let Json::Object(group) = group {
+            group.insert(key, value);
+        }
+    }
+    table::json(&Json::Object(whole))
+}

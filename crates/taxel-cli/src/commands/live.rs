@@ -1,0 +1,359 @@
+//! `taxel live`: frames to touch.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+use taxel::acquisition::recording::RecordingError;
+use taxel::acquisition::{Stimulus, Twin};
+use taxel::calibration::Calibration;
+use taxel::estimation::State;
+use taxel_serve::{
+    Failure, Provenance, PumpOptions, ReplaySource, Sense, ServeError, Session, Source,
+    SourceError, Summary, Tare, TwinSource, run_headless, run_with_page,
+};
+
+use crate::arguments::{COMMIT, Format, Live, VERSION};
+use crate::table::{self, number_or_null};
+use crate::{Done, Stop, files};
+
+pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
+    let options = options(arguments)?;
+    let mut session = session(arguments, options)?;
+    session.options.provenance = saved_provenance(&session.provenance, arguments.seed);
+    let about = about(&session, arguments.seed);
+    let ends = arguments.frames.is_some();
+    let summary = if arguments.headless {
+        run_headless(session)
+    } else {
+        let address = SocketAddr::new(arguments.host, arguments.port);
+        if !arguments.host.is_loopback() {
+            eprintln!(
+                "note: {address} can be reached from other machines; the token in the address is the only key"
+            );
+        }
+        run_with_page(session, address, |page| {
+            println!("{page}");
+            if !ends {
+                eprintln!("open the address above in a browser; Ctrl-C ends");
+            }
+        })
+    };
+    let summary = summary.map_err(|error| stop_of_serving(&error))?;
+    report(arguments, &about, &summary)
+}
+
+fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
+    let speed = match arguments.speed.as_str() {
+        "max" => Some(f64::INFINITY),
+        text => text
+            .parse()
+            .ok()
+            .filter(|speed: &f64| *speed > 0.0 && speed.is_finite()),
+    };
+    let Some(speed) = speed else {
+        let message = format!(
+            "--speed \"{}\": must be a number above 0, or max",
+            arguments.speed
+        );
+        return Err(Stop::WrongInput(message));
+    };
+    if arguments.headless
+        && arguments.frames.is_none()
+        && arguments.source.starts_with("sim:")
+        && speed.is_infinite()
+    {
+        let message = "--headless --speed max on the twin would never end: give --frames N";
+        return Err(Stop::WrongInput(message.into()));
+    }
+    if arguments.save.as_ref().is_some_and(|path| path.exists()) {
+        let path = arguments.save.clone().unwrap_or_default();
+        let message = format!("--save {}: the file exists; name a new one", path.display());
+        return Err(Stop::WrongInput(message));
+    }
+    Ok(PumpOptions {
+        speed,
+        frames: arguments.frames,
+        tare_frames: arguments.tare_frames as usize,
+        tare_at_start: !arguments.no_tare,
+        save: arguments.save.clone(),
+        provenance: Vec::new(),
+    })
+}
+
+fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
+    let (kind, rest) = arguments
+        .source
+        .split_once(':')
+        .unwrap_or((&arguments.source, ""));
+    match kind {
+        "sim" => twin_session(arguments, rest, options),
+        "replay" if !rest.is_empty() => replay_session(arguments, &PathBuf::from(rest), options),
+        _ => Err(Stop::WrongInput(format!(
+            "--source \"{}\" is no source\nhelp: use sim:, sim:SCRIPT.toml or replay:RECORDING",
+            arguments.source
+        ))),
+    }
+}
+
+fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<Session, Stop> {
+    let named = files::sensor(&arguments.sensor)?;
+    let (name, text) = match script {
+        "" => (
+            "finger",
+            Stimulus::shipped_text("finger")
+                .unwrap_or_default()
+                .to_owned(),
+        ),
+        path => (path, files::text(Path::new(path))?),
+    };
+    let stimulus = Stimulus::parse(name, &text)?;
+    let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
+        .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
+    let source = TwinSource::new(twin);
+    let sense = three_axis(Calibration::as_drawn(&named.sensor), &source, arguments)?;
+    Ok(Session {
+        sense,
+        source: Box::new(source),
+        options,
+        provenance: provenance(arguments, named.hash),
+    })
+}
+
+fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result<Session, Stop> {
+    match ReplaySource::verify(path) {
+        Ok(size) if size.frames == 0 => {
+            return Err(Stop::WrongInput(format!(
+                "{}: there is no frame in it",
+                path.display()
+            )));
+        }
+        Err(error) if !(arguments.salvage && is_cut(&error)) => return Err(stop_of_source(&error)),
+        _ => {}
+    }
+    let source = ReplaySource::open(path).map_err(|error| stop_of_source(&error))?;
+    let mut hash = String::new();
+    let sense = if source.stream().channels_per_taxel == 4 {
+        let named = files::sensor(&arguments.sensor)?;
+        hash = named.hash;
+        three_axis(Calibration::as_drawn(&named.sensor), &source, arguments)?
+    } else {
+        Sense::map(source.stream())
+    };
+    Ok(Session {
+        sense,
+        source: Box::new(source),
+        options,
+        provenance: provenance(arguments, hash),
+    })
+}
+
+fn three_axis(
+    calibration: Calibration,
+    source: &impl Source,
+    arguments: &Live,
+) -> Result<Sense, Stop> {
+    Sense::three_axis(calibration, source.stream()).map_err(|error| {
+        let stream = source.stream();
+        Stop::WrongInput(format!(
+            "{} does not fit {}: {error}\nhelp: the frames are of {} x {} taxels; name the sensor file they come from",
+            arguments.source,
+            arguments.sensor.display(),
+            stream.rows,
+            stream.columns
+        ))
+    })
+}
+
+fn is_cut(error: &SourceError) -> bool {
+    matches!(error, SourceError::Recording(error) if matches!(**error, RecordingError::Truncated { .. }))
+}
+
+fn stop_of_source(error: &SourceError) -> Stop {
+    let help = if is_cut(error) {
+        "\nhelp: --salvage plays its complete frames"
+    } else {
+        ""
+    };
+    Stop::WrongInput(format!("{error}{help}"))
+}
+
+fn stop_of_serving(error: &ServeError) -> Stop {
+    match error {
+        ServeError::Listen { .. } => Stop::WrongInput(error.to_string()),
+        _ => Stop::Failed(error.to_string()),
+    }
+}
+
+fn provenance(arguments: &Live, sensor_hash: String) -> Provenance {
+    Provenance {
+        version: VERSION.into(),
+        commit: COMMIT.into(),
+        sensor_hash,
+        source: arguments.source.clone(),
+    }
+}
+
+fn saved_provenance(provenance: &Provenance, seed: u64) -> Vec<String> {
+    vec![
+        format!("taxel {} {}", provenance.version, provenance.commit),
+        format!("sensor_hash {}", provenance.sensor_hash),
+        format!("source {}", provenance.source),
+        format!("seed {seed}"),
+    ]
+}
+
+fn about(session: &Session, seed: u64) -> Map<String, Value> {
+    let stream = session.source.stream();
+    let provenance = &session.provenance;
+    let seed = if provenance.source.starts_with("sim:") {
+        Value::from(seed)
+    } else {
+        Value::Null
+    };
+    let pairs = [
+        ("name", Value::from(stream.name.clone())),
+        ("source", Value::from(provenance.source.clone())),
+        ("rows", Value::from(stream.rows)),
+        ("columns", Value::from(stream.columns)),
+        ("channels", Value::from(stream.channels())),
+        ("channel_unit", Value::from(stream.unit.symbol.clone())),
+        (
+            "pitch_m",
+            stream.pitch.map_or(Value::Null, |pitch| json!(pitch)),
+        ),
+        ("seed", seed),
+        ("sensor_hash", Value::from(provenance.sensor_hash.clone())),
+        ("version", Value::from(provenance.version.clone())),
+        ("commit", Value::from(provenance.commit.clone())),
+    ];
+    pairs
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect()
+}
+
+fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Result<Done, Stop> {
+    let fields = fields(about, summary);
+    let text = match arguments.format {
+        Format::Json => table::json(&Value::Object(fields))?,
+        Format::Table => fields
+            .iter()
+            .filter(|(key, _)| *key != "last_taxel_forces_n")
+            .map(line)
+            .collect(),
+        Format::Csv => {
+            let header: Vec<_> = fields.keys().map(String::as_str).collect();
+            let row: Vec<_> = fields.values().map(csv_field).collect();
+            format!("{}\n{}\n", header.join(","), row.join(","))
+        }
+    };
+    if arguments.headless || arguments.frames.is_some() {
+        files::write(None, &text)?;
+    }
+    if !summary.notice.is_empty() && summary.failure.is_none() {
+        eprintln!("note: {}", summary.notice);
+    }
+    let losses =
+        summary.continuity.lost > 0 || summary.continuity.late > 0 || summary.clipped_frames > 0;
+    match &summary.failure {
+        Some(Failure::Source(error)) if arguments.salvage && is_cut(error) => {
+            eprintln!("note: {error}");
+            Ok(Done::WithLosses)
+        }
+        Some(failure) => Err(Stop::Failed(failure.to_string())),
+        None if losses => Ok(Done::WithLosses),
+        None => Ok(Done::Complete),
+    }
+}
+
+fn line((key, value): (&String, &Value)) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => format!("{key:<24} {text}\n"),
+        value => format!("{key:<24} {value}\n"),
+    }
+}
+
+fn csv_field(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => format!("\"{}\"", text.replace('"', "\"\"")),
+        Value::Number(number) => number.to_string(),
+        value => format!("\"{}\"", value.to_string().replace('"', "\"\"")),
+    }
+}
+
+fn numbers(values: &[f64]) -> Value {
+    values.iter().map(|value| number_or_null(*value)).collect()
+}
+
+fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
+    let mut fields = about.clone();
+    let counts = &summary.continuity;
+    let rate = match counts.accepted {
+        0 | 1 => f64::NAN,
+        frames => (frames - 1) as f64 / summary.duration,
+    };
+    let latency = |latencies: &taxel_serve::Latencies| {
+        json!({
+            "p50": 1e6 * latencies.quantile(0.5),
+            "p90": 1e6 * latencies.quantile(0.9),
+            "p99": 1e6 * latencies.quantile(0.99),
+            "p99_9": 1e6 * latencies.quantile(0.999),
+            "largest": 1e6 * latencies.largest(),
+        })
+    };
+    let tare = match summary.tare {
+        Tare::None => "none",
+        Tare::Running => "running",
+        Tare::Done => "done",
+    };
+    let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
+    put("frames", Value::from(counts.accepted));
+    put("lost", Value::from(counts.lost));
+    put("late", Value::from(counts.late));
+    put("duplicate", Value::from(counts.duplicate));
+    put("restarts", Value::from(counts.restarts));
+    put("clipped_frames", Value::from(summary.clipped_frames));
+    put("duration_s", number_or_null(summary.duration));
+    put("rate_hz", number_or_null(rate));
+    put("latency_us", latency(&summary.latency));
+    if summary.sent.count() > 0 {
+        put("sent_latency_us", latency(&summary.sent));
+    }
+    put("tare", Value::from(tare));
+    put("notice", Value::from(summary.notice.clone()));
+    if let Some(last) = &summary.last {
+        put("last_sequence", Value::from(last.sequence));
+        put("last_time_ns", Value::from(last.time_ns));
+        put("last_force_n", numbers(&last.force));
+        put("last_force_deviation_n", numbers(&last.deviation));
+        put("last_moment_n_m", numbers(&last.moment));
+        put("last_sum_si", last.sum.map_or(Value::Null, number_or_null));
+        put(
+            "last_centre_of_pressure_m",
+            last.centre_of_pressure.map_or(Value::Null, |c| numbers(&c)),
+        );
+        put("last_contacts", Value::from(last.contacts));
+        let states = State::ALL
+            .iter()
+            .zip(last.states)
+            .filter(|(_, count)| *count > 0);
+        put(
+            "last_states",
+            states
+                .map(|(state, count)| (state.name().to_owned(), Value::from(count)))
+                .collect::<Map<_, _>>()
+                .into(),
+        );
+        put(
+            "last_taxel_forces_n",
+            last.taxel_forces
+                .iter()
+                .map(|force| numbers(force))
+                .collect(),
+        );
+    }
+    fields
+}

@@ -1,0 +1,6 @@
+//! One file per command; each only asks the library and shows the answer.
+
+pub(crate) mod check;
+pub(crate) mod live;
+pub(crate) mod predict;
+pub(crate) mod schema;

@@ -1,0 +1,15 @@
+//! `taxel schema`.
+
+use taxel::acquisition::Stimulus;
+use taxel::sensor::Sensor;
+
+use crate::arguments::{Schema, SchemaOf};
+use crate::{Done, Stop, files};
+
+pub(crate) fn run(arguments: &Schema) -> Result<Done, Stop> {
+    let text = match arguments.of {
+        SchemaOf::Sensor => Sensor::json_schema(),
+        SchemaOf::Stimulus => Stimulus::json_schema(),
+    };
+    files::write(None, &text)
+}

@@ -1,0 +1,111 @@
+//! Reading what the user names and writing results whole or not at all.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+use taxel::sensor::Sensor;
+
+use crate::{Done, Stop};
+
+/// Largest description or table that is read, bytes.
+const LARGEST: u64 = 1 << 28;
+
+/// A sensor with what is said of it in files.
+pub(crate) struct NamedSensor {
+    pub(crate) sensor: Sensor,
+    /// SHA-256 of the text.
+    pub(crate) hash: String,
+}
+
+/// Reads a sensor file, or a shipped one when no such file exists.
+pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
+    let name = path.to_string_lossy();
+    let text = match Sensor::shipped_text(&name) {
+        Some(text) if !path.exists() => text.to_owned(),
+        _ => text(path).map_err(|stop| with_shipped_names(stop, path))?,
+    };
+    let sensor = Sensor::parse(&name, &text)?;
+    let hash = sha256(text.as_bytes());
+    Ok(NamedSensor { sensor, hash })
+}
+
+fn with_shipped_names(stop: Stop, path: &Path) -> Stop {
+    match stop {
+        Stop::WrongInput(message) if !path.exists() => {
+            let names: Vec<_> = Sensor::shipped_names().collect();
+            Stop::WrongInput(format!(
+                "{message}\nhelp: give a file, or a shipped sensor: {}",
+                names.join(", ")
+            ))
+        }
+        stop => stop,
+    }
+}
+
+/// Reads a text file.
+pub(crate) fn text(path: &Path) -> Result<String, Stop> {
+    let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", path.display()));
+    let about =
+        std::fs::metadata(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+    if about.is_dir() {
+        return Err(wrong("is a folder; a file is needed".into()));
+    }
+    if about.len() > LARGEST {
+        return Err(wrong(format!(
+            "has {} bytes; at most {LARGEST} are read",
+            about.len()
+        )));
+    }
+    let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at]
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count()
+            + 1;
+        wrong(format!(
+            "line {line} is not UTF-8 text (byte {at})\nhelp: save the file as UTF-8"
+        ))
+    })
+}
+
+/// SHA-256 in hexadecimal digits.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+}
+
+/// Writes a result to `output`, or to the standard output.
+///
+/// A file appears only when it is whole: it is written beside its place and
+/// then moved there.
+pub(crate) fn write(output: Option<&Path>, text: &str) -> Result<Done, Stop> {
+    let Some(path) = output else {
+        let written = std::io::stdout().lock().write_all(text.as_bytes());
+        // Whoever reads may stop early (`taxel ... | head`).
+        return match written {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(Stop::Failed(format!("cannot write the result: {error}")))
+            }
+            _ => Ok(Done::Complete),
+        };
+    };
+    let failed = |error: std::io::Error| {
+        Stop::Failed(format!("{}: cannot be written: {error}", path.display()))
+    };
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let result = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path));
+    if result.is_err() {
+        // What is left of the attempt is of no use.
+        let _ = std::fs::remove_file(&beside);
+    }
+    result.map_err(failed).map(|()| Done::Complete)
+}

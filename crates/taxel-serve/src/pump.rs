@@ -1,0 +1,477 @@
+//! The pump: takes frames from a source in real time, estimates, and offers
+//! the messages to whoever listens. No listener can slow it.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use taxel::acquisition::{Frame, Stream};
+use taxel::calibration::RestRefused;
+use taxel::estimation::{Continuity, FrameError, State};
+use tokio::sync::broadcast;
+
+use crate::latency::Latencies;
+use crate::message::{self, Health, Tare};
+use crate::save::{SaveError, Saver};
+use crate::sense::{Felt, Sense};
+use crate::source::{Next, Source, SourceError};
+
+/// Options of the pump.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PumpOptions {
+    /// Device seconds per second; infinite means as fast as possible; default 1.
+    pub speed: f64,
+    /// End after so many new frames; default never.
+    pub frames: Option<u64>,
+    /// Frames of a rest capture; default 50, as in the paper.
+    pub tare_frames: usize,
+    /// Whether a rest capture is taken at the start; default yes.
+    pub tare_at_start: bool,
+    /// Write the frames of the source to this file.
+    pub save: Option<PathBuf>,
+    /// Lines of provenance for the saved file.
+    pub provenance: Vec<String>,
+}
+
+impl Default for PumpOptions {
+    fn default() -> Self {
+        Self {
+            speed: 1.0,
+            frames: None,
+            tare_frames: 50,
+            tare_at_start: true,
+            save: None,
+            provenance: Vec::new(),
+        }
+    }
+}
+
+/// What a client may ask for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Command {
+    /// Take a rest capture from the next frames.
+    Tare,
+    /// Return to the calibration's own rest values.
+    ClearTare,
+}
+
+/// A message with the moment its frame arrived.
+#[derive(Debug, Clone)]
+pub(crate) struct Outgoing {
+    pub(crate) arrival: Instant,
+    pub(crate) bytes: Bytes,
+}
+
+/// What the pump lets others see.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    /// Messages; a receiver that lags loses the oldest.
+    pub(crate) messages: broadcast::Sender<Outgoing>,
+    pub(crate) stop: AtomicBool,
+    pub(crate) clients: AtomicUsize,
+    status: Mutex<StatusNow>,
+    /// From a frame's arrival to the end of its sending, over all clients.
+    sent: Mutex<Latencies>,
+}
+
+/// The pump's state for the status messages.
+#[derive(Debug, Clone)]
+pub(crate) struct StatusNow {
+    pub(crate) last_arrival: Instant,
+    pub(crate) ended: bool,
+    pub(crate) tare: Tare,
+    pub(crate) tare_time_ns: Option<u64>,
+    pub(crate) notice: String,
+}
+
+/// Messages that a slow client may be behind before it loses the oldest.
+const QUEUE: usize = 64;
+/// Longest sleep before commands and the stop flag are looked at again.
+const NAP: Duration = Duration::from_millis(20);
+
+impl Shared {
+    pub(crate) fn new() -> Arc<Self> {
+        Arc::new(Self {
+            messages: broadcast::channel(QUEUE).0,
+            stop: AtomicBool::new(false),
+            clients: AtomicUsize::new(0),
+            status: Mutex::new(StatusNow {
+                last_arrival: Instant::now(),
+                ended: false,
+                tare: Tare::None,
+                tare_time_ns: None,
+                notice: String::new(),
+            }),
+            sent: Mutex::new(Latencies::default()),
+        })
+    }
+
+    pub(crate) fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn status(&self) -> MutexGuard<'_, StatusNow> {
+        // A poisoned lock still holds a whole value.
+        self.status.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn sent(&self) -> MutexGuard<'_, Latencies> {
+        self.sent.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What a run of the pump came to.
+#[derive(Debug)]
+pub struct Summary {
+    /// What was counted of the frames.
+    pub continuity: Continuity,
+    /// Frames with a clipped channel.
+    pub clipped_frames: u64,
+    /// From the first to the last new frame by the host's clock, s.
+    pub duration: f64,
+    /// From a frame's arrival to its message, s.
+    pub latency: Latencies,
+    /// From a frame's arrival to the end of its sending to each client, s.
+    pub sent: Latencies,
+    /// State of the rest capture at the end.
+    pub tare: Tare,
+    /// Last notice to the operator, such as a refused rest capture.
+    pub notice: String,
+    /// What was felt last; `None` without any frame.
+    pub last: Option<LastTouch>,
+    /// Why the source failed, if it did.
+    pub failure: Option<Failure>,
+}
+
+/// What was felt in the last frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LastTouch {
+    /// Sequence number.
+    pub sequence: u64,
+    /// Device time, ns.
+    pub time_ns: u64,
+    /// Total force x, y, z, N; `NaN` where unknown.
+    pub force: [f64; 3],
+    /// Its standard deviations, N.
+    pub deviation: [f64; 3],
+    /// Total moment, N m.
+    pub moment: [f64; 3],
+    /// Sum of the values of a map, SI.
+    pub sum: Option<f64>,
+    /// Centre of pressure, m.
+    pub centre_of_pressure: Option<[f64; 2]>,
+    /// Number of contact regions.
+    pub contacts: usize,
+    /// Number of taxels in each state.
+    pub states: [usize; State::ALL.len()],
+    /// Force of each taxel, N; empty for a map.
+    pub taxel_forces: Vec<[f64; 3]>,
+}
+
+/// Why the pump ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The source failed.
+    #[error("{0}")]
+    Source(#[from] SourceError),
+    /// A frame does not belong to the device.
+    #[error("{0}")]
+    Frame(#[from] FrameError),
+    /// The frames could not be saved.
+    #[error("{0}")]
+    Save(#[from] SaveError),
+}
+
+/// Runs a source through an estimator until it ends, `options.frames` are
+/// done or the stop flag is set.
+pub(crate) struct Pump {
+    source: Box<dyn Source>,
+    sense: Sense,
+    options: PumpOptions,
+    shared: Arc<Shared>,
+    commands: mpsc::Receiver<Command>,
+    continuity: Continuity,
+    clipped_frames: u64,
+    latency: Latencies,
+    recent: VecDeque<Instant>,
+    first: Option<Instant>,
+    last: Option<LastTouch>,
+    clock: Clock,
+    saver: Option<Saver>,
+}
+
+/// Device time against host time.
+struct Clock {
+    speed: f64,
+    origin: Option<(u64, Instant)>,
+}
+
+impl Clock {
+    /// When the frame of device time `time_ns` is due; at once after a jump
+    /// back, which begins a new origin.
+    fn due(&mut self, time_ns: u64) -> Instant {
+        let now = Instant::now();
+        let (start_ns, start) = *self.origin.get_or_insert((time_ns, now));
+        if self.speed.is_infinite() {
+            return now;
+        }
+        if time_ns < start_ns {
+            self.origin = Some((time_ns, now));
+            return now;
+        }
+        let wait = Duration::from_nanos(time_ns - start_ns).as_secs_f64() / self.speed;
+        Duration::try_from_secs_f64(wait)
+            .ok()
+            .and_then(|wait| start.checked_add(wait))
+            .unwrap_or(now)
+    }
+}
+
+impl Pump {
+    pub(crate) fn new(
+        source: Box<dyn Source>,
+        sense: Sense,
+        options: PumpOptions,
+        shared: Arc<Shared>,
+        commands: mpsc::Receiver<Command>,
+    ) -> Result<Self, SaveError> {
+        let saver = match &options.save {
+            Some(path) => Some(Saver::create(path, source.stream(), &options.provenance)?),
+            None => None,
+        };
+        let clock = Clock {
+            speed: options.speed,
+            origin: None,
+        };
+        Ok(Self {
+            source,
+            sense,
+            options,
+            shared,
+            commands,
+            continuity: Continuity::default(),
+            clipped_frames: 0,
+            latency: Latencies::default(),
+            recent: VecDeque::new(),
+            first: None,
+            last: None,
+            clock,
+            saver,
+        })
+    }
+
+    pub(crate) fn stream(&self) -> &Stream {
+        self.source.stream()
+    }
+
+    pub(crate) fn sense(&self) -> &Sense {
+        &self.sense
+    }
+
+    pub(crate) fn run(mut self) -> Summary {
+        if self.options.tare_at_start && matches!(self.sense, Sense::ThreeAxis(_)) {
+            self.command(Command::Tare);
+        }
+        let mut failure = self.frames().err();
+        if let Some(saver) = self.saver.take()
+            && let Err(error) = saver.finish()
+        {
+            failure.get_or_insert(error.into());
+        }
+        if let Some(failure) = &failure {
+            self.shared.status().notice = failure.to_string();
+        }
+        self.shared.status().ended = true;
+        let duration = match (self.first, self.recent.back()) {
+            (Some(first), Some(last)) => last.duration_since(first).as_secs_f64(),
+            _ => 0.0,
+        };
+        let status = self.shared.status().clone();
+        Summary {
+            continuity: self.continuity,
+            clipped_frames: self.clipped_frames,
+            duration,
+            latency: self.latency,
+            sent: self.shared.sent().clone(),
+            tare: status.tare,
+            notice: status.notice,
+            last: self.last,
+            failure,
+        }
+    }
+
+    fn frames(&mut self) -> Result<(), Failure> {
+        while !self.done() {
+            let next = self.source.next()?;
+            match next {
+                Next::End => break,
+                Next::Nothing(time_ns) => self.wait(time_ns),
+                Next::Frame(frame) => {
+                    self.wait(frame.time_ns);
+                    if self.shared.stopped() {
+                        break;
+                    }
+                    self.take(frame)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn done(&self) -> bool {
+        self.shared.stopped()
+            || self
+                .options
+                .frames
+                .is_some_and(|frames| self.continuity.accepted >= frames)
+    }
+
+    /// Sleeps until the frame is due, with an eye on commands and the end.
+    fn wait(&mut self, time_ns: u64) {
+        let due = self.clock.due(time_ns);
+        loop {
+            while let Ok(command) = self.commands.try_recv() {
+                self.command(command);
+            }
+            let left = due.saturating_duration_since(Instant::now());
+            if left.is_zero() || self.shared.stopped() {
+                return;
+            }
+            std::thread::sleep(left.min(NAP));
+        }
+    }
+
+    fn command(&mut self, command: Command) {
+        let mut status = self.shared.status();
+        status.notice.clear();
+        match command {
+            Command::Tare => {
+                self.sense.begin_rest_capture(self.options.tare_frames);
+                status.tare = Tare::Running;
+            }
+            Command::ClearTare => {
+                self.sense.clear_rest();
+                status.tare = Tare::None;
+                status.tare_time_ns = None;
+            }
+        }
+    }
+
+    fn take(&mut self, frame: Frame) -> Result<(), Failure> {
+        let arrival = Instant::now();
+        self.shared.status().last_arrival = arrival;
+        if !self.continuity.accept(&frame) {
+            self.save(frame)?;
+            return Ok(());
+        }
+        let rate = self.rate(arrival);
+        let (felt, captured) = self.sense.push(&frame)?;
+        self.clipped_frames += u64::from(felt.clipped() > 0);
+        self.last = Some(LastTouch::new(felt, self.last.take()));
+        let (tared, capturing) = {
+            let status = self.shared.status();
+            (status.tare == Tare::Done, status.tare == Tare::Running)
+        };
+        let health = Health {
+            continuity: &self.continuity,
+            rate,
+            latency: arrival.elapsed().as_secs_f64(),
+            tared,
+            capturing,
+        };
+        if self.shared.messages.receiver_count() > 0 {
+            // An error means that the last receiver has just gone.
+            let _ = self.shared.messages.send(Outgoing {
+                arrival,
+                bytes: message::frame(felt, &health),
+            });
+        }
+        self.latency.push(arrival.elapsed().as_secs_f64());
+        if let Some(captured) = captured {
+            self.captured(captured, frame.time_ns);
+        }
+        self.save(frame)
+    }
+
+    fn save(&mut self, frame: Frame) -> Result<(), Failure> {
+        match &self.saver {
+            Some(saver) => Ok(saver.push(frame)?),
+            None => Ok(()),
+        }
+    }
+
+    fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: u64) {
+        let mut status = self.shared.status();
+        match captured {
+            Ok(()) => {
+                status.tare = Tare::Done;
+                status.tare_time_ns = Some(time_ns);
+            }
+            Err(refused) => {
+                // What was in force before stays in force.
+                status.tare = if status.tare_time_ns.is_some() {
+                    Tare::Done
+                } else {
+                    Tare::None
+                };
+                status.notice = refused.to_string();
+            }
+        }
+    }
+
+    /// Frames per second over the last second.
+    fn rate(&mut self, now: Instant) -> f64 {
+        self.first.get_or_insert(now);
+        self.recent.push_back(now);
+        while self.recent.len() > 2 && now.duration_since(self.recent[0]) > Duration::from_secs(1) {
+            self.recent.pop_front();
+        }
+        let span = now.duration_since(self.recent[0]).as_secs_f64();
+        if span > 0.0 {
+            (self.recent.len() - 1) as f64 / span
+        } else {
+            0.0
+        }
+    }
+}
+
+impl LastTouch {
+    /// `reuse` is the one before, whose memory is used again.
+    fn new(felt: Felt<'_>, reuse: Option<Self>) -> Self {
+        let mut taxel_forces = reuse.map_or_else(Vec::new, |last| last.taxel_forces);
+        taxel_forces.clear();
+        let states = felt.state_counts();
+        match felt {
+            Felt::ThreeAxis(touch) => {
+                taxel_forces.extend(touch.taxels.iter().map(|taxel| taxel.force));
+                Self {
+                    sequence: touch.sequence,
+                    time_ns: touch.time_ns,
+                    force: touch.total.force,
+                    deviation: std::array::from_fn(|i| touch.total_covariance[i][i].sqrt()),
+                    moment: touch.total.moment,
+                    sum: None,
+                    centre_of_pressure: touch.centre_of_pressure.map(|(centre, _)| centre),
+                    contacts: touch.contacts.len(),
+                    states,
+                    taxel_forces,
+                }
+            }
+            Felt::Map(touch) => Self {
+                sequence: touch.sequence,
+                time_ns: touch.time_ns,
+                force: [f64::NAN, f64::NAN, touch.force.unwrap_or(f64::NAN)],
+                deviation: [f64::NAN; 3],
+                moment: [f64::NAN; 3],
+                sum: Some(touch.sum),
+                centre_of_pressure: touch.centre_of_pressure,
+                contacts: touch.contacts.len(),
+                states,
+                taxel_forces,
+            },
+        }
+    }
+}

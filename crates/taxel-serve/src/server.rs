@@ -1,0 +1,226 @@
+//! HTTP and WebSocket: the page and its data, for holders of the token only.
+
+use std::net::SocketAddr;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, mpsc};
+use std::time::{Duration, Instant};
+
+use axum::Router;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Query, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use serde::Deserialize;
+use subtle::ConstantTimeEq;
+use tokio::net::TcpListener;
+use tokio::sync::broadcast::error::RecvError;
+
+use crate::message::Status;
+use crate::pump::{Command, Shared};
+
+const INDEX: &str = include_str!("../page/dist/index.html");
+const SCRIPT: &str = include_str!("../page/dist/app.js");
+const STYLE: &str = include_str!("../page/dist/app.css");
+
+const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
+                      connect-src 'self'; frame-ancestors 'none'; base-uri 'none'";
+
+/// How often each client is told how the source is.
+const STATUS_EVERY: Duration = Duration::from_millis(100);
+/// Largest command of a client, bytes.
+const LARGEST_COMMAND: usize = 4096;
+
+/// What the routes need.
+pub(crate) struct Site {
+    pub(crate) token: String,
+    pub(crate) hello: String,
+    pub(crate) stale_after: f64,
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) commands: mpsc::SyncSender<Command>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Access {
+    #[serde(default)]
+    token: String,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Request {
+    command: RequestedCommand,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum RequestedCommand {
+    Tare,
+    ClearTare,
+}
+
+/// Serves until the stop flag is set.
+pub(crate) async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Result<()> {
+    let shared = Arc::clone(&site.shared);
+    let router = Router::new()
+        .route("/", get(index))
+        .route(
+            "/app.js",
+            get(|| async { asset("text/javascript; charset=utf-8", SCRIPT) }),
+        )
+        .route(
+            "/app.css",
+            get(|| async { asset("text/css; charset=utf-8", STYLE) }),
+        )
+        .route("/ws", get(socket))
+        .with_state(site);
+    let stopped = async move {
+        while !shared.stopped() {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    axum::serve(listener, router)
+        .with_graceful_shutdown(stopped)
+        .await
+}
+
+impl Site {
+    fn admits(&self, access: &Access) -> bool {
+        self.token.as_bytes().ct_eq(access.token.as_bytes()).into()
+    }
+}
+
+fn asset(kind: &'static str, text: &'static str) -> Response {
+    let mut response = text.into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
+    headers.insert(
+        header::CONTENT_SECURITY_POLICY,
+        HeaderValue::from_static(POLICY),
+    );
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    headers.insert(
+        header::REFERRER_POLICY,
+        HeaderValue::from_static("no-referrer"),
+    );
+    headers.insert(
+        header::X_CONTENT_TYPE_OPTIONS,
+        HeaderValue::from_static("nosniff"),
+    );
+    response
+}
+
+fn refused() -> Response {
+    let text = "401 wrong token: open the address that `taxel live` printed\n";
+    (StatusCode::UNAUTHORIZED, text).into_response()
+}
+
+async fn index(State(site): State<Arc<Site>>, Query(access): Query<Access>) -> Response {
+    if site.admits(&access) {
+        asset("text/html; charset=utf-8", INDEX)
+    } else {
+        refused()
+    }
+}
+
+async fn socket(
+    State(site): State<Arc<Site>>,
+    Query(access): Query<Access>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if !site.admits(&access) {
+        return refused();
+    }
+    if !same_origin(&headers) {
+        let text = "403 this page comes from another site\n";
+        return (StatusCode::FORBIDDEN, text).into_response();
+    }
+    upgrade
+        .max_message_size(LARGEST_COMMAND)
+        .on_upgrade(|socket| client(socket, site))
+}
+
+/// A browser names the site of its page; programs send no Origin.
+fn same_origin(headers: &HeaderMap) -> bool {
+    let text = |name| headers.get(name).map(HeaderValue::to_str);
+    match (text(header::ORIGIN), text(header::HOST)) {
+        (None, _) => true,
+        (Some(Ok(origin)), Some(Ok(host))) => {
+            origin
+                .strip_prefix("http://")
+                .or_else(|| origin.strip_prefix("https://"))
+                == Some(host)
+        }
+        _ => false,
+    }
+}
+
+/// Feeds one client; when it is slow it loses frames, and only it.
+async fn client(mut socket: WebSocket, site: Arc<Site>) {
+    let shared = &site.shared;
+    shared.clients.fetch_add(1, Ordering::Relaxed);
+    let mut messages = shared.messages.subscribe();
+    let mut dropped = 0;
+    let mut ticks = tokio::time::interval(STATUS_EVERY);
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    let mut alive = socket
+        .send(Message::Text(site.hello.clone().into()))
+        .await
+        .is_ok();
+    while alive && !shared.stopped() {
+        tokio::select! {
+            message = messages.recv() => match message {
+                Ok(outgoing) => {
+                    alive = socket.send(Message::Binary(outgoing.bytes)).await.is_ok();
+                    shared.sent().push(outgoing.arrival.elapsed().as_secs_f64());
+                }
+                Err(RecvError::Lagged(frames)) => dropped += frames,
+                Err(RecvError::Closed) => break,
+            },
+            _ = ticks.tick() => {
+                let text = status_text(&site, dropped);
+                alive = socket.send(Message::Text(text.into())).await.is_ok();
+            }
+            request = socket.recv() => match request {
+                Some(Ok(Message::Text(text))) => obey(&site, &text),
+                Some(Ok(Message::Close(_)) | Err(_)) | None => break,
+                Some(Ok(_)) => {}
+            },
+        }
+    }
+    shared.clients.fetch_sub(1, Ordering::Relaxed);
+}
+
+fn obey(site: &Site, text: &str) {
+    // What is no command is ignored; so is a command on top of a full queue.
+    if let Ok(request) = serde_json::from_str::<Request>(text) {
+        let _ = site.commands.try_send(match request.command {
+            RequestedCommand::Tare => Command::Tare,
+            RequestedCommand::ClearTare => Command::ClearTare,
+        });
+    }
+}
+
+fn status_text(site: &Site, dropped: u64) -> String {
+    let now = site.shared.status().clone();
+    let age_s = Instant::now()
+        .saturating_duration_since(now.last_arrival)
+        .as_secs_f64();
+    let status = Status {
+        stale: age_s > site.stale_after,
+        age_s,
+        ended: now.ended,
+        clients: site.shared.clients.load(Ordering::Relaxed),
+        dropped,
+        tare: now.tare,
+        tare_time_ns: now.tare_time_ns,
+        message: &now.notice,
+    };
+    serde_json::to_string(&status).unwrap_or_default()
+}
+
+/// Address of the page for people.
+pub(crate) fn page_address(address: SocketAddr, token: &str) -> String {
+    format!("http://{address}/?token={token}")
+}

@@ -1,0 +1,148 @@
+//! Sources of frames: the simulated twin and recordings.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use taxel::acquisition::recording::{Recording, RecordingError};
+use taxel::acquisition::{Delivery, Frame, Stream, Twin};
+
+/// What a source gives next.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Next {
+    /// A frame.
+    Frame(Frame),
+    /// Nothing arrives at this device time, ns.
+    Nothing(u64),
+    /// The source has ended.
+    End,
+}
+
+/// Anything that delivers frames; real time is kept by the pump, from the
+/// device times.
+pub trait Source: Send {
+    /// What the frames mean.
+    fn stream(&self) -> &Stream;
+
+    /// The next frame, or none at this time, or the end.
+    ///
+    /// # Errors
+    /// When the source fails; it has ended then.
+    fn next(&mut self) -> Result<Next, SourceError>;
+}
+
+/// Why a source failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SourceError {
+    /// The recording is malformed, cut or unreadable.
+    #[error("{0}")]
+    Recording(Box<RecordingError>),
+    /// The file cannot be opened.
+    #[error("{}: cannot be opened: {cause}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        cause: std::io::Error,
+    },
+}
+
+impl From<RecordingError> for SourceError {
+    fn from(error: RecordingError) -> Self {
+        Self::Recording(Box::new(error))
+    }
+}
+
+/// The simulated twin as a source; it never ends.
+#[derive(Debug)]
+pub struct TwinSource {
+    twin: Twin,
+    stream: Stream,
+}
+
+impl TwinSource {
+    /// Wraps a twin.
+    pub fn new(twin: Twin) -> Self {
+        Self {
+            stream: twin.stream(),
+            twin,
+        }
+    }
+}
+
+impl Source for TwinSource {
+    fn stream(&self) -> &Stream {
+        &self.stream
+    }
+
+    fn next(&mut self) -> Result<Next, SourceError> {
+        Ok(match self.twin.next_delivery() {
+            Delivery::Frame(frame) => Next::Frame(frame),
+            Delivery::Nothing(time_ns) => Next::Nothing(time_ns),
+        })
+    }
+}
+
+/// A recording as a source.
+#[derive(Debug)]
+pub struct ReplaySource {
+    recording: Recording<BufReader<File>>,
+    stream: Stream,
+}
+
+/// What a look at the whole recording found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordingSize {
+    /// Complete frames.
+    pub frames: u64,
+}
+
+impl ReplaySource {
+    /// Opens a recording, whose format is recognised by its content.
+    ///
+    /// # Errors
+    /// [`SourceError`] when it cannot be opened or its header is malformed.
+    pub fn open(path: &Path) -> Result<Self, SourceError> {
+        let open = |cause| SourceError::Open {
+            path: path.to_owned(),
+            cause,
+        };
+        let file = File::open(path).map_err(open)?;
+        if file.metadata().map_err(open)?.is_dir() {
+            return Err(open(std::io::Error::other("it is a folder")));
+        }
+        let recording = Recording::open(&path.to_string_lossy(), BufReader::new(file))?;
+        Ok(Self {
+            stream: recording.stream().clone(),
+            recording,
+        })
+    }
+
+    /// Reads the whole recording once, so that a mistake in its middle is
+    /// found before anything is shown.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn verify(path: &Path) -> Result<RecordingSize, SourceError> {
+        let mut source = Self::open(path)?;
+        let mut frames = 0;
+        while let Next::Frame(_) = source.next()? {
+            frames += 1;
+        }
+        Ok(RecordingSize { frames })
+    }
+}
+
+impl Source for ReplaySource {
+    fn stream(&self) -> &Stream {
+        &self.stream
+    }
+
+    fn next(&mut self) -> Result<Next, SourceError> {
+        match self.recording.next() {
+            Some(frame) => Ok(Next::Frame(frame?)),
+            None => Ok(Next::End),
+        }
+    }
+}
