@@ -1,0 +1,113 @@
+// The panel that says everything about one taxel.
+
+import { create, symbol } from "./dom";
+import { capacitorNames, compact, fixed, NONE, stateInWords, withDeviation } from "./format";
+import type { Cell } from "./panel";
+import type { Hello, MapFrame, ThreeAxisFrame } from "./protocol";
+
+const CAPACITORS = ["11", "12", "21", "22"] as const;
+const AXES = ["x", "y", "z"] as const;
+
+export class Inspector {
+  readonly root: HTMLElement;
+  private readonly content = create("div", { class: "inspect-content" });
+  private readonly place = create("span", { class: "note" });
+
+  constructor() {
+    const head = create("div", { class: "panel-head" }, create("h2", {}, "Taxel"), this.place);
+    this.root = create(
+      "section",
+      { class: "panel inspect", "data-testid": "inspect", "aria-label": "Inspected taxel" },
+      head,
+      this.content,
+    );
+    this.clear();
+  }
+
+  clear(): void {
+    this.place.textContent = "";
+    this.content.replaceChildren(
+      create("p", { class: "hint" }, "Point at a taxel, tap it, or move with the arrow keys in an image."),
+    );
+  }
+
+  /** Shows a taxel of a three-axis array; returns the sentence for screen readers. */
+  showThreeAxis(hello: Hello, frame: ThreeAxisFrame, cell: Cell, rest: Float64Array | null): string {
+    const taxel = cell.row * hello.columns + cell.column;
+    const state = hello.states[frame.state[taxel] as number] ?? "unknown";
+    this.place.textContent = `row ${cell.row}, column ${cell.column}`;
+    const { symbol: unit, si_per_unit: per } = hello.unit;
+    const capacitors = create("table", { class: "capacitors" });
+    capacitors.append(headRow("", unit, rest === null ? "" : "change"));
+    const [touching, faulty] = [frame.touching[taxel] as number, frame.faulty[taxel] as number];
+    CAPACITORS.forEach((name, index) => {
+      const value = (frame.capacitance[4 * taxel + index] as number) / per;
+      const change = rest === null ? "" : fixed(value - (rest[4 * taxel + index] as number), 2);
+      const row = create("tr", {}, create("th", { scope: "row" }, symbol("C", name)));
+      if (faulty & (1 << index)) row.className = "bad";
+      row.append(create("td", {}, fixed(value, 2)), create("td", {}, change));
+      capacitors.append(row);
+    });
+    const forces = create("table", { class: "forces" });
+    forces.append(headRow("", "mN", "± σ"));
+    const spoken: string[] = [];
+    AXES.forEach((axis, index) => {
+      const value = 1e3 * (frame.force[3 * taxel + index] as number);
+      const deviation = 1e3 * (frame.deviation[3 * taxel + index] as number);
+      const row = create("tr", {}, create("th", { scope: "row" }, symbol("F", axis)));
+      row.append(create("td", {}, fixed(value, 2)));
+      row.append(create("td", {}, Number.isFinite(value) ? `± ${fixed(deviation, 2)}` : NONE));
+      forces.append(row);
+      spoken.push(`F ${axis} ${withDeviation(value, deviation, 2)} mN`);
+    });
+    const residual = frame.residual[taxel] as number;
+    const facts = factList([
+      ["Residual", Number.isFinite(residual) ? `${fixed(residual, 2)} σ` : "no check"],
+      ["Touching", capacitorNames(touching)],
+      ["Faulty", capacitorNames(faulty)],
+    ]);
+    const columns = create("div", { class: "inspect-columns" }, forces, capacitors, facts);
+    this.content.replaceChildren(stateLine(state), columns);
+    return `row ${cell.row}, column ${cell.column}: ${spoken.join(", ")}, ${stateInWords(state)}`;
+  }
+
+  /** Shows a sensel of a pressure map; returns the sentence for screen readers. */
+  showMap(hello: Hello, frame: MapFrame, cell: Cell): string {
+    const taxel = cell.row * hello.columns + cell.column;
+    const state = hello.states[frame.state[taxel] as number] ?? "unknown";
+    const value = (frame.value[taxel] as number) / hello.unit.si_per_unit;
+    const { quantity, symbol: unit } = hello.unit;
+    this.place.textContent = `row ${cell.row}, column ${cell.column}`;
+    const shown = Number.isFinite(value)
+      ? `${Number.isInteger(value) ? fixed(value, 0) : compact(value)} ${unit}`
+      : state === "masked"
+        ? "no sensel here"
+        : "no reading";
+    const name = quantity === "raw" ? "Value" : quantity.charAt(0).toUpperCase() + quantity.slice(1);
+    const contact = frame.contacts.findIndex(({ peakTaxel }) => peakTaxel === taxel);
+    const facts: [string, string][] = [[name, shown]];
+    if (contact >= 0) facts.push(["Contact", `peak of contact ${contact + 1}`]);
+    this.content.replaceChildren(stateLine(state), factList(facts));
+    return `row ${cell.row}, column ${cell.column}: ${shown}, ${stateInWords(state)}`;
+  }
+}
+
+function stateLine(state: string): HTMLElement {
+  const good = state === "ok";
+  const line = create("p", { class: good ? "state good" : "state", "data-testid": "inspect-state" });
+  line.append(stateInWords(state));
+  return line;
+}
+
+function headRow(...names: string[]): HTMLElement {
+  const cells = names.map((name) =>
+    create(name === "" ? "td" : "th", name === "" ? {} : { scope: "col" }, name),
+  );
+  return create("tr", { class: "units" }, ...cells);
+}
+
+function factList(facts: [string, string][]): HTMLElement {
+  const list = create("dl", { class: "facts" });
+  for (const [name, value] of facts) list.append(create("dt", {}, name), create("dd", {}, value));
+  return list;
+}

@@ -1,0 +1,249 @@
+// The live protocol, version 1 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
+
+/** First message of a connection. */
+export interface Hello {
+  protocol: number;
+  kind: "three_axis" | "pressure_map";
+  name: string;
+  source: string;
+  version: string;
+  commit: string;
+  sensor_hash: string;
+  rows: number;
+  columns: number;
+  /** Row spacing, column spacing, m. */
+  pitch_m: [number, number] | null;
+  mount: { kind: string; radius_m?: number };
+  /** Of the raw image: shown = SI / `si_per_unit`. */
+  unit: { quantity: string; symbol: string; si_per_unit: number };
+  full_scale_n: number | null;
+  usable_force_n: number | null;
+  period_s: number | null;
+  stale_after_s: number;
+  states: string[];
+  total_force_known: boolean;
+}
+
+/** Sent every 100 ms. */
+export interface Status {
+  stale: boolean;
+  age_s: number | null;
+  ended: boolean;
+  clients: number;
+  dropped: number;
+  tare: "none" | "running" | "done";
+  tare_time_ns: number | null;
+  message: string;
+}
+
+export type Message =
+  { type: "hello"; hello: Hello } | { type: "status"; status: Status } | { type: "unknown" };
+
+export type Command = { command: "tare" } | { command: "clear_tare" };
+
+/** One region of touch. */
+export interface Contact {
+  taxels: number;
+  /** Centre x, y, m. */
+  centre: [number, number];
+  /** Covariance xx, xy, yy, m2. */
+  covariance: [number, number, number];
+  /** Force x, y, z, N; for a map without unit of force the sum of values in z. */
+  force: [number, number, number];
+  peak: number;
+  peakTaxel: number;
+}
+
+/** What every frame begins with, whatever its kind. */
+export interface FrameHeader {
+  kind: 1 | 2;
+  contacts: number;
+  sequence: bigint;
+  /** Device time, s. */
+  time: number;
+  lost: number;
+  late: number;
+  duplicate: number;
+  /** Hz. */
+  rate: number;
+  /** From the frame's arrival at the server to this message, s. */
+  latency: number;
+  /** Total force x, y, z, N. */
+  force: [number, number, number];
+  forceDeviation: [number, number, number];
+  /** Total moment about the origin, N m. */
+  moment: [number, number, number];
+  /** Centre of pressure x, y, m. */
+  centre: [number, number];
+  centreCovariance: [number, number, number];
+  taxels: number;
+  tared: boolean;
+  tareRunning: boolean;
+  clipped: boolean;
+}
+
+export interface ThreeAxisFrame {
+  kind: 1;
+  header: FrameHeader;
+  contacts: Contact[];
+  /** F, taxel by taxel: 11, 12, 21, 22. */
+  capacitance: Float32Array;
+  /** N, taxel by taxel: x, y, z. */
+  force: Float32Array;
+  deviation: Float32Array;
+  residual: Float32Array;
+  state: Uint8Array;
+  touching: Uint8Array;
+  faulty: Uint8Array;
+}
+
+export interface MapFrame {
+  kind: 2;
+  header: FrameHeader;
+  contacts: Contact[];
+  /** SI unit of the map; NaN where there is no sensel or no reading. */
+  value: Float32Array;
+  state: Uint8Array;
+}
+
+export type Frame = ThreeAxisFrame | MapFrame;
+
+/** A message that is not what the protocol says. */
+export class ProtocolError extends Error {}
+
+const MAGIC = 0x314c5854;
+const HEADER_LENGTH = 184;
+const CONTACT_LENGTH = 88;
+/** Bytes for each taxel: kind 1 has 11 f32 and 3 u8, kind 2 has one f32 and one u8. */
+const TAXEL_LENGTH = { 1: 11 * 4 + 3, 2: 4 + 1 } as const;
+
+/** Reads a text message of the server. */
+export function parseMessage(text: string): Message {
+  let value: unknown;
+  try {
+    value = JSON.parse(text);
+  } catch {
+    throw new ProtocolError(`a text message is not JSON: ${text.slice(0, 60)}`);
+  }
+  if (typeof value !== "object" || value === null) throw new ProtocolError("a text message is not an object");
+  const message = value as Record<string, unknown>;
+  if (message["type"] === "hello") return { type: "hello", hello: checkedHello(message) };
+  if (message["type"] === "status") return { type: "status", status: message as unknown as Status };
+  return { type: "unknown" };
+}
+
+function checkedHello(message: Record<string, unknown>): Hello {
+  const hello = message as unknown as Hello;
+  if (hello.protocol !== 1) {
+    throw new ProtocolError(`the server speaks protocol ${String(hello.protocol)}, this page speaks 1`);
+  }
+  if (hello.kind !== "three_axis" && hello.kind !== "pressure_map") {
+    throw new ProtocolError(`this page cannot show a device of kind ${String(hello.kind)}`);
+  }
+  for (const key of ["rows", "columns"] as const) {
+    if (!Number.isInteger(hello[key]) || hello[key] < 1) {
+      throw new ProtocolError(`${key} is ${String(hello[key])}, not a positive whole number`);
+    }
+  }
+  if (!Array.isArray(hello.states)) throw new ProtocolError("hello has no list of states");
+  if (!(hello.unit?.si_per_unit > 0)) throw new ProtocolError("hello has no unit of the raw image");
+  return hello;
+}
+
+/** Reads the fixed part of a binary message and checks its length. Cheap enough for every frame at 1000/s. */
+export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
+  if (bytes.byteLength < HEADER_LENGTH) {
+    throw new ProtocolError(`a frame has ${bytes.byteLength} bytes, its header alone needs ${HEADER_LENGTH}`);
+  }
+  const view = new DataView(bytes);
+  const magic = view.getUint32(0, true);
+  if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL1`);
+  const kind = view.getUint16(4, true);
+  if (kind !== 1 && kind !== 2) throw new ProtocolError(`a frame is of kind ${kind}; known are 1 and 2`);
+  const contacts = view.getUint16(6, true);
+  const taxels = view.getUint32(176, true);
+  const length = HEADER_LENGTH + contacts * CONTACT_LENGTH + taxels * TAXEL_LENGTH[kind];
+  if (bytes.byteLength !== length) {
+    throw new ProtocolError(
+      `a frame has ${bytes.byteLength} bytes; ${taxels} taxels and ${contacts} contacts need ${length}`,
+    );
+  }
+  const flags = view.getUint32(180, true);
+  return {
+    kind,
+    contacts,
+    sequence: view.getBigUint64(8, true),
+    time: Number(view.getBigUint64(16, true)) / 1e9,
+    lost: Number(view.getBigUint64(24, true)),
+    late: Number(view.getBigUint64(32, true)),
+    duplicate: Number(view.getBigUint64(40, true)),
+    rate: view.getFloat64(48, true),
+    latency: view.getFloat64(56, true),
+    force: triple(view, 64),
+    forceDeviation: triple(view, 88),
+    moment: triple(view, 112),
+    centre: [view.getFloat64(136, true), view.getFloat64(144, true)],
+    centreCovariance: triple(view, 152),
+    taxels,
+    tared: (flags & 1) !== 0,
+    tareRunning: (flags & 2) !== 0,
+    clipped: (flags & 4) !== 0,
+  };
+}
+
+/** Reads a whole binary message. The arrays of the frame are views of `bytes`. */
+export function decodeFrame(bytes: ArrayBuffer): Frame {
+  const header = decodeHeader(bytes);
+  const contacts = decodeContacts(bytes, header.contacts);
+  const n = header.taxels;
+  let offset = HEADER_LENGTH + header.contacts * CONTACT_LENGTH;
+  // Every browser runs on a little-endian machine, and every f32 array begins at a multiple of four.
+  const floats = (count: number): Float32Array => {
+    const array = new Float32Array(bytes, offset, count);
+    offset += 4 * count;
+    return array;
+  };
+  const octets = (count: number): Uint8Array => {
+    const array = new Uint8Array(bytes, offset, count);
+    offset += count;
+    return array;
+  };
+  if (header.kind === 2) return { kind: 2, header, contacts, value: floats(n), state: octets(n) };
+  return {
+    kind: 1,
+    header,
+    contacts,
+    capacitance: floats(4 * n),
+    force: floats(3 * n),
+    deviation: floats(3 * n),
+    residual: floats(n),
+    state: octets(n),
+    touching: octets(n),
+    faulty: octets(n),
+  };
+}
+
+function decodeContacts(bytes: ArrayBuffer, count: number): Contact[] {
+  const view = new DataView(bytes);
+  const contacts: Contact[] = [];
+  for (let contact = 0; contact < count; contact++) {
+    const offset = HEADER_LENGTH + contact * CONTACT_LENGTH;
+    contacts.push({
+      taxels: view.getFloat64(offset, true),
+      centre: [view.getFloat64(offset + 8, true), view.getFloat64(offset + 16, true)],
+      covariance: triple(view, offset + 24),
+      force: triple(view, offset + 48),
+      peak: view.getFloat64(offset + 72, true),
+      peakTaxel: view.getFloat64(offset + 80, true),
+    });
+  }
+  return contacts;
+}
+
+function triple(view: DataView, offset: number): [number, number, number] {
+  return [
+    view.getFloat64(offset, true),
+    view.getFloat64(offset + 8, true),
+    view.getFloat64(offset + 16, true),
+  ];
+}

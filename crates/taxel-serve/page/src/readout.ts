@@ -1,0 +1,124 @@
+// The numbers below the header: totals, rate, latency, losses.
+
+import { create, setText } from "./dom";
+import { compact, fixed, NONE, withDeviation } from "./format";
+import type { FrameHeader, Hello, Status } from "./protocol";
+
+const AXES = ["x", "y", "z"] as const;
+
+/** Numbers that come from the connection and not from the shown frame. */
+export interface Counts {
+  header: FrameHeader;
+  status: Status | null;
+  latency: { median: number; largest: number };
+  /** Whether frames arrive now. */
+  live: boolean;
+}
+
+export class Readout {
+  /** Totals and counts wrap as two blocks. */
+  private block: HTMLElement;
+  private readonly hello: Hello;
+  private readonly cells = new Map<string, HTMLElement>();
+
+  constructor(root: HTMLElement, hello: Hello) {
+    this.hello = hello;
+    const totals = create("div", { class: "block" });
+    const counts = create("div", { class: "block" });
+    root.replaceChildren(totals, counts);
+    this.block = totals;
+    if (hello.kind === "three_axis") {
+      this.group("Total force", "total-force", ["x", "y", "z"], "mN", true);
+      this.group("Moment", "moment", ["x", "y", "z"], "µN·m");
+      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
+    } else if (hello.total_force_known) {
+      this.group("Total force", "total-force", ["z"], "N", true);
+      this.group("Moment", "moment", ["x", "y"], "mN·m");
+      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
+    } else {
+      this.group("Sum of values", "total-force", ["z"], hello.unit.symbol, true);
+      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
+    }
+    this.block = counts;
+    this.group("Frame rate", "frame-rate", [""], "Hz");
+    this.group("Latency, median", "latency", ["", "max"], "ms");
+    this.group("Lost", "lost", [""], "");
+    this.group("Late", "late", [""], "");
+    this.group("Duplicate", "duplicate", [""], "");
+    this.group("Dropped", "dropped", [""], "");
+  }
+
+  /** Totals of the shown frame; `sum` is the sum of values of a map, in shown units. */
+  showTotals(header: FrameHeader, sum: number): void {
+    const { hello } = this;
+    if (hello.kind === "three_axis") {
+      AXES.forEach((axis, index) => {
+        const [force, deviation] = [header.force[index] as number, header.forceDeviation[index] as number];
+        this.set(`total-force ${axis}`, withDeviation(1e3 * force, 1e3 * deviation, 2));
+        this.set(`moment ${axis}`, fixed(1e6 * (header.moment[index] as number), 1));
+      });
+    } else if (hello.total_force_known) {
+      this.set("total-force z", withDeviation(header.force[2], header.forceDeviation[2], 3));
+      this.set("moment x", fixed(1e3 * header.moment[0], 2));
+      this.set("moment y", fixed(1e3 * header.moment[1], 2));
+    } else {
+      this.set("total-force z", compact(sum));
+    }
+    const [xx, , yy] = header.centreCovariance;
+    this.set("centre x", centre(header.centre[0], xx));
+    this.set("centre y", centre(header.centre[1], yy));
+  }
+
+  /** Numbers that go on while the display is paused. */
+  showCounts({ header, status, latency, live }: Counts): void {
+    this.set("frame-rate ", live ? fixed(header.rate, 1) : NONE);
+    this.set("latency ", fixed(1e3 * latency.median, 2));
+    this.set("latency max", fixed(1e3 * latency.largest, 2));
+    this.count("lost", header.lost);
+    this.count("late", header.late);
+    this.count("duplicate", header.duplicate);
+    this.count("dropped", status?.dropped ?? 0);
+  }
+
+  private count(name: string, value: number): void {
+    this.set(`${name} `, String(value));
+    this.cells.get(`${name} `)?.parentElement?.classList.toggle("nonzero", value > 0);
+  }
+
+  private set(name: string, text: string): void {
+    const cell = this.cells.get(name);
+    if (cell !== undefined) setText(cell, text);
+  }
+
+  private group(
+    label: string,
+    testId: string,
+    parts: readonly string[],
+    unit: string,
+    coloured = false,
+  ): void {
+    const values = create("div", { class: "values", "data-testid": testId });
+    for (const part of parts) {
+      if (part !== "")
+        values.append(create("span", { class: coloured ? `part axis-${part}` : "part" }, part));
+      const cell = create("span", { class: "value" }, NONE);
+      this.cells.set(`${testId} ${part}`, cell);
+      values.append(cell);
+    }
+    if (unit !== "") values.append(create("span", { class: "unit" }, unit));
+    const group = create(
+      "div",
+      { class: `group group-${testId}` },
+      create("div", { class: "label" }, label),
+      values,
+    );
+    this.block.append(group);
+  }
+}
+
+/** mm, with the standard deviation where it is known. */
+function centre(position: number, variance: number): string {
+  const deviation = 1e3 * Math.sqrt(variance);
+  if (!Number.isFinite(deviation)) return fixed(1e3 * position, 2);
+  return withDeviation(1e3 * position, deviation, 2);
+}

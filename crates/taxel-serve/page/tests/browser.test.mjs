@@ -1,0 +1,531 @@
+// The page in a browser, against the real server or, with TAXEL_MOCK=1, against the mock.
+//
+//   TAXEL       the program (default: target/release/taxel, else target/debug/taxel)
+//   SENSOR      sensor file of the three-axis array (default: the one in sensors/ that has the element)
+//   RECORDING   recording of a pressure map (default: crates/taxel/tests/recordings/iscan_excerpt.csv)
+//   CHROMIUM    browser (default: /usr/bin/chromium)
+//
+// Screenshots are written to tests/screenshots/.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { existsSync, mkdirSync, readdirSync, readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { createInterface } from "node:readline";
+import { after, before, test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { chromium } from "playwright-core";
+import WebSocket from "ws";
+
+const tests = dirname(fileURLToPath(import.meta.url));
+const page = join(tests, "..");
+const repository = join(page, "../../..");
+const screenshots = join(tests, "screenshots");
+const mock = process.env.TAXEL_MOCK === "1";
+
+/** What is served in a case: arguments of `taxel live`, and of the mock. */
+const CASES = {
+  finger: { source: () => `sim:${script("finger")}`, mock: ["--scene", "all-states"] },
+  quiet: { source: () => `sim:${script("quiet")}`, mock: ["--scene", "quiet"] },
+  outage: { source: () => `sim:${script("outage")}`, mock: ["--outage", "3:6"] },
+  map: { source: () => `replay:${recording()}`, mock: ["--kind", "2"], describesItself: true },
+};
+
+const LIGHT = { width: 1366, height: 768 };
+const BROWSER_ARGUMENTS = [
+  "--no-sandbox",
+  "--disable-gpu",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+];
+
+let browser;
+
+before(async () => {
+  mkdirSync(screenshots, { recursive: true });
+  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+  browser = await chromium.launch({ executablePath, args: BROWSER_ARGUMENTS });
+});
+
+after(() => browser?.close());
+
+function existing(path, what) {
+  if (!existsSync(path)) throw new Error(`${what} is missing: ${path}`);
+  return path;
+}
+
+function script(name) {
+  return existing(join(tests, "scripts", `${name}.toml`), "the script of the simulated source");
+}
+
+function recording() {
+  const committed = join(repository, "crates/taxel/tests/recordings/iscan_excerpt.csv");
+  return existing(process.env.RECORDING ?? committed, "the recording of a pressure map");
+}
+
+function program() {
+  const built = ["release", "debug"].map((profile) => join(repository, "target", profile, "taxel"));
+  return existing(process.env.TAXEL ?? built.find(existsSync) ?? built[0], "the program taxel");
+}
+
+function sensor() {
+  if (process.env.SENSOR !== undefined) return existing(process.env.SENSOR, "the sensor file");
+  const folder = existing(join(repository, "sensors"), "the folder of sensor files");
+  const files = readdirSync(folder).filter((name) => name.endsWith(".toml"));
+  const name = files.find((file) =>
+    readFileSync(join(folder, file), "utf8").includes("[element.three_axis_capacitor"),
+  );
+  if (name === undefined) throw new Error(`no file in ${folder} has a three_axis_capacitor`);
+  return join(folder, name);
+}
+
+/** Starts the server of a case; gives its URL, and a function that ends it. */
+async function serve(name, context) {
+  const { source, mock: mockArguments, describesItself } = CASES[name];
+  const [command, ...commandArguments] = mock
+    ? [process.execPath, join(tests, "mock-server.mjs"), ...mockArguments]
+    : [program(), "live", ...(describesItself ? [] : [sensor()]), "--port", "0", "--source", source()];
+  const server = spawn(command, commandArguments, { stdio: ["ignore", "pipe", "pipe"] });
+  const exited = new Promise((resolve) => server.once("exit", resolve));
+  let errors = "";
+  server.stderr.on("data", (text) => (errors += text));
+  const stop = async () => {
+    if (server.exitCode === null && server.signalCode === null) server.kill("SIGKILL");
+    await exited;
+  };
+  context.after(stop);
+  const url = await new Promise((resolve, reject) => {
+    createInterface({ input: server.stdout }).on("line", (line) => {
+      const found = /http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]+/i.exec(line);
+      if (found !== null) resolve(found[0]);
+    });
+    exited.then((code) =>
+      reject(new Error(`the server ended with ${code} before it named its URL\n${errors}`)),
+    );
+    setTimeout(
+      () => reject(new Error(`the server did not name its URL within 20 s\n${errors}`)),
+      20_000,
+    ).unref();
+  });
+  return { url, stop };
+}
+
+/** Opens a page in a fresh context; requests elsewhere and errors are complaints. */
+async function open(url, context, settings = {}) {
+  const { expectErrors = false, prepare, ...contextSettings } = settings;
+  const browserContext = await browser.newContext({
+    viewport: LIGHT,
+    colorScheme: "light",
+    ...contextSettings,
+  });
+  const tab = await browserContext.newPage();
+  tab.setDefaultTimeout(15_000);
+  const complaints = [];
+  tab.on("pageerror", (error) => complaints.push(`uncaught: ${error.message}`));
+  tab.on("console", (message) => {
+    if (message.type() === "error" && !expectErrors) complaints.push(`console: ${message.text()}`);
+  });
+  tab.on("request", (request) => {
+    const { protocol, host } = new URL(request.url());
+    if (protocol !== "data:" && host !== new URL(url).host)
+      complaints.push(`foreign request: ${request.url()}`);
+  });
+  await prepare?.(tab);
+  const response = await tab.goto(url);
+  context.after(() => browserContext.close());
+  return { tab, response, complaints };
+}
+
+const byTestId = (tab, id) => tab.locator(`[data-testid="${id}"]`);
+const FORCE_IMAGES = ["image-fx", "image-fy", "image-fz"];
+const IMAGES = ["image-raw", ...FORCE_IMAGES];
+
+const badge = (tab, state) =>
+  tab.waitForFunction((wanted) => window.taxelTest.badge === wanted, state, { polling: 20 });
+
+/** Waits until this many more frames arrived. */
+async function moreFrames(tab, count) {
+  const from = await tab.evaluate(() => window.taxelTest.frames);
+  await tab.waitForFunction((wanted) => window.taxelTest.frames >= wanted, from + count, { polling: 20 });
+}
+
+/** Waits until the page has drawn what it was asked to. */
+const drawn = (tab) =>
+  tab.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+const pixels = (tab, id) => byTestId(tab, id).evaluate((canvas) => canvas.toDataURL());
+const largest = async (tab, id) => Number(await byTestId(tab, id).getAttribute("data-max"));
+const limits = (tab) =>
+  tab.evaluate((ids) => {
+    const canvases = ids.map((id) => document.querySelector(`[data-testid="${id}"]`));
+    return canvases.map((canvas) => [canvas.dataset.low, canvas.dataset.high]);
+  }, IMAGES);
+
+/** Text of the inspector on one line. */
+const inspected = async (tab) => (await byTestId(tab, "inspect").innerText()).replace(/\s+/g, " ");
+
+test("four images appear and change while a finger moves", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  const before = {};
+  for (const id of IMAGES) {
+    await byTestId(tab, id).waitFor();
+    const { width, height } = await byTestId(tab, id).boundingBox();
+    assert.ok(width >= 200 && height >= 200, `${id} is only ${width} x ${height}`);
+    before[id] = await pixels(tab, id);
+  }
+  for (const id of IMAGES) {
+    await tab.waitForFunction(
+      ([name, old]) => document.querySelector(`[data-testid="${name}"]`).toDataURL() !== old,
+      [id, before[id]],
+    );
+  }
+  // The finger comes and goes: between its extremes the force grows by more than noise.
+  await tab.waitForFunction(
+    (ids) => {
+      const seen = (window.seen ??= {});
+      return ids.every((id) => {
+        const value = Number(document.querySelector(`[data-testid="${id}"]`).dataset.max);
+        if (!(value >= 0)) return false;
+        const [low, high] = seen[id] ?? [value, value];
+        seen[id] = [Math.min(low, value), Math.max(high, value)];
+        return seen[id][1] > 0.5 && seen[id][1] > 1.3 * seen[id][0];
+      });
+    },
+    FORCE_IMAGES,
+    { polling: 30, timeout: 20_000 },
+  );
+  assert.match(await byTestId(tab, "total-force").innerText(), /[\d.]+ ± [\d.]+[^]*mN/);
+  assert.match(await byTestId(tab, "frame-rate").innerText(), /^\d+\.\d\s*Hz$/);
+  assert.match(await byTestId(tab, "latency").innerText(), /\d\s*max\s*\d[\d.]*\s*ms$/);
+  assert.match(await byTestId(tab, "lost").innerText(), /^\d+$/);
+  assert.deepEqual(complaints, []);
+});
+
+test("mouse, keys and touch inspect a taxel", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context, { hasTouch: true });
+  await badge(tab, "live");
+  const everything = new RegExp(
+    "row 2, column 3 .*mN ± σ F ?x .*± .*F ?y .*± .*F ?z .*±.* fF .*C ?11 .*C ?12 .*C ?21 .*C ?22 .*" +
+      "Residual .* Touching .* Faulty",
+  );
+  const image = byTestId(tab, "image-fz");
+  const { width, height } = await image.boundingBox();
+  await image.hover({ position: { x: (3.5 / 8) * width, y: (2.5 / 8) * height } });
+  await byTestId(tab, "inspect").getByText("row 2, column 3").waitFor();
+  assert.match(await inspected(tab), everything);
+  assert.notEqual(await byTestId(tab, "inspect-state").innerText(), "");
+  await byTestId(tab, "tare").hover();
+  await byTestId(tab, "inspect").getByText("Point at a taxel").waitFor();
+
+  await byTestId(tab, "image-fx").focus();
+  for (const key of [
+    "ArrowDown",
+    "ArrowDown",
+    "ArrowDown",
+    "ArrowRight",
+    "ArrowRight",
+    "ArrowRight",
+    "ArrowRight",
+  ]) {
+    await tab.keyboard.press(key);
+  }
+  // The first key selects the first taxel.
+  await byTestId(tab, "inspect").getByText("row 2, column 4").waitFor();
+  await tab.keyboard.press("ArrowLeft");
+  await byTestId(tab, "inspect").getByText("row 2, column 3").waitFor();
+  assert.match(await inspected(tab), everything);
+  await tab.keyboard.press("End");
+  await tab.keyboard.press("PageDown");
+  await byTestId(tab, "inspect").getByText("row 7, column 7").waitFor();
+  await tab.keyboard.press("Escape");
+  await byTestId(tab, "inspect").getByText("Point at a taxel").waitFor();
+
+  const box = await byTestId(tab, "image-raw").boundingBox();
+  await tab.touchscreen.tap(box.x + (6.5 / 8) * box.width, box.y + (5.5 / 8) * box.height);
+  await byTestId(tab, "inspect").getByText("row 5, column 6").waitFor();
+  assert.deepEqual(complaints, []);
+});
+
+test("tare runs and is shown as done", async (context) => {
+  const { url } = await serve("quiet", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  assert.equal(await byTestId(tab, "tare-state").innerText(), "tare: none");
+  await moreFrames(tab, 2);
+  await byTestId(tab, "tare").click();
+  await tab.waitForFunction(() => document.getElementById("tare-state").textContent === "tare: done");
+  await byTestId(tab, "clear-tare").click();
+  await tab.waitForFunction(() => document.getElementById("tare-state").textContent === "tare: none");
+  await tab.keyboard.press("t");
+  await tab.waitForFunction(() => document.getElementById("tare-state").textContent === "tare: done");
+  assert.deepEqual(complaints, []);
+});
+
+test("a source that stops is shown as stale within half a second, then as live again", async (context) => {
+  const { url } = await serve("outage", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  const seen = await tab.waitForFunction(
+    () => {
+      const { badge: state, badgeChangedAt, lastFrameAt } = window.taxelTest;
+      return state === "stale" ? { delay: badgeChangedAt - lastFrameAt } : false;
+    },
+    undefined,
+    { polling: 20 },
+  );
+  const { delay } = await seen.jsonValue();
+  context.diagnostic(`stale after ${delay.toFixed(0)} ms`);
+  assert.ok(delay > 0 && delay <= 500, `the badge turned stale ${delay} ms after the last frame`);
+  assert.equal(await byTestId(tab, "badge").innerText(), "stale");
+  assert.match(await byTestId(tab, "badge-detail").innerText(), /no frames for \d+\.\d s/);
+  assert.match(await byTestId(tab, "announce").innerText(), /stale/);
+  await tab.screenshot({ path: join(screenshots, "stale.png") });
+  await badge(tab, "live");
+  assert.deepEqual(complaints, []);
+});
+
+test("a wrong token is refused by page and socket, and the page says so", async (context) => {
+  const { url } = await serve("quiet", context);
+  const wrong = new URL(url);
+  wrong.searchParams.set("token", "wrong");
+  const { status } = await fetch(wrong);
+  assert.equal(status, 401);
+  const socketUrl = new URL(wrong);
+  socketUrl.protocol = "ws:";
+  socketUrl.pathname = "/ws";
+  const answer = await new Promise((resolve) => {
+    const socket = new WebSocket(socketUrl);
+    socket.on("unexpected-response", (request, response) => {
+      resolve(response.statusCode);
+      request.destroy();
+    });
+    socket.on("open", () => resolve("opened"));
+    socket.on("error", () => resolve("no answer"));
+  });
+  assert.equal(answer, 401);
+  // A page that was loaded before, with a token that is not valid any more.
+  const prepare = (tab) =>
+    tab.route(/\/(\?.*|app\.js|app\.css)$/, (route) => {
+      const { pathname } = new URL(route.request().url());
+      return route.fulfill({ path: join(page, "dist", pathname === "/" ? "index.html" : pathname) });
+    });
+  const { tab } = await open(String(wrong), context, { prepare, expectErrors: true });
+  await badge(tab, "refused");
+  await tab.getByText("refused: wrong token — use the URL printed by taxel live").first().waitFor();
+  assert.equal(await byTestId(tab, "image-fz").count(), 0);
+});
+
+test("a server that is gone is shown as disconnected", async (context) => {
+  const { url, stop } = await serve("quiet", context);
+  const { tab } = await open(url, context, { expectErrors: true });
+  await badge(tab, "live");
+  await stop();
+  await badge(tab, "disconnected");
+  assert.equal(await byTestId(tab, "badge").innerText(), "disconnected");
+  assert.equal(await byTestId(tab, "image-fz").count(), 1);
+});
+
+test("a pressure map is one image with its unit; missing sensels are not drawn as zero", async (context) => {
+  const { url } = await serve("map", context);
+  const { tab, complaints } = await open(url, context);
+  await byTestId(tab, "image-map").waitFor();
+  await tab.waitForFunction(
+    () => Number(document.querySelector('[data-testid="image-map"]').dataset.max) > 0,
+  );
+  assert.equal(await byTestId(tab, "image-fz").count(), 0);
+  const unit = await tab.locator(".scale .unit").innerText();
+  await byTestId(tab, "strip").waitFor();
+  await byTestId(tab, "pause").click();
+  await drawn(tab);
+  // Walks over all sensels by key until there is one that is missing and one that reads zero.
+  const found = await byTestId(tab, "image-map").evaluate((canvas) => {
+    const press = (key) => canvas.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+    const inspector = document.querySelector('[data-testid="inspect"]');
+    const place = () => /row (\d+), column (\d+)/.exec(inspector.textContent).slice(1).map(Number);
+    const kinds = {};
+    press("PageUp");
+    press("PageDown");
+    press("End");
+    const [lastRow, lastColumn] = place();
+    press("PageUp");
+    for (let row = 0; row <= lastRow; row++) {
+      press("Home");
+      for (let column = 0; column <= lastColumn; column++) {
+        if (/no sensel|no reading/.test(inspector.textContent)) kinds.missing ??= place();
+        else if (/(Value|Pressure)0(\.0+)? /.test(inspector.textContent)) kinds.zero ??= place();
+        press("ArrowRight");
+      }
+      press("ArrowDown");
+    }
+    press("Escape");
+    return { ...kinds, rows: lastRow + 1, columns: lastColumn + 1 };
+  });
+  assert.ok(found.missing !== undefined, "the recording has no missing sensel");
+  assert.ok(found.zero !== undefined, "the recording has no sensel that reads zero");
+  await drawn(tab);
+  const colour = ([row, column]) =>
+    byTestId(tab, "image-map").evaluate(
+      (canvas, cell) => {
+        const [width, height] = [canvas.width / cell.columns, canvas.height / cell.rows];
+        const size = Math.max(1, Math.floor(width / 2));
+        const [x, y] = [(cell.column + 0.25) * width, (cell.row + 0.25) * height];
+        const { data } = canvas.getContext("2d").getImageData(x, y, size, size);
+        const sum = [0, 0, 0];
+        data.forEach((value, index) => index % 4 < 3 && (sum[index % 4] += value));
+        return sum.map((value) => (4 * value) / data.length);
+      },
+      { row, column, rows: found.rows, columns: found.columns },
+    );
+  const [missing, zero] = [await colour(found.missing), await colour(found.zero)];
+  const difference = Math.hypot(...missing.map((value, channel) => value - zero[channel]));
+  assert.ok(difference > 40, `missing ${missing} and zero ${zero} look alike`);
+  assert.match(await byTestId(tab, "total-force").innerText(), new RegExp(`\\d[^]*(${unit}|N)`));
+  await tab.screenshot({ path: join(screenshots, "map-1366x768.png") });
+  assert.deepEqual(complaints, []);
+});
+
+test("pause freezes the images while counting goes on", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await moreFrames(tab, 5);
+  await byTestId(tab, "pause").click();
+  await drawn(tab);
+  const frozen = await Promise.all(IMAGES.map((id) => pixels(tab, id)));
+  const total = await byTestId(tab, "total-force").innerText();
+  await moreFrames(tab, 12);
+  assert.deepEqual(await Promise.all(IMAGES.map((id) => pixels(tab, id))), frozen);
+  assert.equal(await byTestId(tab, "total-force").innerText(), total);
+  assert.match(await byTestId(tab, "frame-rate").innerText(), /^\d/);
+  assert.equal(await byTestId(tab, "badge").innerText(), "live");
+  await tab.keyboard.press("p");
+  await tab.waitForFunction(
+    ([id, old]) => document.querySelector(`[data-testid="${id}"]`).toDataURL() !== old,
+    ["image-raw", frozen[0]],
+  );
+  assert.deepEqual(complaints, []);
+});
+
+test("lock keeps the scales, a limit can be typed", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await tab.waitForFunction(
+    () => Number(document.querySelector('[data-testid="image-fz"]').dataset.max) > 1.5,
+  );
+  const high = byTestId(tab, "image-fz-high");
+  await high.fill("1");
+  await high.press("Enter");
+  await tab.waitForFunction(() => document.querySelector('[data-testid="image-fz"]').dataset.high === "1");
+  assert.ok((await largest(tab, "image-fz")) > 1);
+  await tab.keyboard.press("l");
+  assert.equal(await byTestId(tab, "lock").getAttribute("aria-pressed"), "true");
+  const locked = await limits(tab);
+  assert.deepEqual(locked[3], ["0", "1"]);
+  await moreFrames(tab, 20);
+  assert.deepEqual(await limits(tab), locked);
+  await byTestId(tab, "lock").click();
+  await tab.waitForFunction(
+    () => Number(document.querySelector('[data-testid="image-fz"]').dataset.high) > 1,
+  );
+  assert.equal(await byTestId(tab, "lock").getAttribute("aria-pressed"), "false");
+
+  const before = await pixels(tab, "image-raw");
+  await byTestId(tab, "raw-change").click();
+  await tab.waitForFunction(() =>
+    document.querySelector('[data-testid="image-raw"]').dataset.low.startsWith("-"),
+  );
+  assert.notEqual(await pixels(tab, "image-raw"), before);
+  assert.deepEqual(complaints, []);
+});
+
+test("every control is reached by key with a visible focus", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab } = await open(url, context);
+  await badge(tab, "live");
+  await byTestId(tab, "image-fz").waitFor();
+  const reached = new Set();
+  for (let step = 0; step < 40; step++) {
+    await tab.keyboard.press("Tab");
+    const focus = await tab.evaluate(() => {
+      const { activeElement } = document;
+      const { outlineStyle, outlineWidth } = getComputedStyle(activeElement);
+      const visible = outlineStyle !== "none" && parseFloat(outlineWidth) >= 2;
+      const name = activeElement.getAttribute("aria-label") ?? activeElement.textContent.trim();
+      return { id: activeElement.dataset.testid, visible, name, body: activeElement === document.body };
+    });
+    if (focus.body) continue;
+    assert.ok(focus.visible, `the focus on ${focus.id ?? focus.name} cannot be seen`);
+    assert.notEqual(focus.name, "", `${focus.id} has no name`);
+    if (focus.id !== undefined) reached.add(focus.id);
+  }
+  const wanted = ["tare", "clear-tare", "pause", "lock", "theme", "raw-absolute", "raw-change", ...IMAGES];
+  const missing = [...wanted, "image-fz-low", "image-fz-high"].filter((id) => !reached.has(id));
+  assert.deepEqual(missing, []);
+});
+
+test("light and dark follow system and switch, and everything fits on the screen", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await tab.waitForFunction(
+    () => Number(document.querySelector('[data-testid="image-fz"]').dataset.max) > 1.5,
+  );
+  await byTestId(tab, "image-fz").focus();
+  for (const key of ["ArrowDown", "ArrowDown", "ArrowDown", "ArrowDown", "ArrowRight", "ArrowRight"]) {
+    await tab.keyboard.press(key);
+  }
+  const brightness = () =>
+    tab.evaluate(() => {
+      const [red, green, blue] = getComputedStyle(document.body).backgroundColor.match(/\d+/g).map(Number);
+      return (red + green + blue) / 3;
+    });
+  const shoot = async (name, viewport) => {
+    await tab.setViewportSize(viewport);
+    await drawn(tab);
+    await moreFrames(tab, 2);
+    await drawn(tab);
+    const fit = await tab.evaluate(() => {
+      const bottom = Math.max(
+        ...[...document.body.children].map((child) => child.getBoundingClientRect().bottom),
+      );
+      const { scrollWidth, scrollHeight } = document.documentElement;
+      const cut = [...document.querySelectorAll(".panel, .readout, header")].filter(
+        (part) => part.scrollHeight > part.clientHeight + 1 || part.scrollWidth > part.clientWidth + 1,
+      );
+      return {
+        bottom,
+        scrollWidth,
+        scrollHeight,
+        cut: cut.map((part) => part.getAttribute("aria-label") ?? part.className),
+      };
+    });
+    assert.ok(fit.scrollWidth <= viewport.width, `${name}: ${fit.scrollWidth} px wide`);
+    assert.ok(fit.scrollHeight <= viewport.height, `${name}: ${fit.scrollHeight} px high`);
+    assert.ok(fit.bottom <= viewport.height, `${name}: the content ends at ${fit.bottom} px`);
+    assert.deepEqual(fit.cut, [], `${name}: parts that do not fit`);
+    await tab.screenshot({ path: join(screenshots, `${name}.png`) });
+  };
+  assert.ok((await brightness()) > 200);
+  await shoot("light-1366x768", LIGHT);
+  await shoot("light-1366x650", { width: 1366, height: 650 });
+  await shoot("light-820x1180", { width: 820, height: 1180 });
+  await shoot("light-1180x820", { width: 1180, height: 820 });
+  await tab.emulateMedia({ colorScheme: "dark" });
+  await tab.waitForFunction(() => document.documentElement.dataset.theme === "dark");
+  assert.ok((await brightness()) < 60);
+  await shoot("dark-1366x768", LIGHT);
+  await byTestId(tab, "theme").click();
+  assert.equal(await byTestId(tab, "theme").innerText(), "Theme: light");
+  assert.ok((await brightness()) > 200);
+  await byTestId(tab, "theme").click();
+  assert.equal(await byTestId(tab, "theme").innerText(), "Theme: dark");
+  assert.ok((await brightness()) < 60);
+  assert.deepEqual(complaints, []);
+});

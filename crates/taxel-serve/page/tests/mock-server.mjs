@@ -1,0 +1,346 @@
+// A small server with synthetic frames, for working on the page and its tests without the real server.
+//
+//   node tests/mock-server.mjs [--port 0] [--kind 1|2] [--rate 100] [--scene finger|quiet|all-states]
+//                              [--outage 3:6] [--end 5] [--drop-after 4]
+//
+// The first line on stdout names the URL with its token, like that of `taxel live`.
+
+import { randomBytes } from "node:crypto";
+import { readFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { parseArgs } from "node:util";
+import { WebSocketServer } from "ws";
+import { encodeFrame } from "./encode.mjs";
+
+const dist = join(dirname(fileURLToPath(import.meta.url)), "../dist");
+const { values: options } = parseArgs({
+  options: {
+    port: { type: "string", default: "0" },
+    kind: { type: "string", default: "1" },
+    rate: { type: "string", default: "100" },
+    scene: { type: "string", default: "finger" },
+    outage: { type: "string", default: "" },
+    end: { type: "string", default: "" },
+    "drop-after": { type: "string", default: "" },
+  },
+});
+
+const STATES = [
+  "ok",
+  "unchecked",
+  "contact",
+  "out_of_range",
+  "not_converged",
+  "inconsistent",
+  "faulty",
+  "masked",
+];
+const STALE_AFTER = 0.3;
+const CSP = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self'";
+const kind = Number(options.kind);
+const rate = Number(options.rate);
+const size = kind === 1 ? 8 : 28;
+const pitch = kind === 1 ? 2e-3 : 1.27e-3;
+const token = randomBytes(16).toString("hex");
+
+/** Repeatable noise with unit standard deviation (xorshift, sum of four). */
+let noiseState = 0x2545f491;
+function noise() {
+  let sum = 0;
+  for (let k = 0; k < 4; k++) {
+    noiseState ^= noiseState << 13;
+    noiseState ^= noiseState >>> 17;
+    noiseState ^= noiseState << 5;
+    sum += (noiseState >>> 0) / 2 ** 32 - 0.5;
+  }
+  return sum * Math.sqrt(3);
+}
+
+/** Centre of a taxel, m. */
+const place = (taxel) => [
+  ((taxel % size) - (size - 1) / 2) * pitch,
+  ((size - 1) / 2 - Math.floor(taxel / size)) * pitch,
+];
+
+/** Where is pressed at `time`, how hard and with which shear. */
+function fingers(time) {
+  if (options.scene === "quiet") return [];
+  const half = (size * pitch) / 2;
+  const grown = Math.min(1, Math.max(0, (time - 1) / 1.5));
+  const moving = {
+    centre: [0.45 * half * Math.cos(0.9 * time), 0.4 * half * Math.sin(1.3 * time)],
+    width: 0.2 * half,
+    peak: 0.017 * grown * (1 + 0.15 * Math.sin(2 * time)),
+    shear: [-0.45 * Math.sin(0.9 * time), 0.5 * Math.cos(1.3 * time)],
+  };
+  const resting = {
+    centre: [-0.62 * half, -0.62 * half],
+    width: 0.15 * half,
+    peak: 0.009 * grown,
+    shear: [0.3, 0.15],
+  };
+  return [moving, resting].filter(({ peak }) => peak > 0);
+}
+
+function load(finger, taxel) {
+  const [x, y] = place(taxel);
+  const distance2 = (x - finger.centre[0]) ** 2 + (y - finger.centre[1]) ** 2;
+  return finger.peak * Math.exp(-distance2 / (2 * finger.width ** 2));
+}
+
+function contactsOf(pressed) {
+  return pressed.map((finger) => {
+    const loads = Array.from({ length: size * size }, (_, taxel) => load(finger, taxel));
+    const total = loads.reduce((sum, value) => sum + value, 0);
+    const peak = Math.max(...loads);
+    const variance = finger.width ** 2;
+    return [
+      loads.filter((value) => value > 1e-3).length,
+      ...finger.centre,
+      variance,
+      0.3 * variance * Math.sign(finger.centre[0]),
+      0.7 * variance,
+      ...(kind === 1 ? [total * finger.shear[0], total * finger.shear[1], total] : [0, 0, 12e3 * total]),
+      kind === 1 ? peak : 12e3 * peak,
+      loads.indexOf(peak),
+    ];
+  });
+}
+
+function stateOf(taxel, force) {
+  const [row, column] = [Math.floor(taxel / size), taxel % size];
+  if (row === 7 && column === 0) return "masked";
+  if (row === 0 && column === 7) return "faulty";
+  if (row === 5 && column === 6) return "contact";
+  if (options.scene === "all-states") {
+    if (row === 2 && column === 1) return "not_converged";
+    if (row === 3 && column === 5) return "inconsistent";
+    if (row === 1 && column === 4) return "unchecked";
+  }
+  return force > 0.015 ? "out_of_range" : "ok";
+}
+
+/** Capacitance before and after a tare differ by nothing here; the force does. */
+let offset = 0.0008;
+
+function threeAxisFrame(time, pressed) {
+  const n = size * size;
+  const frame = {
+    capacitance: [],
+    force: [],
+    deviation: [],
+    residual: [],
+    state: [],
+    touching: [],
+    faulty: [],
+  };
+  for (let taxel = 0; taxel < n; taxel++) {
+    const force = [offset / 3, 0, offset];
+    for (const finger of pressed) {
+      const normal = load(finger, taxel);
+      force[0] += normal * finger.shear[0];
+      force[1] += normal * finger.shear[1];
+      force[2] += normal;
+    }
+    const state = stateOf(taxel, force[2]);
+    const rest = [203e-15, 204e-15, 190e-15, 205e-15];
+    rest.forEach((value, capacitor) => {
+      const side = (capacitor & 1 ? 1 : -1) * force[0] + (capacitor & 2 ? -1 : 1) * force[1];
+      let reading = value * (1 + 12 * force[2] + 6.5 * side) + 0.08e-15 * noise();
+      if (state === "contact" && capacitor === 3) reading = value * 1.4;
+      if (state === "faulty" && capacitor === 1) reading = Number.NaN;
+      frame.capacitance.push(state === "masked" ? Number.NaN : reading);
+    });
+    const none = state === "masked" || state === "not_converged" || state === "faulty";
+    for (const value of force) frame.force.push(none ? Number.NaN : value + 5e-5 * noise());
+    for (let axis = 0; axis < 3; axis++) frame.deviation.push(none ? Number.NaN : 5e-5);
+    frame.residual.push(
+      none || state === "unchecked" ? Number.NaN : state === "inconsistent" ? 6.2 : noise(),
+    );
+    frame.state.push(STATES.indexOf(state));
+    frame.touching.push(state === "contact" ? 0b1000 : 0);
+    frame.faulty.push(state === "masked" ? 0b1111 : state === "faulty" ? 0b0010 : 0);
+  }
+  return frame;
+}
+
+function mapFrame(pressed) {
+  const frame = { value: [], state: [] };
+  for (let taxel = 0; taxel < size * size; taxel++) {
+    const [row, column] = [Math.floor(taxel / size), taxel % size];
+    const missing = Math.hypot(row - 13.5, column - 13.5) > 16 || (row > 20 && column === 5);
+    const value = Math.round(pressed.reduce((sum, finger) => sum + 12e3 * load(finger, taxel), 0));
+    frame.value.push(missing ? Number.NaN : value);
+    frame.state.push(STATES.indexOf(missing ? "masked" : "ok"));
+  }
+  return frame;
+}
+
+function frameAt(time, sequence) {
+  const pressed = fingers(time);
+  const contacts = contactsOf(pressed);
+  const body = kind === 1 ? threeAxisFrame(time, pressed) : mapFrame(pressed);
+  const force = [0, 0, 0];
+  const moment = [0, 0, 0];
+  const weighted = [0, 0];
+  let total = 0;
+  for (let taxel = 0; taxel < size * size; taxel++) {
+    const [x, y] = place(taxel);
+    const [fx, fy, fz] = kind === 1 ? body.force.slice(3 * taxel, 3 * taxel + 3) : [0, 0, body.value[taxel]];
+    if (Number.isNaN(fz)) continue;
+    [fx, fy, fz].forEach((value, axis) => (force[axis] += value));
+    moment[0] -= y * fz;
+    moment[1] += x * fz;
+    moment[2] += x * fy - y * fx;
+    total += Math.max(0, fz);
+    weighted[0] += x * Math.max(0, fz);
+    weighted[1] += y * Math.max(0, fz);
+  }
+  const nothing = [Number.NaN, Number.NaN, Number.NaN];
+  const pressing = total > 0.003;
+  return encodeFrame({
+    kind,
+    sequence,
+    timeNs: BigInt(Math.round(time * 1e9)),
+    rate,
+    latency: 4e-4 + 2e-4 * Math.abs(noise()),
+    totalForce: kind === 1 ? force : nothing,
+    totalDeviation: kind === 1 ? [4e-4, 4e-4, 4e-4] : nothing,
+    moment: kind === 1 ? moment : nothing,
+    centre: pressing ? weighted.map((value) => value / total) : nothing.slice(1),
+    centreCovariance: pressing && kind === 1 ? [4e-9, 0, 4e-9] : nothing,
+    contacts,
+    flags: (tare.state === "done" ? 1 : 0) + (tare.state === "running" ? 2 : 0),
+    ...body,
+  });
+}
+
+const hello = {
+  type: "hello",
+  protocol: 1,
+  kind: kind === 1 ? "three_axis" : "pressure_map",
+  name: kind === 1 ? "three-axis capacitive array 8x8" : "fingertip map 28x28",
+  source: kind === 1 ? "sim:finger.toml" : "replay:fingertip.csv",
+  version: "0.0.0",
+  commit: "mock",
+  sensor_hash: kind === 1 ? "0123456789abcdef" : "",
+  rows: size,
+  columns: size,
+  pitch_m: [pitch, pitch],
+  mount: { kind: "flat" },
+  unit:
+    kind === 1
+      ? { quantity: "capacitance", symbol: "fF", si_per_unit: 1e-15 }
+      : { quantity: "raw", symbol: "counts", si_per_unit: 1 },
+  full_scale_n: kind === 1 ? 0.01 : null,
+  usable_force_n: kind === 1 ? 0.015 : null,
+  period_s: 1 / rate,
+  stale_after_s: STALE_AFTER,
+  states: STATES,
+  total_force_known: kind === 1,
+};
+
+const tare = { state: "none", timeNs: null, message: "" };
+const started = performance.now();
+const seconds = () => (performance.now() - started) / 1000;
+const [outageFrom, outageTo] =
+  options.outage === "" ? [Infinity, Infinity] : options.outage.split(":").map(Number);
+const endsAt = options.end === "" ? Infinity : Number(options.end);
+let lastFrame = seconds();
+let sequence = 0n;
+
+function command(text) {
+  const { command: name } = JSON.parse(text);
+  if (name === "clear_tare") Object.assign(tare, { state: "none", timeNs: null, message: "" });
+  if (name !== "tare" || tare.state === "running") return;
+  if (fingers(seconds()).length > 0) {
+    tare.message = "tare refused: the sensor is being touched, 12.3 mN in all";
+    return;
+  }
+  Object.assign(tare, { state: "running", message: "" });
+  setTimeout(() => {
+    offset = 0;
+    Object.assign(tare, { state: "done", timeNs: Math.round(seconds() * 1e9) });
+  }, 300);
+}
+
+const types = {
+  "app.js": "text/javascript",
+  "app.css": "text/css",
+  "index.html": "text/html; charset=utf-8",
+};
+const server = createServer(async (request, response) => {
+  const url = new URL(request.url, "http://localhost");
+  const name = url.pathname === "/" ? "index.html" : url.pathname.slice(1);
+  if (name === "index.html" && url.searchParams.get("token") !== token) {
+    response.writeHead(401, { "content-type": "text/plain" }).end("wrong token\n");
+    return;
+  }
+  if (types[name] === undefined) {
+    response.writeHead(404).end();
+    return;
+  }
+  const content = await readFile(join(dist, name));
+  response.writeHead(200, { "content-type": types[name], "content-security-policy": CSP }).end(content);
+});
+
+const sockets = new WebSocketServer({ noServer: true });
+server.on("upgrade", (request, socket, head) => {
+  const url = new URL(request.url, "http://localhost");
+  if (url.pathname !== "/ws" || url.searchParams.get("token") !== token) {
+    socket.end("HTTP/1.1 401 Unauthorized\r\nconnection: close\r\ncontent-length: 0\r\n\r\n");
+    return;
+  }
+  sockets.handleUpgrade(request, socket, head, (client) => {
+    client.on("message", (text) => command(String(text)));
+    client.send(JSON.stringify(hello));
+  });
+});
+
+function send(message) {
+  for (const client of sockets.clients) client.send(message);
+}
+
+setInterval(
+  () => {
+    const now = seconds();
+    if ((now >= outageFrom && now < outageTo) || now >= endsAt) {
+      lastFrame = Math.min(lastFrame, now);
+      sequence = BigInt(Math.floor(now * rate));
+      return;
+    }
+    while (sequence < BigInt(Math.floor(now * rate))) {
+      sequence += 1n;
+      send(frameAt(Number(sequence) / rate, sequence));
+      lastFrame = now;
+    }
+  },
+  Math.min(20, 1000 / rate),
+);
+
+setInterval(() => {
+  const age = seconds() - lastFrame;
+  send(
+    JSON.stringify({
+      type: "status",
+      stale: age > STALE_AFTER,
+      age_s: age,
+      ended: seconds() >= endsAt,
+      clients: sockets.clients.size,
+      dropped: 0,
+      tare: tare.state,
+      tare_time_ns: tare.timeNs,
+      message: tare.message,
+    }),
+  );
+}, 100);
+
+if (options["drop-after"] !== "") {
+  setTimeout(() => process.exit(0), 1000 * Number(options["drop-after"]));
+}
+
+server.listen(Number(options.port), "127.0.0.1", () => {
+  console.log(`http://127.0.0.1:${server.address().port}/?token=${token}`);
+});

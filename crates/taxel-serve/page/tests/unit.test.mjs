@@ -1,0 +1,245 @@
+// Tests of what needs no browser: decoder, link state, scale, history, numbers.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import * as esbuild from "esbuild";
+import { encodeFrame } from "./encode.mjs";
+
+const src = join(dirname(fileURLToPath(import.meta.url)), "../src");
+
+/** A module of the page, translated in memory. */
+async function load(name) {
+  const entry = join(src, `${name}.ts`);
+  const { outputFiles } = await esbuild.build({
+    entryPoints: [entry],
+    bundle: true,
+    format: "esm",
+    write: false,
+  });
+  return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+}
+
+const { decodeFrame, decodeHeader, parseMessage, ProtocolError } = await load("protocol");
+const { linkState } = await load("link");
+const { Scale, roundUp } = await load("scale");
+const { History, LastSecond } = await load("history");
+const { capacitorNames, fixed, parseLimit, withDeviation } = await load("format");
+const { colourOf, DIVERGING, SEQUENTIAL } = await load("colour");
+const { RestValues } = await load("rest");
+
+const HELLO = {
+  type: "hello",
+  protocol: 1,
+  kind: "three_axis",
+  name: "array",
+  source: "sim:",
+  rows: 1,
+  columns: 2,
+  unit: { quantity: "capacitance", symbol: "fF", si_per_unit: 1e-15 },
+  states: ["ok"],
+};
+
+const THREE_AXIS = {
+  kind: 1,
+  sequence: 2n ** 60n + 1n,
+  timeNs: 1_500_000_000n,
+  lost: 3,
+  late: 4,
+  duplicate: 5,
+  rate: 120.5,
+  latency: 0.0004,
+  totalForce: [1, 2, 3],
+  totalDeviation: [0.1, 0.2, 0.3],
+  moment: [4, 5, 6],
+  centre: [7, 8],
+  centreCovariance: [9, 10, 11],
+  flags: 5,
+  contacts: [[2, 0.1, 0.2, 1, 2, 3, 4, 5, 6, 7, 1]],
+  capacitance: [1, 2, 3, 4, 5, 6, 7, 8],
+  force: [0.5, -0.25, 1, Number.NaN, 0, 0],
+  deviation: [1, 1, 1, 2, 2, 2],
+  residual: [Number.NaN, -1.5],
+  state: [0, 6],
+  touching: [0b1000, 0],
+  faulty: [0, 0b0010],
+};
+
+test("a three-axis frame is read field by field", () => {
+  const frame = decodeFrame(encodeFrame(THREE_AXIS));
+  const { header } = frame;
+  assert.equal(frame.kind, 1);
+  assert.equal(header.sequence, 2n ** 60n + 1n);
+  assert.equal(header.time, 1.5);
+  assert.deepEqual([header.lost, header.late, header.duplicate], [3, 4, 5]);
+  assert.deepEqual([header.rate, header.latency], [120.5, 0.0004]);
+  assert.deepEqual(header.force, [1, 2, 3]);
+  assert.deepEqual(header.forceDeviation, [0.1, 0.2, 0.3]);
+  assert.deepEqual(header.moment, [4, 5, 6]);
+  assert.deepEqual(header.centre, [7, 8]);
+  assert.deepEqual(header.centreCovariance, [9, 10, 11]);
+  assert.deepEqual([header.tared, header.tareRunning, header.clipped], [true, false, true]);
+  assert.deepEqual(frame.contacts, [
+    { taxels: 2, centre: [0.1, 0.2], covariance: [1, 2, 3], force: [4, 5, 6], peak: 7, peakTaxel: 1 },
+  ]);
+  assert.deepEqual([...frame.capacitance], [1, 2, 3, 4, 5, 6, 7, 8]);
+  assert.deepEqual([...frame.force], [0.5, -0.25, 1, Number.NaN, 0, 0]);
+  assert.deepEqual([...frame.deviation], [1, 1, 1, 2, 2, 2]);
+  assert.deepEqual([...frame.residual], [Number.NaN, -1.5]);
+  assert.deepEqual(
+    [[...frame.state], [...frame.touching], [...frame.faulty]],
+    [
+      [0, 6],
+      [8, 0],
+      [0, 2],
+    ],
+  );
+});
+
+test("a pressure map keeps its missing sensels as NaN", () => {
+  const frame = decodeFrame(encodeFrame({ kind: 2, value: [1, Number.NaN, 0], state: [0, 7, 0] }));
+  assert.deepEqual([...frame.value], [1, Number.NaN, 0]);
+  assert.deepEqual([...frame.state], [0, 7, 0]);
+  assert.ok(Number.isNaN(frame.header.force[2]));
+});
+
+test("a frame that is cut short or too long is refused with both lengths", () => {
+  const bytes = encodeFrame(THREE_AXIS);
+  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /365 bytes.*need 366/);
+  const longer = new Uint8Array(bytes.byteLength + 1);
+  longer.set(new Uint8Array(bytes));
+  assert.throws(() => decodeFrame(longer.buffer), ProtocolError);
+  assert.throws(() => decodeHeader(bytes.slice(0, 100)), /100 bytes.*184/);
+});
+
+test("a foreign magic and an unknown kind are refused", () => {
+  const bytes = encodeFrame(THREE_AXIS);
+  new DataView(bytes).setUint16(4, 3, true);
+  assert.throws(() => decodeFrame(bytes), /kind 3/);
+  new DataView(bytes).setUint32(0, 0, true);
+  assert.throws(() => decodeFrame(bytes), /TXL1/);
+});
+
+test("hello and status are read, other protocols refused", () => {
+  assert.equal(parseMessage(JSON.stringify(HELLO)).hello.name, "array");
+  assert.equal(parseMessage('{"type":"status","stale":true}').status.stale, true);
+  assert.equal(parseMessage('{"type":"later"}').type, "unknown");
+  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, protocol: 2 })), /protocol 2/);
+  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, rows: 0 })), /rows is 0/);
+  assert.throws(() => parseMessage("{"), /not JSON/);
+});
+
+test("silence of frames or of the socket is stale, whatever the last status said", () => {
+  const live = {
+    socket: "open",
+    status: { stale: false, ended: false },
+    messageAge: 20,
+    frameAge: 20,
+    staleAfter: 0.3,
+  };
+  assert.equal(linkState(live), "live");
+  assert.equal(linkState({ ...live, frameAge: 360 }), "stale");
+  assert.equal(linkState({ ...live, messageAge: 450 }), "stale");
+  assert.equal(linkState({ ...live, status: { stale: true, ended: false } }), "stale");
+  assert.equal(linkState({ ...live, status: { stale: true, ended: true } }), "ended");
+  assert.equal(linkState({ ...live, socket: "disconnected" }), "disconnected");
+  assert.equal(linkState({ ...live, frameAge: Number.POSITIVE_INFINITY }), "waiting");
+});
+
+test("a scale follows upwards at once, shrinks slowly, never below its floor", () => {
+  const scale = new Scale("symmetric", 10);
+  scale.follow(-1, 2, 0);
+  assert.deepEqual([scale.low, scale.high], [-10, 10]);
+  scale.follow(-33, 2, 1);
+  assert.deepEqual([scale.low, scale.high], [-40, 40]);
+  scale.follow(0, 0, 2);
+  assert.equal(scale.high, 40);
+  for (let time = 3; time < 60; time++) scale.follow(0, 0, time);
+  assert.equal(scale.high, 10);
+});
+
+test("a fixed scale stays and a limit that makes no scale is refused", () => {
+  const scale = new Scale("positive", 10);
+  assert.equal(scale.fix(0, 2), true);
+  scale.follow(0, 500, 0);
+  assert.equal(scale.high, 2);
+  assert.equal(scale.fix(0, Number.NaN), false);
+  assert.equal(scale.fix(0, 0), false);
+  assert.equal(scale.high, 2);
+  scale.release();
+  scale.follow(0, 500, 1);
+  assert.equal(scale.high, 500);
+});
+
+test("a range contains its values and is no narrower than its floor", () => {
+  const scale = new Scale("range", 20);
+  scale.follow(203, 205, 0);
+  assert.ok(scale.low <= 203 && scale.high >= 205 && scale.high - scale.low >= 20);
+  scale.follow(150, 290, 1);
+  assert.ok(scale.low <= 150 && scale.high >= 290);
+});
+
+test("round limits are not smaller than the value", () => {
+  assert.deepEqual([0.011, 1, 1.01, 7, 99, 101].map(roundUp), [0.015, 1, 1.5, 8, 100, 150]);
+});
+
+test("history keeps a peak of one frame among thousands, in bounded memory", () => {
+  const history = new History(1);
+  for (let frame = 0; frame < 60_000; frame++) history.push(frame / 1000, [frame === 55_123 ? -7 : 1]);
+  const [times, values] = history.columns(0.5);
+  assert.ok(times.length <= 2 * 501);
+  assert.equal(Math.min(...values), -7);
+  assert.ok(
+    times.every((time, index) => time <= 0 && time >= -10.1 && (index === 0 || time >= times[index - 1])),
+  );
+});
+
+test("history breaks its line where nothing came and starts anew when the clock goes back", () => {
+  const history = new History(1);
+  for (const time of [0, 0.1, 3, 3.1]) history.push(time, [1]);
+  assert.equal(history.columns(0.5)[1].filter((value) => value === null).length, 1);
+  history.push(1, [5]);
+  assert.deepEqual(history.columns(0.5)[1], [5, 5]);
+});
+
+test("latency is that of the last second", () => {
+  const latency = new LastSecond();
+  latency.push(0, 9);
+  for (const [index, value] of [1, 2, 3, 4, 50].entries()) latency.push(5000 + index, value);
+  assert.deepEqual(latency.summary(5100), { median: 3, largest: 50 });
+  assert.ok(Number.isNaN(latency.summary(9000).median));
+});
+
+test("rest values are those of the first frames, then those of the tare", () => {
+  const rest = new RestValues(2);
+  for (let frame = 0; frame < 12; frame++) rest.take(new Float32Array([2, 4]), 2, false);
+  assert.deepEqual([...rest.values], [1, 2]);
+  rest.take(new Float32Array([20, 40]), 2, true);
+  rest.take(new Float32Array([22, 42]), 2, true);
+  rest.take(new Float32Array([100, 100]), 2, false);
+  assert.deepEqual([...rest.values], [10.5, 20.5]);
+});
+
+test("numbers are written with a true minus, without a negative zero, unknown ones with a dash", () => {
+  assert.equal(fixed(-1.234, 2), "\u22121.23");
+  assert.equal(fixed(-0.001, 2), "0.00");
+  assert.equal(fixed(Number.NaN, 2), "–");
+  assert.equal(withDeviation(1, 0.05, 2), "1.00 ± 0.05");
+  assert.equal(parseLimit("\u22122,5"), -2.5);
+  assert.ok(Number.isNaN(parseLimit("")));
+  assert.equal(capacitorNames(0b1010), "12, 22");
+});
+
+test("lightness of the maps is monotonic: up along one, down and up along the other", () => {
+  const lightness = (colour) => {
+    const [red, green, blue] = colour.match(/\d+/g).map(Number);
+    return 0.2126 * (red / 255) ** 2.2 + 0.7152 * (green / 255) ** 2.2 + 0.0722 * (blue / 255) ** 2.2;
+  };
+  const rises = (map) =>
+    map.every((colour, index) => index === 0 || lightness(colour) >= lightness(map[index - 1]) - 2e-3);
+  assert.ok(rises(SEQUENTIAL));
+  assert.ok(rises(DIVERGING.light.slice(0, 128)) && rises(DIVERGING.light.slice(128).reverse()));
+  assert.ok(rises(DIVERGING.dark.slice(0, 128).reverse()) && rises(DIVERGING.dark.slice(128)));
+  assert.equal(colourOf(SEQUENTIAL, 99, 0, 1), SEQUENTIAL[255]);
+});
