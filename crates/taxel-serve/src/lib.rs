@@ -9,6 +9,7 @@ mod server;
 mod source;
 
 use std::net::SocketAddr;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
 pub use latency::Latencies;
@@ -141,11 +142,7 @@ async fn finish(
     shared: &Shared,
     ends: bool,
 ) -> Result<Summary, ServeError> {
-    let stop = || {
-        shared
-            .stop
-            .store(true, std::sync::atomic::Ordering::Relaxed)
-    };
+    let stop = || shared.stop.store(true, Ordering::Relaxed);
     let lost = |error: tokio::task::JoinError| ServeError::System(error.to_string());
     tokio::pin!(run, interrupted);
     tokio::select! {

@@ -1,0 +1,176 @@
+//! The invariants of `ARCHITECTURE.md`, kept by reading the sources.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use taxel::acquisition::Stimulus;
+use taxel::sensor::Sensor;
+
+fn crates() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap()
+        .to_owned()
+}
+
+/// Rust sources below `folder` without their test modules, comments cut.
+fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let text = fs::read_to_string(&path).unwrap();
+                let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
+                let lines = code.lines().map(|line| line.split("//").next().unwrap());
+                found.push((path, lines.collect::<Vec<_>>().join("\n")));
+            }
+        }
+    }
+    assert!(!found.is_empty(), "no sources below {}", folder.display());
+    found
+}
+
+#[track_caller]
+fn must_not_name(folder: &str, words: &[&str]) {
+    for (path, code) in sources(&crates().join(folder)) {
+        for word in words {
+            assert!(!code.contains(word), "{} names {word}", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_library_opens_no_file_reads_no_clock_and_prints_nothing() {
+    must_not_name(
+        "taxel/src",
+        &[
+            "std::fs",
+            "std::thread",
+            "std::net",
+            "Instant",
+            "SystemTime",
+            "println!",
+            "print!",
+            "tokio",
+            "axum",
+        ],
+    );
+}
+
+#[test]
+fn mechanics_knows_no_transduction() {
+    must_not_name(
+        "taxel/src/mechanics",
+        &[
+            "transduction",
+            "electronics",
+            "estimation",
+            "sensor::",
+            "calibration",
+        ],
+    );
+}
+
+#[test]
+fn transduction_knows_no_electronics() {
+    must_not_name(
+        "taxel/src/transduction",
+        &[
+            "electronics",
+            "estimation",
+            "acquisition",
+            "sensor::",
+            "calibration",
+        ],
+    );
+}
+
+#[test]
+fn estimation_inverts_what_a_calibration_carries() {
+    must_not_name(
+        "taxel/src/estimation",
+        &[
+            "electronics",
+            "sensor::",
+            "toml",
+            "acquisition::Twin",
+            "acquisition::Stimulus",
+            "recording",
+        ],
+    );
+}
+
+#[test]
+fn only_the_service_knows_http_and_messages() {
+    must_not_name("taxel/src", &["http", "WebSocket", "websocket"]);
+    must_not_name("taxel-cli/src", &["axum", "tokio"]);
+}
+
+#[test]
+fn the_service_decides_no_physics() {
+    must_not_name(
+        "taxel-serve/src",
+        &[
+            "taxel::mechanics",
+            "taxel::transduction",
+            "taxel::electronics",
+        ],
+    );
+}
+
+#[test]
+fn no_unsafe_code_anywhere() {
+    let manifest = fs::read_to_string(crates().parent().unwrap().join("Cargo.toml")).unwrap();
+    assert!(manifest.contains("unsafe_code = \"forbid\""));
+    for name in ["taxel", "taxel-serve", "taxel-cli"] {
+        let manifest = fs::read_to_string(crates().join(name).join("Cargo.toml")).unwrap();
+        assert!(
+            manifest.contains("[lints]\nworkspace = true"),
+            "{name} does not take the lints"
+        );
+    }
+}
+
+#[test]
+fn committed_schemas_are_current() {
+    let sensors = crates().parent().unwrap().join("sensors");
+    for (file, schema) in [
+        ("sensor.schema.json", Sensor::json_schema()),
+        ("stimulus.schema.json", Stimulus::json_schema()),
+    ] {
+        let committed = fs::read_to_string(sensors.join(file)).unwrap();
+        assert!(
+            committed.replace("\r\n", "\n") == schema,
+            "sensors/{file} is stale: run `cargo run -- schema {} > sensors/{file}`",
+            file.split('.').next().unwrap()
+        );
+    }
+}
+
+#[test]
+fn every_shipped_file_is_valid() {
+    let sensors = crates().parent().unwrap().join("sensors");
+    let mut read = 0;
+    for (folder, is_sensor) in [("", true), ("stimuli", false)] {
+        for entry in fs::read_dir(sensors.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|ending| ending == "toml") {
+                let text = fs::read_to_string(&path).unwrap();
+                let name = path.display().to_string();
+                let checked = if is_sensor {
+                    Sensor::parse(&name, &text).map(drop)
+                } else {
+                    Stimulus::parse(&name, &text).map(drop)
+                };
+                assert_eq!(checked, Ok(()), "{name}");
+                read += 1;
+            }
+        }
+    }
+    assert!(read >= 3);
+}
