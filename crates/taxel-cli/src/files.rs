@@ -61,11 +61,8 @@ pub(crate) fn text(path: &Path) -> Result<String, Stop> {
     let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..at]
-            .iter()
-            .filter(|byte| **byte == b'\n')
-            .count()
-            + 1;
+        let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
+        let line = before.matches('\n').count() + 1;
         wrong(format!(
             "line {line} is not UTF-8 text (byte {at})\nhelp: save the file as UTF-8"
         ))

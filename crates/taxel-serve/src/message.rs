@@ -243,7 +243,10 @@ pub(crate) fn hello(
         sensor_hash: &provenance.sensor_hash,
         rows: stream.rows,
         columns: stream.columns,
-        pitch_m: stream.pitch,
+        pitch_m: calibration.map_or(stream.pitch, |calibration| {
+            let [x, y] = calibration.layout.pitch;
+            Some([y, x])
+        }),
         mount,
         unit,
         full_scale_n: calibration.map(|calibration| calibration.full_scale),

@@ -92,10 +92,20 @@ pub struct ReplaySource {
 }
 
 /// What a look at the whole recording found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RecordingSize {
     /// Complete frames.
     pub frames: u64,
+    /// Device time from the first to the last, ns.
+    pub duration_ns: u64,
+}
+
+impl RecordingSize {
+    /// Mean time between frames, s.
+    fn period(&self) -> Option<f64> {
+        let steps = self.frames.saturating_sub(1);
+        (steps > 0 && self.duration_ns > 0).then(|| self.duration_ns as f64 * 1e-9 / steps as f64)
+    }
 }
 
 impl ReplaySource {
@@ -126,11 +136,22 @@ impl ReplaySource {
     /// The first mistake.
     pub fn verify(path: &Path) -> Result<RecordingSize, SourceError> {
         let mut source = Self::open(path)?;
-        let mut frames = 0;
-        while let Next::Frame(_) = source.next()? {
-            frames += 1;
+        let mut size = RecordingSize::default();
+        let mut first = None;
+        while let Next::Frame(frame) = source.next()? {
+            size.frames += 1;
+            let first = *first.get_or_insert(frame.time_ns);
+            size.duration_ns = size.duration_ns.max(frame.time_ns.saturating_sub(first));
         }
-        Ok(RecordingSize { frames })
+        Ok(size)
+    }
+
+    /// The same source, whose stream states the mean time between frames of
+    /// `size` where the recording itself states none.
+    #[must_use]
+    pub fn paced(mut self, size: RecordingSize) -> Self {
+        self.stream.period = self.stream.period.or_else(|| size.period());
+        self
     }
 }
 

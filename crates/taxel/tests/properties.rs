@@ -1,5 +1,5 @@
 //! What must hold for any unit and any load (section 11 of the physics of P2).
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::needless_range_loop)]
 
 use proptest::prelude::*;
 use taxel::acquisition::{Frame, Quantity, Stimulus};

@@ -239,3 +239,38 @@ fn a_multiplexer_skews_what_it_reads() {
     // count is 0.015 fF or 7 uN.
     assert!((shear + 16.0 * 651e-6 * 4e-3).abs() < 1e-5, "{shear:e}");
 }
+
+/// Figure 12: the array on a cylinder of 4 mm radius.
+#[test]
+fn on_a_cylinder_taxels_feel_in_their_own_frame_and_sums_in_the_sensors() {
+    let text = Sensor::shipped_text("three-axis-8x8").unwrap();
+    let bent = "mount = { cylinder = { radius = \"4 mm\" } }";
+    let sensor = Sensor::parse("bent.toml", &text.replace("mount = \"flat\"", bent)).unwrap();
+    let mut run = Run::new(&sensor, Stimulus::shipped_text("finger").unwrap());
+    let (touch, _) = run.touch_at(16.0);
+    assert_eq!(touch.contacts.len(), 2);
+    // The fingers stand at arcs of -5 and 5 mm, 71.6 degrees to either side,
+    // press 45 mN to the axis and push 35 mN up the surface to the middle: the
+    // push outweighs what is left of the pressing.
+    let (sin, cos) = (5.0_f64 / 4.0).sin_cos();
+    let pressing = 2.0 * (45e-3 * cos - 35e-3 * sin);
+    // Each patch reaches 37 degrees to either side of its centre, which takes
+    // a share of a rigid sum; the twin's own forces give the exact one.
+    let truth = run.twin.true_forces(touch.time_ns);
+    let layout = sensor.layout();
+    let mut sum = taxel::layout::Wrench::default();
+    truth
+        .iter()
+        .enumerate()
+        .for_each(|(index, force)| sum.add(&layout.wrench(index, *force)));
+    for axis in 0..3 {
+        let deviation = touch.total_covariance[axis][axis].sqrt();
+        assert!((touch.total.force[axis] - sum.force[axis]).abs() < 5.0 * deviation);
+    }
+    assert!(
+        (touch.total.force[2] / pressing - 1.0).abs() < 0.1,
+        "{:?} {pressing}",
+        touch.total
+    );
+    assert!(touch.total.force[0].abs() < 3e-3);
+}

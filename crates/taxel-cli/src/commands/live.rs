@@ -9,8 +9,8 @@ use taxel::acquisition::{Stimulus, Twin};
 use taxel::calibration::Calibration;
 use taxel::estimation::State;
 use taxel_serve::{
-    Failure, Provenance, PumpOptions, ReplaySource, Sense, ServeError, Session, Source,
-    SourceError, Summary, Tare, TwinSource, run_headless, run_with_page,
+    Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError, Session,
+    Source, SourceError, Summary, Tare, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{COMMIT, Format, Live, VERSION};
@@ -121,17 +121,18 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
 }
 
 fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result<Session, Stop> {
-    match ReplaySource::verify(path) {
+    let size = match ReplaySource::verify(path) {
         Ok(size) if size.frames == 0 => {
-            return Err(Stop::WrongInput(format!(
-                "{}: there is no frame in it",
-                path.display()
-            )));
+            let message = format!("{}: there is no frame in it", path.display());
+            return Err(Stop::WrongInput(message));
         }
-        Err(error) if !(arguments.salvage && is_cut(&error)) => return Err(stop_of_source(&error)),
-        _ => {}
-    }
-    let source = ReplaySource::open(path).map_err(|error| stop_of_source(&error))?;
+        Ok(size) => size,
+        Err(error) if arguments.salvage && is_cut(&error) => RecordingSize::default(),
+        Err(error) => return Err(stop_of_source(&error)),
+    };
+    let source = ReplaySource::open(path)
+        .map_err(|error| stop_of_source(&error))?
+        .paced(size);
     let mut hash = String::new();
     let sense = if source.stream().channels_per_taxel == 4 {
         let named = files::sensor(&arguments.sensor)?;
