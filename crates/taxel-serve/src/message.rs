@@ -3,7 +3,7 @@
 use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
 use taxel::acquisition::{Quantity, Stream};
-use taxel::calibration::Calibration;
+use taxel::calibration::{Calibration, UnitModel};
 use taxel::estimation::{Contact, Continuity, MapTouch, State, TaxelTouch, Touch};
 use taxel::layout::Mount;
 
@@ -257,6 +257,12 @@ pub(crate) fn hello(
         total_force_known: calibration.is_some() || (pressure && stream.pitch.is_some()),
     };
     serde_json::to_string(&hello).unwrap_or_default()
+}
+
+/// The rest capacitances in force.
+pub(crate) fn rest(calibration: &Calibration) -> String {
+    let capacitance: Vec<f64> = calibration.units.iter().flat_map(UnitModel::rest).collect();
+    serde_json::json!({ "type": "rest", "capacitance_f": capacitance }).to_string()
 }
 
 /// State of the rest capture.

@@ -85,6 +85,10 @@ pub(crate) struct StatusNow {
     pub(crate) tare: Tare,
     pub(crate) tare_time_ns: Option<u64>,
     pub(crate) notice: String,
+    /// Text message with the rest values, and how often it has changed; empty
+    /// for a map.
+    pub(crate) rest: Arc<str>,
+    pub(crate) rest_version: u64,
 }
 
 /// Messages that a slow client may be behind before it loses the oldest.
@@ -104,6 +108,8 @@ impl Shared {
                 tare: Tare::None,
                 tare_time_ns: None,
                 notice: String::new(),
+                rest: Arc::from(""),
+                rest_version: 0,
             }),
             sent: Mutex::new(Latencies::default()),
         })
@@ -272,6 +278,7 @@ impl Pump {
     }
 
     pub(crate) fn run(mut self) -> Summary {
+        self.tell_rest();
         if self.options.tare_at_start && matches!(self.sense, Sense::ThreeAxis(_)) {
             self.command(Command::Tare);
         }
@@ -358,6 +365,8 @@ impl Pump {
                 status.tare_time_ns = None;
             }
         }
+        drop(status);
+        self.tell_rest();
     }
 
     fn take(&mut self, frame: Frame) -> Result<(), Failure> {
@@ -419,6 +428,17 @@ impl Pump {
                 };
                 status.notice = refused.to_string();
             }
+        }
+        drop(status);
+        self.tell_rest();
+    }
+
+    /// Puts the rest values where the clients' tasks find them.
+    fn tell_rest(&self) {
+        if let Some(calibration) = self.sense.calibration() {
+            let mut status = self.shared.status();
+            status.rest = message::rest(calibration).into();
+            status.rest_version += 1;
         }
     }
 

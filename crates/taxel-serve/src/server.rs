@@ -17,7 +17,7 @@ use tokio::net::TcpListener;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::message::Status;
-use crate::pump::{Command, Shared};
+use crate::pump::{Command, Shared, StatusNow};
 
 const INDEX: &str = include_str!("../page/dist/index.html");
 const SCRIPT: &str = include_str!("../page/dist/app.js");
@@ -162,6 +162,7 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
     shared.clients.fetch_add(1, Ordering::Relaxed);
     let mut messages = shared.messages.subscribe();
     let mut dropped = 0;
+    let mut rest_version = 0;
     let mut ticks = tokio::time::interval(STATUS_EVERY);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let mut alive = socket
@@ -179,8 +180,13 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
                 Err(RecvError::Closed) => break,
             },
             _ = ticks.tick() => {
-                let text = status_text(&site, dropped);
-                alive = socket.send(Message::Text(text.into())).await.is_ok();
+                let now = shared.status().clone();
+                if now.rest_version != rest_version {
+                    rest_version = now.rest_version;
+                    alive = socket.send(Message::Text(now.rest.as_ref().into())).await.is_ok();
+                }
+                let text = status_text(&site, &now, dropped);
+                alive = alive && socket.send(Message::Text(text.into())).await.is_ok();
             }
             request = socket.recv() => match request {
                 Some(Ok(Message::Text(text))) => obey(&site, &text),
@@ -202,8 +208,7 @@ fn obey(site: &Site, text: &str) {
     }
 }
 
-fn status_text(site: &Site, dropped: u64) -> String {
-    let now = site.shared.status().clone();
+fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
     let age_s = Instant::now()
         .saturating_duration_since(now.last_arrival)
         .as_secs_f64();

@@ -6,6 +6,8 @@ import type { Socket } from "./link";
 
 export interface Listener {
   hello(hello: Hello): void;
+  /** Rest capacitances of a three-axis array, SI. */
+  rest(capacitance: readonly (number | null)[]): void;
   status(status: Status): void;
   /** A binary message, not yet decoded. */
   frame(bytes: ArrayBuffer): void;
@@ -57,6 +59,8 @@ export class Connection {
           this.failures = 0;
           this.listener.hello(message.hello);
           this.listener.socket("open");
+        } else if (message.type === "rest") {
+          this.listener.rest(message.capacitance);
         } else if (message.type === "status") {
           this.listener.status(message.status);
         }

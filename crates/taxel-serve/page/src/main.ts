@@ -119,6 +119,10 @@ const connection = new Connection(location, {
     problem = "";
     greet(message);
   },
+  rest(capacitance) {
+    view?.takeRest(capacitance);
+    requestDrawing(true);
+  },
   status(message) {
     hooks.lastMessageAt = performance.now();
     status = message;

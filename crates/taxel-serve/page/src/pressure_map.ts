@@ -73,6 +73,10 @@ export class PressureMapView implements View {
     this.history.push(frame.header.time, [total]);
   }
 
+  takeRest(): void {
+    // A map comes with its rest values already taken off.
+  }
+
   drawImages({ frame, selected, now }: Scene): void {
     if (frame.kind !== 2) return;
     const { values, marks } = this.picture;

@@ -37,7 +37,10 @@ export interface Status {
 }
 
 export type Message =
-  { type: "hello"; hello: Hello } | { type: "status"; status: Status } | { type: "unknown" };
+  | { type: "hello"; hello: Hello }
+  | { type: "rest"; capacitance: readonly (number | null)[] }
+  | { type: "status"; status: Status }
+  | { type: "unknown" };
 
 export type Command = { command: "tare" } | { command: "clear_tare" };
 
@@ -128,6 +131,9 @@ export function parseMessage(text: string): Message {
   if (typeof value !== "object" || value === null) throw new ProtocolError("a text message is not an object");
   const message = value as Record<string, unknown>;
   if (message["type"] === "hello") return { type: "hello", hello: checkedHello(message) };
+  if (message["type"] === "rest" && Array.isArray(message["capacitance_f"])) {
+    return { type: "rest", capacitance: message["capacitance_f"] as (number | null)[] };
+  }
   if (message["type"] === "status") return { type: "status", status: message as unknown as Status };
   return { type: "unknown" };
 }

@@ -32,7 +32,7 @@ export class ThreeAxisView implements View {
   private readonly absoluteScale: Scale;
   private readonly changeScale: Scale;
   private readonly shearScale: Scale;
-  private readonly rest: RestValues;
+  private readonly rest = new RestValues();
   private readonly history = new History(3);
   private readonly strip: Strip;
   private readonly inspector = new Inspector();
@@ -46,7 +46,6 @@ export class ThreeAxisView implements View {
     this.hello = hello;
     this.marks = marksOfStates(hello.states);
     const { rows, columns } = hello;
-    this.rest = new RestValues(4 * rows * columns);
     this.rawPicture = emptyPicture(rows, columns, 2);
     this.forcePictures = [
       emptyPicture(rows, columns, 1),
@@ -111,8 +110,10 @@ export class ThreeAxisView implements View {
       frame.header.time,
       frame.header.force.map((force) => 1e3 * force),
     );
-    const { si_per_unit: per } = this.hello.unit;
-    const mean = this.rest.take(frame.capacitance, per, frame.header.tareRunning);
+  }
+
+  takeRest(capacitance: readonly (number | null)[]): void {
+    const mean = this.rest.set(capacitance, this.hello.unit.si_per_unit);
     if (mean !== null) {
       this.absoluteScale.floor = RAW_FLOOR * mean;
       this.changeScale.floor = CHANGE_FLOOR * mean;
@@ -212,7 +213,7 @@ export class ThreeAxisView implements View {
     const against = add(
       "change",
       "raw-change",
-      "Change since the last tare, or since this page was opened",
+      "Change against the rest values of the last tare, or of the drawing",
       true,
     );
     const update = (): void => {

@@ -15,8 +15,10 @@ export interface Scene {
 
 export interface View {
   readonly panels: readonly Panel[];
-  /** Takes every frame that arrives: for the strip chart and the rest values. */
+  /** Takes every frame that arrives: for the strip chart. */
   record(frame: Frame): void;
+  /** Takes new rest capacitances, SI. */
+  takeRest(capacitance: readonly (number | null)[]): void;
   drawImages(scene: Scene): void;
   drawStrip(now: number): void;
   /** Shows the taxel in the inspector; returns the sentence for screen readers. */

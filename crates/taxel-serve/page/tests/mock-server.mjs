@@ -296,6 +296,10 @@ server.on("upgrade", (request, socket, head) => {
   sockets.handleUpgrade(request, socket, head, (client) => {
     client.on("message", (text) => command(String(text)));
     client.send(JSON.stringify(hello));
+    if (hello.kind === "three_axis") {
+      const rest = Array.from({ length: 4 * hello.rows * hello.columns }, (_, i) => [203, 204, 190, 205][i % 4] * 1e-15);
+      client.send(JSON.stringify({ type: "rest", capacitance_f: rest }));
+    }
   });
 });
 

@@ -211,14 +211,12 @@ test("latency is that of the last second", () => {
   assert.ok(Number.isNaN(latency.summary(9000).median));
 });
 
-test("rest values are those of the first frames, then those of the tare", () => {
-  const rest = new RestValues(2);
-  for (let frame = 0; frame < 12; frame++) rest.take(new Float32Array([2, 4]), 2, false);
-  assert.deepEqual([...rest.values], [1, 2]);
-  rest.take(new Float32Array([20, 40]), 2, true);
-  rest.take(new Float32Array([22, 42]), 2, true);
-  rest.take(new Float32Array([100, 100]), 2, false);
-  assert.deepEqual([...rest.values], [10.5, 20.5]);
+test("rest values are shown in the unit of the device, unknown ones as NaN", () => {
+  const rest = new RestValues();
+  assert.equal(rest.values, null);
+  assert.equal(rest.set([2e-15, null, 4e-15], 1e-15), 3);
+  assert.deepEqual([...rest.values].map((value) => Math.round(value)), [2, NaN, 4]);
+  assert.equal(rest.set([null], 1e-15), null);
 });
 
 test("numbers are written with a true minus, without a negative zero, unknown ones with a dash", () => {
