@@ -42,6 +42,7 @@ struct Header<'a> {
     centre: ([f64; 2], [f64; 3]),
     taxels: usize,
     clipped: bool,
+    history_uncertain: bool,
     contacts: &'a [Contact],
 }
 
@@ -68,7 +69,12 @@ fn header(out: &mut BytesMut, header: &Header<'_>, health: &Health<'_>) {
         .chain(covariance);
     numbers.for_each(|number| out.put_f64_le(number));
     out.put_u32_le(header.taxels as u32);
-    let flags = [health.tared, health.capturing, header.clipped];
+    let flags = [
+        health.tared,
+        health.capturing,
+        header.clipped,
+        header.history_uncertain,
+    ];
     out.put_u32_le(
         flags
             .iter()
@@ -100,6 +106,7 @@ fn three_axis(touch: &Touch, health: &Health<'_>) -> Bytes {
         centre: touch.centre_of_pressure.unwrap_or(NO_CENTRE),
         taxels: taxels.len(),
         clipped: touch.clipped > 0,
+        history_uncertain: touch.history_uncertain,
         contacts: &touch.contacts,
     };
     header(&mut out, &fields, health);
@@ -137,6 +144,7 @@ fn map(touch: &MapTouch, health: &Health<'_>) -> Bytes {
         centre: (touch.centre_of_pressure.unwrap_or(NO_CENTRE.0), NO_CENTRE.1),
         taxels: touch.values.len(),
         clipped: false,
+        history_uncertain: false,
         contacts: &touch.contacts,
     };
     header(&mut out, &fields, health);
@@ -162,6 +170,8 @@ pub struct Provenance {
     pub sensor_hash: String,
     /// Source as given on the command line.
     pub source: String,
+    /// Name of the device.
+    pub device: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -236,7 +246,7 @@ pub(crate) fn hello(
         } else {
             "pressure_map"
         },
-        name: &stream.name,
+        name: &provenance.device,
         source: &provenance.source,
         version: &provenance.version,
         commit: &provenance.commit,

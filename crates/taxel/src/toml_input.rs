@@ -21,7 +21,10 @@ pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, In
         return Err(InputError::whole(file, message).help("give a TOML description"));
     }
     toml::from_str(text).map_err(|error| {
-        let (message, help) = split_help(error.message());
+        let (message, mut help) = split_help(error.message());
+        if help.is_empty() && message.starts_with("missing field") {
+            help = "add it with its value and unit; `taxel schema` and the shipped files show how";
+        }
         let span = error.span().unwrap_or(0..0);
         let key = key_at(text, &span);
         InputError::at(file, text, span, message)

@@ -49,6 +49,15 @@ fn array() -> Sensor {
     Sensor::shipped("three-axis-8x8").unwrap()
 }
 
+/// The array with two relaxing springs.
+fn creeping() -> Sensor {
+    let text = Sensor::shipped_text("three-axis-8x8").unwrap().replace(
+        "relaxation = []",
+        "relaxation = [{ ratio = 0.12, time = \"0.8 s\" }, { ratio = 0.05, time = \"4 s\" }]",
+    );
+    Sensor::parse("creeping.toml", &text).unwrap()
+}
+
 fn probe(force: &str) -> String {
     format!(
         "schema = 1\nname = \"probe\"\nduration = \"20 s\"\n[[probe]]\ntaxel = [2, 5]\npath = [\n\
@@ -179,14 +188,8 @@ fn a_moving_device_refuses_the_rest_capture_and_keeps_its_calibration() {
 
 #[test]
 fn creep_is_undone_also_across_lost_frames() {
-    let mut text = Sensor::shipped_text("three-axis-8x8").unwrap().to_owned();
-    text = text.replace(
-        "relaxation = []",
-        "relaxation = [{ ratio = 0.12, time = \"0.8 s\" }, { ratio = 0.05, time = \"4 s\" }]",
-    );
-    let sensor = Sensor::parse("creeping.toml", &text).unwrap();
     let script = probe("[\"2 mN\", \"-3 mN\", \"8 mN\"]") + "[link]\nlose_every = 7\n";
-    let mut run = Run::new(&sensor, &script);
+    let mut run = Run::new(&creeping(), &script);
     for time in [2.5, 4.0, 9.0, 15.0] {
         let (touch, truth) = run.touch_at(time);
         let (taxel, truth) = (&touch.taxels[2 * 8 + 5], truth[2 * 8 + 5]);
@@ -273,4 +276,69 @@ fn on_a_cylinder_taxels_feel_in_their_own_frame_and_sums_in_the_sensors() {
         touch.total
     );
     assert!(touch.total.force[0].abs() < 3e-3);
+}
+
+/// The history of a creeping device holds forces: those of gaps that a rest
+/// capture has corrected must not live on.
+#[test]
+fn a_rest_capture_begins_the_history_anew() {
+    let mut run = Run::new(&creeping(), &probe("[\"0 mN\", \"0 mN\", \"5 mN\"]"));
+    let (touch, _) = run.touch_at(1.0);
+    for (force, deviation) in touch
+        .total
+        .force
+        .iter()
+        .zip((0..3).map(|axis| touch.total_covariance[axis][axis].sqrt()))
+    {
+        assert!(force.abs() < 5.0 * deviation, "{:?}", touch.total);
+    }
+    assert!(touch.contacts.is_empty());
+}
+
+#[test]
+fn a_taxel_that_was_dead_for_a_while_relaxes_all_the_same() {
+    let dead =
+        "[[fault]]\nchannel = { taxel = [2, 5] }\nreads = \"dead\"\nfrom = \"3 s\"\nto = \"8 s\"\n";
+    let mut run = Run::new(
+        &creeping(),
+        &(probe("[\"0 mN\", \"0 mN\", \"10 mN\"]") + dead),
+    );
+    let (touch, _) = run.touch_at(5.0);
+    assert!(touch.taxels[21].force[0].is_nan());
+    assert_eq!(touch.taxels[21].state, State::Faulty);
+    let (touch, truth) = run.touch_at(8.1);
+    let off = (touch.taxels[21].force[2] - truth[21][2]).abs();
+    // Creep during the fault is joined by a straight line: 1 % of the force.
+    assert!(off < 0.1e-3, "{off:e}");
+}
+
+#[test]
+fn what_is_known_to_be_wrong_is_left_out_of_the_totals() {
+    let stuck = "[[fault]]\nchannel = { taxel = [6, 6], capacitor = \"12\" }\nreads = { stuck = { at = \"150 fF\" } }\nfrom = \"1.2 s\"\nto = \"20 s\"\n";
+    let mut run = Run::new(&array(), &(probe("[\"0 mN\", \"0 mN\", \"5 mN\"]") + stuck));
+    let (touch, _) = run.touch_at(4.0);
+    assert_eq!(touch.left_out, 1);
+    assert_eq!(touch.contacts.len(), 1);
+    for (axis, expected) in [0.0, 0.0, 5e-3].into_iter().enumerate() {
+        let deviation = touch.total_covariance[axis][axis].sqrt();
+        assert!(
+            (touch.total.force[axis] - expected).abs() < 5.0 * deviation,
+            "{:?}",
+            touch.total
+        );
+    }
+}
+
+#[test]
+fn a_masked_dead_capacitor_is_no_loss() {
+    let mask = "\n[[mask]]\ntaxel = [1, 1]\ncapacitor = \"21\"\n";
+    let text = Sensor::shipped_text("three-axis-8x8").unwrap().to_owned() + mask;
+    let sensor = Sensor::parse("masked.toml", &text).unwrap();
+    let dead = "[[fault]]\nchannel = { taxel = [1, 1], capacitor = \"21\" }\nreads = \"dead\"\nfrom = \"0 s\"\nto = \"20 s\"\n";
+    let mut run = Run::new(&sensor, &(probe("[\"0 mN\", \"0 mN\", \"5 mN\"]") + dead));
+    let (touch, _) = run.touch_at(3.0);
+    assert_eq!(
+        (touch.clipped, touch.taxels[9].state),
+        (0, State::Unchecked)
+    );
 }

@@ -98,14 +98,10 @@ fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
 
 fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<Session, Stop> {
     let named = files::sensor(&arguments.sensor)?;
-    let (name, text) = match script {
-        "" => (
-            "finger",
-            Stimulus::shipped_text("finger")
-                .unwrap_or_default()
-                .to_owned(),
-        ),
-        path => (path, files::text(Path::new(path))?),
+    let name = if script.is_empty() { "finger" } else { script };
+    let text = match Stimulus::shipped_text(name) {
+        Some(text) if !Path::new(name).exists() => text.to_owned(),
+        _ => files::text(Path::new(name))?,
     };
     let stimulus = Stimulus::parse(name, &text)?;
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
@@ -116,7 +112,7 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
         sense,
         source: Box::new(source),
         options,
-        provenance: provenance(arguments, named.hash),
+        provenance: provenance(arguments, named.sensor.name, named.hash),
     })
 }
 
@@ -133,10 +129,10 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     let source = ReplaySource::open(path)
         .map_err(|error| stop_of_source(&error))?
         .paced(size);
-    let mut hash = String::new();
+    let (mut device, mut hash) = (source.stream().name.clone(), String::new());
     let sense = if source.stream().channels_per_taxel == 4 {
         let named = files::sensor(&arguments.sensor)?;
-        hash = named.hash;
+        (device, hash) = (named.sensor.name.clone(), named.hash);
         three_axis(Calibration::as_drawn(&named.sensor), &source, arguments)?
     } else {
         Sense::map(source.stream())
@@ -145,7 +141,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         sense,
         source: Box::new(source),
         options,
-        provenance: provenance(arguments, hash),
+        provenance: provenance(arguments, device, hash),
     })
 }
 
@@ -186,8 +182,9 @@ fn stop_of_serving(error: &ServeError) -> Stop {
     }
 }
 
-fn provenance(arguments: &Live, sensor_hash: String) -> Provenance {
+fn provenance(arguments: &Live, device: String, sensor_hash: String) -> Provenance {
     Provenance {
+        device,
         version: VERSION.into(),
         commit: COMMIT.into(),
         sensor_hash,
@@ -213,7 +210,7 @@ fn about(session: &Session, seed: u64) -> Map<String, Value> {
         Value::Null
     };
     let pairs = [
-        ("name", Value::from(stream.name.clone())),
+        ("name", Value::from(provenance.device.clone())),
         ("source", Value::from(provenance.source.clone())),
         ("rows", Value::from(stream.rows)),
         ("columns", Value::from(stream.columns)),
@@ -298,17 +295,25 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     };
     let latency = |latencies: &taxel_serve::Latencies| {
         json!({
-            "p50": 1e6 * latencies.quantile(0.5),
-            "p90": 1e6 * latencies.quantile(0.9),
-            "p99": 1e6 * latencies.quantile(0.99),
-            "p99_9": 1e6 * latencies.quantile(0.999),
-            "largest": 1e6 * latencies.largest(),
+            "p50": latencies.quantile(0.5),
+            "p90": latencies.quantile(0.9),
+            "p99": latencies.quantile(0.99),
+            "p99_9": latencies.quantile(0.999),
+            "largest": latencies.largest(),
         })
     };
     let tare = match summary.tare {
         Tare::None => "none",
         Tare::Running => "running",
         Tare::Done => "done",
+    };
+    // Without a pitch the places of a map are counted in cells.
+    let in_cells = about.get("pitch_m").is_some_and(Value::is_null)
+        && summary.last.as_ref().is_some_and(|last| last.sum.is_some());
+    let centre_key = if in_cells {
+        "last_centre_of_pressure_cells"
+    } else {
+        "last_centre_of_pressure_m"
     };
     let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
     put("frames", Value::from(counts.accepted));
@@ -319,9 +324,9 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("clipped_frames", Value::from(summary.clipped_frames));
     put("duration_s", number_or_null(summary.duration));
     put("rate_hz", number_or_null(rate));
-    put("latency_us", latency(&summary.latency));
+    put("latency_s", latency(&summary.latency));
     if summary.sent.count() > 0 {
-        put("sent_latency_us", latency(&summary.sent));
+        put("sent_latency_s", latency(&summary.sent));
     }
     put("tare", Value::from(tare));
     put("notice", Value::from(summary.notice.clone()));
@@ -333,7 +338,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
         put("last_moment_n_m", numbers(&last.moment));
         put("last_sum_si", last.sum.map_or(Value::Null, number_or_null));
         put(
-            "last_centre_of_pressure_m",
+            centre_key,
             last.centre_of_pressure.map_or(Value::Null, |c| numbers(&c)),
         );
         put("last_contacts", Value::from(last.contacts));

@@ -243,6 +243,7 @@ function updateCounts(): void {
   if (header === undefined) return;
   readout?.showCounts({ header, status, latency: latency.summary(performance.now()), live: link === "live" });
   byId("clipped").hidden = !header.clipped;
+  byId("history").hidden = !header.historyUncertain;
 }
 
 function updateLink(): void {

@@ -83,6 +83,8 @@ export interface FrameHeader {
   tared: boolean;
   tareRunning: boolean;
   clipped: boolean;
+  /** The force history of a creeping device is uncertain after a long pause. */
+  historyUncertain: boolean;
 }
 
 export interface ThreeAxisFrame {
@@ -194,6 +196,7 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
     tared: (flags & 1) !== 0,
     tareRunning: (flags & 2) !== 0,
     clipped: (flags & 4) !== 0,
+    historyUncertain: (flags & 8) !== 0,
   };
 }
 

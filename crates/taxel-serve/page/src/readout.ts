@@ -33,7 +33,6 @@ export class Readout {
       this.group("Centre of pressure", "centre", ["x", "y"], "mm");
     } else if (hello.total_force_known) {
       this.group("Total force", "total-force", ["z"], "N", true);
-      this.group("Moment", "moment", ["x", "y"], "mN·m");
       this.group("Centre of pressure", "centre", ["x", "y"], "mm");
     } else {
       this.group("Sum of values", "total-force", ["z"], hello.unit.symbol, true);
@@ -59,8 +58,6 @@ export class Readout {
       });
     } else if (hello.total_force_known) {
       this.set("total-force z", withDeviation(header.force[2], header.forceDeviation[2], 3));
-      this.set("moment x", fixed(1e3 * header.moment[0], 2));
-      this.set("moment y", fixed(1e3 * header.moment[1], 2));
     } else {
       this.set("total-force z", compact(sum));
     }

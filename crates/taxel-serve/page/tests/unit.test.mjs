@@ -79,7 +79,7 @@ test("a three-axis frame is read field by field", () => {
   assert.deepEqual(header.moment, [4, 5, 6]);
   assert.deepEqual(header.centre, [7, 8]);
   assert.deepEqual(header.centreCovariance, [9, 10, 11]);
-  assert.deepEqual([header.tared, header.tareRunning, header.clipped], [true, false, true]);
+  assert.deepEqual([header.tared, header.tareRunning, header.clipped, header.historyUncertain], [true, false, true, false]);
   assert.deepEqual(frame.contacts, [
     { taxels: 2, centre: [0.1, 0.2], covariance: [1, 2, 3], force: [4, 5, 6], peak: 7, peakTaxel: 1 },
   ]);

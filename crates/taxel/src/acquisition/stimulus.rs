@@ -180,6 +180,11 @@ impl Stimulus {
         Ok(stimulus)
     }
 
+    /// Names of the shipped scripts.
+    pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+        SHIPPED.iter().map(|(name, _)| *name)
+    }
+
     /// Text of a shipped script.
     pub fn shipped_text(name: &str) -> Option<&'static str> {
         SHIPPED

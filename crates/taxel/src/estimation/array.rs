@@ -78,6 +78,12 @@ pub struct TaxelTouch {
 }
 
 impl TaxelTouch {
+    /// Whether the force belongs into totals and contacts: there is one, and it
+    /// is not known to be wrong.
+    pub fn counts(&self) -> bool {
+        !self.force[0].is_nan() && !matches!(self.state, State::Inconsistent | State::NotConverged)
+    }
+
     /// Standard deviations of the force, N.
     pub fn deviation(&self) -> [f64; 3] {
         std::array::from_fn(|axis| self.covariance[axis][axis].sqrt())
@@ -93,8 +99,8 @@ pub struct Touch {
     pub time_ns: u64,
     /// Each taxel, row by row.
     pub taxels: Vec<TaxelTouch>,
-    /// Total force and moment in the sensor's frame, over all taxels that
-    /// have a force.
+    /// Total force and moment in the sensor's frame over all taxels whose force
+    /// counts; see [`Touch::left_out`].
     pub total: Wrench,
     /// Covariance of the total force, N².
     pub total_covariance: [[f64; 3]; 3],
@@ -103,7 +109,10 @@ pub struct Touch {
     pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
     /// Contact regions, strongest first.
     pub contacts: Vec<Contact>,
-    /// Channels whose reading was clipped.
+    /// Taxels whose force is not part of the totals and contacts, because it is
+    /// known to be wrong (inconsistent, not converged) or there is none.
+    pub left_out: usize,
+    /// Channels whose reading was clipped, masked ones not counted.
     pub clipped: usize,
     /// Whether the force history is uncertain: a relaxing device, and a pause
     /// longer than three of its relaxation times not long ago.
@@ -173,6 +182,8 @@ pub struct Estimator {
     rest: Vec<[f64; 4]>,
     closed: Vec<[f64; 4]>,
     relaxation: Vec<Relaxation<3>>,
+    /// Seconds since each taxel last had a force.
+    pause: Vec<f64>,
     strikes: Vec<u32>,
     segmentation: Segmentation,
     touch: Touch,
@@ -206,6 +217,7 @@ impl Estimator {
         let segmentation = Segmentation::new(calibration.layout.rows, calibration.layout.columns);
         let mut estimator = Self {
             relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
+            pause: vec![0.0; taxels],
             strikes: vec![0; taxels],
             rest: Vec::new(),
             closed: Vec::new(),
@@ -227,10 +239,14 @@ impl Estimator {
         &self.calibration
     }
 
-    /// Replaces the calibration; relaxation history is kept.
+    /// Replaces the calibration. The relaxation history begins anew: it holds
+    /// forces of the old one.
     pub fn recalibrate(&mut self, calibration: Calibration) {
         self.calibration = calibration;
         self.strikes.fill(0);
+        self.relaxation
+            .fill(Relaxation::new(&self.calibration.relaxation));
+        self.pause.fill(0.0);
         self.tabulate();
     }
 
@@ -293,26 +309,24 @@ impl Estimator {
         dt
     }
 
-    fn capacitances(&mut self, values: &[f64]) -> [f64; 4] {
-        let mut clipped = 0;
-        let capacitance = std::array::from_fn(|i| {
-            if self.quantity == Quantity::Capacitance {
-                return values[i];
-            }
+    fn capacitances(&mut self, taxel: usize, values: &[f64]) -> [f64; 4] {
+        if self.quantity == Quantity::Capacitance {
+            return std::array::from_fn(|i| values[i]);
+        }
+        let masked = self.calibration.masked[taxel];
+        std::array::from_fn(|i| {
             self.calibration
                 .channel
                 .capacitance(values[i])
                 .unwrap_or_else(|| {
-                    clipped += usize::from(!values[i].is_nan());
+                    self.touch.clipped += usize::from(!values[i].is_nan() && !masked[i]);
                     f64::NAN
                 })
-        });
-        self.touch.clipped += clipped;
-        capacitance
+        })
     }
 
     fn estimate_taxel(&mut self, taxel: usize, values: &[f64], dt: f64) {
-        let capacitance = self.capacitances(values);
+        let capacitance = self.capacitances(taxel, values);
         let unit = self.calibration.units[taxel];
         let sigma = self.calibration.deviation[taxel];
         let masked = self.calibration.masked[taxel];
@@ -341,9 +355,16 @@ impl Estimator {
 
     /// Adds what the relaxing springs carry.
     fn relax(&mut self, taxel: usize, found: &mut UnitEstimate, dt: f64) {
-        if self.calibration.relaxation.is_empty() || found.force[0].is_nan() {
+        if self.calibration.relaxation.is_empty() {
             return;
         }
+        // Without a force the springs relax unseen; the next force is joined to
+        // the last one by a straight line.
+        self.pause[taxel] += dt;
+        if found.force[0].is_nan() {
+            return;
+        }
+        let dt = std::mem::take(&mut self.pause[taxel]);
         let operator = &mut self.relaxation[taxel];
         let gain = operator.instant_gain(dt);
         found.force = operator.push(found.force, dt);
@@ -396,8 +417,10 @@ impl Estimator {
         let layout = &self.calibration.layout;
         let mut total = Wrench::default();
         let mut covariance = [[0.0; 3]; 3];
+        self.touch.left_out = 0;
         for (index, taxel) in self.touch.taxels.iter().enumerate() {
-            if taxel.force[0].is_nan() {
+            if !taxel.counts() {
+                self.touch.left_out += 1;
                 continue;
             }
             total.add(&layout.wrench(index, taxel.force));
@@ -415,7 +438,11 @@ impl Estimator {
             let deviation = taxel.covariance[2][2].sqrt();
             Cell {
                 position: layout.flat_position(index),
-                weight: taxel.force[2],
+                weight: if taxel.counts() {
+                    taxel.force[2]
+                } else {
+                    f64::NAN
+                },
                 deviation,
                 threshold: floor.max(self.options.contact_deviations * deviation),
                 force: taxel.force,
@@ -454,6 +481,7 @@ fn empty_touch(taxels: usize) -> Touch {
         total_covariance: [[0.0; 3]; 3],
         centre_of_pressure: None,
         contacts: Vec::new(),
+        left_out: taxels,
         clipped: 0,
         history_uncertain: false,
     }

@@ -89,8 +89,8 @@ fn check_array(sensor: &Sensor) -> Result<(), Broken> {
                 )
             },
             &format!(
-                "give a radius of at least {}",
-                millimetres(arc / std::f64::consts::TAU)
+                "give a radius of at least {} mm",
+                rounded_up(arc / std::f64::consts::TAU * 1e3)
             ),
         )?;
     }
@@ -215,7 +215,10 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
                 period * 1e3
             )
         },
-        &format!("give at most {:.4} Hz, or a faster scan", 1.0 / scan),
+        &format!(
+            "give at most {} Hz, or a faster scan",
+            rounded_down(1.0 / scan)
+        ),
     )?;
     let rest = sensor.unit_model().rest();
     let [least, most] = front_end.span();
@@ -257,7 +260,7 @@ fn check_fabrication(sensor: &Sensor, element: &ThreeAxisCapacitor) -> Result<()
                 micrometres(least)
             )
         },
-        &format!("give at most {}", micrometres(0.2 * least)),
+        &format!("give at most {} um", rounded_down(0.2 * least * 1e6)),
     )
 }
 
@@ -290,4 +293,14 @@ fn millimetres(length: f64) -> String {
 /// At most four decimals, without trailing zeros.
 fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
+}
+
+/// Four decimals, never below `value`: a limit that is itself accepted.
+fn rounded_up(value: f64) -> f64 {
+    (value * 1e4).ceil() / 1e4
+}
+
+/// Four decimals, never above `value`.
+fn rounded_down(value: f64) -> f64 {
+    (value * 1e4).floor() / 1e4
 }

@@ -23,7 +23,7 @@ pub struct MeanInverseGap {
     pub by_q: f64,
 }
 
-/// Below this (p + q)/g the power series is used: at most 27 terms.
+/// Below this (p + q)/g the power series is used: at most 29 terms.
 const SERIES_LIMIT: f64 = 0.5;
 
 /// Mean of 1/(g + p s + q t) over s, t in [-1, 1] (section 3 of the physics
