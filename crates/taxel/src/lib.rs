@@ -20,3 +20,8 @@ mod toml_input;
 pub mod transduction;
 
 pub use input::{InputError, Place};
+
+/// The example of the README is compiled and run with the other examples.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
