@@ -24,7 +24,12 @@ fn frames(criterion: &mut Criterion, name: &str, scene: &mut Scene, frames: &[Fr
 fn whole_frames(criterion: &mut Criterion) {
     let mut scene = Scene::new();
     let (rest, pressed) = (scene.rest.clone(), scene.pressed.clone());
-    frames(criterion, "frame 8x8, press with shear", &mut scene, &pressed);
+    frames(
+        criterion,
+        "frame 8x8, press with shear",
+        &mut scene,
+        &pressed,
+    );
     frames(criterion, "frame 8x8, at rest", &mut scene, &rest);
 }
 

@@ -58,8 +58,14 @@ fn measure(scene: &mut Scene, peer: &mut Peer) -> Result<(), Box<dyn Error>> {
         ratios.push(numpy / taxel);
     }
     let (taxel, numpy, ratio) = (median(&mut ours), median(&mut theirs), median(&mut ratios));
-    println!("taxel   {taxel:8.2} us per frame of 64 units, {:.0} frames/s", 1e6 / taxel);
-    println!("NumPy   {numpy:8.2} us per frame, {:.0} frames/s", 1e6 / numpy);
+    println!(
+        "taxel   {taxel:8.2} us per frame of 64 units, {:.0} frames/s",
+        1e6 / taxel
+    );
+    println!(
+        "NumPy   {numpy:8.2} us per frame, {:.0} frames/s",
+        1e6 / numpy
+    );
     let (least, most) = (ratios[0], ratios[ROUNDS - 1]);
     println!("ratio   {ratio:8.1}  (median of {ROUNDS} rounds, {least:.1} to {most:.1})");
     Ok(())
@@ -103,9 +109,8 @@ fn agree(scene: &mut Scene, peer: &Value) -> Result<bool, Box<dyn Error>> {
     println!(
         "largest difference: force {force:.1e} N, its deviation {deviation:.1e} N, residual {residual:.1e}"
     );
-    let agree = force < FORCE_TOLERANCE
-        && deviation < DEVIATION_TOLERANCE
-        && residual < RESIDUAL_TOLERANCE;
+    let agree =
+        force < FORCE_TOLERANCE && deviation < DEVIATION_TOLERANCE && residual < RESIDUAL_TOLERANCE;
     if !agree {
         println!("the results DISAGREE");
     }
@@ -152,7 +157,11 @@ impl Peer {
             .map_err(|error| format!("{python}: {error}"))?;
         let input = child.stdin.take().ok_or("no stdin")?;
         let output = BufReader::new(child.stdout.take().ok_or("no stdout")?);
-        let mut peer = Self { child, input, output };
+        let mut peer = Self {
+            child,
+            input,
+            output,
+        };
         match peer.line()?.trim() {
             "ready" => Ok(peer),
             _ => Err(format!("{python} failed; name one that has NumPy: PYTHON=...").into()),

@@ -4,7 +4,7 @@ use super::contact::{Cell, Contact, Segmentation};
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::{Calibration, RestCapture, RestRefused, UnitModel};
-use crate::layout::Wrench;
+use crate::layout::{Mount, Wrench};
 use crate::mechanics::Relaxation;
 
 /// How far a taxel's force can be trusted.
@@ -170,11 +170,12 @@ pub struct Estimator {
     calibration: Calibration,
     options: EstimatorOptions,
     quantity: Quantity,
-    rest: Vec<[f64; 4]>,
-    closed: Vec<[f64; 4]>,
+    /// Least and most that a capacitor without fault reads, F.
+    bounds: Vec<[[f64; 4]; 2]>,
     relaxation: Vec<Relaxation<3>>,
     strikes: Vec<u32>,
     segmentation: Segmentation,
+    cells: Vec<Cell>,
     touch: Touch,
     last_time_ns: Option<u64>,
     uncertain_until_ns: u64,
@@ -207,10 +208,10 @@ impl Estimator {
         let mut estimator = Self {
             relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
             strikes: vec![0; taxels],
-            rest: Vec::new(),
-            closed: Vec::new(),
+            bounds: Vec::new(),
             touch: empty_touch(taxels),
             segmentation,
+            cells: Vec::with_capacity(taxels),
             calibration,
             options,
             quantity,
@@ -235,10 +236,9 @@ impl Estimator {
     }
 
     fn tabulate(&mut self) {
-        let units = &self.calibration.units;
-        self.rest = units.iter().map(UnitModel::rest).collect();
-        let closed = |unit: &UnitModel| std::array::from_fn(|i| unit.plates.closed_capacitance(i));
-        self.closed = units.iter().map(closed).collect();
+        let deviations = &self.calibration.deviation;
+        let units = self.calibration.units.iter().zip(deviations);
+        self.bounds = units.map(|(unit, sigma)| bounds(unit, sigma)).collect();
     }
 
     /// Begins a rest capture over the next `frames` frames.
@@ -316,12 +316,10 @@ impl Estimator {
         let unit = self.calibration.units[taxel];
         let sigma = self.calibration.deviation[taxel];
         let masked = self.calibration.masked[taxel];
+        let [least, most] = self.bounds[taxel];
         let faulty: [bool; 4] = std::array::from_fn(|i| {
-            let parallel = unit.plates.parallel_capacitance[i];
-            let plate = capacitance[i] - parallel;
-            let least = LEAST_SHARE * (self.rest[taxel][i] - parallel);
-            let most = MOST_SHARE * (self.closed[taxel][i] - parallel) + 6.0 * sigma[i];
-            !masked[i] && (plate.is_nan() || plate <= least || plate >= most)
+            let sound = capacitance[i] > least[i] && capacitance[i] < most[i];
+            !masked[i] && !sound
         });
         let usable: [bool; 4] = std::array::from_fn(|i| !masked[i] && !faulty[i]);
         let mut found = estimate_unit(&unit, capacitance, sigma, usable, &self.options.search);
@@ -401,7 +399,11 @@ impl Estimator {
                 continue;
             }
             total.add(&layout.wrench(index, taxel.force));
-            let turned = layout.turn_covariance(index, &taxel.covariance);
+            // On a plane all taxels stand alike.
+            let turned = match layout.mount {
+                Mount::Flat => taxel.covariance,
+                Mount::Cylinder(_) => layout.turn_covariance(index, &taxel.covariance),
+            };
             for (sum, row) in covariance.iter_mut().flatten().zip(turned.iter().flatten()) {
                 *sum += row;
             }
@@ -409,9 +411,8 @@ impl Estimator {
         self.touch.total = total;
         self.touch.total_covariance = covariance;
         let floor = self.options.contact_share * self.calibration.full_scale;
-        let taxels = &self.touch.taxels;
-        let cell = |index: usize| {
-            let taxel = &taxels[index];
+        self.cells.clear();
+        let cells = self.touch.taxels.iter().enumerate().map(|(index, taxel)| {
             let deviation = taxel.covariance[2][2].sqrt();
             Cell {
                 position: layout.flat_position(index),
@@ -420,9 +421,26 @@ impl Estimator {
                 threshold: floor.max(self.options.contact_deviations * deviation),
                 force: taxel.force,
             }
-        };
+        });
+        self.cells.extend(cells);
+        let cell = |index: usize| self.cells[index];
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
     }
+}
+
+/// Least and most that a capacitor without fault reads, F.
+fn bounds(unit: &UnitModel, sigma: &[f64; 4]) -> [[f64; 4]; 2] {
+    let plates = &unit.plates;
+    let beyond = |share: f64, reading: f64, i: usize| {
+        let parallel = plates.parallel_capacitance[i];
+        parallel + share * (reading - parallel)
+    };
+    [
+        std::array::from_fn(|i| beyond(LEAST_SHARE, plates.rest_capacitance(i), i)),
+        std::array::from_fn(|i| {
+            beyond(MOST_SHARE, plates.closed_capacitance(i), i) + 6.0 * sigma[i]
+        }),
+    ]
 }
 
 /// Capacitors that touch, when contact stopped the search.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap};
+use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap, mean_inverse_gaps};
 use crate::mechanics::Deformation;
 use crate::quantity::{
     self, Checked, NonNegativeCapacitance, NonNegativeLength, OneOrList, PositiveLength,
@@ -164,24 +164,21 @@ impl Plates {
             0.5 * self.electrode[0] * deformation.slope[0].signum(),
             0.5 * self.electrode[1] * deformation.slope[1].signum(),
         ];
-        let scale = self.permittivity_area();
-        let mut slopes = [PlateSlope {
-            capacitance: 0.0,
-            by_closing: 0.0,
-            by_slope: [0.0; 2],
-        }; 4];
-        for (i, slope) in slopes.iter_mut().enumerate() {
-            if self.air_gap[i] - deformation.closing[i] - p - q <= 0.0 {
-                return None;
-            }
-            let mean = mean_inverse_gap(self.rest_gap(i) - deformation.closing[i], p, q)?;
-            *slope = PlateSlope {
-                capacitance: self.parallel_capacitance[i] + scale * mean.value,
-                by_closing: -scale * mean.by_gap,
-                by_slope: [scale * mean.by_p * rise[0], scale * mean.by_q * rise[1]],
-            };
+        let air: [f64; 4] = std::array::from_fn(|i| self.air_gap[i] - deformation.closing[i]);
+        if !air.iter().all(|air| air - p - q > 0.0) {
+            return None;
         }
-        Some(slopes)
+        let gap = std::array::from_fn(|i| self.rest_gap(i) - deformation.closing[i]);
+        let scale = self.permittivity_area();
+        let means = mean_inverse_gaps(gap, p, q)?;
+        Some(std::array::from_fn(|i| PlateSlope {
+            capacitance: self.parallel_capacitance[i] + scale * means[i].value,
+            by_closing: -scale * means[i].by_gap,
+            by_slope: [
+                scale * means[i].by_p * rise[0],
+                scale * means[i].by_q * rise[1],
+            ],
+        }))
     }
 
     /// Half the rise of a tile along its two sides, m.
