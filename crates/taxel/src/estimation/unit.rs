@@ -173,6 +173,7 @@ impl<'a> Search<'a> {
     }
 
     fn run(&mut self, options: &SearchOptions) -> Outcome {
+        let mut settled = false;
         for _ in 0..options.most_steps {
             let Some(covariance) = &self.covariance else {
                 return Outcome::NotConverged;
@@ -186,17 +187,19 @@ impl<'a> Search<'a> {
                 self.take_last_step(step);
                 return Outcome::Converged;
             }
-            match self.advance(step) {
+            // Of so small a gain the misfit shows only its rounding.
+            settled = predicted < 1e-9 * (1.0 + self.chi2);
+            match self.advance(step, settled) {
                 Advance::Moved => {}
                 Advance::Wall => return Outcome::Blocked,
-                // Rounding noise of an exact fit: no lower misfit to be had.
-                Advance::Stuck if predicted < 1e-9 * (1.0 + self.chi2) => {
-                    return Outcome::Converged;
-                }
                 Advance::Stuck => return Outcome::NotConverged,
             }
         }
-        Outcome::NotConverged
+        if settled {
+            Outcome::Converged
+        } else {
+            Outcome::NotConverged
+        }
     }
 
     /// The last step is too small to change the slopes: residuals move linearly.
@@ -209,15 +212,16 @@ impl<'a> Search<'a> {
         self.chi2 = dot4(&self.residual, &self.residual);
     }
 
-    /// Halves `step` until no tile touches and the misfit falls.
-    fn advance(&mut self, step: [f64; 3]) -> Advance {
+    /// Halves `step` until no tile touches and, unless `settled`, the misfit
+    /// falls.
+    fn advance(&mut self, step: [f64; 3], settled: bool) -> Advance {
         let (from, before) = (self.force, self.chi2);
         let mut scale = 1.0;
         let mut wall = false;
         for _ in 0..30 {
             if !self.move_to(std::array::from_fn(|axis| from[axis] + scale * step[axis])) {
                 wall = true;
-            } else if self.chi2 < before {
+            } else if settled || self.chi2 < before {
                 return Advance::Moved;
             }
             scale *= 0.5;

@@ -23,6 +23,26 @@ pub struct MeanInverseGap {
     pub by_q: f64,
 }
 
+/// [`MeanInverseGap`] of several tiles that are tilted alike, field by field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MeanInverseGaps<const N: usize> {
+    pub(super) value: [f64; N],
+    pub(super) by_gap: [f64; N],
+    pub(super) by_p: [f64; N],
+    pub(super) by_q: [f64; N],
+}
+
+impl<const N: usize> MeanInverseGaps<N> {
+    fn at(&self, i: usize) -> MeanInverseGap {
+        MeanInverseGap {
+            value: self.value[i],
+            by_gap: self.by_gap[i],
+            by_p: self.by_p[i],
+            by_q: self.by_q[i],
+        }
+    }
+}
+
 /// Below this (p + q)/g the power series is used: at most 29 terms.
 const SERIES_LIMIT: f64 = 0.5;
 
@@ -58,8 +78,7 @@ pub fn mean_inverse_gap(gap: f64, p: f64, q: f64) -> Option<MeanInverseGap> {
         return None;
     }
     if p + q < SERIES_LIMIT * gap {
-        let [mean] = by_series([gap], p, q);
-        Some(mean)
+        Some(by_series([gap], p, q).at(0))
     } else if p >= q {
         Some(by_logarithms(gap, p, q))
     } else {
@@ -72,14 +91,21 @@ pub fn mean_inverse_gap(gap: f64, p: f64, q: f64) -> Option<MeanInverseGap> {
     }
 }
 
-/// [`mean_inverse_gap`] of four tiles that are tilted alike, at a third of the
-/// cost of one after the other.
-pub(super) fn mean_inverse_gaps(gap: [f64; 4], p: f64, q: f64) -> Option<[MeanInverseGap; 4]> {
+/// [`mean_inverse_gap`] of four tiles that are tilted alike, at less than half
+/// the cost of one after the other.
+#[inline]
+pub(super) fn mean_inverse_gaps(gap: [f64; 4], p: f64, q: f64) -> Option<MeanInverseGaps<4>> {
     if p >= 0.0 && q >= 0.0 && gap.iter().all(|gap| p + q < SERIES_LIMIT * gap) {
         return Some(by_series(gap, p, q));
     }
     let [a, b, c, d] = gap.map(|gap| mean_inverse_gap(gap, p, q));
-    Some([a?, b?, c?, d?])
+    let means = [a?, b?, c?, d?];
+    Some(MeanInverseGaps {
+        value: means.map(|mean| mean.value),
+        by_gap: means.map(|mean| mean.by_gap),
+        by_p: means.map(|mean| mean.by_p),
+        by_q: means.map(|mean| mean.by_q),
+    })
 }
 
 /// m·g = f(A, B) = Σ wₙ (Aⁿ⁺¹ − Bⁿ⁺¹)/(A − B), A = (P+Q)², B = (P−Q)²,
@@ -87,7 +113,7 @@ pub(super) fn mean_inverse_gaps(gap: [f64; 4], p: f64, q: f64) -> Option<[MeanIn
 ///
 /// Its slopes are h[A, A, B] and h[A, B, B]. Repeated Horner schemes give all
 /// three from positive terms only, so nothing cancels, also for A = B.
-fn by_series<const N: usize>(gap: [f64; N], p: f64, q: f64) -> [MeanInverseGap; N] {
+fn by_series<const N: usize>(gap: [f64; N], p: f64, q: f64) -> MeanInverseGaps<N> {
     let inverse = gap.map(|gap| 1.0 / gap);
     let sum = inverse.map(|inverse| (p + q) * inverse);
     let difference = inverse.map(|inverse| (p - q) * inverse);
@@ -103,25 +129,25 @@ fn by_series<const N: usize>(gap: [f64; N], p: f64, q: f64) -> [MeanInverseGap; 
             f[i] = quotient[i] + b[i] * f[i];
         }
     }
-    std::array::from_fn(|i| {
-        let square = inverse[i] * inverse[i];
-        let (along, across) = (2.0 * sum[i] * f_a[i], 2.0 * difference[i] * f_b[i]);
-        let (by_p, by_q) = ((along + across) * square, (along - across) * square);
-        let value = f[i] * inverse[i];
+    let square = inverse.map(|inverse| 2.0 * inverse * inverse);
+    let along: [f64; N] = std::array::from_fn(|i| sum[i] * f_a[i] * square[i]);
+    let across: [f64; N] = std::array::from_fn(|i| difference[i] * f_b[i] * square[i]);
+    let value: [f64; N] = std::array::from_fn(|i| f[i] * inverse[i]);
+    let by_p: [f64; N] = std::array::from_fn(|i| along[i] + across[i]);
+    let by_q: [f64; N] = std::array::from_fn(|i| along[i] - across[i]);
+    MeanInverseGaps {
+        value,
         // m is homogeneous of degree -1 in (g, p, q).
-        MeanInverseGap {
-            value,
-            by_gap: -(value + p * by_p + q * by_q) * inverse[i],
-            by_p,
-            by_q,
-        }
-    })
+        by_gap: std::array::from_fn(|i| -(value[i] + p * by_p[i] + q * by_q[i]) * inverse[i]),
+        by_p,
+        by_q,
+    }
 }
 
-/// Terms after which the rest of f_A, the slowest sum, is below Aⁿ⁻¹/3 < 1e-17.
+/// Terms after which the rest of f_A, the slowest sum, is below Aⁿ⁻¹/3 < 4e-17.
 fn terms(a: f64) -> usize {
     let (mut power, mut terms) = (1.0, 1);
-    while power > 3e-17 && terms < WEIGHTS.len() {
+    while power > 1e-16 && terms < WEIGHTS.len() {
         power *= a;
         terms += 1;
     }
@@ -225,7 +251,7 @@ mod tests {
     fn both_forms_meet_at_the_border() {
         for ratio in [0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.5, 1.0] {
             let p = SERIES_LIMIT / (1.0 + ratio);
-            let [series] = by_series([1.0], p, ratio * p);
+            let series = by_series([1.0], p, ratio * p).at(0);
             let logs = by_logarithms(1.0, p, ratio * p);
             assert!((series.value / logs.value - 1.0).abs() < 5e-15, "{ratio}");
             assert!((series.by_gap / logs.by_gap - 1.0).abs() < 1e-13, "{ratio}");
@@ -239,7 +265,8 @@ mod tests {
         // The last gap is beyond the series.
         for gap in [[1.0, 0.8, 0.9, 1.3], [1.0, 0.8, 0.9, 0.31]] {
             let four = mean_inverse_gaps(gap, 0.1, 0.2).unwrap();
-            for (mean, gap) in four.iter().zip(gap) {
+            for (i, gap) in gap.into_iter().enumerate() {
+                let mean = four.at(i);
                 let one = mean_inverse_gap(gap, 0.1, 0.2).unwrap();
                 // A term more or less at the end of the series.
                 assert!((mean.value / one.value - 1.0).abs() < 1e-15);
