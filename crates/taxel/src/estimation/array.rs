@@ -211,7 +211,7 @@ impl Estimator {
             bounds: Vec::new(),
             touch: empty_touch(taxels),
             segmentation,
-            cells: Vec::with_capacity(taxels),
+            cells: Vec::new(),
             calibration,
             options,
             quantity,
@@ -239,6 +239,9 @@ impl Estimator {
         let deviations = &self.calibration.deviation;
         let units = self.calibration.units.iter().zip(deviations);
         self.bounds = units.map(|(unit, sigma)| bounds(unit, sigma)).collect();
+        let layout = &self.calibration.layout;
+        let cell = |index| empty_cell(layout.flat_position(index));
+        self.cells = (0..layout.taxels()).map(cell).collect();
     }
 
     /// Begins a rest capture over the next `frames` frames.
@@ -313,8 +316,6 @@ impl Estimator {
 
     fn estimate_taxel(&mut self, taxel: usize, values: &[f64], dt: f64) {
         let capacitance = self.capacitances(values);
-        let unit = self.calibration.units[taxel];
-        let sigma = self.calibration.deviation[taxel];
         let masked = self.calibration.masked[taxel];
         let [least, most] = self.bounds[taxel];
         let faulty: [bool; 4] = std::array::from_fn(|i| {
@@ -322,9 +323,11 @@ impl Estimator {
             !masked[i] && !sound
         });
         let usable: [bool; 4] = std::array::from_fn(|i| !masked[i] && !faulty[i]);
-        let mut found = estimate_unit(&unit, capacitance, sigma, usable, &self.options.search);
+        let sigma = self.calibration.deviation[taxel];
+        let unit = &self.calibration.units[taxel];
+        let mut found = estimate_unit(unit, capacitance, sigma, usable, &self.options.search);
+        let touching = touching(unit, &found);
         self.relax(taxel, &mut found, dt);
-        let touching = touching(&unit, &found);
         let state = self.judge(taxel, &found, masked, faulty);
         self.touch.taxels[taxel] = TaxelTouch {
             capacitance,
@@ -411,18 +414,12 @@ impl Estimator {
         self.touch.total = total;
         self.touch.total_covariance = covariance;
         let floor = self.options.contact_share * self.calibration.full_scale;
-        self.cells.clear();
-        let cells = self.touch.taxels.iter().enumerate().map(|(index, taxel)| {
-            let deviation = taxel.covariance[2][2].sqrt();
-            Cell {
-                position: layout.flat_position(index),
-                weight: taxel.force[2],
-                deviation,
-                threshold: floor.max(self.options.contact_deviations * deviation),
-                force: taxel.force,
-            }
-        });
-        self.cells.extend(cells);
+        for (cell, taxel) in self.cells.iter_mut().zip(&self.touch.taxels) {
+            cell.force = taxel.force;
+            cell.weight = taxel.force[2];
+            cell.deviation = taxel.covariance[2][2].sqrt();
+            cell.threshold = floor.max(self.options.contact_deviations * cell.deviation);
+        }
         let cell = |index: usize| self.cells[index];
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
     }
@@ -452,6 +449,16 @@ fn touching(unit: &UnitModel, found: &UnitEstimate) -> [bool; 4] {
     std::array::from_fn(|i| {
         response.plates[i].least_air_gap < TOUCHING_SHARE * unit.plates.air_gap[i]
     })
+}
+
+fn empty_cell(position: [f64; 2]) -> Cell {
+    Cell {
+        position,
+        weight: f64::NAN,
+        deviation: f64::NAN,
+        threshold: f64::NAN,
+        force: [f64::NAN; 3],
+    }
 }
 
 fn empty_touch(taxels: usize) -> Touch {

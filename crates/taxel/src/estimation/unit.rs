@@ -98,9 +98,13 @@ pub fn estimate_unit(
         return UnitEstimate::without_force();
     }
     let weight: [f64; 4] = std::array::from_fn(|i| if usable[i] { 1.0 / sigma[i] } else { 0.0 });
-    let Some(mut search) = Search::start(unit, capacitance, weight, usable) else {
+    let rest = unit.rest();
+    // A capacitor without weight may read NaN; filled, it drops out.
+    let capacitance = fill_missing(unit, rest, capacitance, usable);
+    let mut search = Search::new(unit, capacitance, weight);
+    if !search.start(rest) {
         return UnitEstimate::without_force();
-    };
+    }
     let outcome = search.run(options);
     search.finish(outcome, count)
 }
@@ -121,17 +125,8 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn start(
-        unit: &'a UnitModel,
-        capacitance: [f64; 4],
-        weight: [f64; 4],
-        usable: [bool; 4],
-    ) -> Option<Self> {
-        let rest = unit.rest();
-        // A capacitor without weight may read NaN; filled, it drops out.
-        let capacitance = fill_missing(unit, rest, capacitance, usable);
-        let guess = unit.effective_force(rest, capacitance).unwrap_or([0.0; 3]);
-        let mut search = Self {
+    fn new(unit: &'a UnitModel, capacitance: [f64; 4], weight: [f64; 4]) -> Self {
+        Self {
             unit,
             capacitance,
             weight,
@@ -140,20 +135,23 @@ impl<'a> Search<'a> {
             slopes: [[0.0; 4]; 3],
             covariance: None,
             chi2: f64::INFINITY,
-        };
-        // Zero force is always free of contact, so some scale of the guess is.
-        let mut scale = if guess.iter().all(|value| value.is_finite()) {
-            1.0
-        } else {
-            0.0
-        };
-        while !search.move_to(guess.map(|value| scale * value)) {
-            if scale == 0.0 {
-                return None;
-            }
-            scale = if scale > 1e-3 { 0.7 * scale } else { 0.0 };
         }
-        Some(search)
+    }
+
+    /// Moves to the published inverse, scaled until it is free of contact.
+    fn start(&mut self, rest: [f64; 4]) -> bool {
+        let guess = self.unit.effective_force(rest, self.capacitance);
+        // Zero force is always free of contact, so some scale of the guess is.
+        if let Some(guess) = guess.filter(|guess| guess.iter().all(|value| value.is_finite())) {
+            let mut scale = 1.0;
+            while scale > 7e-4 {
+                if self.move_to(guess.map(|value| scale * value)) {
+                    return true;
+                }
+                scale *= 0.7;
+            }
+        }
+        self.move_to([0.0; 3])
     }
 
     /// Takes `force` when no tile touches there.
