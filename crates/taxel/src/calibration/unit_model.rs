@@ -44,21 +44,25 @@ impl UnitModel {
 
     /// Capacitances and analytic Jacobian at `force`, N; `None` when a tile
     /// touches there.
+    #[inline]
     pub fn linearise(&self, force: [f64; 3]) -> Option<Linearisation> {
         let deformation = self.suspension.deform(force);
-        let slopes = self.plates.respond_with_slopes(&deformation)?;
+        let at = self.plates.respond_with_slopes(&deformation)?;
         let by_force = self.suspension.displacement_by_force(force);
         let share = self.suspension.tile_tilt / self.suspension.centre_distance;
+        let by_z = at.by_closing;
+        let [by_x, by_y] = [(0, SIDE_X), (1, SIDE_Y)].map(|(axis, side)| -> [f64; 4] {
+            std::array::from_fn(|i| 0.5 * side[i] * by_z[i] + share * at.by_slope[axis][i])
+        });
         let jacobian = std::array::from_fn(|i| {
-            let by_x = 0.5 * SIDE_X[i] * slopes[i].by_closing + share * slopes[i].by_slope[0];
-            let by_y = 0.5 * SIDE_Y[i] * slopes[i].by_closing + share * slopes[i].by_slope[1];
-            let by_z = slopes[i].by_closing;
             std::array::from_fn(|axis| {
-                by_x * by_force[0][axis] + by_y * by_force[1][axis] + by_z * by_force[2][axis]
+                by_x[i] * by_force[0][axis]
+                    + by_y[i] * by_force[1][axis]
+                    + by_z[i] * by_force[2][axis]
             })
         });
         Some(Linearisation {
-            capacitance: slopes.map(|slope| slope.capacitance),
+            capacitance: at.capacitance,
             jacobian,
         })
     }

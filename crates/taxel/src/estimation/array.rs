@@ -4,7 +4,7 @@ use super::contact::{Cell, Contact, Segmentation};
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::{Calibration, RestCapture, RestRefused, UnitModel};
-use crate::layout::Wrench;
+use crate::layout::{Mount, Wrench};
 use crate::mechanics::Relaxation;
 
 /// How far a taxel's force can be trusted.
@@ -179,13 +179,14 @@ pub struct Estimator {
     calibration: Calibration,
     options: EstimatorOptions,
     quantity: Quantity,
-    rest: Vec<[f64; 4]>,
-    closed: Vec<[f64; 4]>,
+    /// Least and most that a capacitor without fault reads, F.
+    bounds: Vec<[[f64; 4]; 2]>,
     relaxation: Vec<Relaxation<3>>,
     /// Seconds since each taxel last had a force.
     pause: Vec<f64>,
     strikes: Vec<u32>,
     segmentation: Segmentation,
+    cells: Vec<Cell>,
     touch: Touch,
     last_time_ns: Option<u64>,
     uncertain_until_ns: u64,
@@ -219,10 +220,10 @@ impl Estimator {
             relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
             pause: vec![0.0; taxels],
             strikes: vec![0; taxels],
-            rest: Vec::new(),
-            closed: Vec::new(),
+            bounds: Vec::new(),
             touch: empty_touch(taxels),
             segmentation,
+            cells: Vec::new(),
             calibration,
             options,
             quantity,
@@ -251,10 +252,12 @@ impl Estimator {
     }
 
     fn tabulate(&mut self) {
-        let units = &self.calibration.units;
-        self.rest = units.iter().map(UnitModel::rest).collect();
-        let closed = |unit: &UnitModel| std::array::from_fn(|i| unit.plates.closed_capacitance(i));
-        self.closed = units.iter().map(closed).collect();
+        let deviations = &self.calibration.deviation;
+        let units = self.calibration.units.iter().zip(deviations);
+        self.bounds = units.map(|(unit, sigma)| bounds(unit, sigma)).collect();
+        let layout = &self.calibration.layout;
+        let cell = |index| empty_cell(layout.flat_position(index));
+        self.cells = (0..layout.taxels()).map(cell).collect();
     }
 
     /// Begins a rest capture over the next `frames` frames.
@@ -327,20 +330,18 @@ impl Estimator {
 
     fn estimate_taxel(&mut self, taxel: usize, values: &[f64], dt: f64) {
         let capacitance = self.capacitances(taxel, values);
-        let unit = self.calibration.units[taxel];
-        let sigma = self.calibration.deviation[taxel];
         let masked = self.calibration.masked[taxel];
+        let [least, most] = self.bounds[taxel];
         let faulty: [bool; 4] = std::array::from_fn(|i| {
-            let parallel = unit.plates.parallel_capacitance[i];
-            let plate = capacitance[i] - parallel;
-            let least = LEAST_SHARE * (self.rest[taxel][i] - parallel);
-            let most = MOST_SHARE * (self.closed[taxel][i] - parallel) + 6.0 * sigma[i];
-            !masked[i] && (plate.is_nan() || plate <= least || plate >= most)
+            let sound = capacitance[i] > least[i] && capacitance[i] < most[i];
+            !masked[i] && !sound
         });
         let usable: [bool; 4] = std::array::from_fn(|i| !masked[i] && !faulty[i]);
-        let mut found = estimate_unit(&unit, capacitance, sigma, usable, &self.options.search);
+        let sigma = self.calibration.deviation[taxel];
+        let unit = &self.calibration.units[taxel];
+        let mut found = estimate_unit(unit, capacitance, sigma, usable, &self.options.search);
+        let touching = touching(unit, &found);
         self.relax(taxel, &mut found, dt);
-        let touching = touching(&unit, &found);
         let state = self.judge(taxel, &found, masked, faulty);
         self.touch.taxels[taxel] = TaxelTouch {
             capacitance,
@@ -424,7 +425,11 @@ impl Estimator {
                 continue;
             }
             total.add(&layout.wrench(index, taxel.force));
-            let turned = layout.turn_covariance(index, &taxel.covariance);
+            // On a plane all taxels stand alike.
+            let turned = match layout.mount {
+                Mount::Flat => taxel.covariance,
+                Mount::Cylinder(_) => layout.turn_covariance(index, &taxel.covariance),
+            };
             for (sum, row) in covariance.iter_mut().flatten().zip(turned.iter().flatten()) {
                 *sum += row;
             }
@@ -432,24 +437,34 @@ impl Estimator {
         self.touch.total = total;
         self.touch.total_covariance = covariance;
         let floor = self.options.contact_share * self.calibration.full_scale;
-        let taxels = &self.touch.taxels;
-        let cell = |index: usize| {
-            let taxel = &taxels[index];
-            let deviation = taxel.covariance[2][2].sqrt();
-            Cell {
-                position: layout.flat_position(index),
-                weight: if taxel.counts() {
-                    taxel.force[2]
-                } else {
-                    f64::NAN
-                },
-                deviation,
-                threshold: floor.max(self.options.contact_deviations * deviation),
-                force: taxel.force,
-            }
-        };
+        for (cell, taxel) in self.cells.iter_mut().zip(&self.touch.taxels) {
+            cell.force = taxel.force;
+            cell.weight = if taxel.counts() {
+                taxel.force[2]
+            } else {
+                f64::NAN
+            };
+            cell.deviation = taxel.covariance[2][2].sqrt();
+            cell.threshold = floor.max(self.options.contact_deviations * cell.deviation);
+        }
+        let cell = |index: usize| self.cells[index];
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
     }
+}
+
+/// Least and most that a capacitor without fault reads, F.
+fn bounds(unit: &UnitModel, sigma: &[f64; 4]) -> [[f64; 4]; 2] {
+    let plates = &unit.plates;
+    let beyond = |share: f64, reading: f64, i: usize| {
+        let parallel = plates.parallel_capacitance[i];
+        parallel + share * (reading - parallel)
+    };
+    [
+        std::array::from_fn(|i| beyond(LEAST_SHARE, plates.rest_capacitance(i), i)),
+        std::array::from_fn(|i| {
+            beyond(MOST_SHARE, plates.closed_capacitance(i), i) + 6.0 * sigma[i]
+        }),
+    ]
 }
 
 /// Capacitors that touch, when contact stopped the search.
@@ -461,6 +476,16 @@ fn touching(unit: &UnitModel, found: &UnitEstimate) -> [bool; 4] {
     std::array::from_fn(|i| {
         response.plates[i].least_air_gap < TOUCHING_SHARE * unit.plates.air_gap[i]
     })
+}
+
+fn empty_cell(position: [f64; 2]) -> Cell {
+    Cell {
+        position,
+        weight: f64::NAN,
+        deviation: f64::NAN,
+        threshold: f64::NAN,
+        force: [f64::NAN; 3],
+    }
 }
 
 fn empty_touch(taxels: usize) -> Touch {

@@ -98,9 +98,13 @@ pub fn estimate_unit(
         return UnitEstimate::without_force();
     }
     let weight: [f64; 4] = std::array::from_fn(|i| if usable[i] { 1.0 / sigma[i] } else { 0.0 });
-    let Some(mut search) = Search::start(unit, capacitance, weight, usable) else {
+    let rest = unit.rest();
+    // A capacitor without weight may read NaN; filled, it drops out.
+    let capacitance = fill_missing(unit, rest, capacitance, usable);
+    let mut search = Search::new(unit, capacitance, weight);
+    if !search.start(rest) {
         return UnitEstimate::without_force();
-    };
+    }
     let outcome = search.run(options);
     search.finish(outcome, count)
 }
@@ -113,43 +117,41 @@ struct Search<'a> {
     force: [f64; 3],
     /// (C − C(F))/σ.
     residual: [f64; 4],
-    /// ∂(C(F)/σ)/∂F.
-    slopes: [[f64; 3]; 4],
+    /// ∂(C(F)/σ)/∂F: for each axis of the force, the four capacitors.
+    slopes: [[f64; 4]; 3],
+    /// (Jᵀ W J)⁻¹; `None` when it is singular.
+    covariance: Option<[[f64; 3]; 3]>,
     chi2: f64,
 }
 
 impl<'a> Search<'a> {
-    fn start(
-        unit: &'a UnitModel,
-        capacitance: [f64; 4],
-        weight: [f64; 4],
-        usable: [bool; 4],
-    ) -> Option<Self> {
-        let rest = unit.rest();
-        let filled = fill_missing(unit, rest, capacitance, usable);
-        let guess = unit.effective_force(rest, filled).unwrap_or([0.0; 3]);
-        let mut search = Self {
+    fn new(unit: &'a UnitModel, capacitance: [f64; 4], weight: [f64; 4]) -> Self {
+        Self {
             unit,
             capacitance,
             weight,
             force: [0.0; 3],
             residual: [0.0; 4],
-            slopes: [[0.0; 3]; 4],
+            slopes: [[0.0; 4]; 3],
+            covariance: None,
             chi2: f64::INFINITY,
-        };
-        // Zero force is always free of contact, so some scale of the guess is.
-        let mut scale = if guess.iter().all(|value| value.is_finite()) {
-            1.0
-        } else {
-            0.0
-        };
-        while !search.move_to(guess.map(|value| scale * value)) {
-            if scale == 0.0 {
-                return None;
-            }
-            scale = if scale > 1e-3 { 0.7 * scale } else { 0.0 };
         }
-        Some(search)
+    }
+
+    /// Moves to the published inverse, scaled until it is free of contact.
+    fn start(&mut self, rest: [f64; 4]) -> bool {
+        let guess = self.unit.effective_force(rest, self.capacitance);
+        // Zero force is always free of contact, so some scale of the guess is.
+        if let Some(guess) = guess.filter(|guess| guess.iter().all(|value| value.is_finite())) {
+            let mut scale = 1.0;
+            while scale > 7e-4 {
+                if self.move_to(guess.map(|value| scale * value)) {
+                    return true;
+                }
+                scale *= 0.7;
+            }
+        }
+        self.move_to([0.0; 3])
     }
 
     /// Takes `force` when no tile touches there.
@@ -157,72 +159,67 @@ impl<'a> Search<'a> {
         let Some(at) = self.unit.linearise(force) else {
             return false;
         };
-        for i in 0..4 {
-            // A capacitor without weight may read NaN.
-            let misfit = self.capacitance[i] - at.capacitance[i];
-            self.residual[i] = if self.weight[i] > 0.0 {
-                misfit * self.weight[i]
-            } else {
-                0.0
-            };
-            self.slopes[i] = at.jacobian[i].map(|slope| slope * self.weight[i]);
-        }
+        let weight = self.weight;
         self.force = force;
-        self.chi2 = self.residual.iter().map(|r| r * r).sum();
+        self.residual =
+            std::array::from_fn(|i| (self.capacitance[i] - at.capacitance[i]) * weight[i]);
+        self.slopes =
+            std::array::from_fn(|axis| std::array::from_fn(|i| at.jacobian[i][axis] * weight[i]));
+        self.covariance = inverse_normal(&self.slopes);
+        self.chi2 = dot4(&self.residual, &self.residual);
         true
     }
 
     fn run(&mut self, options: &SearchOptions) -> Outcome {
+        let mut settled = false;
         for _ in 0..options.most_steps {
-            let Some(step) = self.gauss_newton_step() else {
+            let Some(covariance) = &self.covariance else {
                 return Outcome::NotConverged;
             };
-            let predicted = self.predicted_gain(step);
+            let gradient = self.slopes.map(|slopes| dot4(&slopes, &self.residual));
+            let step = covariance.map(|row| dot(row, gradient));
+            // δᵀ Jᵀ W J δ: what a full step takes off the misfit if the model
+            // is linear.
+            let predicted = dot(step, gradient);
             if predicted < options.least_gain {
                 self.take_last_step(step);
                 return Outcome::Converged;
             }
-            match self.advance(step) {
+            // Of so small a gain the misfit shows only its rounding.
+            settled = predicted < 1e-9 * (1.0 + self.chi2);
+            match self.advance(step, settled) {
                 Advance::Moved => {}
                 Advance::Wall => return Outcome::Blocked,
-                // Rounding noise of an exact fit: no lower misfit to be had.
-                Advance::Stuck if predicted < 1e-9 * (1.0 + self.chi2) => {
-                    return Outcome::Converged;
-                }
                 Advance::Stuck => return Outcome::NotConverged,
             }
         }
-        Outcome::NotConverged
-    }
-
-    fn gauss_newton_step(&self) -> Option<[f64; 3]> {
-        let gradient = transpose_times(&self.slopes, &self.residual);
-        Some(times(&inverse(&normal_matrix(&self.slopes))?, gradient))
-    }
-
-    /// δᵀ Jᵀ W J δ: what a full step takes off the misfit if the model is linear.
-    fn predicted_gain(&self, step: [f64; 3]) -> f64 {
-        self.slopes.iter().map(|row| dot(row, &step).powi(2)).sum()
+        if settled {
+            Outcome::Converged
+        } else {
+            Outcome::NotConverged
+        }
     }
 
     /// The last step is too small to change the slopes: residuals move linearly.
     fn take_last_step(&mut self, step: [f64; 3]) {
-        for (residual, row) in self.residual.iter_mut().zip(&self.slopes) {
-            *residual -= dot(row, &step);
+        let [x, y, z] = &self.slopes;
+        for (i, residual) in self.residual.iter_mut().enumerate() {
+            *residual -= dot([x[i], y[i], z[i]], step);
         }
         self.force = std::array::from_fn(|axis| self.force[axis] + step[axis]);
-        self.chi2 = self.residual.iter().map(|r| r * r).sum();
+        self.chi2 = dot4(&self.residual, &self.residual);
     }
 
-    /// Halves `step` until no tile touches and the misfit falls.
-    fn advance(&mut self, step: [f64; 3]) -> Advance {
+    /// Halves `step` until no tile touches and, unless `settled`, the misfit
+    /// falls.
+    fn advance(&mut self, step: [f64; 3], settled: bool) -> Advance {
         let (from, before) = (self.force, self.chi2);
         let mut scale = 1.0;
         let mut wall = false;
         for _ in 0..30 {
             if !self.move_to(std::array::from_fn(|axis| from[axis] + scale * step[axis])) {
                 wall = true;
-            } else if self.chi2 < before {
+            } else if settled || self.chi2 < before {
                 return Advance::Moved;
             }
             scale *= 0.5;
@@ -232,7 +229,6 @@ impl<'a> Search<'a> {
     }
 
     fn finish(&self, outcome: Outcome, count: usize) -> UnitEstimate {
-        let covariance = inverse(&normal_matrix(&self.slopes)).unwrap_or([[f64::NAN; 3]; 3]);
         let (chi2, signed_residual) = if count == 4 {
             let sign = if self.residual[0] < 0.0 { -1.0 } else { 1.0 };
             (self.chi2, sign * self.chi2.sqrt())
@@ -241,7 +237,7 @@ impl<'a> Search<'a> {
         };
         UnitEstimate {
             force: self.force,
-            covariance,
+            covariance: self.covariance.unwrap_or([[f64::NAN; 3]; 3]),
             chi2,
             signed_residual,
             outcome,
@@ -287,33 +283,26 @@ fn fill_missing(
     filled
 }
 
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
-    [dot(&m[0], &v), dot(&m[1], &v), dot(&m[2], &v)]
+fn dot4(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    (a[0] * b[0] + a[2] * b[2]) + (a[1] * b[1] + a[3] * b[3])
 }
 
-fn transpose_times(rows: &[[f64; 3]; 4], v: &[f64; 4]) -> [f64; 3] {
-    std::array::from_fn(|axis| (0..4).map(|i| rows[i][axis] * v[i]).sum())
-}
-
-fn normal_matrix(rows: &[[f64; 3]; 4]) -> [[f64; 3]; 3] {
-    std::array::from_fn(|a| std::array::from_fn(|b| (0..4).map(|i| rows[i][a] * rows[i][b]).sum()))
-}
-
-/// Inverse of a symmetric positive definite 3 x 3 matrix by cofactors. Its
-/// condition number stays below a few hundred for any unit of this kind, so
+/// (J Jᵀ)⁻¹ for the three rows of `slopes`, by cofactors; `None` when singular.
+/// Its condition number stays below a few hundred for any unit of this kind, so
 /// nothing is lost against a factorisation.
-fn inverse(m: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
-    let cofactor = |i: usize, j: usize| {
-        let (r0, r1) = ((i + 1) % 3, (i + 2) % 3);
-        let (c0, c1) = ((j + 1) % 3, (j + 2) % 3);
-        m[r0][c0] * m[r1][c1] - m[r0][c1] * m[r1][c0]
-    };
-    let determinant: f64 = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum();
-    let scale = 1.0 / determinant;
-    let invertible = determinant > 0.0 && scale.is_finite();
-    invertible.then(|| std::array::from_fn(|i| std::array::from_fn(|j| cofactor(j, i) * scale)))
+fn inverse_normal([x, y, z]: &[[f64; 4]; 3]) -> Option<[[f64; 3]; 3]> {
+    let (xx, xy, xz) = (dot4(x, x), dot4(x, y), dot4(x, z));
+    let (yy, yz, zz) = (dot4(y, y), dot4(y, z), dot4(z, z));
+    let first = [yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy];
+    let scale = 1.0 / dot([xx, xy, xz], first);
+    let [ixx, ixy, ixz] = first.map(|cofactor| cofactor * scale);
+    let iyy = (xx * zz - xz * xz) * scale;
+    let iyz = (xy * xz - xx * yz) * scale;
+    let izz = (xx * yy - xy * xy) * scale;
+    let invertible = scale > 0.0 && scale.is_finite();
+    invertible.then_some([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 }

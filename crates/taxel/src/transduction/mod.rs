@@ -3,5 +3,5 @@
 mod three_axis_capacitor;
 mod tilted_plate;
 
-pub use three_axis_capacitor::{PlateReading, PlateSlope, Plates, PlatesDescription, Response};
+pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap};
+use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap, mean_inverse_gaps};
 use crate::mechanics::Deformation;
 use crate::quantity::{
     self, Checked, NonNegativeCapacitance, NonNegativeLength, OneOrList, PositiveLength,
@@ -88,15 +88,15 @@ impl Response {
     }
 }
 
-/// Capacitance of one plate pair with its slope against the motion of its tile.
+/// Capacitances 11, 12, 21, 22 with their slopes against the motion of the tiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlateSlope {
+pub struct PlateSlopes {
     /// Capacitance, F.
-    pub capacitance: f64,
+    pub capacitance: [f64; 4],
     /// ∂C/∂w, F/m: closing at the centre.
-    pub by_closing: f64,
-    /// ∂C/∂α and ∂C/∂β, F: slopes of the tile.
-    pub by_slope: [f64; 2],
+    pub by_closing: [f64; 4],
+    /// ∂C/∂α and ∂C/∂β, F: slopes of the tiles along x and y.
+    pub by_slope: [[f64; 4]; 2],
 }
 
 impl PlatesDescription {
@@ -158,30 +158,28 @@ impl Plates {
     }
 
     /// Capacitances with their slopes, or `None` when a tile touches.
-    pub fn respond_with_slopes(&self, deformation: &Deformation) -> Option<[PlateSlope; 4]> {
+    #[inline]
+    pub fn respond_with_slopes(&self, deformation: &Deformation) -> Option<PlateSlopes> {
         let [p, q] = self.half_rise(deformation.slope);
-        let rise = [
-            0.5 * self.electrode[0] * deformation.slope[0].signum(),
-            0.5 * self.electrode[1] * deformation.slope[1].signum(),
-        ];
-        let scale = self.permittivity_area();
-        let mut slopes = [PlateSlope {
-            capacitance: 0.0,
-            by_closing: 0.0,
-            by_slope: [0.0; 2],
-        }; 4];
-        for (i, slope) in slopes.iter_mut().enumerate() {
-            if self.air_gap[i] - deformation.closing[i] - p - q <= 0.0 {
-                return None;
-            }
-            let mean = mean_inverse_gap(self.rest_gap(i) - deformation.closing[i], p, q)?;
-            *slope = PlateSlope {
-                capacitance: self.parallel_capacitance[i] + scale * mean.value,
-                by_closing: -scale * mean.by_gap,
-                by_slope: [scale * mean.by_p * rise[0], scale * mean.by_q * rise[1]],
-            };
+        let air: [f64; 4] = std::array::from_fn(|i| self.air_gap[i] - deformation.closing[i]);
+        if !air.iter().all(|air| air - p - q > 0.0) {
+            return None;
         }
-        Some(slopes)
+        let gap = std::array::from_fn(|i| self.rest_gap(i) - deformation.closing[i]);
+        let means = mean_inverse_gaps(gap, p, q)?;
+        let scale = self.permittivity_area();
+        let [by_x, by_y] = [0, 1]
+            .map(|axis| scale * 0.5 * self.electrode[axis] * deformation.slope[axis].signum());
+        Some(PlateSlopes {
+            capacitance: std::array::from_fn(|i| {
+                self.parallel_capacitance[i] + scale * means.value[i]
+            }),
+            by_closing: means.by_gap.map(|by_gap| -scale * by_gap),
+            by_slope: [
+                means.by_p.map(|by_p| by_x * by_p),
+                means.by_q.map(|by_q| by_y * by_q),
+            ],
+        })
     }
 
     /// Half the rise of a tile along its two sides, m.

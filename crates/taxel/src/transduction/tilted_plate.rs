@@ -23,8 +23,39 @@ pub struct MeanInverseGap {
     pub by_q: f64,
 }
 
+/// [`MeanInverseGap`] of several tiles that are tilted alike, field by field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MeanInverseGaps<const N: usize> {
+    pub(super) value: [f64; N],
+    pub(super) by_gap: [f64; N],
+    pub(super) by_p: [f64; N],
+    pub(super) by_q: [f64; N],
+}
+
+impl<const N: usize> MeanInverseGaps<N> {
+    fn at(&self, i: usize) -> MeanInverseGap {
+        MeanInverseGap {
+            value: self.value[i],
+            by_gap: self.by_gap[i],
+            by_p: self.by_p[i],
+            by_q: self.by_q[i],
+        }
+    }
+}
+
 /// Below this (p + q)/g the power series is used: at most 29 terms.
 const SERIES_LIMIT: f64 = 0.5;
+
+/// Weights 1/((2n+1)(n+1)) of the power series.
+const WEIGHTS: [f64; 30] = {
+    let mut weights = [0.0; 30];
+    let mut n = 0;
+    while n < weights.len() {
+        weights[n] = 1.0 / ((2 * n + 1) * (n + 1)) as f64;
+        n += 1;
+    }
+    weights
+};
 
 /// Mean of 1/(g + p s + q t) over s, t in [-1, 1] (section 3 of the physics
 /// of P2), relative error below 1e-14.
@@ -47,7 +78,7 @@ pub fn mean_inverse_gap(gap: f64, p: f64, q: f64) -> Option<MeanInverseGap> {
         return None;
     }
     if p + q < SERIES_LIMIT * gap {
-        Some(by_series(gap, p, q))
+        Some(by_series([gap], p, q).at(0))
     } else if p >= q {
         Some(by_logarithms(gap, p, q))
     } else {
@@ -60,41 +91,67 @@ pub fn mean_inverse_gap(gap: f64, p: f64, q: f64) -> Option<MeanInverseGap> {
     }
 }
 
-/// m·g = Σ sₙ / ((2n+1)(n+1)) with sₙ = Σⱼ Aʲ Bⁿ⁻ʲ, A = (P+Q)², B = (P−Q)².
+/// [`mean_inverse_gap`] of four tiles that are tilted alike, at less than half
+/// the cost of one after the other.
+#[inline]
+pub(super) fn mean_inverse_gaps(gap: [f64; 4], p: f64, q: f64) -> Option<MeanInverseGaps<4>> {
+    if p >= 0.0 && q >= 0.0 && gap.iter().all(|gap| p + q < SERIES_LIMIT * gap) {
+        return Some(by_series(gap, p, q));
+    }
+    let [a, b, c, d] = gap.map(|gap| mean_inverse_gap(gap, p, q));
+    let means = [a?, b?, c?, d?];
+    Some(MeanInverseGaps {
+        value: means.map(|mean| mean.value),
+        by_gap: means.map(|mean| mean.by_gap),
+        by_p: means.map(|mean| mean.by_p),
+        by_q: means.map(|mean| mean.by_q),
+    })
+}
+
+/// m·g = f(A, B) = Σ wₙ (Aⁿ⁺¹ − Bⁿ⁺¹)/(A − B), A = (P+Q)², B = (P−Q)²,
+/// wₙ = 1/((2n+1)(n+1)): the divided difference h[A, B] of h(x) = Σ wₙ xⁿ⁺¹.
 ///
-/// sₙ = A sₙ₋₁ + Bⁿ has only positive terms, so nothing cancels.
-fn by_series(gap: f64, p: f64, q: f64) -> MeanInverseGap {
-    let (sum, difference) = ((p + q) / gap, (p - q) / gap);
-    let (a, b) = (sum * sum, difference * difference);
-    let (mut s, mut s_a, mut s_b) = (1.0, 0.0, 0.0);
-    let (mut total, mut total_a, mut total_b) = (1.0, 0.0, 0.0);
-    let mut power = 1.0; // Bⁿ⁻¹
-    for n in 1..=40_u32 {
-        let n = f64::from(n);
-        s_b = a * s_b + n * power;
-        s_a = a * s_a + s;
-        power *= b;
-        s = a * s + power;
-        let weight = 1.0 / ((2.0 * n + 1.0) * (n + 1.0));
-        total += weight * s;
-        total_a += weight * s_a;
-        total_b += weight * s_b;
-        // s_a is the slowest of the three to fall.
-        if weight * s_a < 1e-17 {
-            break;
+/// Its slopes are h[A, A, B] and h[A, B, B]. Repeated Horner schemes give all
+/// three from positive terms only, so nothing cancels, also for A = B.
+fn by_series<const N: usize>(gap: [f64; N], p: f64, q: f64) -> MeanInverseGaps<N> {
+    let inverse = gap.map(|gap| 1.0 / gap);
+    let sum = inverse.map(|inverse| (p + q) * inverse);
+    let difference = inverse.map(|inverse| (p - q) * inverse);
+    let (a, b) = (sum.map(|x| x * x), difference.map(|x| x * x));
+    let (mut quotient, mut f) = ([0.0; N], [0.0; N]);
+    let (mut f_a, mut f_b) = ([0.0; N], [0.0; N]);
+    let terms = terms(a.iter().copied().fold(0.0, f64::max));
+    for weight in WEIGHTS[..terms].iter().rev() {
+        for i in 0..N {
+            f_a[i] = f[i] + a[i] * f_a[i];
+            f_b[i] = f[i] + b[i] * f_b[i];
+            quotient[i] = weight + a[i] * quotient[i];
+            f[i] = quotient[i] + b[i] * f[i];
         }
     }
-    let value = total / gap;
-    let (along, across) = (2.0 * sum * total_a, 2.0 * difference * total_b);
-    let by_p = (along + across) / (gap * gap);
-    let by_q = (along - across) / (gap * gap);
-    // m is homogeneous of degree -1 in (g, p, q).
-    MeanInverseGap {
+    let square = inverse.map(|inverse| 2.0 * inverse * inverse);
+    let along: [f64; N] = std::array::from_fn(|i| sum[i] * f_a[i] * square[i]);
+    let across: [f64; N] = std::array::from_fn(|i| difference[i] * f_b[i] * square[i]);
+    let value: [f64; N] = std::array::from_fn(|i| f[i] * inverse[i]);
+    let by_p: [f64; N] = std::array::from_fn(|i| along[i] + across[i]);
+    let by_q: [f64; N] = std::array::from_fn(|i| along[i] - across[i]);
+    MeanInverseGaps {
         value,
-        by_gap: -(value + p * by_p + q * by_q) / gap,
+        // m is homogeneous of degree -1 in (g, p, q).
+        by_gap: std::array::from_fn(|i| -(value[i] + p * by_p[i] + q * by_q[i]) * inverse[i]),
         by_p,
         by_q,
     }
+}
+
+/// Terms after which the rest of f_A, the slowest sum, is below Aⁿ⁻¹/3 < 4e-17.
+fn terms(a: f64) -> usize {
+    let (mut power, mut terms) = (1.0, 1);
+    while power > 1e-16 && terms < WEIGHTS.len() {
+        power *= a;
+        terms += 1;
+    }
+    terms
 }
 
 /// m = [ln((g+p)/(g−p)) + φ(q/(g+p)) − φ(q/(g−p))] / (2p) for p ≥ q, where
@@ -194,15 +251,31 @@ mod tests {
     fn both_forms_meet_at_the_border() {
         for ratio in [0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.5, 1.0] {
             let p = SERIES_LIMIT / (1.0 + ratio);
-            let (series, logs) = (
-                by_series(1.0, p, ratio * p),
-                by_logarithms(1.0, p, ratio * p),
-            );
+            let series = by_series([1.0], p, ratio * p).at(0);
+            let logs = by_logarithms(1.0, p, ratio * p);
             assert!((series.value / logs.value - 1.0).abs() < 5e-15, "{ratio}");
             assert!((series.by_gap / logs.by_gap - 1.0).abs() < 1e-13, "{ratio}");
             assert!((series.by_p / logs.by_p - 1.0).abs() < 1e-12, "{ratio}");
             assert!((series.by_q - logs.by_q).abs() < 1e-13, "{ratio}");
         }
+    }
+
+    #[test]
+    fn four_tiles_at_once_are_four_tiles() {
+        // The last gap is beyond the series.
+        for gap in [[1.0, 0.8, 0.9, 1.3], [1.0, 0.8, 0.9, 0.31]] {
+            let four = mean_inverse_gaps(gap, 0.1, 0.2).unwrap();
+            for (i, gap) in gap.into_iter().enumerate() {
+                let mean = four.at(i);
+                let one = mean_inverse_gap(gap, 0.1, 0.2).unwrap();
+                // A term more or less at the end of the series.
+                assert!((mean.value / one.value - 1.0).abs() < 1e-15);
+                assert!((mean.by_gap / one.by_gap - 1.0).abs() < 1e-15);
+                assert!((mean.by_p / one.by_p - 1.0).abs() < 2e-15);
+                assert!((mean.by_q / one.by_q - 1.0).abs() < 2e-15);
+            }
+        }
+        assert_eq!(mean_inverse_gaps([1.0, 1.0, 1.0, 0.2], 0.1, 0.2), None);
     }
 
     #[test]

@@ -1,0 +1,194 @@
+//! The estimator beside the same least squares in NumPy: same frames, one
+//! thread each, in turns. Ends with 1 when their results disagree.
+//!
+//! `PYTHON` names the interpreter that has NumPy (default `python3`).
+
+use std::error::Error;
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitCode, Stdio};
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use taxel::calibration::Calibration;
+use taxel_bench::Scene;
+
+/// Turns of both programs; each is one pass over all frames or more.
+const ROUNDS: usize = 21;
+/// Passes over all frames in one turn of the estimator, which is faster.
+const PASSES: usize = 20;
+/// Largest difference of the forces, N.
+const FORCE_TOLERANCE: f64 = 1e-9;
+/// Largest difference of standard deviations, N: to 1e-6 of about 50 uN.
+const DEVIATION_TOLERANCE: f64 = 1e-10;
+/// Largest difference of residuals, standard deviations.
+const RESIDUAL_TOLERANCE: f64 = 1e-5;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(agree) => ExitCode::from(u8::from(!agree)),
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<bool, Box<dyn Error>> {
+    let mut scene = Scene::new();
+    let file = std::env::temp_dir().join(format!("taxel-compare-{}.json", std::process::id()));
+    std::fs::write(&file, export(&scene).to_string())?;
+    let peer = Peer::start(&file);
+    let result = peer.and_then(|mut peer| {
+        let agree = agree(&mut scene, &peer.forces()?)?;
+        measure(&mut scene, &mut peer)?;
+        Ok(agree)
+    });
+    std::fs::remove_file(&file)?;
+    result
+}
+
+/// Times both in turns and prints the medians.
+fn measure(scene: &mut Scene, peer: &mut Peer) -> Result<(), Box<dyn Error>> {
+    let (mut ours, mut theirs, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..ROUNDS {
+        let (taxel, numpy) = (turn(scene)?, peer.turn()?);
+        ours.push(taxel);
+        theirs.push(numpy);
+        ratios.push(numpy / taxel);
+    }
+    let (taxel, numpy, ratio) = (median(&mut ours), median(&mut theirs), median(&mut ratios));
+    println!(
+        "taxel   {taxel:8.2} us per frame of 64 units, {:.0} frames/s",
+        1e6 / taxel
+    );
+    println!(
+        "NumPy   {numpy:8.2} us per frame, {:.0} frames/s",
+        1e6 / numpy
+    );
+    let (least, most) = (ratios[0], ratios[ROUNDS - 1]);
+    println!("ratio   {ratio:8.1}  (median of {ROUNDS} rounds, {least:.1} to {most:.1})");
+    Ok(())
+}
+
+/// Microseconds per frame of the estimator.
+fn turn(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
+    let start = Instant::now();
+    for _ in 0..PASSES {
+        for frame in &scene.pressed {
+            std::hint::black_box(scene.estimator.push(frame)?);
+        }
+    }
+    Ok(start.elapsed().as_secs_f64() * 1e6 / (PASSES * scene.pressed.len()) as f64)
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Compares all results of all frames and prints the largest differences.
+fn agree(scene: &mut Scene, peer: &Value) -> Result<bool, Box<dyn Error>> {
+    let (mut force, mut deviation, mut residual) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::INFINITY);
+    for (index, frame) in scene.pressed.iter().enumerate() {
+        let (touch, _) = scene.estimator.push(frame)?;
+        for (unit, taxel) in touch.taxels.iter().enumerate() {
+            let theirs = |key: &str| &peer[key][index][unit];
+            for axis in 0..3 {
+                let off = number(&theirs("force")[axis]) - taxel.force[axis];
+                force = force.max(off.abs());
+                let off = number(&theirs("deviation")[axis]) - taxel.deviation()[axis];
+                deviation = deviation.max(off.abs());
+            }
+            // The sign of a residual near zero is chance.
+            let off = number(theirs("residual")).abs() - taxel.residual.abs();
+            residual = residual.max(off.abs());
+        }
+    }
+    println!(
+        "largest difference: force {force:.1e} N, its deviation {deviation:.1e} N, residual {residual:.1e}"
+    );
+    let agree =
+        force < FORCE_TOLERANCE && deviation < DEVIATION_TOLERANCE && residual < RESIDUAL_TOLERANCE;
+    if !agree {
+        println!("the results DISAGREE");
+    }
+    Ok(agree)
+}
+
+/// Model and frames for the peer.
+fn export(scene: &Scene) -> Value {
+    let calibration: &Calibration = scene.estimator.calibration();
+    let first = &calibration.units[0];
+    let units = || calibration.units.iter();
+    json!({
+        "electrode_m": first.plates.electrode,
+        "insulation_gap_m": first.plates.insulation_gap,
+        "air_gap_m": units().map(|unit| unit.plates.air_gap).collect::<Vec<_>>(),
+        "parallel_capacitance_f": units().map(|unit| unit.plates.parallel_capacitance).collect::<Vec<_>>(),
+        "compliance_m_per_n": first.suspension.compliance,
+        "centre_distance_m": first.suspension.centre_distance,
+        "tile_tilt": first.suspension.tile_tilt,
+        "bump_sinking": first.suspension.bump_sinking,
+        "deviation_f": calibration.deviation,
+        "farad_at_zero": calibration.channel.farad_at_zero,
+        "farad_per_count": calibration.channel.farad_per_count,
+        "frames": scene.pressed.iter().map(|frame| frame.values.clone()).collect::<Vec<_>>(),
+    })
+}
+
+/// The Python program, which answers one line for each line.
+struct Peer {
+    child: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+}
+
+impl Peer {
+    fn start(scene: &Path) -> Result<Self, Box<dyn Error>> {
+        let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
+        let mut child = Command::new(&python)
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/peer_numpy.py"))
+            .arg(scene)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| format!("{python}: {error}"))?;
+        let input = child.stdin.take().ok_or("no stdin")?;
+        let output = BufReader::new(child.stdout.take().ok_or("no stdout")?);
+        let mut peer = Self {
+            child,
+            input,
+            output,
+        };
+        match peer.line()?.trim() {
+            "ready" => Ok(peer),
+            _ => Err(format!("{python} failed; name one that has NumPy: PYTHON=...").into()),
+        }
+    }
+
+    fn line(&mut self) -> Result<String, Box<dyn Error>> {
+        let mut line = String::new();
+        self.output.read_line(&mut line)?;
+        Ok(line)
+    }
+
+    fn turn(&mut self) -> Result<f64, Box<dyn Error>> {
+        writeln!(self.input, "round")?;
+        Ok(self.line()?.trim().parse()?)
+    }
+
+    fn forces(&mut self) -> Result<Value, Box<dyn Error>> {
+        writeln!(self.input, "forces")?;
+        Ok(serde_json::from_str(&self.line()?)?)
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // It is this program's own child and holds nothing to save.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

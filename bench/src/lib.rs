@@ -1,0 +1,73 @@
+//! The scene that all benchmarks measure: the shipped 8 x 8 array under the
+//! shipped finger script, after a rest capture.
+
+use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
+use taxel::calibration::Calibration;
+use taxel::estimation::{Estimator, EstimatorOptions};
+use taxel::sensor::Sensor;
+
+/// Frames of the rest capture, as in the paper.
+const REST_FRAMES: usize = 50;
+/// Script time of the press held with 60 mN along x and 60 mN normal, s.
+const PRESSED: std::ops::Range<f64> = 6.0..7.0;
+
+/// Frames of the twin and an estimator that has taken its rest capture.
+pub struct Scene {
+    /// The estimator.
+    pub estimator: Estimator,
+    /// Frames without touch.
+    pub rest: Vec<Frame>,
+    /// Frames of a press with shear.
+    pub pressed: Vec<Frame>,
+}
+
+impl Scene {
+    /// The scene on the shipped 8 x 8 array.
+    ///
+    /// # Panics
+    /// When a shipped file or the rest capture is broken.
+    pub fn new() -> Self {
+        let sensor = Sensor::shipped("three-axis-8x8").expect("is shipped");
+        let script = Stimulus::shipped_text("finger").expect("is shipped");
+        let stimulus = Stimulus::parse("finger", script).expect("is shipped and tested");
+        let mut twin = Twin::new(&sensor, &stimulus, 1).expect("the script fits the array");
+        let calibration = Calibration::as_drawn(&sensor);
+        let mut estimator =
+            Estimator::new(calibration, Quantity::Counts, EstimatorOptions::default())
+                .expect("the array gives counts");
+        estimator.begin_rest_capture(REST_FRAMES);
+        let mut scene = Self {
+            estimator,
+            rest: Vec::new(),
+            pressed: Vec::new(),
+        };
+        scene.run(&mut twin);
+        scene
+    }
+
+    fn run(&mut self, twin: &mut Twin) {
+        loop {
+            let Delivery::Frame(frame) = twin.next_delivery() else {
+                continue;
+            };
+            let time = frame.time_ns as f64 * 1e-9;
+            if time >= PRESSED.end {
+                return;
+            }
+            if self.estimator.capturing() {
+                let (_, captured) = self.estimator.push(&frame).expect("four channels a taxel");
+                assert!(!matches!(captured, Some(Err(_))), "the twin is at rest");
+            } else if PRESSED.contains(&time) {
+                self.pressed.push(frame);
+            } else if time < 2.0 {
+                self.rest.push(frame);
+            }
+        }
+    }
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::new()
+    }
+}
