@@ -3,7 +3,7 @@
 use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
 use taxel::acquisition::{Quantity, Stream};
-use taxel::calibration::{Calibration, UnitModel};
+use taxel::calibration::Calibration;
 use taxel::estimation::{Contact, Continuity, MapTouch, State, TaxelTouch, Touch};
 use taxel::layout::Mount;
 
@@ -271,8 +271,7 @@ pub(crate) fn hello(
 
 /// The rest capacitances in force.
 pub(crate) fn rest(calibration: &Calibration) -> String {
-    let capacitance: Vec<f64> = calibration.units.iter().flat_map(UnitModel::rest).collect();
-    serde_json::json!({ "type": "rest", "capacitance_f": capacitance }).to_string()
+    serde_json::json!({ "type": "rest", "capacitance_f": calibration.rest() }).to_string()
 }
 
 /// State of the rest capture.

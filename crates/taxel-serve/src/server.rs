@@ -11,6 +11,7 @@ use axum::extract::{Query, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use axum::serve::ListenerExt;
 use serde::Deserialize;
 use subtle::ConstantTimeEq;
 use tokio::net::TcpListener;
@@ -79,6 +80,10 @@ pub(crate) async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Re
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
     };
+    // A frame must not wait until the client has acknowledged the one before.
+    let listener = listener.tap_io(|stream| {
+        let _ = stream.set_nodelay(true);
+    });
     axum::serve(listener, router)
         .with_graceful_shutdown(stopped)
         .await

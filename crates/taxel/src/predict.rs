@@ -1,10 +1,10 @@
 //! Load to signal, stage by stage: the forward way of the whole chain.
 
-use crate::calibration::UnitModel;
 use crate::electronics::{Code, FrontEnd};
 use crate::mechanics::Deformation;
 use crate::sensor::{Element, Sensor};
 use crate::transduction::Response;
+use crate::transduction::UnitModel;
 
 /// What one load does to one unit of a device.
 #[derive(Debug, Clone, PartialEq)]

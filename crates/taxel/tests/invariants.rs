@@ -91,6 +91,19 @@ fn transduction_knows_no_electronics() {
 }
 
 #[test]
+fn what_comes_before_knows_no_calibration() {
+    must_not_name(
+        "taxel/src/sensor",
+        &["calibration::", "estimation", "acquisition"],
+    );
+    must_not_name(
+        "taxel/src/electronics",
+        &["calibration", "estimation", "acquisition", "sensor::"],
+    );
+    must_not_name("taxel/src/acquisition", &["calibration", "estimation"]);
+}
+
+#[test]
 fn estimation_inverts_what_a_calibration_carries() {
     must_not_name(
         "taxel/src/estimation",

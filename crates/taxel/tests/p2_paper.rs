@@ -7,10 +7,10 @@ mod common;
 use std::collections::HashMap;
 
 use common::{assert_near, table};
-use taxel::calibration::UnitModel;
 use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
 use taxel::predict::{LoadState, Predictor};
 use taxel::sensor::{Element, Sensor, ThreeAxisCapacitor};
+use taxel::transduction::UnitModel;
 
 const MN: f64 = 1e-3;
 

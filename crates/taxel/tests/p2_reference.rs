@@ -8,11 +8,11 @@ mod common;
 use common::{CAPACITORS, FF, MN, NM, Row, UM, assert_near, table};
 use std::collections::HashMap;
 use taxel::calibration::{
-    EvenTerms, Observation, SweepNoise, SweepPoint, SweepStart, UnitModel, fit_normal_sweep,
-    fit_stiffness,
+    EvenTerms, Observation, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep, fit_stiffness,
 };
 use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel::mechanics::{Relaxation, RelaxationTerm, Suspension};
+use taxel::transduction::UnitModel;
 use taxel::transduction::{Plates, VACUUM_PERMITTIVITY, mean_inverse_gap};
 
 fn units() -> HashMap<String, UnitModel> {

@@ -3,12 +3,13 @@
 
 use proptest::prelude::*;
 use taxel::acquisition::{Frame, Quantity, Stimulus};
-use taxel::calibration::{Calibration, UnitModel};
+use taxel::calibration::Calibration;
 use taxel::estimation::{
     Estimator, EstimatorOptions, Outcome, SearchOptions, State, estimate_unit,
 };
 use taxel::mechanics::{Relaxation, RelaxationTerm};
 use taxel::sensor::Sensor;
+use taxel::transduction::UnitModel;
 use taxel::transduction::mean_inverse_gap;
 
 const SIGMA: [f64; 4] = [1e-16; 4];

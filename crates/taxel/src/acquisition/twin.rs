@@ -7,11 +7,11 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::stimulus::{FaultReading, Stimulus};
 use super::{Frame, Quantity, SignalUnit, Stream};
-use crate::calibration::UnitModel;
 use crate::electronics::FrontEnd;
 use crate::layout::Layout;
 use crate::mechanics::Relaxation;
 use crate::sensor::{Element, Sensor};
+use crate::transduction::UnitModel;
 
 /// A simulated device under a stimulus; the same seed gives the same frames.
 #[derive(Debug, Clone)]

@@ -4,16 +4,15 @@ mod least_squares;
 mod rest;
 mod stiffness;
 mod sweep;
-mod unit_model;
 
 use crate::layout::Layout;
 use crate::mechanics::RelaxationTerm;
 use crate::sensor::{Element, Sensor};
+use crate::transduction::UnitModel;
 
 pub use rest::{RestCapture, RestRefused};
 pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
 pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};
-pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};
 
 /// All that estimation needs to know of an array of three-axis units.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +56,11 @@ impl ChannelScale {
 }
 
 impl Calibration {
+    /// Rest capacitances of all units in the order of a frame, F.
+    pub fn rest(&self) -> Vec<f64> {
+        self.units.iter().flat_map(UnitModel::rest).collect()
+    }
+
     /// The calibration that the drawing of `sensor` implies: every taxel as
     /// drawn, noise from the board's own figures.
     pub fn as_drawn(sensor: &Sensor) -> Self {

@@ -3,9 +3,10 @@
 use super::contact::{Cell, Contact, Segmentation};
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use crate::acquisition::{Frame, Quantity};
-use crate::calibration::{Calibration, RestCapture, RestRefused, UnitModel};
+use crate::calibration::{Calibration, RestCapture, RestRefused};
 use crate::layout::{Mount, Wrench};
 use crate::mechanics::Relaxation;
+use crate::transduction::UnitModel;
 
 /// How far a taxel's force can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

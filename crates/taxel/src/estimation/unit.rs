@@ -1,6 +1,6 @@
 //! Four capacitances to a three-axis force with covariance (P2 section 8).
 
-use crate::calibration::UnitModel;
+use crate::transduction::UnitModel;
 
 /// Options of the search; the defaults suit every unit of the papers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +77,7 @@ impl UnitEstimate {
 /// determine the force without a check; fewer give none.
 ///
 /// ```
-/// use taxel::calibration::UnitModel;
+/// use taxel::transduction::UnitModel;
 /// use taxel::estimation::{Outcome, SearchOptions, estimate_unit};
 /// # let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
 /// # let unit: UnitModel = sensor.unit_model();

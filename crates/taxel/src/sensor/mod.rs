@@ -7,12 +7,12 @@ mod three_axis_capacitor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::calibration::UnitModel;
 use crate::electronics::{Electronics, FrontEnd};
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::quantity::{self, Checked, NonNegativeLength};
 use crate::toml_input;
+use crate::transduction::UnitModel;
 
 pub use mask::{CapacitorName, Mask};
 pub use three_axis_capacitor::{Outline, ThreeAxisCapacitor};

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::calibration::UnitModel;
 use crate::mechanics::{RelaxationTerm, SuspensionDescription};
 use crate::quantity::{self, Checked, PositiveForce, PositiveLength};
 use crate::transduction::PlatesDescription;
+use crate::transduction::UnitModel;
 
 /// Four capacitors under one bump (P2).
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

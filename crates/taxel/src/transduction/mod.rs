@@ -2,6 +2,8 @@
 
 mod three_axis_capacitor;
 mod tilted_plate;
+mod unit_model;
 
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
+pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};

@@ -1,7 +1,8 @@
-//! The model of one three-axis unit that estimation inverts.
+//! One three-axis unit: mechanics and plates together, the model that
+//! estimation inverts.
 
+use super::{Plates, Response};
 use crate::mechanics::{Deformation, SIDE_X, SIDE_Y, Suspension};
-use crate::transduction::{Plates, Response};
 
 /// Force on the bump to four capacitances: [`Suspension`], then [`Plates`].
 #[derive(Debug, Clone, Copy, PartialEq)]
