@@ -733,6 +733,42 @@ fn only_holders_of_the_token_get_page_and_data() {
     );
 }
 
+/// A client that never reads must not hold up the source: 2000 frames of 1 ms
+/// come to more bytes than the system buffers.
+#[test]
+fn a_stalled_client_slows_nobody() {
+    let folder = folder("stalled");
+    let fast = SENSOR
+        .replace("frame_rate = \"60 Hz\"", "frame_rate = \"1 kHz\"")
+        .replace("row_time = \"1 ms\"", "row_time = \"50 us\"");
+    let sensor = file(&folder, "fast.toml", fast);
+    let mut service = Service::start(&[&sensor, "--frames", "2000", "--format", "json"]);
+    let mut stalled = TcpStream::connect(&service.address).unwrap();
+    let request = format!(
+        "GET /ws?token={} HTTP/1.1\r\nHost: {}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+        service.token, service.address
+    );
+    stalled.write_all(request.as_bytes()).unwrap();
+    let mut rest = String::new();
+    service
+        .child
+        .stdout
+        .as_mut()
+        .unwrap()
+        .read_to_string(&mut rest)
+        .unwrap();
+    assert_eq!(service.child.wait().unwrap().code(), Some(0));
+    let summary: Value = serde_json::from_str(&rest).unwrap();
+    assert_eq!(
+        (&summary["frames"], &summary["lost"]),
+        (&Value::from(2000), &Value::from(0))
+    );
+    // A source that waited for the client would never have come to the end.
+    let duration = summary["duration_s"].as_f64().unwrap();
+    assert!(duration < 4.0, "{duration}");
+}
+
 #[test]
 fn a_taken_port_is_one_clear_message() {
     let service = Service::start(&[]);
