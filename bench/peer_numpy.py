@@ -28,9 +28,8 @@ class Grid:
     """m as a product Gauss rule over the tile: one reciprocal, two matrix products.
 
     Gauss with n points leaves less than 6 ((p+q)/2g)^2n; `grid` takes the fewest
-    that reach 1e-14. Of the formulations tried (four logarithms with their
-    cancellation, 24-point Gauss of atanh, power series by powers and matrix
-    product, this grid) it is the fastest in NumPy. The rise may have a sign.
+    that reach 1e-14. A power series by powers and matrix product was slower.
+    The rise may have a sign.
     """
 
     def __init__(self, order):

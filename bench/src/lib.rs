@@ -26,6 +26,7 @@ impl Scene {
     ///
     /// # Panics
     /// When a shipped file or the rest capture is broken.
+    #[must_use]
     pub fn new() -> Self {
         let sensor = Sensor::shipped("three-axis-8x8").expect("is shipped");
         let script = Stimulus::shipped_text("finger").expect("is shipped");

@@ -212,8 +212,11 @@ fn print(report: &Value, frames: u64, clients: &[Client], memory: [f64; 2]) -> b
     );
     println!("latency, us                     p50      p90      p99    p99.9  largest");
     let row = |name: &str, values: [f64; 5]| {
-        let cells: String = values.iter().map(|value| format!("{value:9.0}")).collect();
-        println!("{name:<26}{cells}");
+        print!("{name:<26}");
+        for value in values {
+            print!("{value:9.0}");
+        }
+        println!();
     };
     let of_report =
         |key: &str| [0, 1, 2, 3, 4].map(|i| report[key][i].as_f64().unwrap_or(f64::NAN));
