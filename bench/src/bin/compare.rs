@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 use taxel::calibration::Calibration;
+use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel_bench::Scene;
 
 /// Turns of both programs; each is one pass over all frames or more.
@@ -50,29 +51,63 @@ fn run() -> Result<bool, Box<dyn Error>> {
 
 /// Times both in turns and prints the medians.
 fn measure(scene: &mut Scene, peer: &mut Peer) -> Result<(), Box<dyn Error>> {
-    let (mut ours, mut theirs, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+    let mut theirs = Vec::new();
+    let mut ours = [Vec::new(), Vec::new()];
+    let mut ratios = [Vec::new(), Vec::new()];
     for _ in 0..ROUNDS {
-        let (taxel, numpy) = (turn(scene)?, peer.turn()?);
-        ours.push(taxel);
+        let taxel = [units_alone(scene), whole_frame(scene)?];
+        let numpy = peer.turn()?;
         theirs.push(numpy);
-        ratios.push(numpy / taxel);
+        for (i, taxel) in taxel.into_iter().enumerate() {
+            ours[i].push(taxel);
+            ratios[i].push(numpy / taxel);
+        }
     }
-    let (taxel, numpy, ratio) = (median(&mut ours), median(&mut theirs), median(&mut ratios));
     println!(
-        "taxel   {taxel:8.2} us per frame of 64 units, {:.0} frames/s",
-        1e6 / taxel
+        "NumPy, 64 units        {:8.2} us per frame",
+        median(&mut theirs)
     );
-    println!(
-        "NumPy   {numpy:8.2} us per frame, {:.0} frames/s",
-        1e6 / numpy
-    );
-    let (least, most) = (ratios[0], ratios[ROUNDS - 1]);
-    println!("ratio   {ratio:8.1}  (median of {ROUNDS} rounds, {least:.1} to {most:.1})");
+    for (i, name) in ["taxel, 64 units", "taxel, whole frame"]
+        .into_iter()
+        .enumerate()
+    {
+        let (taxel, ratio) = (median(&mut ours[i]), median(&mut ratios[i]));
+        let (least, most) = (ratios[i][0], ratios[i][ROUNDS - 1]);
+        println!(
+            "{name:<22} {taxel:8.2} us per frame, {:6.0} frames/s, ratio {ratio:.1} \
+             (median of {ROUNDS} rounds, {least:.1} to {most:.1})",
+            1e6 / taxel
+        );
+    }
     Ok(())
 }
 
-/// Microseconds per frame of the estimator.
-fn turn(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
+/// Microseconds per frame of just what the peer does: counts to force,
+/// covariance and residual of each unit.
+fn units_alone(scene: &Scene) -> f64 {
+    let calibration = scene.estimator.calibration();
+    let options = SearchOptions::default();
+    let start = Instant::now();
+    for _ in 0..PASSES {
+        for frame in &scene.pressed {
+            for (taxel, counts) in frame.values.chunks_exact(4).enumerate() {
+                let capacitance = std::array::from_fn(|i| {
+                    calibration
+                        .channel
+                        .capacitance(counts[i])
+                        .unwrap_or(f64::NAN)
+                });
+                let (unit, sigma) = (&calibration.units[taxel], calibration.deviation[taxel]);
+                let found = estimate_unit(unit, capacitance, sigma, [true; 4], &options);
+                std::hint::black_box(found);
+            }
+        }
+    }
+    start.elapsed().as_secs_f64() * 1e6 / (PASSES * scene.pressed.len()) as f64
+}
+
+/// Microseconds per frame of the estimator of the array.
+fn whole_frame(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
     let start = Instant::now();
     for _ in 0..PASSES {
         for frame in &scene.pressed {
