@@ -311,8 +311,8 @@ fn numerics() -> Vec<Fact> {
             "numerics",
             "residual_bound",
             text(&format!(
-                "{} for {} frames",
-                options.residual_bound, options.residual_persistence
+                "{} for {} frames, or {}",
+                options.residual_bound, options.residual_persistence, options.residual_alarm
             )),
             "default",
         ),

@@ -140,14 +140,37 @@ fn same_seed_gives_the_same_frames_and_touches() {
 
 #[test]
 fn closing_a_gap_is_contact_and_never_a_bare_number() {
-    let mut run = Run::new(&array(), &probe("[\"0 mN\", \"0 mN\", \"80 mN\"]"));
+    for force in [
+        "[\"0 mN\", \"0 mN\", \"80 mN\"]",
+        "[\"0 mN\", \"0 mN\", \"500 mN\"]",
+        "[\"80 mN\", \"0 mN\", \"0 mN\"]",
+    ] {
+        let mut run = Run::new(&array(), &probe(force));
+        let (touch, _) = run.touch_at(3.0);
+        let taxel = &touch.taxels[2 * 8 + 5];
+        assert_eq!(taxel.state, State::Contact, "{force}: {taxel:?}");
+        assert!(taxel.touching.contains(&true), "{force}: {taxel:?}");
+        assert_eq!(touch.taxels[0].state, State::Ok);
+    }
+}
+
+/// One tile stands while the others go on: the four readings contradict the
+/// rigid plane, and the force is not out of range but wrong.
+#[test]
+fn one_tile_that_stands_is_inconsistent() {
+    let mut run = Run::new(&array(), &probe("[\"30 mN\", \"-30 mN\", \"40 mN\"]"));
     let (touch, _) = run.touch_at(3.0);
+    assert_eq!(touch.taxels[2 * 8 + 5].state, State::Inconsistent);
+    assert_eq!(touch.left_out, 1);
+}
+
+#[test]
+fn heavy_but_open_is_out_of_range_and_not_contact() {
+    let mut run = Run::new(&array(), &probe("[\"0 mN\", \"0 mN\", \"40 mN\"]"));
+    let (touch, truth) = run.touch_at(3.0);
     let taxel = &touch.taxels[2 * 8 + 5];
-    assert!(
-        matches!(taxel.state, State::Contact | State::Faulty),
-        "{taxel:?}"
-    );
-    assert_eq!(touch.taxels[0].state, State::Ok);
+    assert_eq!(taxel.state, State::OutOfRange, "{taxel:?}");
+    assert!((taxel.force[2] - truth[2 * 8 + 5][2]).abs() < 5.0 * taxel.deviation()[2]);
 }
 
 #[test]

@@ -22,7 +22,8 @@ pub enum State {
     OutOfRange = 3,
     /// The search did not end: the force is its last step.
     NotConverged = 4,
-    /// The four capacitors have contradicted each other for several frames.
+    /// The four capacitors contradict each other: for several frames, or
+    /// plainly in this one.
     Inconsistent = 5,
     /// A capacitor gives an impossible reading; the force is from the others,
     /// or there is none.
@@ -136,6 +137,9 @@ pub struct EstimatorOptions {
     /// Frames in a row above the bound before a unit is called inconsistent;
     /// default 5.
     pub residual_persistence: u32,
+    /// Residual that makes a unit inconsistent at once; default 6, which a
+    /// sound unit exceeds in 2e-9 of all frames.
+    pub residual_alarm: f64,
 }
 
 impl Default for EstimatorOptions {
@@ -146,6 +150,7 @@ impl Default for EstimatorOptions {
             contact_share: 0.01,
             residual_bound: 4.0,
             residual_persistence: 5,
+            residual_alarm: 6.0,
         }
     }
 }
@@ -198,9 +203,13 @@ pub struct Estimator {
 const LEAST_SHARE: f64 = 0.2;
 /// A reading above the closed plate by more than this is no plate either.
 const MOST_SHARE: f64 = 1.05;
-/// A tile with less than this share of its air left counts as touching, once
-/// the search was stopped by contact.
-const TOUCHING_SHARE: f64 = 0.02;
+/// A tile with less than this share of its air left counts as touching: a tile
+/// that stands on its electrode reads what it read at first contact, which the
+/// search meets from the open side.
+const TOUCHING_SHARE: f64 = 0.05;
+/// Only a capacitor above this share of the most it can read may touch; below,
+/// even an edge is still open.
+const NEAR_SHARE: f64 = 0.45;
 
 impl Estimator {
     /// An estimator for frames whose values are `quantity`.
@@ -341,9 +350,14 @@ impl Estimator {
         let sigma = self.calibration.deviation[taxel];
         let unit = &self.calibration.units[taxel];
         let mut found = estimate_unit(unit, capacitance, sigma, usable, &self.options.search);
-        let touching = touching(unit, &found);
+        let near = (0..4).any(|i| usable[i] && capacitance[i] > NEAR_SHARE * most[i]);
+        let touching = if near {
+            touching(unit, &found)
+        } else {
+            [false; 4]
+        };
         self.relax(taxel, &mut found, dt);
-        let state = self.judge(taxel, &found, masked, faulty);
+        let state = self.judge(taxel, &found, touching.contains(&true), masked, faulty);
         self.touch.taxels[taxel] = TaxelTouch {
             capacitance,
             force: found.force,
@@ -379,10 +393,12 @@ impl Estimator {
         &mut self,
         taxel: usize,
         found: &UnitEstimate,
+        touching: bool,
         masked: [bool; 4],
         faulty: [bool; 4],
     ) -> State {
         let strike = found.signed_residual.abs() > self.options.residual_bound;
+        let alarm = found.signed_residual.abs() > self.options.residual_alarm;
         let strikes = &mut self.strikes[taxel];
         *strikes = if strike { strikes.saturating_add(1) } else { 0 };
         let beyond = found
@@ -395,11 +411,12 @@ impl Estimator {
             _ if faulty.contains(&true) => State::Faulty,
             Outcome::TooFew => State::Faulty,
             Outcome::Blocked => State::Contact,
+            _ if touching => State::Contact,
             Outcome::NotConverged => State::NotConverged,
-            Outcome::Converged if beyond => State::OutOfRange,
-            Outcome::Converged if *strikes >= self.options.residual_persistence => {
+            Outcome::Converged if alarm || *strikes >= self.options.residual_persistence => {
                 State::Inconsistent
             }
+            Outcome::Converged if beyond => State::OutOfRange,
             Outcome::Converged if masked_count == 1 => State::Unchecked,
             Outcome::Converged => State::Ok,
         }
@@ -468,11 +485,8 @@ fn bounds(unit: &UnitModel, sigma: &[f64; 4]) -> [[f64; 4]; 2] {
     ]
 }
 
-/// Capacitors that touch, when contact stopped the search.
+/// Capacitors that touch at the estimated force.
 fn touching(unit: &UnitModel, found: &UnitEstimate) -> [bool; 4] {
-    if found.outcome != Outcome::Blocked {
-        return [false; 4];
-    }
     let (_, response) = unit.predict(found.force);
     std::array::from_fn(|i| {
         response.plates[i].least_air_gap < TOUCHING_SHARE * unit.plates.air_gap[i]
