@@ -304,6 +304,28 @@ fn headless_finger_script_is_complete() {
 }
 
 #[test]
+fn the_summary_is_one_row_of_csv() {
+    let arguments = [
+        "live",
+        "--headless",
+        "--frames",
+        "5",
+        "--speed",
+        "max",
+        "--format",
+        "csv",
+    ];
+    let text = text(&taxel(&arguments).stdout);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 2, "{text}");
+    assert!(lines[0].starts_with("name,source,rows,columns"), "{text}");
+    assert!(
+        lines[1].starts_with("three-axis capacitive array 8x8,sim:,8,8"),
+        "{text}"
+    );
+}
+
+#[test]
 fn the_twin_keeps_its_frame_rate() {
     let started = Instant::now();
     let summary = json(&["live", "--headless", "--frames", "61", "--format", "json"]);

@@ -10,11 +10,11 @@ use taxel::calibration::Calibration;
 use taxel::estimation::State;
 use taxel_serve::{
     Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError, Session,
-    Source, SourceError, Summary, Tare, TwinSource, run_headless, run_with_page,
+    Source, SourceError, Summary, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{COMMIT, Format, Live, VERSION};
-use crate::table::{self, number_or_null};
+use crate::table::{self, Cell, Column, number_or_null};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
@@ -233,7 +233,7 @@ fn about(session: &Session, seed: u64) -> Map<String, Value> {
 
 fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Result<Done, Stop> {
     let fields = fields(about, summary);
-    let text = match arguments.format {
+    let report = match arguments.format {
         Format::Json => table::json(&Value::Object(fields))?,
         Format::Table => fields
             .iter()
@@ -241,13 +241,16 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
             .map(line)
             .collect(),
         Format::Csv => {
-            let header: Vec<_> = fields.keys().map(String::as_str).collect();
-            let row: Vec<_> = fields.values().map(csv_field).collect();
-            format!("{}\n{}\n", header.join(","), row.join(","))
+            let columns: Vec<_> = fields.keys().map(Column::plain).collect();
+            let row = fields
+                .values()
+                .map(|value| Cell::Text(text(value)))
+                .collect();
+            table::render(Format::Csv, &Map::new(), &columns, &[row])?
         }
     };
     if arguments.headless || arguments.frames.is_some() {
-        files::write(None, &text)?;
+        files::write(None, &report)?;
     }
     if !summary.notice.is_empty() && summary.failure.is_none() {
         eprintln!("note: {}", summary.notice);
@@ -268,17 +271,16 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
 fn line((key, value): (&String, &Value)) -> String {
     match value {
         Value::Null => String::new(),
-        Value::String(text) => format!("{key:<24} {text}\n"),
-        value => format!("{key:<24} {value}\n"),
+        value => format!("{key:<24} {}\n", text(value)),
     }
 }
 
-fn csv_field(value: &Value) -> String {
+/// A value as a person writes it: text without quotes, nothing for nothing.
+fn text(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
-        Value::String(text) => format!("\"{}\"", text.replace('"', "\"\"")),
-        Value::Number(number) => number.to_string(),
-        value => format!("\"{}\"", value.to_string().replace('"', "\"\"")),
+        Value::String(text) => text.clone(),
+        value => value.to_string(),
     }
 }
 
@@ -302,11 +304,6 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
             "largest": latencies.largest(),
         })
     };
-    let tare = match summary.tare {
-        Tare::None => "none",
-        Tare::Running => "running",
-        Tare::Done => "done",
-    };
     // Without a pitch the places of a map are counted in cells.
     let in_cells = about.get("pitch_m").is_some_and(Value::is_null)
         && summary.last.as_ref().is_some_and(|last| last.sum.is_some());
@@ -328,7 +325,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     if summary.sent.count() > 0 {
         put("sent_latency_s", latency(&summary.sent));
     }
-    put("tare", Value::from(tare));
+    put("tare", json!(summary.tare));
     put("notice", Value::from(summary.notice.clone()));
     if let Some(last) = &summary.last {
         put("last_sequence", Value::from(last.sequence));

@@ -207,8 +207,8 @@ const MOST_SHARE: f64 = 1.05;
 /// that stands on its electrode reads what it read at first contact, which the
 /// search meets from the open side.
 const TOUCHING_SHARE: f64 = 0.05;
-/// Only a capacitor above this share of the most it can read may touch; below,
-/// even an edge is still open.
+/// Unless contact stopped the search, only a capacitor above this share of the
+/// most it can read may touch; below, even an edge is still open.
 const NEAR_SHARE: f64 = 0.45;
 
 impl Estimator {
@@ -350,7 +350,8 @@ impl Estimator {
         let sigma = self.calibration.deviation[taxel];
         let unit = &self.calibration.units[taxel];
         let mut found = estimate_unit(unit, capacitance, sigma, usable, &self.options.search);
-        let near = (0..4).any(|i| usable[i] && capacitance[i] > NEAR_SHARE * most[i]);
+        let near = found.outcome == Outcome::Blocked
+            || (0..4).any(|i| usable[i] && capacitance[i] > NEAR_SHARE * most[i]);
         let touching = if near {
             touching(unit, &found)
         } else {
