@@ -167,10 +167,17 @@ const limits = (tab) =>
 /** Text of the inspector on one line. */
 const inspected = async (tab) => (await byTestId(tab, "inspect").innerText()).replace(/\s+/g, " ");
 
+/** Waits for the end of the rest capture at the start: before it the scatter of the gaps reads as forces. */
+async function rested(tab) {
+  if (mock) return;
+  await tab.waitForFunction(() => document.getElementById("tare-state").textContent === "tare: done");
+}
+
 test("four images appear and change while a finger moves", async (context) => {
   const { url } = await serve("finger", context);
   const { tab, complaints } = await open(url, context);
   await badge(tab, "live");
+  await rested(tab);
   const before = {};
   for (const id of IMAGES) {
     await byTestId(tab, id).waitFor();
@@ -210,6 +217,7 @@ test("mouse, keys and touch inspect a taxel", async (context) => {
   const { url } = await serve("finger", context);
   const { tab, complaints } = await open(url, context, { hasTouch: true });
   await badge(tab, "live");
+  await rested(tab);
   const everything = new RegExp(
     "row 2, column 3 .*mN ± σ F ?x .*± .*F ?y .*± .*F ?z .*±.* fF .*C ?11 .*C ?12 .*C ?21 .*C ?22 .*" +
       "Residual .* Touching .* Faulty",
@@ -399,6 +407,7 @@ test("pause freezes the images while counting goes on", async (context) => {
   const { url } = await serve("finger", context);
   const { tab, complaints } = await open(url, context);
   await badge(tab, "live");
+  await rested(tab);
   await moreFrames(tab, 5);
   await byTestId(tab, "pause").click();
   await drawn(tab);
@@ -421,6 +430,7 @@ test("lock keeps the scales, a limit can be typed", async (context) => {
   const { url } = await serve("finger", context);
   const { tab, complaints } = await open(url, context);
   await badge(tab, "live");
+  await rested(tab);
   await tab.waitForFunction(
     () => Number(document.querySelector('[data-testid="image-fz"]').dataset.max) > 1.5,
   );
@@ -454,6 +464,7 @@ test("every control is reached by key with a visible focus", async (context) => 
   const { url } = await serve("finger", context);
   const { tab } = await open(url, context);
   await badge(tab, "live");
+  await rested(tab);
   await byTestId(tab, "image-fz").waitFor();
   const reached = new Set();
   for (let step = 0; step < 40; step++) {
@@ -479,6 +490,7 @@ test("light and dark follow system and switch, and everything fits on the screen
   const { url } = await serve("finger", context);
   const { tab, complaints } = await open(url, context);
   await badge(tab, "live");
+  await rested(tab);
   await tab.waitForFunction(
     () => Number(document.querySelector('[data-testid="image-fz"]').dataset.max) > 1.5,
   );
