@@ -204,6 +204,8 @@ rules! {
     NonNegativeForce: Some(&FORCE), 0.0, false, NO_LIMIT;
     /// A stiffness above zero.
     PositiveStiffness: Some(&STIFFNESS), 0.0, true, NO_LIMIT;
+    /// A stress above zero.
+    PositiveStress: Some(&STRESS), 0.0, true, NO_LIMIT;
     /// A capacitance above zero.
     PositiveCapacitance: Some(&CAPACITANCE), 0.0, true, NO_LIMIT;
     /// A capacitance of zero or more.
@@ -220,6 +222,15 @@ rules! {
     Ratio: None, 0.0, false, 100.0;
     /// A number from -0.9 to 0.9: relative errors.
     RelativeError: None, -0.9, false, 0.9;
+    /// A calibration factor of an end condition, from 0.01 to 1e6.
+    EndParameter: None, 0.01, false, 1e6;
+    /// A factor of the bottom shear of a layer: below 0.65 the force of a long
+    /// layer falls again before a compression of 0.4.
+    EndFactor: None, 0.65, false, 100.0;
+    /// A number above zero, at most 100.
+    PositiveRatio: None, 0.0, true, 100.0;
+    /// Exponent of a published fringe factor, above -1 and at most 10.
+    FringeExponent: None, -1.0, true, 10.0;
     /// A relative permittivity, from 1 to 1e5.
     RelativePermittivity: None, 1.0, false, 1e5;
 }

@@ -9,7 +9,10 @@ pub fn table(name: &str) -> Vec<Row> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/reference")
         .join(name);
-    let mut reader = csv::Reader::from_path(path).unwrap();
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_path(path)
+        .unwrap();
     let rows: Vec<Row> = reader.deserialize().map(|row| Row(row.unwrap())).collect();
     assert!(!rows.is_empty(), "{name} has no rows");
     rows
