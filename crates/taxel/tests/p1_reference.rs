@@ -190,6 +190,27 @@ fn wide_layer_against_finite_elements() {
     });
 }
 
+/// The force of the whole sensor, 3.5 mm wide, with its electrodes in it.
+#[test]
+fn force_of_the_sensor_against_finite_elements() {
+    for row in table("p1_fe_sensor.csv") {
+        let e = row.at("U_over_H");
+        if e == 0.0 {
+            continue;
+        }
+        let state = layer(1750.0 / 950.0, EndCondition::ShortLayer)
+            .compress(e)
+            .unwrap();
+        let ratio = row.at("sbar_over_mu") * 0.4e6 / state.mean_stress;
+        println!(
+            "{} {} {} {e} {ratio}",
+            row.text("D"),
+            row.text("b"),
+            row.text("Ee_over_Ed")
+        );
+    }
+}
+
 #[test]
 fn published_law_table() {
     for row in table("p1_eq7_curves.csv") {

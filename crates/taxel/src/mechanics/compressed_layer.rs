@@ -16,7 +16,8 @@ use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 /// Largest relative compression at which the layer model was compared with
 /// finite elements.
 pub const LARGEST_COMPRESSION: f64 = 0.4;
-/// Least half length over thickness for which the force was compared.
+/// Least half length over thickness for which the force was compared, unless
+/// the end condition itself comes from finite elements.
 pub const LEAST_ASPECT: f64 = 2.0;
 
 /// Why a layer has no answer.
@@ -72,7 +73,8 @@ pub enum LayerRange {
         /// That limit.
         limit: f64,
     },
-    /// Shorter than [`LEAST_ASPECT`]: stretch and gap hold, the force does not.
+    /// Shorter than its force was compared with finite elements: stretch and
+    /// gap hold, the force does not.
     AspectBelow {
         /// Half length over thickness.
         aspect: f64,
@@ -197,11 +199,9 @@ impl CompressedLayer {
         let limit = self.end_condition.verified_compression(aspect);
         if compression > limit {
             LayerRange::CompressionAbove { limit }
-        } else if aspect < LEAST_ASPECT {
-            LayerRange::AspectBelow {
-                aspect,
-                limit: LEAST_ASPECT,
-            }
+        } else if aspect < self.end_condition.verified_aspect() {
+            let limit = self.end_condition.verified_aspect();
+            LayerRange::AspectBelow { aspect, limit }
         } else {
             LayerRange::Within
         }

@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::compressed_layer::{LARGEST_COMPRESSION, LayerError};
+use super::compressed_layer::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
 use crate::numerics::interpolate;
 use crate::quantity::{self, Checked, EndFactor, EndParameter};
 use crate::special::{beta, gamma};
@@ -24,7 +24,8 @@ pub enum EndCondition {
     /// The layer ends with the load and its ends carry no resultant: χ = 1.
     Free,
     /// Free ends of a real layer on a wider base: χ = 1 − 0.25 H/L; for L/H
-    /// from 1 to 2 interpolated in finite-element results.
+    /// from 1 to 2 interpolated in
+    /// finite elements.
     ShortLayer,
     /// The shear tapers to zero inside the loaded length,
     /// τ = τ_model·(1 − (x/L)^ζ)^m: χ = (2/ζ)·B(2/ζ, m+1).
@@ -64,6 +65,8 @@ pub struct GivenFactor {
     pub chi: f64,
 }
 
+/// L/H at which the tables begin.
+const LEAST_TABULATED: f64 = 1.0;
 /// Relative compressions of [`SHORT`].
 const COMPRESSIONS: [f64; 9] = [0.01, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];
 /// χ that makes the model carry the force of finite elements with free ends on
@@ -112,14 +115,16 @@ impl EndCondition {
     /// ```
     pub fn factor(self, aspect: f64, compression: f64) -> Result<f64, LayerError> {
         let tabulated = matches!(self, Self::ShortLayer | Self::WideLayer);
-        if tabulated && aspect < 1.0 {
-            return Err(LayerError::AspectOutsideTable { aspect, least: 1.0 });
+        if tabulated && aspect < LEAST_TABULATED {
+            let least = LEAST_TABULATED;
+            return Err(LayerError::AspectOutsideTable { aspect, least });
         }
         Ok(match self {
             Self::Free => 1.0,
             Self::ShortLayer if aspect < 2.0 => {
                 let [one, two] = SHORT.map(|row| interpolate(&COMPRESSIONS, &row, compression));
-                one + (aspect - 1.0) * (two - one)
+                // In H/L, the variable of the rule for longer layers.
+                one + 2.0 * (1.0 - 1.0 / aspect) * (two - one)
             }
             Self::ShortLayer => 1.0 - 0.25 / aspect,
             Self::Tapered(EndShear { zeta, m }) => {
@@ -148,6 +153,14 @@ impl EndCondition {
             Self::WideLayer if aspect <= 2.0 => 0.15,
             Self::WideLayer => 0.05,
             _ => LARGEST_COMPRESSION,
+        }
+    }
+
+    /// Least L/H for which the force was compared with finite elements.
+    pub fn verified_aspect(self) -> f64 {
+        match self {
+            Self::ShortLayer | Self::WideLayer => LEAST_TABULATED,
+            _ => LEAST_ASPECT,
         }
     }
 }
