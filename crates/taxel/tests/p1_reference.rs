@@ -202,11 +202,19 @@ fn force_of_the_sensor_against_finite_elements() {
             .compress(e)
             .unwrap();
         let ratio = row.at("sbar_over_mu") * 0.4e6 / state.mean_stress;
-        println!(
-            "{} {} {} {e} {ratio}",
-            row.text("D"),
-            row.text("b"),
-            row.text("Ee_over_Ed")
+        // Elements to 0.5 %, and a length between those of the table. Electrodes
+        // of another modulus stiffen the layer, which the model does not know:
+        // measured for wide and narrow electrodes, and stated, not hidden.
+        let allowed = match (row.text("Ee_over_Ed"), row.text("b")) {
+            ("1", _) => 0.996..=1.010,
+            ("1.75", "1000") => 1.038..=1.058,
+            ("1.75", _) => 1.007..=1.022,
+            _ => 1.12..=1.15,
+        };
+        assert!(
+            allowed.contains(&ratio),
+            "{} at {e}: {ratio}",
+            row.text("D")
         );
     }
 }
