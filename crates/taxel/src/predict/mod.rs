@@ -172,25 +172,22 @@ pub fn figure(
         Style::Line
     };
     for (chart, curve) in charts.iter_mut().zip(&curves) {
+        let mut here = Vec::new();
         for y in &curve.y {
-            let name = (*y).replace('_', " ");
-            if !way.is_empty() {
-                chart.series.push(Series::new(
-                    name.clone(),
-                    points(&columns, &way, curve.x, y),
-                    Style::Line,
-                ));
-            }
-            let name = if way.is_empty() {
-                name
+            let name = y.replace('_', " ");
+            let answered = points(&columns, &rows, curve.x, y);
+            if way.is_empty() {
+                chart.series.push(Series::new(name, answered, style));
             } else {
-                format!("{name}, this load")
-            };
-            chart.series.push(Series::new(
-                name,
-                points(&columns, &rows, curve.x, y),
-                style,
-            ));
+                let line = points(&columns, &way, curve.x, y);
+                chart.series.push(Series::new(name, line, Style::Line));
+                here.extend(answered);
+            }
+        }
+        if !here.is_empty() {
+            chart
+                .series
+                .push(Series::new("this load", here, Style::Marks));
         }
     }
     Ok(Figure {
