@@ -15,10 +15,16 @@ use crate::sensor::Mask;
 use crate::toml_input;
 
 /// Shipped stimulus scripts: name and text.
-const SHIPPED: [(&str, &str); 1] = [(
-    "finger",
-    include_str!("../../../../sensors/stimuli/finger.toml"),
-)];
+const SHIPPED: [(&str, &str); 2] = [
+    (
+        "finger",
+        include_str!("../../../../sensors/stimuli/finger.toml"),
+    ),
+    (
+        "press",
+        include_str!("../../../../sensors/stimuli/press.toml"),
+    ),
+];
 
 /// A script of loads and failures; it repeats after its duration.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

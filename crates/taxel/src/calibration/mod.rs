@@ -1,5 +1,6 @@
 //! What is known of one device: the model that estimation inverts.
 
+mod in_plane;
 mod least_squares;
 mod rest;
 mod stiffness;
@@ -9,6 +10,7 @@ use crate::layout::Layout;
 use crate::mechanics::RelaxationTerm;
 use crate::transduction::UnitModel;
 
+pub use in_plane::{InPlaneCalibration, InPlaneRestCapture, InPlaneRestRefused};
 pub use rest::{RestCapture, RestRefused};
 pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
 pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};

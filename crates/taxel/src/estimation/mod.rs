@@ -3,6 +3,7 @@
 mod array;
 mod contact;
 mod continuity;
+mod in_plane;
 mod map;
 mod signal;
 mod unit;
@@ -10,6 +11,7 @@ mod unit;
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
 pub use contact::Contact;
 pub use continuity::Continuity;
+pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::compressed_layer::{CompressedLayer, LARGEST_COMPRESSION, LayerKinematics, TopFace};
-use crate::numerics::interpolate;
+use crate::numerics::{extrapolate, interpolate};
 use crate::quantity::{self, Checked, Fraction, PositiveLength, PositiveStress, Ratio};
 
 /// A quantity outside the table that would be needed.
@@ -193,6 +193,8 @@ const MIDDLE_RATIO: f64 = 1.75;
 const LARGEST_RATIO: f64 = 3.5;
 /// A length that the tables hold at one value only may differ by this share.
 const SAME: f64 = 0.01;
+/// Gaps may lie outside the tables by this share: made ones scatter.
+const BEYOND: f64 = 0.1;
 
 impl Electrodes {
     /// The electrodes before any load.
@@ -225,8 +227,9 @@ impl Electrodes {
     /// Electrodes as soft as the layer have κ = 1: then d = D f is exact. For
     /// stiffer ones κ is interpolated in finite elements (0.1 %): compression
     /// up to 0.3 and a frictionless top; E_e/E_d from 1 to 1.75 for gaps of
-    /// 0.2 to 1 thickness, up to 3.5 for a gap of 0.5 thickness; S = 5.5 T,
-    /// H = 9.5 T, b = 10 T to 1 %. Below e = 0.01 κ stays as it is there.
+    /// 0.2 to 1 thickness, up to 3.5 for a gap of 0.5 thickness, each gap 10 %
+    /// beyond to let made ones scatter; S = 5.5 T, H = 9.5 T, b = 10 T to 1 %.
+    /// Below e = 0.01 κ stays as it is there.
     ///
     /// # Errors
     /// [`OutsideTable`] for stiffer electrodes outside that range.
@@ -273,7 +276,7 @@ impl Electrodes {
         let last = [0.0, self.largest_compression()];
         OutsideTable::check(TABLE, "compression", compression, last)?;
         let gap = self.gap / self.thickness;
-        let most = if (gap / GAPS[1] - 1.0).abs() <= SAME {
+        let most = if (gap / GAPS[1] - 1.0).abs() <= BEYOND {
             LARGEST_RATIO
         } else {
             MIDDLE_RATIO
@@ -283,7 +286,7 @@ impl Electrodes {
         let middle = |quantity: usize| {
             let by_gap =
                 RATIO_1_75.map(|table| interpolate(&COMPRESSIONS, &table[quantity], compression));
-            interpolate(&GAPS.map(f64::ln), &by_gap, gap.ln())
+            extrapolate(&GAPS.map(f64::ln), &by_gap, gap.ln())
         };
         Ok(std::array::from_fn(|quantity| {
             let largest = || interpolate(&COMPRESSIONS, &RATIO_3_5[quantity], compression);
@@ -297,7 +300,8 @@ impl Electrodes {
     }
 
     /// Whether this is the published cross-section, for which `table` was
-    /// computed: any gap from 0.2 to 1 thickness, all else in proportion.
+    /// computed: any gap from 0.2 to 1 thickness (10 % beyond), all else in
+    /// proportion.
     ///
     /// # Errors
     /// [`OutsideTable`] naming the first length that differs.
@@ -307,7 +311,7 @@ impl Electrodes {
         table: &'static str,
     ) -> Result<(), OutsideTable> {
         let about = |value: f64| [value * (1.0 - SAME), value * (1.0 + SAME)];
-        let near_ends = [GAPS[0] * (1.0 - SAME), GAPS[2] * (1.0 + SAME)];
+        let near_ends = [GAPS[0] * (1.0 - BEYOND), GAPS[2] * (1.0 + BEYOND)];
         let halves = match layer.top {
             TopFace::Frictionless => 1.0,
             TopFace::Gripped => 2.0,

@@ -1,30 +1,33 @@
 //! The sensor file: the only description of a device.
 
 mod checks;
+mod in_plane_capacitor;
 mod mask;
 mod three_axis_capacitor;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{Device, ThreeAxisArray};
+use crate::device::{Device, InPlaneArray, ThreeAxisArray};
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::toml_input;
 
+pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};
 pub use three_axis_capacitor::{Fabrication, Outline, ThreeAxisCapacitor};
 
 pub use checks::Broken;
 pub(crate) use checks::{SAME_LENGTH, check_scan_time, micrometres, require, rounded_down};
+pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
 
 /// The version of the sensor file that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Shipped sensor files: name and text.
-const SHIPPED: [(&str, &str); 2] = [
+const SHIPPED: [(&str, &str); 5] = [
     (
         "three-axis-8x8",
         include_str!("../../../../sensors/three-axis-8x8.toml"),
@@ -32,6 +35,18 @@ const SHIPPED: [(&str, &str); 2] = [
     (
         "three-axis-unit",
         include_str!("../../../../sensors/three-axis-unit.toml"),
+    ),
+    (
+        "in-plane-20um",
+        include_str!("../../../../sensors/in-plane-20um.toml"),
+    ),
+    (
+        "in-plane-50um",
+        include_str!("../../../../sensors/in-plane-50um.toml"),
+    ),
+    (
+        "in-plane-100um",
+        include_str!("../../../../sensors/in-plane-100um.toml"),
     ),
 ];
 
@@ -61,6 +76,8 @@ pub struct Sensor {
 pub enum Element {
     /// Four capacitors under one bump (P2).
     ThreeAxisCapacitor(Box<ThreeAxisCapacitor>),
+    /// Two electrodes side by side in a soft layer (P1).
+    InPlaneCapacitor(Box<InPlaneCapacitor>),
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -80,6 +97,7 @@ impl Element {
     pub fn key(&self) -> &'static str {
         match self {
             Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
+            Self::InPlaneCapacitor(_) => "in_plane_capacitor",
         }
     }
 }
@@ -143,6 +161,7 @@ impl Sensor {
     pub fn device(&self) -> Result<Box<dyn Device + '_>, Unreadable> {
         match &self.element {
             Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
+            Element::InPlaneCapacitor(_) => Ok(Box::new(self.in_plane()?)),
         }
     }
 
@@ -151,8 +170,21 @@ impl Sensor {
     /// # Errors
     /// [`Unreadable`] for another element or another board.
     pub fn three_axis(&self) -> Result<ThreeAxisArray<'_>, Unreadable> {
-        let Element::ThreeAxisCapacitor(element) = &self.element;
+        let Element::ThreeAxisCapacitor(element) = &self.element else {
+            return Err(self.unreadable("charge_amplifier"));
+        };
         ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+    }
+
+    /// The array of in-plane capacitors with its board, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn in_plane(&self) -> Result<InPlaneArray<'_>, Unreadable> {
+        let Element::InPlaneCapacitor(element) = &self.element else {
+            return Err(self.unreadable("charge_amplifier"));
+        };
+        InPlaneArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
     }
 
     fn unreadable(&self, allowed: &'static str) -> Unreadable {

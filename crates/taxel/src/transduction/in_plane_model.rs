@@ -124,6 +124,30 @@ impl InPlaneModel {
         self.dielectric.scale(self.electrodes.depth) * facing_sides(&self.electrodes.at_rest())
     }
 
+    /// The device whose gap gives the capacitance `rest` at rest, all else as
+    /// here; `None` if that needs a gap of less than half or more than twice
+    /// this one, or one outside a table.
+    ///
+    /// The same as for any capacitor whose rest value differs from the drawing:
+    /// subtracting an offset instead would leave the curve of the drawn gap.
+    pub fn at_rest(&self, rest: f64) -> Option<Self> {
+        let with_gap = |gap: f64| {
+            let mut model = *self;
+            model.electrodes.gap = gap;
+            model
+        };
+        let drawn = self.electrodes.gap;
+        // The capacitance falls as the gap grows.
+        let range = [0.5 * drawn, 2.0 * drawn];
+        let [most, least] = range.map(|gap| with_gap(gap).rest_capacitance());
+        if !(least..=most).contains(&rest) {
+            return None;
+        }
+        let misfit = |gap: f64| rest - with_gap(gap).rest_capacitance();
+        let found = with_gap(numerics::ridders(range, misfit));
+        found.check().is_ok().then_some(found)
+    }
+
     /// Whether the device lies in all tables that it needs.
     ///
     /// # Errors
@@ -315,6 +339,16 @@ impl InPlaneInverse {
             return Err(InPlaneError::AboveRest { capacitance, rest });
         }
         self.state_from_change(rest - capacitance)
+    }
+
+    /// The force at a fall C₀ − C of the capacitance, N: odd in it, so that
+    /// noise about zero has no bias; beyond the range the force at its end.
+    pub fn force_from_change(&self, change: f64) -> f64 {
+        let inside = change.abs().min(self.last.change);
+        let force = self
+            .state_from_change(inside)
+            .map_or(f64::NAN, |state| state.layer.force);
+        force.copysign(change)
     }
 
     /// The state at a fall C₀ − C of the capacitance, F.

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::tilted_plate::VACUUM_PERMITTIVITY;
 use crate::mechanics::{CompressedLayer, Electrodes, OutsideTable};
-use crate::numerics::interpolate;
+use crate::numerics::{extrapolate, interpolate};
 
 /// Surroundings of the layer. P1 prints nothing about them, and they matter:
 /// by 4 % of the change for the narrowest gap, by 57 % for the widest.
@@ -51,7 +51,7 @@ impl Surroundings {
         let by_gap = table.map(|row| interpolate(&COMPRESSIONS, &row, compression));
         VACUUM_PERMITTIVITY
             * depth
-            * interpolate(&GAPS.map(f64::ln), &by_gap, gap_over_thickness.ln())
+            * extrapolate(&GAPS.map(f64::ln), &by_gap, gap_over_thickness.ln())
     }
 
     /// Largest compression of the table; none for a closed form.
@@ -61,8 +61,8 @@ impl Surroundings {
 
     /// Whether [`Surroundings::offset`] holds for a device: nothing is asked
     /// of `uniform`; for all others ε_r = 2.4, a frictionless top and the
-    /// published cross-section (S = 5.5 T, H = 9.5 T, b = 10 T, gap from 0.2
-    /// to 1 T), each to 1 %.
+    /// published cross-section (S = 5.5 T, H = 9.5 T, b = 10 T), each to 1 %,
+    /// with a gap from 0.2 to 1 T (10 % beyond).
     ///
     /// # Errors
     /// [`OutsideTable`] naming the first quantity that differs.
