@@ -4,6 +4,7 @@
 //! value is computed when the report is made, and the verdict follows from
 //! both. What cannot be reproduced says why.
 
+mod p1;
 mod p2;
 mod report;
 
@@ -56,8 +57,9 @@ impl Paper {
     pub fn ledger(self) -> Ledger {
         let mut ledger = Ledger::new(self);
         match self {
+            Self::P1 => p1::fill(&mut ledger),
             Self::P2 => p2::fill(&mut ledger),
-            Self::P1 | Self::P3 | Self::P4 => (),
+            Self::P3 | Self::P4 => (),
         }
         ledger
     }
