@@ -95,9 +95,10 @@ fn p1_computed_numbers() {
         ),
     ] {
         let entry = entry(&ledger, place, what);
-        // Table entries of four digits.
+        // The secant to 0.01 against the slope at 0.001, 7e-4, and factors of
+        // four digits.
         assert!(
-            (entry.ours.unwrap() / expected - 1.0).abs() < 3e-4,
+            (entry.ours.unwrap() / expected - 1.0).abs() < 1e-3,
             "{entry:?}"
         );
         assert_eq!(entry.verdict, verdict, "{entry:?}");
