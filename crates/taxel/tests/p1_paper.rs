@@ -67,6 +67,18 @@ fn p1_every_equation_and_table_entry_is_there() {
     }
 }
 
+/// What the page of the ledger says of its counts.
+#[test]
+fn p1_inputs_are_told_apart() {
+    let ledger = ledger();
+    assert_eq!(ledger.counts(), [43, 0, 6, 13, 1, 0]);
+    let inputs = ledger
+        .entries
+        .iter()
+        .filter(|entry| entry.verdict == Verdict::Reproduced && entry.note.starts_with("input"));
+    assert_eq!(inputs.count(), 22);
+}
+
 /// Numbers that come from a model, not from the sensor file.
 #[test]
 fn p1_computed_numbers() {
