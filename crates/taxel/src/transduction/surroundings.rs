@@ -8,7 +8,8 @@ use crate::mechanics::{CompressedLayer, Electrodes, OutsideTable};
 use crate::numerics::{extrapolate, interpolate};
 
 /// Surroundings of the layer. P1 prints nothing about them, and they matter:
-/// by 4 % of the change for the narrowest gap, by 57 % for the widest.
+/// by 4 % of the change for the narrowest gap under air, by 57 % for the
+/// widest over a grounded base (compressions of 0.05 to 0.2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Surroundings {
