@@ -2,7 +2,7 @@
 
 use super::InPlaneArray;
 use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
-use crate::mechanics::LayerRange;
+use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
 use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel};
 
@@ -64,7 +64,12 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
             "mechanics",
             "force_compared_with_finite_elements",
             text(&verified),
-            "end condition and aspect",
+            match model.electrodes.stiffness {
+                ElectrodeStiffness::AsLayer => "end condition and aspect",
+                ElectrodeStiffness::Modulus(_) => {
+                    "end condition and aspect; what stiffer electrodes carry is left out"
+                }
+            },
         ),
         fact(
             "mechanics",
