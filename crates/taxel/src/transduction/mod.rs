@@ -1,9 +1,13 @@
 //! Deformation to electrical response.
 
+mod piezoelectric;
 mod three_axis_capacitor;
 mod tilted_plate;
 mod unit_model;
 
+pub use piezoelectric::{
+    Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
+};
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
 pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};
