@@ -4,10 +4,14 @@ mod array;
 mod contact;
 mod continuity;
 mod map;
+mod signal;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
 pub use contact::Contact;
 pub use continuity::Continuity;
 pub use map::{MapEstimator, MapTouch};
+pub use signal::{
+    Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
+};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
