@@ -46,6 +46,15 @@ impl Transfer {
         }
     }
 
+    /// gain·(1 + as)/(1 + bs), `lead` a and `lag` b > 0 in s.
+    pub fn lead(gain: f64, lead: f64, lag: f64) -> Self {
+        Self {
+            factor: gain * lead / lag,
+            zeros: vec![Complex64::from(-1.0 / lead)],
+            poles: vec![Complex64::from(-1.0 / lag)],
+        }
+    }
+
     /// (b s + k)/(m s² + c s + q) with `numerator` = [k, b] and `denominator`
     /// = [q, c, m]; k, q and m above zero.
     pub fn second_order(numerator: [f64; 2], denominator: [f64; 3]) -> Self {

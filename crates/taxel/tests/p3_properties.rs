@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
-use taxel::electronics::{ChargeMode, FirstOrderFilter};
+use taxel::electronics::{ChargeMode, FirstOrderFilter, Output};
 use taxel::linear::{Chain, Transfer};
 use taxel::mechanics::{Base, Contact, LayerLaw, Plate, Profile, SoftCover, SoftLayer};
 use taxel::special::j0;
@@ -174,13 +174,13 @@ proptest! {
         capacitance in 1e-10..1e-8,
         hertz in 0.01..1e5,
     ) {
-        let amplifier = |open_loop_gain| ChargeMode { feedback_resistance, feedback_capacitance, open_loop_gain };
+        let amplifier = |open_loop_gain| ChargeMode { feedback_resistance, feedback_capacitance, open_loop_gain, filter: None, output: Output::IDEAL };
         let s = num_complex::Complex64::new(0.0, 2.0 * PI * hertz);
         // Case of the closed form: −Q jωR_f/(1 + jωR_f C_f).
         let closed = -s * feedback_resistance / (1.0 + s * feedback_resistance * feedback_capacitance);
-        let ideal = amplifier(f64::INFINITY).transfer(capacitance, 280e6).at(s);
+        let ideal = amplifier(f64::INFINITY).band(capacitance, 280e6).transfer().at(s);
         prop_assert!((ideal - closed).norm() < 1e-14 * closed.norm());
-        let real = amplifier(1e4).transfer(capacitance, 280e6).at(s);
+        let real = amplifier(1e4).band(capacitance, 280e6).transfer().at(s);
         // By C_f → C_f + (C + C_f)/A₀, and by (1 + R_f/R)/A₀ of the leak.
         let bound = (1.0 + capacitance / feedback_capacitance + feedback_resistance / 280e6) / 1e4;
         let off = (real / ideal - 1.0).norm();
@@ -194,8 +194,10 @@ proptest! {
             feedback_resistance: resistance,
             feedback_capacitance: farad,
             open_loop_gain: f64::INFINITY,
+            filter: None,
+            output: Output::IDEAL,
         };
-        let chain = Chain::new(&ideal.transfer(875e-12, 280e6)).unwrap();
+        let chain = Chain::new(&ideal.band(875e-12, 280e6).transfer()).unwrap();
         let tau = resistance * farad;
         let knots = [[0.0, 0.0], [1e-6 * tau, 1e-9]];
         let values = chain.respond(&knots, &[1e-6 * tau, tau, 3.0 * tau]);

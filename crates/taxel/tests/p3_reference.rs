@@ -8,7 +8,7 @@ mod common;
 
 use common::{Parameters, assert_near, commented_table};
 use num_complex::Complex64;
-use taxel::electronics::{ChargeMode, FirstOrderFilter};
+use taxel::electronics::{ChargeMode, FirstOrderFilter, Output};
 use taxel::linear::{Chain, Transfer};
 use taxel::mechanics::{Base, Contact, Plate, Profile, SoftCover};
 use taxel::transduction::{PiezoelectricElement, SiliconePath};
@@ -55,10 +55,14 @@ impl Set {
             feedback_resistance: self.filter.feedback_resistance,
             feedback_capacitance: self.filter.feedback_capacitance,
             open_loop_gain: f64::INFINITY,
+            filter: None,
+            output: Output::IDEAL,
         };
-        self.element
-            .charge_per_displacement(self.path)
-            .then(&ideal.transfer(self.element.capacitance, self.element.leak_resistance))
+        self.element.charge_per_displacement(self.path).then(
+            &ideal
+                .band(self.element.capacitance, self.element.leak_resistance)
+                .transfer(),
+        )
     }
 }
 

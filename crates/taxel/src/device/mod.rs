@@ -5,6 +5,7 @@
 //! what a user asks: is the drawing sound, what follows from it, what does a
 //! load read, what does the twin deliver, how does it look.
 
+mod piezoelectric;
 mod three_axis_capacitor;
 
 use crate::acquisition::{Simulated, Stream};
@@ -15,6 +16,7 @@ use crate::predict::Predictor;
 use crate::sensor::Broken;
 use crate::summary::Fact;
 
+pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).

@@ -1,15 +1,19 @@
 //! Frames to touch: the inverse of the model that a calibration carries.
 
 mod array;
+mod charge;
 mod contact;
 mod continuity;
+mod event;
 mod map;
 mod signal;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
+pub use charge::{ChargeEstimator, ChargeEstimatorOptions, ChargeModel};
 pub use contact::Contact;
 pub use continuity::Continuity;
+pub use event::Event;
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,

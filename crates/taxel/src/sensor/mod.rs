@@ -2,29 +2,35 @@
 
 mod checks;
 mod mask;
+mod piezoelectric;
 mod three_axis_capacitor;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{Device, ThreeAxisArray};
+use crate::device::{Device, PiezoelectricArray, ThreeAxisArray};
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::toml_input;
 
 pub use mask::{CapacitorName, Mask};
+pub use piezoelectric::{
+    CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
+};
 pub use three_axis_capacitor::{Fabrication, Outline, ThreeAxisCapacitor};
 
 pub use checks::Broken;
-pub(crate) use checks::{SAME_LENGTH, check_scan_time, micrometres, require, rounded_down};
+pub(crate) use checks::{
+    SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
+};
 pub(crate) use mask::table as masked_capacitors;
 
 /// The version of the sensor file that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Shipped sensor files: name and text.
-const SHIPPED: [(&str, &str); 2] = [
+const SHIPPED: [(&str, &str); 4] = [
     (
         "three-axis-8x8",
         include_str!("../../../../sensors/three-axis-8x8.toml"),
@@ -32,6 +38,14 @@ const SHIPPED: [(&str, &str); 2] = [
     (
         "three-axis-unit",
         include_str!("../../../../sensors/three-axis-unit.toml"),
+    ),
+    (
+        "piezo-1.5mm",
+        include_str!("../../../../sensors/piezo-1.5mm.toml"),
+    ),
+    (
+        "piezo-2.3mm",
+        include_str!("../../../../sensors/piezo-2.3mm.toml"),
     ),
 ];
 
@@ -61,6 +75,8 @@ pub struct Sensor {
 pub enum Element {
     /// Four capacitors under one bump (P2).
     ThreeAxisCapacitor(Box<ThreeAxisCapacitor>),
+    /// Piezoelectric plates in a soft cover (P3).
+    Piezoelectric(Box<Piezoelectric>),
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -80,6 +96,7 @@ impl Element {
     pub fn key(&self) -> &'static str {
         match self {
             Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
+            Self::Piezoelectric(_) => "piezoelectric",
         }
     }
 }
@@ -143,6 +160,7 @@ impl Sensor {
     pub fn device(&self) -> Result<Box<dyn Device + '_>, Unreadable> {
         match &self.element {
             Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
+            Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
         }
     }
 
@@ -151,8 +169,23 @@ impl Sensor {
     /// # Errors
     /// [`Unreadable`] for another element or another board.
     pub fn three_axis(&self) -> Result<ThreeAxisArray<'_>, Unreadable> {
-        let Element::ThreeAxisCapacitor(element) = &self.element;
-        ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+        let array = match &self.element {
+            Element::ThreeAxisCapacitor(element) => ThreeAxisArray::new(self, element),
+            Element::Piezoelectric(_) => None,
+        };
+        array.ok_or_else(|| self.unreadable("charge_amplifier"))
+    }
+
+    /// The array of piezoelectric elements with its board, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn piezoelectric(&self) -> Result<PiezoelectricArray<'_>, Unreadable> {
+        let array = match &self.element {
+            Element::Piezoelectric(element) => PiezoelectricArray::new(self, element),
+            Element::ThreeAxisCapacitor(_) => None,
+        };
+        array.ok_or_else(|| self.unreadable("voltage_amplifier, charge_mode"))
     }
 
     fn unreadable(&self, allowed: &'static str) -> Unreadable {
