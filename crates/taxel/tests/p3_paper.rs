@@ -5,6 +5,7 @@
 use taxel::electronics::FirstOrderFilter;
 use taxel::linear::Chain;
 use taxel::mechanics::{LayerLaw, Profile, SoftLayer, bending_stiffness};
+use taxel::reproduce::{Paper, Verdict};
 use taxel::transduction::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, SiliconePath, VACUUM_PERMITTIVITY,
 };
@@ -275,5 +276,44 @@ fn p3_section_4_1_frequency_of_cycles() {
                 "{period} {found} {expected}"
             );
         }
+    }
+}
+
+#[test]
+fn p3_ledger_explains_every_entry() {
+    let ledger = Paper::P3.ledger();
+    for entry in &ledger.entries {
+        assert_ne!(entry.verdict, Verdict::Unexplained, "{entry:?}");
+        assert!(entry.ours.is_none_or(f64::is_finite), "{entry:?}");
+        // What differs says why.
+        let plain = matches!(entry.verdict, Verdict::Reproduced | Verdict::Follows);
+        assert!(plain || !entry.note.is_empty(), "{entry:?}");
+    }
+    // Every numbered equation is there.
+    for number in 1..=27 {
+        let place = format!("Eq. {number}");
+        assert!(
+            ledger.entries.iter().any(|entry| entry.place == place),
+            "{place}"
+        );
+    }
+    let places: Vec<_> = ledger.figures.iter().map(|figure| &figure.place).collect();
+    assert_eq!(
+        places,
+        [
+            "Figure 5",
+            "Figure 14",
+            "Figure 15",
+            "Figure 16",
+            "Figure 17"
+        ]
+    );
+    for figure in &ledger.figures {
+        let charts = &figure.figure.charts;
+        let points = charts.iter().flat_map(|chart| &chart.series);
+        for point in points.flat_map(|series| &series.points) {
+            assert!(point.iter().all(|value| value.is_finite()));
+        }
+        assert!(!figure.figure.caption.is_empty());
     }
 }
