@@ -97,6 +97,8 @@ fn broken_rules_say_what_to_do() {
         settling.contains("13.53 %") && settling.contains("230.2"),
         "{settling}"
     );
+    let scatter = message("gain_deviation = 0.02", "gain_deviation = 0.5");
+    assert!(scatter.contains("at most 0.3"), "{scatter}");
     let rest = message("offset = \"0 V\"", "offset = \"3.5 V\"");
     assert!(rest.contains("at rest"), "{rest}");
     let damped = Sensor::shipped_text("piezo-1.5mm")
@@ -420,8 +422,25 @@ fn bad_readings_are_states_and_never_numbers() {
             .iter()
             .all(|taxel| taxel.value.is_finite())
     );
-    frame.time_ns = 6_000_000_000;
-    assert_eq!(estimator.push(&frame).unwrap().0.taxels[1].state, State::Ok);
+    // A late frame changes nothing.
+    frame.time_ns = 1_500_000;
+    assert_eq!(estimator.push(&frame).unwrap().0.time_ns, 2_000_000);
+    let at = |estimator: &mut ChargeEstimator, frame: &mut Frame, time_ns| {
+        frame.time_ns = time_ns;
+        estimator.push(frame).unwrap().0.taxels[1].state
+    };
+    // A pause of a second: the signal in it is missing too.
+    assert_eq!(
+        at(&mut estimator, &mut frame, 1_000_000_000),
+        State::Unchecked
+    );
+    for millisecond in 1_001..6_000 {
+        assert_eq!(
+            at(&mut estimator, &mut frame, millisecond * 1_000_000),
+            State::Unchecked
+        );
+    }
+    assert_eq!(at(&mut estimator, &mut frame, 6_000_000_000), State::Ok);
     frame.values.pop();
     assert!(estimator.push(&frame).is_err());
 }

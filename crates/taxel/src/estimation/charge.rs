@@ -82,7 +82,7 @@ pub struct ChargeEstimator {
     memories: Vec<Memory>,
     /// Voltage at rest of each element, V.
     rest: Vec<f64>,
-    /// Time after which a clipped reading has faded, ns.
+    /// Time after which a clipped reading or a pause has faded, ns.
     wrong_until_ns: Vec<u64>,
     last_time_ns: Option<u64>,
     deviation: f64,
@@ -99,6 +99,8 @@ struct Capture {
     sums: Vec<[f64; 2]>,
 }
 
+/// Pause that counts, as a share of the time constant of the high-pass.
+const PAUSE: f64 = 0.1;
 /// Scatter over noise above which an element counts as moving during a rest
 /// capture.
 const MOVING: f64 = 3.0;
@@ -137,8 +139,20 @@ impl ChargeEstimator {
         self.deviation
     }
 
+    /// A pause after which the force is uncertain, s: what the signal did in it
+    /// is missing in the integral.
+    fn longest_pause(&self) -> f64 {
+        (PAUSE * self.model.high_pass).max(1.5 * self.model.period)
+    }
+
+    /// Time in which a mistake fades, ns.
+    fn guard_ns(&self) -> u64 {
+        (self.options.drift_guard * 1e9) as u64
+    }
+
     /// Takes the voltages of a frame `elapsed` s after the last one.
     fn follow(&mut self, counts: &[f64], elapsed: Option<f64>, time_ns: u64) {
+        let guard_ns = self.guard_ns();
         let Self { model, touch, .. } = self;
         touch.clipped = 0;
         let usual = elapsed.is_some_and(|dt| (dt - model.period).abs() < 1e-3 * model.period);
@@ -161,7 +175,7 @@ impl ChargeEstimator {
             };
             if state == State::Saturated {
                 touch.clipped += 1;
-                self.wrong_until_ns[index] = time_ns + (self.options.drift_guard * 1e9) as u64;
+                self.wrong_until_ns[index] = time_ns + guard_ns;
             }
             let change = if volts.is_finite() {
                 volts - self.rest[index]
@@ -273,15 +287,22 @@ impl SignalEstimator for ChargeEstimator {
             });
         }
         let before = self.last_time_ns;
-        // Late frames change nothing but are shown.
-        let elapsed = before.map(|last| frame.time_ns.saturating_sub(last) as f64 * 1e-9);
+        if before.is_some_and(|last| frame.time_ns <= last) {
+            // Late or doubled: the history has already gone on.
+            return Ok((&self.touch, None));
+        }
+        let elapsed = before.map(|last| (frame.time_ns - last) as f64 * 1e-9);
         self.touch.sequence = frame.sequence;
         self.touch.time_ns = frame.time_ns;
         self.touch.signals.resize(expected, f64::NAN);
         self.touch.rest.clone_from(&self.rest);
         self.touch.taxels.resize(expected, NOTHING);
+        if elapsed.is_some_and(|dt| dt > self.longest_pause()) {
+            let until = frame.time_ns + self.guard_ns();
+            self.wrong_until_ns.fill(until);
+        }
         self.follow(&frame.values, elapsed, frame.time_ns);
-        self.last_time_ns = Some(frame.time_ns.max(before.unwrap_or(0)));
+        self.last_time_ns = Some(frame.time_ns);
         let captured = self.capture_frame();
         self.find_contacts();
         Ok((&self.touch, captured))

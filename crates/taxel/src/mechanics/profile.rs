@@ -46,8 +46,8 @@ impl Profile {
     ///
     /// ```
     /// use taxel::mechanics::Profile;
-    /// let impact = Profile::Impact { ramp: 0.01, dwell: 0.2 };
-    /// assert_eq!(impact.knots(1.0), [[0.0, 0.0], [0.01, 1.0], [0.21, 1.0], [0.22, 0.0]]);
+    /// let impact = Profile::Impact { ramp: 0.25, dwell: 0.5 };
+    /// assert_eq!(impact.knots(2.0), [[0.0, 0.0], [0.25, 2.0], [0.75, 2.0], [1.0, 0.0]]);
     /// ```
     pub fn knots(&self, amplitude: f64) -> Vec<[f64; 2]> {
         match *self {

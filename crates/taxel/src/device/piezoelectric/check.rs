@@ -11,6 +11,8 @@ use crate::sensor::{
 const RATE_OVER_CORNER: f64 = 10.0;
 /// Share of the channel before that a multiplexer may leave in a reading.
 const CARRIED_OVER: f64 = 0.01;
+/// Largest scatter of the gains: three deviations of it leave a signal.
+const GAIN_DEVIATION: f64 = 0.3;
 
 pub(super) fn check(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     check_geometry(array)?;
@@ -45,6 +47,13 @@ fn check_geometry(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
         &key("cover.share_above"),
         || "there is no silicone above the elements to spread a touch".into(),
         "give the share of the silicone that lies above, such as 0.5",
+    )?;
+    let scatter = array.description.fabrication.gain_deviation;
+    require(
+        scatter <= GAIN_DEVIATION,
+        &key("fabrication.gain_deviation"),
+        || format!("with a scatter of {scatter} some elements would have no signal"),
+        &format!("give at most {GAIN_DEVIATION}"),
     )
 }
 

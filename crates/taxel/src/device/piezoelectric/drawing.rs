@@ -46,18 +46,18 @@ fn from_above(array: &PiezoelectricArray<'_>) -> View {
     }
     let [x, y] = layout.flat_position(0);
     view.dimensions.push(Dimension::new(
-        [x - half, y + half],
-        [x + half, y + half],
+        [x - half, reach[1]],
+        [x + half, reach[1]],
         14.0,
         "element",
     ));
     if layout.columns > 1 {
-        let low = layout.flat_position(layout.taxels() - 1)[1] - half;
+        let low = -reach[1];
         view.dimensions
             .push(Dimension::new([x, low], [x + px, low], -14.0, "pitch"));
     }
     if layout.rows > 1 {
-        let right = layout.flat_position(layout.columns - 1)[0] + half;
+        let right = reach[0];
         view.dimensions
             .push(Dimension::new([right, y], [right, y - py], 14.0, "pitch"));
     }
