@@ -177,7 +177,7 @@ fn gather(offset: [f64; 2], side: f64, panels: usize, mean_share: impl Fn(f64) -
 }
 
 /// Points of [`ShareTable`] per thickness of the cover.
-const STEPS_PER_THICKNESS: f64 = 16.0;
+const STEPS_PER_THICKNESS: f64 = 24.0;
 /// Beyond this many thicknesses outside the load the base carries nothing: the
 /// pole of T at 0.739i leaves exp(−0.739·22) = 9e-8.
 const REACH: f64 = 22.0;
