@@ -14,6 +14,7 @@ pub mod estimation;
 pub mod figure;
 pub mod input;
 pub mod layout;
+pub mod linear;
 pub mod mechanics;
 mod numerics;
 pub mod predict;

@@ -20,7 +20,7 @@ fn array() -> Sensor {
 
 fn element(sensor: &Sensor) -> &ThreeAxisCapacitor {
     let Element::ThreeAxisCapacitor(element) = &sensor.element else {
-        panic!("not a three-axis array")
+        panic!("not a three-axis array");
     };
     element
 }

@@ -6,6 +6,7 @@
 //! load read, what does the twin deliver, how does it look.
 
 mod in_plane_capacitor;
+mod piezoelectric;
 mod three_axis_capacitor;
 
 use crate::acquisition::{Simulated, Stream};
@@ -17,6 +18,7 @@ use crate::sensor::Broken;
 use crate::summary::Fact;
 
 pub use in_plane_capacitor::{InPlaneArray, InPlaneLoadState, InPlanePrediction, InPlanePredictor};
+pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).

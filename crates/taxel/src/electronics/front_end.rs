@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ChargeAmplifier, Code, Converter, Scan};
+use super::{ChargeAmplifier, ChargeMode, Code, Converter, Scan, VoltageAmplifier};
 use crate::quantity::{self, Checked, FrameRate};
 
 /// The electronics as a sensor file gives them.
@@ -29,6 +29,10 @@ pub struct Electronics {
 pub enum Readout {
     /// Capacitance to voltage.
     ChargeAmplifier(ChargeAmplifier),
+    /// Charge to the voltage on the source's own capacitance.
+    VoltageAmplifier(VoltageAmplifier),
+    /// Charge to the voltage on the capacitor of an amplifier.
+    ChargeMode(ChargeMode),
 }
 
 impl Readout {
@@ -36,6 +40,8 @@ impl Readout {
     pub fn key(&self) -> &'static str {
         match self {
             Self::ChargeAmplifier(_) => "charge_amplifier",
+            Self::VoltageAmplifier(_) => "voltage_amplifier",
+            Self::ChargeMode(_) => "charge_mode",
         }
     }
 }
@@ -45,6 +51,7 @@ impl Electronics {
     pub fn charge_amplifier(&self) -> Option<&ChargeAmplifier> {
         match &self.readout {
             Readout::ChargeAmplifier(amplifier) => Some(amplifier),
+            Readout::VoltageAmplifier(_) | Readout::ChargeMode(_) => None,
         }
     }
 

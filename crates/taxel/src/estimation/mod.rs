@@ -1,16 +1,20 @@
 //! Frames to touch: the inverse of the model that a calibration carries.
 
 mod array;
+mod charge;
 mod contact;
 mod continuity;
+mod event;
 mod in_plane;
 mod map;
 mod signal;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
+pub use charge::{ChargeEstimator, ChargeEstimatorOptions, ChargeModel};
 pub use contact::Contact;
 pub use continuity::Continuity;
+pub use event::Event;
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{

@@ -6,6 +6,7 @@
 
 mod p1;
 mod p2;
+mod p3;
 mod report;
 
 use crate::figure::Figure;
@@ -59,7 +60,8 @@ impl Paper {
         match self {
             Self::P1 => p1::fill(&mut ledger),
             Self::P2 => p2::fill(&mut ledger),
-            Self::P3 | Self::P4 => (),
+            Self::P3 => p3::fill(&mut ledger),
+            Self::P4 => (),
         }
         ledger
     }

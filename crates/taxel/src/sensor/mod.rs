@@ -3,12 +3,13 @@
 mod checks;
 mod in_plane_capacitor;
 mod mask;
+mod piezoelectric;
 mod three_axis_capacitor;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{Device, InPlaneArray, ThreeAxisArray};
+use crate::device::{Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray};
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
@@ -16,10 +17,15 @@ use crate::toml_input;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};
+pub use piezoelectric::{
+    CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
+};
 pub use three_axis_capacitor::{Fabrication, Outline, ThreeAxisCapacitor};
 
 pub use checks::Broken;
-pub(crate) use checks::{SAME_LENGTH, check_scan_time, micrometres, require, rounded_down};
+pub(crate) use checks::{
+    SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
+};
 pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
 
@@ -27,7 +33,7 @@ pub(crate) use mask::table as masked_capacitors;
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Shipped sensor files: name and text.
-const SHIPPED: [(&str, &str); 5] = [
+const SHIPPED: &[(&str, &str)] = &[
     (
         "three-axis-8x8",
         include_str!("../../../../sensors/three-axis-8x8.toml"),
@@ -47,6 +53,14 @@ const SHIPPED: [(&str, &str); 5] = [
     (
         "in-plane-100um",
         include_str!("../../../../sensors/in-plane-100um.toml"),
+    ),
+    (
+        "piezo-1.5mm",
+        include_str!("../../../../sensors/piezo-1.5mm.toml"),
+    ),
+    (
+        "piezo-2.3mm",
+        include_str!("../../../../sensors/piezo-2.3mm.toml"),
     ),
 ];
 
@@ -78,6 +92,8 @@ pub enum Element {
     ThreeAxisCapacitor(Box<ThreeAxisCapacitor>),
     /// Two electrodes side by side in a soft layer (P1).
     InPlaneCapacitor(Box<InPlaneCapacitor>),
+    /// Piezoelectric plates in a soft cover (P3).
+    Piezoelectric(Box<Piezoelectric>),
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -98,6 +114,7 @@ impl Element {
         match self {
             Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
             Self::InPlaneCapacitor(_) => "in_plane_capacitor",
+            Self::Piezoelectric(_) => "piezoelectric",
         }
     }
 }
@@ -162,6 +179,7 @@ impl Sensor {
         match &self.element {
             Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
             Element::InPlaneCapacitor(_) => Ok(Box::new(self.in_plane()?)),
+            Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
         }
     }
 
@@ -174,6 +192,18 @@ impl Sensor {
             return Err(self.unreadable("charge_amplifier"));
         };
         ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+    }
+
+    /// The array of piezoelectric elements with its board, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn piezoelectric(&self) -> Result<PiezoelectricArray<'_>, Unreadable> {
+        let allowed = "voltage_amplifier, charge_mode";
+        let Element::Piezoelectric(element) = &self.element else {
+            return Err(self.unreadable(allowed));
+        };
+        PiezoelectricArray::new(self, element).ok_or_else(|| self.unreadable(allowed))
     }
 
     /// The array of in-plane capacitors with its board, if it is one.

@@ -3,6 +3,7 @@
 mod coplanar_capacitor;
 mod in_plane_model;
 mod in_plane_study;
+mod piezoelectric;
 mod surroundings;
 mod three_axis_capacitor;
 mod tilted_plate;
@@ -13,6 +14,9 @@ pub use in_plane_model::{
     CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
 };
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
+pub use piezoelectric::{
+    Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
+};
 pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};

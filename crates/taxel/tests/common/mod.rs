@@ -55,3 +55,35 @@ pub fn assert_near(value: f64, expected: f64, relative: f64, absolute: f64, what
         value - expected
     );
 }
+
+/// Named parameters of one set of a table.
+pub type Parameters = HashMap<String, f64>;
+
+/// A table whose head of comment lines names sets, `# b10: m_p=4e-6 k_p=2e9`:
+/// the parameters of each set and the rows.
+pub fn commented_table(name: &str) -> (HashMap<String, Parameters>, Vec<Row>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/reference")
+        .join(name);
+    let text = std::fs::read_to_string(path).unwrap();
+    let sets = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("# ")?.split_once(": "))
+        .map(|(set, pairs)| (set.to_owned(), parameters(pairs)))
+        .filter(|(_, parameters)| !parameters.is_empty())
+        .collect();
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let rows: Vec<Row> = reader.deserialize().map(|row| Row(row.unwrap())).collect();
+    assert!(!rows.is_empty(), "{name} has no rows");
+    (sets, rows)
+}
+
+fn parameters(pairs: &str) -> Parameters {
+    pairs
+        .split_whitespace()
+        .filter_map(|pair| pair.split_once('='))
+        .filter_map(|(name, value)| Some((name.to_owned(), value.parse().ok()?)))
+        .collect()
+}
