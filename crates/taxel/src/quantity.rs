@@ -50,6 +50,10 @@ dimensions! {
     STRESS = "a stress", "Pa": ["Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6];
     /// Capacitance, F.
     CAPACITANCE = "a capacitance", "F": ["aF" = 1e-18, "fF" = 1e-15, "pF" = 1e-12, "nF" = 1e-9, "F" = 1.0];
+    /// Electrical resistance, Ω.
+    RESISTANCE = "a resistance", "ohm": ["mohm" = 1e-3, "ohm" = 1.0, "kohm" = 1e3, "Mohm" = 1e6];
+    /// Electrical resistivity, Ω m.
+    RESISTIVITY = "a resistivity", "ohm m": ["nohm m" = 1e-9, "uohm m" = 1e-6, "ohm m" = 1.0];
     /// Voltage, V.
     VOLTAGE = "a voltage", "V": ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
 }
@@ -204,6 +208,16 @@ rules! {
     NonNegativeForce: Some(&FORCE), 0.0, false, NO_LIMIT;
     /// A stiffness above zero.
     PositiveStiffness: Some(&STIFFNESS), 0.0, true, NO_LIMIT;
+    /// A stress or pressure above zero.
+    PositiveStress: Some(&STRESS), 0.0, true, NO_LIMIT;
+    /// A stress or pressure of zero or more.
+    NonNegativeStress: Some(&STRESS), 0.0, false, NO_LIMIT;
+    /// A resistance above zero.
+    PositiveResistance: Some(&RESISTANCE), 0.0, true, NO_LIMIT;
+    /// A resistance of zero or more.
+    NonNegativeResistance: Some(&RESISTANCE), 0.0, false, NO_LIMIT;
+    /// A resistivity above zero.
+    PositiveResistivity: Some(&RESISTIVITY), 0.0, true, NO_LIMIT;
     /// A capacitance above zero.
     PositiveCapacitance: Some(&CAPACITANCE), 0.0, true, NO_LIMIT;
     /// A capacitance of zero or more.
@@ -220,6 +234,10 @@ rules! {
     Ratio: None, 0.0, false, 100.0;
     /// A number from -0.9 to 0.9: relative errors.
     RelativeError: None, -0.9, false, 0.9;
+    /// A Poisson's ratio from 0 to 0.5.
+    PoissonRatio: None, 0.0, false, 0.5;
+    /// A number above zero, at most 1: the share that is left of something.
+    PositiveFraction: None, 0.0, true, 1.0;
     /// A relative permittivity, from 1 to 1e5.
     RelativePermittivity: None, 1.0, false, 1e5;
 }
