@@ -1,5 +1,6 @@
 //! What is known of one device: the model that estimation inverts.
 
+mod channels;
 mod least_squares;
 mod rest;
 mod stiffness;
@@ -10,6 +11,7 @@ use crate::mechanics::RelaxationTerm;
 use crate::sensor::{Element, Sensor};
 use crate::transduction::UnitModel;
 
+pub use channels::{ChannelCalibration, ChannelModel, ChannelSignal, DividerScale};
 pub use rest::{RestCapture, RestRefused};
 pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
 pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};

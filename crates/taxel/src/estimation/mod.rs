@@ -3,11 +3,16 @@
 mod array;
 mod contact;
 mod continuity;
+mod crossed_channels;
 mod map;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
 pub use contact::Contact;
 pub use continuity::Continuity;
+pub use crossed_channels::{
+    ChannelRestRefused, ChannelState, ChannelTouch, ChannelsCaptured, CrossedChannels,
+    CrossedOptions, CrossedTouch, TaxelPressure,
+};
 pub use map::{MapEstimator, MapTouch};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

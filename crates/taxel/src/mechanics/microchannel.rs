@@ -365,7 +365,7 @@ impl ClosingCurve {
 
     /// The last point of the curve: net pressure in Pa and area ratio.
     pub fn end(&self) -> [f64; 2] {
-        self.curve.points()[self.curve.points().len() - 1]
+        self.curve.end()
     }
 
     /// Area ratio at which roof and floor touch first, where it is known.

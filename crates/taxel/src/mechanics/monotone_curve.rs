@@ -95,7 +95,7 @@ impl MonotoneCurve {
 
     /// Value and slope at `x`; a NaN counts as below.
     pub fn at(&self, x: f64) -> OnCurve {
-        let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
+        let (first, last) = (self.points[0], self.end());
         if x > last[0] {
             return OnCurve::Above(last);
         }
@@ -120,9 +120,9 @@ impl MonotoneCurve {
         }
     }
 
-    /// The points, in rising x.
-    pub fn points(&self) -> &[[f64; 2]] {
-        &self.points
+    /// The last point.
+    pub fn end(&self) -> [f64; 2] {
+        self.points[self.points.len() - 1]
     }
 
     /// dy/dx at the first point.
