@@ -1,6 +1,7 @@
 //! The sensor file: the only description of a device.
 
 mod checks;
+mod liquid_metal_channel;
 mod mask;
 mod three_axis_capacitor;
 
@@ -14,6 +15,10 @@ use crate::quantity::{self, Checked, NonNegativeLength};
 use crate::toml_input;
 use crate::transduction::UnitModel;
 
+pub use liquid_metal_channel::{
+    ClosingDescription, LayerDescription, Liquid, LiquidMetalChannel, PlaneStrainCell,
+    SectionDescription,
+};
 pub use mask::{CapacitorName, Mask};
 pub use three_axis_capacitor::{Outline, ThreeAxisCapacitor};
 

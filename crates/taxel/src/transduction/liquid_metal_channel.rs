@@ -1,6 +1,13 @@
 //! A channel of liquid metal (P4): its cross-sections to its resistance.
 
-use crate::mechanics::{ChannelSection, SectionClosure, Stretch};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::mechanics::{
+    ChannelError, ChannelSection, ClosingCurve, MonotoneCurve, OnCurve, PressureLaw,
+    SectionClosure, SettledChannel, Stretch,
+};
+use crate::quantity::{self, Checked, PositiveFraction};
 
 /// The conductor in one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +43,99 @@ impl Conductor {
         let parts = stretches.iter().zip(sections);
         self.rest_resistance()
             * mean_inverse_area_ratio(parts.map(|(part, at)| (part.share, at.area_ratio)))
+    }
+}
+
+/// The channels of one layer: load to resistance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelLayer {
+    /// How a cross-section closes.
+    pub closing: ClosingCurve,
+    /// What the pressure of the liquid obeys.
+    pub liquid: PressureLaw,
+    /// The conductor in one channel.
+    pub conductor: Conductor,
+    /// 1 − mean area ratio to thinnest area ratio.
+    thinnest: Option<MonotoneCurve>,
+}
+
+/// The thinnest section of a channel that has a mean one.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ThinnestPoint {
+    /// Mean area ratio V/V₀.
+    #[serde(deserialize_with = "quantity::one::<PositiveFraction, _>")]
+    #[schemars(with = "Checked<PositiveFraction>")]
+    pub mean: f64,
+    /// Area ratio of the thinnest section.
+    #[serde(deserialize_with = "quantity::one::<PositiveFraction, _>")]
+    #[schemars(with = "Checked<PositiveFraction>")]
+    pub thinnest: f64,
+}
+
+/// One channel under load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelResponse {
+    /// Pressure of the liquid, volume and sections.
+    pub channel: SettledChannel,
+    /// Resistance without leads, Ω. Where a section is beyond its closing
+    /// curve this is a lower bound.
+    pub resistance: f64,
+    /// Relative change R/R₀ − 1.
+    pub change: f64,
+}
+
+impl ChannelLayer {
+    /// A layer; `thinnest` from slightly to strongly closed, rest is not among
+    /// them and an empty list is unknown.
+    ///
+    /// # Errors
+    /// [`ChannelError`] when the pressure law or the thinnest sections are not
+    /// in order.
+    pub fn new(
+        closing: ClosingCurve,
+        liquid: PressureLaw,
+        conductor: Conductor,
+        thinnest: &[ThinnestPoint],
+    ) -> Result<Self, ChannelError> {
+        liquid.check()?;
+        let given = thinnest
+            .iter()
+            .map(|point| [1.0 - point.mean, point.thinnest]);
+        let points = std::iter::once([0.0, 1.0]).chain(given).collect();
+        let thinnest = match thinnest {
+            [] => None,
+            _ => Some(MonotoneCurve::new(points, None)?),
+        };
+        Ok(Self {
+            closing,
+            liquid,
+            conductor,
+            thinnest,
+        })
+    }
+
+    /// A channel of this layer whose parts are loaded by `stretches`.
+    ///
+    /// # Errors
+    /// [`ChannelError`] for shares or pressures that make no sense.
+    pub fn respond(&self, stretches: &[Stretch]) -> Result<ChannelResponse, ChannelError> {
+        let channel = self.closing.settle(&self.liquid, stretches)?;
+        let resistance = self.conductor.resistance(stretches, &channel.sections);
+        Ok(ChannelResponse {
+            resistance,
+            change: resistance / self.conductor.rest_resistance() - 1.0,
+            channel,
+        })
+    }
+
+    /// Area ratio of the thinnest section where the mean is `area_ratio`;
+    /// `None` where it is not known.
+    pub fn thinnest(&self, area_ratio: f64) -> Option<f64> {
+        match self.thinnest.as_ref()?.at(1.0 - area_ratio) {
+            OnCurve::Inside { value, .. } => Some(value),
+            OnCurve::Below(_) | OnCurve::Above(_) => None,
+        }
     }
 }
 
