@@ -1,6 +1,7 @@
 //! What is known of an array of crossing channels.
 
-use crate::mechanics::MonotoneCurve;
+use crate::mechanics::{ChannelError, ClosingState, MonotoneCurve, Stretch};
+use crate::transduction::ChannelLayer;
 
 /// All that estimation needs to know of two layers of crossing channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,11 +57,70 @@ pub enum ChannelSignal {
     Impossible,
 }
 
+/// Points of a pressure curve: the closing curve bends at the first touch, and
+/// 200 straight steps would be within 1e-3 of the pressure there.
+const POINTS: u32 = 200;
+
 impl ChannelModel {
+    /// The model of a channel of `layer` of which one taxel takes `share` of
+    /// the length; `deviation` of one reading in V.
+    ///
+    /// # Errors
+    /// [`ChannelError`] when pressing one taxel does not change the resistance
+    /// of the channel one way.
+    pub fn new(layer: &ChannelLayer, share: f64, deviation: f64) -> Result<Self, ChannelError> {
+        let end = highest_known(layer, share)?;
+        let points = (0..=POINTS).map(|i| {
+            let pressure = end * f64::from(i) / f64::from(POINTS);
+            let response = layer.respond(&pressed(share, pressure))?;
+            Ok([if i == 0 { 0.0 } else { response.change }, pressure])
+        });
+        let points: Vec<_> = points.collect::<Result<_, ChannelError>>()?;
+        Ok(Self {
+            rest_resistance: layer.conductor.rest_resistance(),
+            pressure: MonotoneCurve::new(points, None)?,
+            deviation,
+        })
+    }
+
     /// The largest pressure that the model knows, Pa.
     pub fn highest_pressure(&self) -> f64 {
         self.pressure.end()[1]
     }
+}
+
+/// One taxel of a channel pressed, the rest not.
+fn pressed(share: f64, pressure: f64) -> [Stretch; 2] {
+    let rest = Stretch {
+        share: 1.0 - share,
+        pressure: 0.0,
+    };
+    [Stretch { share, pressure }, rest]
+}
+
+/// Pressure on one taxel at which its closing curve ends, Pa.
+fn highest_known(layer: &ChannelLayer, share: f64) -> Result<f64, ChannelError> {
+    let known = |pressure| {
+        let response = layer.respond(&pressed(share, pressure))?;
+        let state = response.channel.sections[0].state;
+        Ok::<_, ChannelError>(!matches!(state, ClosingState::Beyond { .. }))
+    };
+    let [mut low, _] = layer.closing.end();
+    // The liquid carries the rest; with a law that lets nothing close there is
+    // no end, and a million times the curve's own is enough.
+    let mut high = 2.0 * low;
+    while known(high)? && high < 1e6 * low {
+        high *= 2.0;
+    }
+    while high - low > 1e-12 * high {
+        let middle = 0.5 * (low + high);
+        if known(middle)? {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok(low)
 }
 
 impl DividerScale {
