@@ -2,7 +2,6 @@
 //! shipped finger script, after a rest capture.
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
-use taxel::calibration::Calibration;
 use taxel::estimation::{Estimator, EstimatorOptions};
 use taxel::sensor::Sensor;
 
@@ -32,7 +31,7 @@ impl Scene {
         let script = Stimulus::shipped_text("finger").expect("is shipped");
         let stimulus = Stimulus::parse("finger", script).expect("is shipped and tested");
         let mut twin = Twin::new(&sensor, &stimulus, 1).expect("the script fits the array");
-        let calibration = Calibration::as_drawn(&sensor);
+        let calibration = sensor.three_axis().expect("is a three-axis array").calibration();
         let mut estimator =
             Estimator::new(calibration, Quantity::Counts, EstimatorOptions::default())
                 .expect("the array gives counts");

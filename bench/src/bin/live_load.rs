@@ -13,7 +13,6 @@ use std::time::{Duration, Instant};
 use futures_util::StreamExt;
 use serde_json::{Value, json};
 use taxel::acquisition::{Stimulus, Twin};
-use taxel::calibration::Calibration;
 use taxel::sensor::Sensor;
 use taxel_serve::{
     Latencies, Provenance, PumpOptions, Sense, Session, Source, TwinSource, run_with_page,
@@ -75,13 +74,14 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         return Err("the shipped sensor file has changed: its rate was not replaced".into());
     }
     let session = Session {
-        sense: Sense::three_axis(Calibration::as_drawn(&sensor), source.stream())?,
+        sense: Sense::of(&sensor.three_axis()?, source.stream())?,
         source: Box::new(source),
         options: PumpOptions {
             frames: Some(frames),
             ..PumpOptions::default()
         },
         provenance: Provenance::default(),
+        drawing: String::new(),
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let summary = run_with_page(session, address, |page| println!("{page}"))?;

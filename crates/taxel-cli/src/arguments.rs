@@ -12,8 +12,8 @@ pub(crate) const COMMIT: &str = env!("TAXEL_COMMIT");
 
 /// From the drawing of a soft tactile sensor to live touch.
 ///
-/// SENSOR is a sensor file (TOML), or the name of a shipped one:
-/// three-axis-8x8, three-axis-unit.
+/// SENSOR is a sensor file (TOML), or the name of a shipped one, such as
+/// three-axis-8x8; a wrong name is answered with all of them.
 ///
 /// Exit codes: 0 done, 1 failed, 2 wrong input, 3 done but frames were lost or clipped.
 #[derive(Debug, Parser)]
@@ -29,6 +29,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Loads in, electrical response out
     Predict(Predict),
+    /// Every published number of the four papers beside ours
+    Reproduce(Reproduce),
     /// Frames to touch, on a page in the browser or as a summary
     Live(Live),
     /// Print the JSON schema of the sensor file or of the stimulus script
@@ -46,6 +48,16 @@ pub(crate) enum Format {
     Csv,
 }
 
+impl From<Format> for taxel::table::Format {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Table => Self::Table,
+            Format::Json => Self::Json,
+            Format::Csv => Self::Csv,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Check {
     /// Sensor file, or the name of a shipped one
@@ -56,13 +68,17 @@ pub(crate) struct Check {
     /// Write the result to this file instead of the standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Also draw the device to scale into this file (SVG)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Predict {
     /// Sensor file, or the name of a shipped one
     pub(crate) sensor: PathBuf,
-    /// One load, such as "fx=1 mN, fz=5 mN"
+    /// One load, such as "fx=1 mN, fz=5 mN"; a wrong name is answered with
+    /// those that the device has
     #[arg(
         long,
         value_name = "SPEC",
@@ -70,8 +86,8 @@ pub(crate) struct Predict {
         allow_hyphen_values = true
     )]
     pub(crate) load: Option<String>,
-    /// Table of loads (CSV) with the columns force_x, force_y, force_z and
-    /// their units, such as force_z [mN]
+    /// Table of loads (CSV): columns of the same names with their units, such
+    /// as force_z [mN]; other columns are passed on
     #[arg(long, value_name = "FILE", required_unless_present = "load")]
     pub(crate) loads: Option<PathBuf>,
     /// How the result is written
@@ -80,6 +96,9 @@ pub(crate) struct Predict {
     /// Write the result to this file instead of the standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Also draw the answers into this file: .svg, or .html for a page
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -125,6 +144,47 @@ pub(crate) struct Live {
     /// Port of the page; 0 takes a free one
     #[arg(long, default_value_t = 7117)]
     pub(crate) port: u16,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Reproduce {
+    /// Only these papers; all four if none is named
+    #[arg(value_enum)]
+    pub(crate) papers: Vec<PaperName>,
+    /// How the report is written; without it HTML to a file that ends in
+    /// .html, JSON to one that ends in .json, and the counts alone to the
+    /// standard output
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<ReportFormat>,
+    /// Write the report to this file
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// A paper as the command line names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PaperName {
+    /// In-plane capacitive sensor
+    #[value(name = "P1", alias = "p1")]
+    P1,
+    /// Three-axis capacitive array
+    #[value(name = "P2", alias = "p2")]
+    P2,
+    /// Piezoelectric array
+    #[value(name = "P3", alias = "p3")]
+    P3,
+    /// Liquid-metal array
+    #[value(name = "P4", alias = "p4")]
+    P4,
+}
+
+/// How the report is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ReportFormat {
+    /// One page with its figures, readable without a network
+    Html,
+    /// The same as data
+    Json,
 }
 
 #[derive(Debug, Args)]

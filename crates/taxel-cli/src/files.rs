@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
+use taxel::device::Device;
 use taxel::sensor::Sensor;
 
 use crate::{Done, Stop};
@@ -29,6 +30,13 @@ pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
     let sensor = Sensor::parse(&name, &text)?;
     let hash = sha256(text.as_bytes());
     Ok(NamedSensor { sensor, hash })
+}
+
+/// The device that a sensor describes.
+pub(crate) fn device(sensor: &Sensor) -> Result<Box<dyn Device + '_>, Stop> {
+    sensor
+        .device()
+        .map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))
 }
 
 fn with_shipped_names(stop: Stop, path: &Path) -> Stop {

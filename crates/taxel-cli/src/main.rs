@@ -6,7 +6,6 @@
 mod arguments;
 mod commands;
 mod files;
-mod table;
 
 use std::process::ExitCode;
 
@@ -51,6 +50,7 @@ fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Check(check) => commands::check::run(check),
         Command::Predict(predict) => commands::predict::run(predict),
+        Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
         Command::Live(live) => commands::live::run(live),
         Command::Schema(schema) => commands::schema::run(schema),
     };

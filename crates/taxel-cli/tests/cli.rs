@@ -234,7 +234,13 @@ fn bad_loads_are_refused_and_nothing_is_written() {
     for (table, parts) in [
         (
             "force_x [mN],force_y [mN],force_z [mN]\n0,nan,5\n",
-            ["loads.csv:2:3", "force_y [mN]", "nan", "-1000 N"].as_slice(),
+            [
+                "loads.csv:2:3",
+                "force_y [mN]",
+                "nan",
+                "from -1000 to 1000 N",
+            ]
+            .as_slice(),
         ),
         (
             "force_x [mN],force_y [mN],force_z [mm]\n0,0,5\n",

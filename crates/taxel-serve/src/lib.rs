@@ -54,6 +54,8 @@ pub struct Session {
     pub options: PumpOptions,
     /// What clients are told of program and device.
     pub provenance: Provenance,
+    /// The device to scale, SVG; empty for a recording that describes itself.
+    pub drawing: String,
 }
 
 /// Silence after which a source counts as stale, s, unless its own frames are
@@ -112,12 +114,8 @@ pub fn run_with_page(
         let stale_after = STALE_AFTER.max(2.5 * pump.stream().period.unwrap_or(0.0));
         let token = random_token()?;
         let site = Arc::new(Site {
-            hello: message::hello(
-                pump.stream(),
-                pump.sense().calibration(),
-                &provenance,
-                stale_after,
-            ),
+            hello: message::hello(pump.stream(), pump.sense(), &provenance, stale_after),
+            drawing: session.drawing,
             token: token.clone(),
             stale_after,
             shared: Arc::clone(&shared),

@@ -4,10 +4,13 @@ use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
 use taxel::acquisition::{Quantity, Stream};
 use taxel::calibration::Calibration;
-use taxel::estimation::{Contact, Continuity, MapTouch, State, TaxelTouch, Touch};
+use taxel::estimation::{
+    Contact, Continuity, MapTouch, Picture, Scale, SignalMeaning, SignalTouch, State, TaxelTouch,
+    Touch,
+};
 use taxel::layout::Mount;
 
-use crate::sense::Felt;
+use crate::sense::{Felt, Sense};
 
 const MAGIC: u32 = 0x314C_5854;
 
@@ -27,6 +30,7 @@ pub(crate) struct Health<'a> {
 pub(crate) fn frame(felt: Felt<'_>, health: &Health<'_>) -> Bytes {
     match felt {
         Felt::ThreeAxis(touch) => three_axis(touch, health),
+        Felt::Signals(touch) => signals(touch, health),
         Felt::Map(touch) => map(touch, health),
     }
 }
@@ -131,6 +135,36 @@ fn three_axis(touch: &Touch, health: &Health<'_>) -> Bytes {
     out.freeze()
 }
 
+fn signals(touch: &SignalTouch, health: &Health<'_>) -> Bytes {
+    let (taxels, channels) = (&touch.taxels, touch.signals.len());
+    let size = 184 + 88 * touch.contacts.len() + 4 + 8 * channels + 9 * taxels.len();
+    let mut out = BytesMut::with_capacity(size);
+    let unknown = f64::NAN;
+    let [force, deviation] = touch.force.unwrap_or([unknown; 2]);
+    let fields = Header {
+        kind: 3,
+        sequence: touch.sequence,
+        time_ns: touch.time_ns,
+        force: [unknown, unknown, force],
+        deviation: [unknown, unknown, deviation],
+        moment: [unknown; 3],
+        centre: touch.centre_of_pressure.unwrap_or(NO_CENTRE),
+        taxels: taxels.len(),
+        clipped: touch.clipped > 0,
+        history_uncertain: false,
+        contacts: &touch.contacts,
+    };
+    header(&mut out, &fields, health);
+    out.put_u32_le(channels as u32);
+    let numbers = touch.signals.iter().chain(&touch.rest);
+    numbers.for_each(|signal| out.put_f32_le(*signal as f32));
+    let values = taxels.iter().map(|taxel| taxel.value);
+    let numbers = values.chain(taxels.iter().map(|taxel| taxel.deviation));
+    numbers.for_each(|value| out.put_f32_le(value as f32));
+    out.extend(taxels.iter().map(|taxel| taxel.state as u8));
+    out.freeze()
+}
+
 fn map(touch: &MapTouch, health: &Health<'_>) -> Bytes {
     let mut out = BytesMut::with_capacity(184 + 88 * touch.contacts.len() + 5 * touch.values.len());
     let unknown = f64::NAN;
@@ -203,6 +237,7 @@ struct Hello<'a> {
     pitch_m: Option<[f64; 2]>,
     mount: MountMessage,
     unit: UnitMessage<'a>,
+    signals: Option<SignalsMessage<'a>>,
     full_scale_n: Option<f64>,
     usable_force_n: Option<f64>,
     period_s: Option<f64>,
@@ -211,13 +246,43 @@ struct Hello<'a> {
     total_force_known: bool,
 }
 
+/// What the numbers of a device of one value per taxel are.
+#[derive(Debug, Serialize)]
+struct SignalsMessage<'a> {
+    channels: &'a [String],
+    signal: UnitMessage<'a>,
+    value: UnitMessage<'a>,
+    full_scale: f64,
+    signed: bool,
+    grayscale: bool,
+}
+
+impl<'a> SignalsMessage<'a> {
+    fn new(meaning: &'a SignalMeaning) -> Self {
+        let unit = |scale: &Scale| UnitMessage {
+            quantity: scale.quantity,
+            symbol: scale.symbol,
+            si_per_unit: scale.si_per_unit,
+        };
+        Self {
+            channels: &meaning.channels,
+            signal: unit(&meaning.signal),
+            value: unit(&meaning.value),
+            full_scale: meaning.full_scale,
+            signed: meaning.signed,
+            grayscale: meaning.picture == Picture::Grayscale,
+        }
+    }
+}
+
 /// The first message to each client.
 pub(crate) fn hello(
     stream: &Stream,
-    calibration: Option<&Calibration>,
+    sense: &Sense,
     provenance: &Provenance,
     stale_after: f64,
 ) -> String {
+    let (calibration, meaning) = (sense.calibration(), sense.meaning());
     let pressure = stream.unit.quantity == Quantity::Pressure;
     let unit = if calibration.is_some() {
         UnitMessage {
@@ -241,30 +306,37 @@ pub(crate) fn hello(
     };
     let hello = Hello {
         protocol: 1,
-        kind: if calibration.is_some() {
-            "three_axis"
-        } else {
-            "pressure_map"
+        kind: match sense {
+            Sense::ThreeAxis(_) => "three_axis",
+            Sense::Signals(_) => "signals",
+            Sense::Map(_) => "pressure_map",
         },
         name: &provenance.device,
         source: &provenance.source,
         version: &provenance.version,
         commit: &provenance.commit,
         sensor_hash: &provenance.sensor_hash,
-        rows: stream.rows,
-        columns: stream.columns,
-        pitch_m: calibration.map_or(stream.pitch, |calibration| {
-            let [x, y] = calibration.layout.pitch;
-            Some([y, x])
-        }),
+        rows: meaning.map_or(stream.rows, |meaning| meaning.rows),
+        columns: meaning.map_or(stream.columns, |meaning| meaning.columns),
+        pitch_m: match (calibration, meaning) {
+            (Some(calibration), _) => {
+                let [x, y] = calibration.layout.pitch;
+                Some([y, x])
+            }
+            (None, Some(meaning)) => Some(meaning.pitch),
+            (None, None) => stream.pitch,
+        },
         mount,
         unit,
+        signals: meaning.map(SignalsMessage::new),
         full_scale_n: calibration.map(|calibration| calibration.full_scale),
         usable_force_n: calibration.map(|calibration| calibration.usable_force),
         period_s: stream.period,
         stale_after_s: stale_after,
         states: State::ALL.map(State::name),
-        total_force_known: calibration.is_some() || (pressure && stream.pitch.is_some()),
+        total_force_known: calibration.is_some()
+            || meaning.is_some()
+            || (pressure && stream.pitch.is_some()),
     };
     serde_json::to_string(&hello).unwrap_or_default()
 }

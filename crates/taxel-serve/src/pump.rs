@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use taxel::acquisition::{Frame, Stream};
-use taxel::calibration::RestRefused;
 use taxel::estimation::{Continuity, FrameError, State};
 use tokio::sync::broadcast;
 
@@ -173,8 +172,12 @@ pub struct LastTouch {
     pub contacts: usize,
     /// Number of taxels in each state.
     pub states: [usize; State::ALL.len()],
-    /// Force of each taxel, N; empty for a map.
+    /// Force of each taxel, N; empty but for three-axis units.
     pub taxel_forces: Vec<[f64; 3]>,
+    /// Value of each taxel, SI, of a device of one value per taxel.
+    pub taxel_values: Vec<f64>,
+    /// Signal of each channel of such a device, SI.
+    pub signals: Vec<f64>,
 }
 
 /// Why the pump ended early.
@@ -279,7 +282,7 @@ impl Pump {
 
     pub(crate) fn run(mut self) -> Summary {
         self.tell_rest();
-        if self.options.tare_at_start && matches!(self.sense, Sense::ThreeAxis(_)) {
+        if self.options.tare_at_start && self.sense.has_rest() {
             self.command(Command::Tare);
         }
         let mut failure = self.frames().err();
@@ -412,7 +415,7 @@ impl Pump {
         }
     }
 
-    fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: u64) {
+    fn captured(&mut self, captured: Result<(), String>, time_ns: u64) {
         let mut status = self.shared.status();
         match captured {
             Ok(()) => {
@@ -426,7 +429,7 @@ impl Pump {
                 } else {
                     Tare::None
                 };
-                status.notice = refused.to_string();
+                status.notice = refused;
             }
         }
         drop(status);
@@ -478,6 +481,26 @@ impl LastTouch {
                     contacts: touch.contacts.len(),
                     states,
                     taxel_forces,
+                    taxel_values: Vec::new(),
+                    signals: Vec::new(),
+                }
+            }
+            Felt::Signals(touch) => {
+                let [force, deviation] = touch.force.unwrap_or([f64::NAN; 2]);
+                let unknown = f64::NAN;
+                Self {
+                    sequence: touch.sequence,
+                    time_ns: touch.time_ns,
+                    force: [unknown, unknown, force],
+                    deviation: [unknown, unknown, deviation],
+                    moment: [unknown; 3],
+                    sum: None,
+                    centre_of_pressure: touch.centre_of_pressure.map(|(centre, _)| centre),
+                    contacts: touch.contacts.len(),
+                    states,
+                    taxel_forces,
+                    taxel_values: touch.taxels.iter().map(|taxel| taxel.value).collect(),
+                    signals: touch.signals.clone(),
                 }
             }
             Felt::Map(touch) => Self {
@@ -491,6 +514,8 @@ impl LastTouch {
                 contacts: touch.contacts.len(),
                 states,
                 taxel_forces,
+                taxel_values: Vec::new(),
+                signals: Vec::new(),
             },
         }
     }

@@ -36,6 +36,8 @@ const LARGEST_COMMAND: usize = 4096;
 pub(crate) struct Site {
     pub(crate) token: String,
     pub(crate) hello: String,
+    /// The device to scale, SVG; empty for a recording that describes itself.
+    pub(crate) drawing: String,
     pub(crate) stale_after: f64,
     pub(crate) shared: Arc<Shared>,
     pub(crate) commands: mpsc::SyncSender<Command>,
@@ -73,6 +75,7 @@ pub(crate) async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Re
             "/app.css",
             get(|| async { asset("text/css; charset=utf-8", STYLE) }),
         )
+        .route("/drawing.svg", get(drawing))
         .route("/ws", get(socket))
         .with_state(site);
     let stopped = async move {
@@ -113,6 +116,17 @@ fn asset(kind: &'static str, text: &'static str) -> Response {
         HeaderValue::from_static("nosniff"),
     );
     response
+}
+
+async fn drawing(State(site): State<Arc<Site>>, Query(access): Query<Access>) -> Response {
+    if !site.admits(&access) {
+        return refused();
+    }
+    if site.drawing.is_empty() {
+        return StatusCode::NOT_FOUND.into_response();
+    }
+    let kind = HeaderValue::from_static("image/svg+xml");
+    ([(header::CONTENT_TYPE, kind)], site.drawing.clone()).into_response()
 }
 
 fn refused() -> Response {

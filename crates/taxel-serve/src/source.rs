@@ -55,7 +55,6 @@ impl From<RecordingError> for SourceError {
 }
 
 /// The simulated twin as a source; it never ends.
-#[derive(Debug)]
 pub struct TwinSource {
     twin: Twin,
     stream: Stream,

@@ -2,20 +2,26 @@
 //!
 //! The modules follow the signal: [`sensor`] -> [`mechanics`] ->
 //! [`transduction`] -> [`electronics`] -> [`acquisition`] -> [`estimation`];
-//! [`calibration`] stands beside them.
+//! [`calibration`] stands beside them, and [`device`] joins them for each kind of
+//! sensor.
 
 pub mod acquisition;
 pub mod calibration;
+pub mod device;
+pub mod drawing;
 pub mod electronics;
 pub mod estimation;
+pub mod figure;
 pub mod input;
 pub mod layout;
-pub mod loads;
 pub mod mechanics;
 pub mod predict;
 pub mod quantity;
+pub mod reproduce;
 pub mod sensor;
 pub mod summary;
+mod svg;
+pub mod table;
 mod toml_input;
 pub mod transduction;
 

@@ -1,8 +1,7 @@
 //! What follows from a sensor file: the derived quantities of `taxel check`.
 
-use crate::estimation::{EstimatorOptions, Outcome, SearchOptions, estimate_unit};
 use crate::layout::Mount;
-use crate::sensor::{Element, Sensor};
+use crate::sensor::{Sensor, Unreadable};
 
 /// One derived quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +34,13 @@ pub enum Value {
     Text(String),
 }
 
-fn fact(group: &'static str, name: impl Into<String>, value: Value, source: &'static str) -> Fact {
+/// A derived quantity.
+pub(crate) fn fact(
+    group: &'static str,
+    name: impl Into<String>,
+    value: Value,
+    source: &'static str,
+) -> Fact {
     Fact {
         group,
         name: name.into(),
@@ -44,7 +49,8 @@ fn fact(group: &'static str, name: impl Into<String>, value: Value, source: &'st
     }
 }
 
-fn number(si: f64, key: &'static str, unit: &'static str, scale: f64) -> Value {
+/// A number with its units.
+pub(crate) fn number(si: f64, key: &'static str, unit: &'static str, scale: f64) -> Value {
     Value::Number {
         si,
         key,
@@ -53,19 +59,20 @@ fn number(si: f64, key: &'static str, unit: &'static str, scale: f64) -> Value {
     }
 }
 
-fn text(value: &(impl ToString + ?Sized)) -> Value {
+/// Words, or a whole number.
+pub(crate) fn text(value: &(impl ToString + ?Sized)) -> Value {
     Value::Text(value.to_string())
 }
 
 /// All that `taxel check` prints of a sensor, in the order of the signal.
-pub fn summary(sensor: &Sensor) -> Vec<Fact> {
+///
+/// # Errors
+/// [`Unreadable`] when the board cannot read the element; never after
+/// [`Sensor::parse`].
+pub fn summary(sensor: &Sensor) -> Result<Vec<Fact>, Unreadable> {
     let mut facts = device(sensor);
-    facts.extend(mechanics(sensor));
-    facts.extend(transduction(sensor));
-    facts.extend(electronics(sensor));
-    facts.extend(estimation(sensor));
-    facts.extend(numerics());
-    facts
+    facts.extend(sensor.device()?.facts());
+    Ok(facts)
 }
 
 fn device(sensor: &Sensor) -> Vec<Fact> {
@@ -76,12 +83,6 @@ fn device(sensor: &Sensor) -> Vec<Fact> {
             format!("on a cylinder of {:.4} mm radius", cylinder.radius * 1e3)
         }
     };
-    let masked = sensor
-        .masked()
-        .iter()
-        .flatten()
-        .filter(|masked| **masked)
-        .count();
     vec![
         fact("device", "name", text(&sensor.name), "name"),
         fact(
@@ -90,231 +91,7 @@ fn device(sensor: &Sensor) -> Vec<Fact> {
             text(&format!("{} x {}", array.rows, array.columns)),
             "array",
         ),
-        fact(
-            "device",
-            "channels",
-            text(&(4 * array.rows * array.columns)),
-            "four capacitors per taxel",
-        ),
+        fact("device", "element", text(sensor.element.key()), "element"),
         fact("device", "mount", text(&mount), "array.mount"),
-        fact("device", "masked_capacitors", text(&masked), "mask"),
-    ]
-}
-
-fn mechanics(sensor: &Sensor) -> Vec<Fact> {
-    let Element::ThreeAxisCapacitor(element) = &sensor.element;
-    let unit = element.unit_model();
-    let least_gap = unit
-        .plates
-        .air_gap
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
-    let [kappa_x, kappa_y] = element.torsion();
-    let mut facts = vec![
-        fact(
-            "mechanics",
-            "lever",
-            number(element.lever(), "m", "um", 1e-6),
-            "bump, bump layer and electrode layer",
-        ),
-        fact(
-            "mechanics",
-            "torsion_x",
-            number(kappa_x, "n_m_per_rad", "mN m/rad", 1e-3),
-            "k_x h L (P2 Eqs. 1-5)",
-        ),
-        fact(
-            "mechanics",
-            "torsion_y",
-            number(kappa_y, "n_m_per_rad", "mN m/rad", 1e-3),
-            "k_y h L",
-        ),
-    ];
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let displacement = element.full_scale / element.suspension.stiffness[axis];
-        facts.push(fact(
-            "mechanics",
-            format!("full_scale_displacement_{name}"),
-            number(displacement, "m", "um", 1e-6),
-            "full scale / stiffness",
-        ));
-    }
-    let top = element.outline.bump_top;
-    facts.extend([
-        fact(
-            "mechanics",
-            "closure_force_z",
-            number(least_gap * element.suspension.stiffness[2], "n", "mN", 1e-3),
-            "air gap x stiffness, parallel motion",
-        ),
-        fact(
-            "mechanics",
-            "full_scale_pressure_on_bump_top",
-            number(element.full_scale / (top * top), "pa", "kPa", 1e3),
-            "full scale / top of the bump: not a pressure range of the skin",
-        ),
-        fact(
-            "mechanics",
-            "full_scale_pressure_on_cell",
-            number(
-                element.full_scale / (sensor.array.pitch[0] * sensor.array.pitch[1]),
-                "pa",
-                "kPa",
-                1e3,
-            ),
-            "full scale / cell of the array",
-        ),
-    ]);
-    facts
-}
-
-fn transduction(sensor: &Sensor) -> Vec<Fact> {
-    let unit = sensor.unit_model();
-    let Element::ThreeAxisCapacitor(element) = &sensor.element;
-    let mut facts = Vec::new();
-    for (i, name) in ["11", "12", "21", "22"].into_iter().enumerate() {
-        facts.push(fact(
-            "transduction",
-            format!("rest_capacitance_{name}"),
-            number(unit.plates.rest_capacitance(i), "f", "fF", 1e-15),
-            "C_par + eps0 a b/(air + insulation/eps_r)",
-        ));
-    }
-    facts.push(fact(
-        "transduction",
-        "rest_gap_11",
-        number(unit.plates.rest_gap(0), "m", "um", 1e-6),
-        "equivalent gap: air + insulation/eps_r",
-    ));
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let sensitivity = 1.0 / (element.suspension.stiffness[axis] * unit.plates.rest_gap(0));
-        facts.push(fact(
-            "transduction",
-            format!("sensitivity_{name}"),
-            number(sensitivity, "per_n", "%/mN", 10.0),
-            "1/(k g): of the plate at rest; for x and y the difference of the two sides",
-        ));
-    }
-    let full = [element.full_scale; 3];
-    let least = unit.predict(full).1.least_air_gap();
-    facts.push(fact(
-        "transduction",
-        "least_air_gap_at_full_scale_on_all_axes",
-        number(least, "m", "um", 1e-6),
-        "zero or less: the three full scales together close a gap",
-    ));
-    facts
-}
-
-fn electronics(sensor: &Sensor) -> Vec<Fact> {
-    let board = sensor.front_end();
-    let [low, high] = board.span();
-    vec![
-        fact(
-            "electronics",
-            "frame_period",
-            number(board.period(), "s", "ms", 1e-3),
-            "1/frame rate",
-        ),
-        fact(
-            "electronics",
-            "scan_time",
-            number(board.scan_time(), "s", "ms", 1e-3),
-            "time for all capacitors of a frame",
-        ),
-        fact(
-            "electronics",
-            "lowest_capacitance",
-            number(low, "f", "fF", 1e-15),
-            "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "highest_capacitance",
-            number(high, "f", "fF", 1e-15),
-            "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "noise_of_a_reading",
-            number(board.deviation(), "f", "fF", 1e-15),
-            "amplifier noise and rounding to counts",
-        ),
-    ]
-}
-
-/// Noise-limited resolution: the standard deviation of the force of one frame.
-fn estimation(sensor: &Sensor) -> Vec<Fact> {
-    let unit = sensor.unit_model();
-    let Element::ThreeAxisCapacitor(element) = &sensor.element;
-    let sigma = [sensor.front_end().deviation(); 4];
-    let mut facts = vec![
-        fact(
-            "estimation",
-            "full_scale",
-            number(element.full_scale, "n", "mN", 1e-3),
-            "element",
-        ),
-        fact(
-            "estimation",
-            "usable_force",
-            number(element.usable_force, "n", "mN", 1e-3),
-            "element",
-        ),
-    ];
-    let found = estimate_unit(
-        &unit,
-        unit.rest(),
-        sigma,
-        [true; 4],
-        &SearchOptions::default(),
-    );
-    if found.outcome == Outcome::Converged {
-        for (deviation, axis) in found.deviation().into_iter().zip(["x", "y", "z"]) {
-            facts.push(fact(
-                "estimation",
-                format!("resolution_{axis}"),
-                number(deviation, "n", "uN", 1e-6),
-                "one standard deviation of one frame at rest",
-            ));
-        }
-    }
-    facts
-}
-
-fn numerics() -> Vec<Fact> {
-    let options = EstimatorOptions::default();
-    vec![
-        fact(
-            "numerics",
-            "search_steps",
-            text(&options.search.most_steps),
-            "default",
-        ),
-        fact(
-            "numerics",
-            "search_least_gain",
-            text(&options.search.least_gain),
-            "default",
-        ),
-        fact(
-            "numerics",
-            "contact_threshold",
-            text(&format!(
-                "{} sigma and {} % of full scale",
-                options.contact_deviations,
-                100.0 * options.contact_share
-            )),
-            "default",
-        ),
-        fact(
-            "numerics",
-            "residual_bound",
-            text(&format!(
-                "{} for {} frames, or {}",
-                options.residual_bound, options.residual_persistence, options.residual_alarm
-            )),
-            "default",
-        ),
     ]
 }

@@ -120,7 +120,7 @@ fn estimation_inverts_what_a_calibration_carries() {
 
 #[test]
 fn only_the_service_knows_http_and_messages() {
-    must_not_name("taxel/src", &["http", "WebSocket", "websocket"]);
+    must_not_name("taxel/src", &["http::", "WebSocket", "websocket"]);
     must_not_name("taxel-cli/src", &["axum", "tokio"]);
 }
 

@@ -7,8 +7,8 @@ mod common;
 use std::collections::HashMap;
 
 use common::{assert_near, table};
+use taxel::device::{LoadState, ThreeAxisPredictor};
 use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
-use taxel::predict::{LoadState, Predictor};
 use taxel::sensor::{Element, Sensor, ThreeAxisCapacitor};
 use taxel::transduction::UnitModel;
 
@@ -26,13 +26,13 @@ fn element(sensor: &Sensor) -> &ThreeAxisCapacitor {
 /// The measured unit, its excess read as parallel capacitance (the values of
 /// the reference set, rounded to 0.1 fF).
 fn parasitic() -> UnitModel {
-    let mut unit = array().unit_model();
+    let mut unit = array().three_axis().unwrap().unit_model();
     unit.plates.parallel_capacitance = [30.7e-15, 31.7e-15, 17.7e-15, 32.7e-15];
     unit
 }
 
 fn parallel_tiles() -> UnitModel {
-    let mut unit = array().unit_model();
+    let mut unit = array().three_axis().unwrap().unit_model();
     unit.suspension.tile_tilt = 0.0;
     unit
 }
@@ -56,13 +56,15 @@ fn estimate(unit: &UnitModel, force_mn: [f64; 3]) -> UnitEstimate {
 
 #[test]
 fn p2_rest_capacitance() {
-    let rest = array().unit_model().rest();
+    let rest = array().three_axis().unwrap().unit_model().rest();
     // Printed 172 fF.
     assert!(
         rest.iter().all(|rest| (rest * 1e15).round() == 172.0),
         "{rest:?}"
     );
     let measured = Sensor::shipped("three-axis-unit")
+        .unwrap()
+        .three_axis()
         .unwrap()
         .unit_model()
         .rest();
@@ -74,7 +76,7 @@ fn p2_rest_capacitance() {
 #[test]
 fn p2_sensitivities() {
     let sensor = array();
-    let gap = sensor.unit_model().plates.rest_gap(0);
+    let gap = sensor.three_axis().unwrap().unit_model().plates.rest_gap(0);
     for (stiffness, printed) in element(&sensor)
         .suspension
         .stiffness
@@ -113,7 +115,7 @@ fn p2_full_scale_pressure() {
 
 #[test]
 fn p2_closure_force() {
-    let predictor = Predictor::new(&array());
+    let predictor = ThreeAxisPredictor::new(&array().three_axis().unwrap());
     let state = |force| predictor.predict([0.0, 0.0, force * MN]).state;
     assert_eq!(state(14.9), LoadState::Ok);
     assert_eq!(state(15.1), LoadState::AboveUsable);
@@ -130,7 +132,7 @@ fn p2_closure_force() {
         "corner",
     );
     // With the thin gaps that explain the measured rest values, it touches.
-    let mut thin = array().unit_model();
+    let mut thin = array().three_axis().unwrap().unit_model();
     thin.plates.air_gap = [4.75645e-6, 4.72224e-6, 5.23394e-6, 4.68836e-6];
     assert_eq!(
         thin.predict([20.0 * MN; 3]).1.touching(),
@@ -163,7 +165,7 @@ fn p2_figure_5_curves() {
 /// a pure load moves only its own axis.
 #[test]
 fn p2_figure_8_displacements() {
-    let unit = array().unit_model();
+    let unit = array().three_axis().unwrap().unit_model();
     for (axis, printed) in [9.62e3, 1.04e4, 1.04e4].into_iter().enumerate() {
         for force in [5.0, 10.0, 15.0] {
             let mut load = [0.0; 3];
@@ -192,7 +194,7 @@ fn p2_frame_budget() {
     // 6 frames/s of 256 capacitors are 651 us each.
     let text = Sensor::shipped_text("three-axis-8x8").unwrap().replace(
         "{ row_parallel = { row_time = \"1 ms\" } }",
-        "{ multiplexed = { capacitor_time = \"651 us\" } }",
+        "{ multiplexed = { channel_time = \"651 us\" } }",
     );
     let at = |rate: &str| Sensor::parse("b", &text.replace("frame_rate = \"60 Hz\"", rate));
     assert!(at("frame_rate = \"6 Hz\"").is_ok());
@@ -207,10 +209,13 @@ fn p2_frame_budget() {
 /// Noise at rest for 0.1 fF, in uN (table of section 8).
 #[test]
 fn p2_resolution_table() {
-    let mut thin = array().unit_model();
+    let mut thin = array().three_axis().unwrap().unit_model();
     thin.plates.air_gap = [4.75645e-6; 4];
     for (unit, expected) in [
-        (array().unit_model(), [46.0, 50.0, 25.0]),
+        (
+            array().three_axis().unwrap().unit_model(),
+            [46.0, 50.0, 25.0],
+        ),
         (thin, [33.0, 36.0, 18.0]),
     ] {
         let found = estimate(&unit, [0.0; 3]).deviation();
@@ -218,7 +223,7 @@ fn p2_resolution_table() {
             assert_eq!((found * 1e6).round(), expected);
         }
     }
-    let loaded = estimate(&array().unit_model(), [20.0; 3]).deviation();
+    let loaded = estimate(&array().three_axis().unwrap().unit_model(), [20.0; 3]).deviation();
     for (found, expected) in loaded.into_iter().zip([26.0, 27.0, 16.0]) {
         assert_eq!((found * 1e6).round(), expected);
     }
@@ -227,7 +232,7 @@ fn p2_resolution_table() {
 /// Error of the published inverse for a rigid plane of electrodes (section 5).
 #[test]
 fn p2_inverse_error_table() {
-    let unit = array().unit_model();
+    let unit = array().three_axis().unwrap().unit_model();
     for (force, error, twist) in [
         ([0.0, 0.0, 20.0], [0.0, 0.0, 0.0], 0.0),
         ([15.0, 0.0, 0.0], [0.015, 0.0, 0.085], 0.0),
@@ -253,7 +258,7 @@ fn p2_inverse_error_table() {
 #[test]
 fn p2_unknown_parallel_capacitance() {
     let truth = parasitic();
-    let ignorant = array().unit_model();
+    let ignorant = array().three_axis().unwrap().unit_model();
     let seen = |force| ignorant.effective_motion(truth.rest(), capacitance(&truth, force));
     let force = |force| {
         ignorant
@@ -282,7 +287,7 @@ fn p2_unknown_parallel_capacitance() {
 #[test]
 fn p2_numbers_table() {
     let sensor = array();
-    let (unit, tiles) = (sensor.unit_model(), parallel_tiles());
+    let (unit, tiles) = (sensor.three_axis().unwrap().unit_model(), parallel_tiles());
     let element = element(&sensor);
     let gap = unit.plates.rest_gap(0);
     let area = unit.plates.permittivity_area();

@@ -3,7 +3,6 @@
 
 use proptest::prelude::*;
 use taxel::acquisition::{Frame, Quantity, Stimulus};
-use taxel::calibration::Calibration;
 use taxel::estimation::{
     Estimator, EstimatorOptions, Outcome, SearchOptions, State, estimate_unit,
 };
@@ -15,7 +14,11 @@ use taxel::transduction::mean_inverse_gap;
 const SIGMA: [f64; 4] = [1e-16; 4];
 
 fn nominal() -> UnitModel {
-    Sensor::shipped("three-axis-8x8").unwrap().unit_model()
+    Sensor::shipped("three-axis-8x8")
+        .unwrap()
+        .three_axis()
+        .unwrap()
+        .unit_model()
 }
 
 /// Any unit that could be built: scattered gaps, parallel capacitances, tilt
@@ -258,7 +261,7 @@ proptest! {
         let sensor = Sensor::parse("unit", &text).unwrap();
         let options = EstimatorOptions { residual_persistence: 1, ..EstimatorOptions::default() };
         let mut estimator =
-            Estimator::new(Calibration::as_drawn(&sensor), Quantity::Capacitance, options).unwrap();
+            Estimator::new(sensor.three_axis().unwrap().calibration(), Quantity::Capacitance, options).unwrap();
         let frame = Frame { sequence: 0, time_ns: 0, values: readings.to_vec() };
         let taxel = estimator.push(&frame).unwrap().0.taxels[0];
         let possible = |c: f64| (0.2 * 172.2e-15..1.06 * 638e-15).contains(&c);

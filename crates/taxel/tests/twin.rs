@@ -17,7 +17,7 @@ impl Run {
     fn new(sensor: &Sensor, script: &str) -> Self {
         let stimulus = Stimulus::parse("script", script).unwrap();
         let twin = Twin::new(sensor, &stimulus, 7).unwrap();
-        let calibration = Calibration::as_drawn(sensor);
+        let calibration = sensor.three_axis().unwrap().calibration();
         let options = EstimatorOptions::default();
         let mut estimator = Estimator::new(calibration, Quantity::Counts, options).unwrap();
         estimator.begin_rest_capture(REST_FRAMES);
@@ -234,13 +234,16 @@ fn a_multiplexer_skews_what_it_reads() {
     let text = text
         .replace(
             "{ row_parallel = { row_time = \"1 ms\" } }",
-            "{ multiplexed = { capacitor_time = \"651 us\" } }",
+            "{ multiplexed = { channel_time = \"651 us\" } }",
         )
         .replace("frame_rate = \"60 Hz\"", "frame_rate = \"6 Hz\"")
         .replace("noise = \"0.1 mV\" ", "noise = \"1 nV\" ");
     let multiplexed = Sensor::parse("m.toml", &text).unwrap();
-    assert_eq!(multiplexed.front_end().delay(63, 3), 255.0 * 651e-6);
-    assert_eq!(parallel.front_end().delay(63, 3), 15e-3);
+    assert_eq!(
+        multiplexed.three_axis().unwrap().board.delay(63, 3),
+        255.0 * 651e-6
+    );
+    assert_eq!(parallel.three_axis().unwrap().board.delay(63, 3), 15e-3);
     // A ramp of 4 mN/s in z looks like shear: C21, C22 are read 16 slots later.
     let ramp = "schema = 1\nname = \"ramp\"\nduration = \"10 s\"\n[[probe]]\ntaxel = [0, 0]\npath = [\n\
         { time = \"4 s\", force = [\"0 mN\", \"0 mN\", \"0 mN\"] },\n{ time = \"6 s\", force = [\"0 mN\", \"0 mN\", \"8 mN\"] }]\n";
@@ -248,8 +251,8 @@ fn a_multiplexer_skews_what_it_reads() {
     let mut twin = Twin::new(&multiplexed, &stimulus, 1).unwrap();
     let mut estimator = Estimator::new(
         Calibration {
-            units: twin.units().to_vec(),
-            ..Calibration::as_drawn(&multiplexed)
+            units: multiplexed.three_axis().unwrap().made(),
+            ..multiplexed.three_axis().unwrap().calibration()
         },
         Quantity::Counts,
         EstimatorOptions::default(),

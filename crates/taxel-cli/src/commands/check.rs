@@ -3,20 +3,27 @@
 use serde_json::{Map, Value as Json};
 use taxel::summary::{Fact, Value, summary};
 
-use crate::arguments::{COMMIT, Check, Format, VERSION};
-use crate::table::{self, Cell, Column};
+use taxel::table::{self, Cell, Column, Format};
+
+use crate::arguments::{COMMIT, Check, VERSION};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
     let named = files::sensor(&arguments.sensor)?;
-    let facts = summary(&named.sensor);
-    let text = if arguments.format == Format::Json {
-        json(&facts, &named.hash)?
+    let facts =
+        summary(&named.sensor).map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))?;
+    let format = arguments.format.into();
+    let text = if format == Format::Json {
+        json(&facts, &named.hash)
     } else {
         let columns = ["group", "quantity", "value", "unit", "from"].map(Column::plain);
         let rows: Vec<Vec<Cell>> = facts.iter().map(row).collect();
-        table::render(arguments.format, &Map::new(), &columns, &rows)?
+        table::render(format, &Map::new(), &columns, &rows)
     };
+    if let Some(path) = &arguments.plot {
+        let drawing = files::device(&named.sensor)?.drawing();
+        files::write(Some(path), &drawing.svg())?;
+    }
     files::write(arguments.output.as_deref(), &text)
 }
 
@@ -28,7 +35,7 @@ fn row(fact: &Fact) -> Vec<Cell> {
         Value::Text(text) => (text.clone(), ""),
     };
     [fact.group, &fact.name, &value, unit, fact.source]
-        .map(|text| Cell::Text(text.to_owned()))
+        .map(|text| Cell::from(text.to_owned()))
         .into()
 }
 
@@ -41,7 +48,7 @@ fn significant(value: f64) -> String {
     format!("{value:.*}", decimals as usize)
 }
 
-fn json(facts: &[Fact], hash: &str) -> Result<String, Stop> {
+fn json(facts: &[Fact], hash: &str) -> String {
     let mut whole = Map::new();
     for (key, value) in [
         ("sensor_hash", hash),

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 use taxel::acquisition::recording::RecordingError;
-use taxel::acquisition::{Stimulus, Twin};
-use taxel::calibration::Calibration;
+use taxel::acquisition::{Quantity, Stimulus, Twin};
+use taxel::device::Device;
 use taxel::estimation::State;
+use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_serve::{
     Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError, Session,
     Source, SourceError, Summary, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{COMMIT, Format, Live, VERSION};
-use crate::table::{self, Cell, Column, number_or_null};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
@@ -107,9 +107,13 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
         .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
     let source = TwinSource::new(twin);
-    let sense = three_axis(Calibration::as_drawn(&named.sensor), &source, arguments)?;
+    let device = files::device(&named.sensor)?;
+    let sense = sense(device.as_ref(), &source, arguments)?;
+    let drawing = device.drawing().svg();
+    drop(device);
     Ok(Session {
         sense,
+        drawing,
         source: Box::new(source),
         options,
         provenance: provenance(arguments, named.sensor.name, named.hash),
@@ -129,28 +133,36 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     let source = ReplaySource::open(path)
         .map_err(|error| stop_of_source(&error))?
         .paced(size);
-    let (mut device, mut hash) = (source.stream().name.clone(), String::new());
-    let sense = if source.stream().channels_per_taxel == 4 {
-        let named = files::sensor(&arguments.sensor)?;
-        (device, hash) = (named.sensor.name.clone(), named.hash);
-        three_axis(Calibration::as_drawn(&named.sensor), &source, arguments)?
-    } else {
-        Sense::map(source.stream())
-    };
+    let stream = source.stream();
+    // Counts and capacitances mean something only with the sensor they are of;
+    // other recordings describe themselves.
+    let needs_sensor = stream.channels_per_taxel == 4 || stream.unit.quantity == Quantity::Counts;
+    if !needs_sensor {
+        let provenance = provenance(arguments, stream.name.clone(), String::new());
+        return Ok(Session {
+            sense: Sense::map(stream),
+            drawing: String::new(),
+            source: Box::new(source),
+            options,
+            provenance,
+        });
+    }
+    let named = files::sensor(&arguments.sensor)?;
+    let device = files::device(&named.sensor)?;
+    let sense = sense(device.as_ref(), &source, arguments)?;
+    let drawing = device.drawing().svg();
+    drop(device);
     Ok(Session {
         sense,
+        drawing,
         source: Box::new(source),
         options,
-        provenance: provenance(arguments, device, hash),
+        provenance: provenance(arguments, named.sensor.name, named.hash),
     })
 }
 
-fn three_axis(
-    calibration: Calibration,
-    source: &impl Source,
-    arguments: &Live,
-) -> Result<Sense, Stop> {
-    Sense::three_axis(calibration, source.stream()).map_err(|error| {
+fn sense(device: &dyn Device, source: &impl Source, arguments: &Live) -> Result<Sense, Stop> {
+    Sense::of(device, source.stream()).map_err(|error| {
         let stream = source.stream();
         Stop::WrongInput(format!(
             "{} does not fit {}: {error}\nhelp: the frames are of {} x {} taxels; name the sensor file they come from",
@@ -234,7 +246,7 @@ fn about(session: &Session, seed: u64) -> Map<String, Value> {
 fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Result<Done, Stop> {
     let fields = fields(about, summary);
     let report = match arguments.format {
-        Format::Json => table::json(&Value::Object(fields))?,
+        Format::Json => table::json(&Value::Object(fields)),
         Format::Table => fields
             .iter()
             .filter(|(key, _)| *key != "last_taxel_forces_n")
@@ -244,9 +256,9 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
             let columns: Vec<_> = fields.keys().map(Column::plain).collect();
             let row = fields
                 .values()
-                .map(|value| Cell::Text(text(value)))
+                .map(|value| Cell::from(text(value)))
                 .collect();
-            table::render(Format::Csv, &Map::new(), &columns, &[row])?
+            table::render(table::Format::Csv, &Map::new(), &columns, &[row])
         }
     };
     if arguments.headless || arguments.frames.is_some() {
@@ -357,6 +369,10 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
                 .map(|force| numbers(force))
                 .collect(),
         );
+        if !last.signals.is_empty() {
+            put("last_signals_si", numbers(&last.signals));
+            put("last_taxel_values_si", numbers(&last.taxel_values));
+        }
     }
     fields
 }

@@ -3,4 +3,5 @@
 pub(crate) mod check;
 pub(crate) mod live;
 pub(crate) mod predict;
+pub(crate) mod reproduce;
 pub(crate) mod schema;

@@ -1,34 +1,32 @@
 //! `taxel predict`: loads in, electrical response out.
 
+use std::path::Path;
+
 use serde_json::{Map, Value};
-use taxel::loads::{Load, Loads};
-use taxel::predict::{Prediction, Predictor};
+use taxel::InputError;
+use taxel::predict::{self, Given, Load, LoadRefused, LoadRow, Loads, Predictor};
+use taxel::table::{self, Cell, Column};
 
 use crate::arguments::{COMMIT, Predict, VERSION};
-use crate::table::{Cell, Column};
-use crate::{Done, Stop, files, table};
-
-const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
+use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     let named = files::sensor(&arguments.sensor)?;
-    let loads = loads(arguments)?;
-    let predictor = Predictor::new(&named.sensor);
-    let mut columns = passed_on(&loads.header);
-    columns.extend(answers());
-    let rows: Vec<Vec<Cell>> = loads
-        .rows
-        .iter()
-        .map(|load| {
-            let passed = loads
-                .header
-                .iter()
-                .zip(&load.fields)
-                .filter(|(title, _)| !is_force(title));
-            let passed = passed.map(|(_, field)| Cell::Text(field.clone()));
-            passed.chain(row(&predictor.predict(load.force))).collect()
-        })
-        .collect();
+    let device = files::device(&named.sensor)?;
+    let predictor = device.predictor();
+    let loads = loads(arguments, predictor.as_ref())?;
+    let mut columns: Vec<Column> = loads.given.others.iter().map(Column::plain).collect();
+    columns.extend(predictor.columns());
+    let refused =
+        |row: &LoadRow, refused: &LoadRefused| refusal(arguments, row, refused, predictor.as_ref());
+    let mut rows = Vec::with_capacity(loads.rows.len());
+    for load in &loads.rows {
+        let mut row: Vec<Cell> = load.others.iter().cloned().map(Cell::from).collect();
+        predictor
+            .answer(&Load(&load.values), &mut row)
+            .map_err(|error| refused(load, &error))?;
+        rows.push(row);
+    }
     let mut about = Map::new();
     for (key, value) in [
         ("sensor", named.sensor.name.as_str()),
@@ -38,84 +36,77 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     ] {
         about.insert(key.into(), Value::from(value));
     }
-    let text = table::render(arguments.format, &about, &columns, &rows)?;
+    if let Some(path) = &arguments.plot {
+        plot(path, &named.sensor.name, predictor.as_ref(), &loads)?;
+    }
+    let text = table::render(arguments.format.into(), &about, &columns, &rows);
     files::write(arguments.output.as_deref(), &text)
 }
 
-fn loads(arguments: &Predict) -> Result<Loads, Stop> {
-    if let Some(spec) = &arguments.load {
-        let force = Loads::parse_one(spec)?;
-        return Ok(Loads {
-            header: Vec::new(),
-            rows: vec![Load {
-                fields: Vec::new(),
-                force,
-            }],
-        });
-    }
-    let path = arguments
-        .loads
-        .as_deref()
-        .unwrap_or_else(|| std::path::Path::new(""));
-    Ok(Loads::parse(&path.to_string_lossy(), &files::text(path)?)?)
-}
-
-/// Columns of the load file that are not forces go through as they are.
-fn passed_on(header: &[String]) -> Vec<Column> {
-    header
-        .iter()
-        .filter(|title| !is_force(title))
-        .map(Column::plain)
-        .collect()
-}
-
-fn is_force(title: &str) -> bool {
-    ["force_x", "force_y", "force_z"].contains(&title.split('[').next().unwrap_or("").trim())
-}
-
-fn answers() -> Vec<Column> {
-    let axes = ["x", "y", "z"];
-    let force =
-        |name: &str| axes.map(|axis| Column::new(format!("{name}_{axis}"), "mN", 1e-3, "n", 3));
-    let mut columns = Vec::from(force("force"));
-    columns
-        .extend(axes.map(|axis| Column::new(format!("displacement_{axis}"), "nm", 1e-9, "m", 2)));
-    columns
-        .extend(CAPACITORS.map(|c| Column::new(format!("capacitance_{c}"), "fF", 1e-15, "f", 3)));
-    columns.push(Column::new("least_air_gap", "um", 1e-6, "m", 4));
-    columns.extend(CAPACITORS.map(|c| Column::new(format!("voltage_{c}"), "mV", 1e-3, "v", 3)));
-    columns.extend(CAPACITORS.map(|c| Column::plain(format!("counts_{c}"))));
-    columns.extend(force("published_inverse"));
-    columns.push(Column::plain("state"));
-    columns.push(Column::plain("touching"));
-    columns
-}
-
-fn row(answer: &Prediction) -> Vec<Cell> {
-    let numbers = |values: &[f64]| {
-        values
-            .iter()
-            .map(|value| Cell::Number(*value))
-            .collect::<Vec<_>>()
+fn loads(arguments: &Predict, predictor: &dyn Predictor) -> Result<Loads, Stop> {
+    let columns = predictor.load_columns();
+    let (file, loads) = if let Some(spec) = &arguments.load {
+        let (given, values) = predict::one_load(spec, columns)?;
+        let row = LoadRow {
+            line: 1,
+            values,
+            others: Vec::new(),
+        };
+        let rows = vec![row];
+        (String::from("--load"), Loads { given, rows })
+    } else {
+        let path = arguments.loads.as_deref().unwrap_or_else(|| Path::new(""));
+        let file = path.to_string_lossy().into_owned();
+        let loads = Loads::parse(&file, &files::text(path)?, columns)?;
+        (file, loads)
     };
-    let mut cells = numbers(&answer.force);
-    cells.extend(numbers(&answer.deformation.displacement));
-    cells.extend(numbers(&answer.response.capacitance()));
-    cells.push(Cell::Number(answer.response.least_air_gap()));
-    cells.extend(numbers(&answer.voltage));
-    cells.extend(
-        answer
-            .code
-            .iter()
-            .map(|code| Cell::Whole(u64::from(code.counts))),
-    );
-    cells.extend(numbers(&answer.published_inverse));
-    cells.push(Cell::Text(answer.state.name().into()));
-    let touching = answer.response.touching();
-    let names: Vec<_> = (0..4)
-        .filter(|i| touching[*i])
-        .map(|i| CAPACITORS[i])
-        .collect();
-    cells.push(Cell::Text(names.join(" ")));
-    cells
+    predictor
+        .combination(&loads.given.columns)
+        .map_err(|message| InputError::whole(&file, message))?;
+    Ok(loads)
+}
+
+/// A load without meaning, at its place.
+fn refusal(
+    arguments: &Predict,
+    row: &LoadRow,
+    refused: &LoadRefused,
+    predictor: &dyn Predictor,
+) -> Stop {
+    let key = predictor
+        .load_columns()
+        .get(refused.column)
+        .map_or("", |column| column.name);
+    let error = match &arguments.loads {
+        Some(path) => InputError::on_line(
+            &path.to_string_lossy(),
+            row.line,
+            "",
+            1,
+            1,
+            &refused.message,
+        ),
+        None => InputError::whole("--load", &refused.message),
+    };
+    error.key(key).help(&refused.help).into()
+}
+
+fn plot(path: &Path, title: &str, predictor: &dyn Predictor, loads: &Loads) -> Result<(), Stop> {
+    let html = match path.extension().and_then(|ending| ending.to_str()) {
+        Some("svg") => false,
+        Some("html") => true,
+        _ => {
+            let message = format!("--plot {}: must end in .svg or .html", path.display());
+            return Err(Stop::WrongInput(message));
+        }
+    };
+    let given = Given {
+        columns: loads.given.columns.clone(),
+        others: Vec::new(),
+    };
+    let values: Vec<_> = loads.rows.iter().map(|row| row.values.clone()).collect();
+    let figure = predict::figure(title, predictor, &given, &values)
+        .map_err(|refused| Stop::WrongInput(format!("--plot: {}", refused.message)))?;
+    let text = if html { figure.html() } else { figure.svg() };
+    files::write(Some(path), &text).map(drop)
 }

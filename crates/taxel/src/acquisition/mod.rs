@@ -7,6 +7,7 @@ mod twin;
 
 pub use frame::{Frame, Quantity, SignalUnit, Stream};
 pub use stimulus::{
-    Fault, FaultReading, Finger, FingerPoint, Link, Outage, Probe, ProbePoint, Stimulus, Stuck,
+    Fault, FaultReading, Finger, FingerPoint, Link, Outage, Patch, Probe, ProbePoint, Script,
+    Stimulus, Stuck,
 };
-pub use twin::{Delivery, TrueForces, Twin};
+pub use twin::{Delivery, Simulated, TrueForces, Twin};

@@ -301,23 +301,63 @@ impl Stimulus {
         }
         Ok(())
     }
+}
 
-    /// Force x, y, pressing on taxel `taxel` at time `time` of the script, N.
-    pub fn force(&self, layout: &Layout, taxel: usize, time: f64) -> [f64; 3] {
+/// A stimulus on a layout, asked at device times: the script repeats.
+#[derive(Debug, Clone, Copy)]
+pub struct Script<'a> {
+    stimulus: &'a Stimulus,
+    layout: &'a Layout,
+}
+
+/// A finger at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Patch {
+    /// Centre on the developed surface, m.
+    pub centre: [f64; 2],
+    /// Radius, m.
+    pub radius: f64,
+    /// Total force x, y, pressing, N.
+    pub force: [f64; 3],
+}
+
+impl<'a> Script<'a> {
+    /// `stimulus` on the taxels of `layout`.
+    pub fn new(stimulus: &'a Stimulus, layout: &'a Layout) -> Self {
+        Self { stimulus, layout }
+    }
+
+    /// The taxels.
+    pub fn layout(&self) -> &'a Layout {
+        self.layout
+    }
+
+    /// Device time to time of the script, s.
+    fn script_time(&self, time: f64) -> f64 {
+        time.rem_euclid(self.stimulus.duration)
+    }
+
+    /// The fingers that touch at device time `time`, s.
+    pub fn patches(&self, time: f64) -> impl Iterator<Item = Patch> {
+        let time = self.script_time(time);
+        self.stimulus.finger.iter().filter_map(move |finger| {
+            let (from, to, share) = around(&finger.path, time, |point| point.time)?;
+            Some(Patch {
+                centre: std::array::from_fn(|i| mix(from.at[i], to.at[i], share)),
+                radius: finger.radius,
+                force: std::array::from_fn(|axis| mix(from.force[axis], to.force[axis], share)),
+            })
+        })
+    }
+
+    /// Force of the probes on taxel `taxel` at device time `time`, s: x, y,
+    /// pressing, N.
+    pub fn probe_force(&self, taxel: usize, time: f64) -> [f64; 3] {
+        let time = self.script_time(time);
+        let here = [taxel / self.layout.columns, taxel % self.layout.columns];
         let mut total = [0.0; 3];
-        let centre = layout.flat_position(taxel);
-        for finger in &self.finger {
-            let Some((from, to, share)) = around(&finger.path, time, |point| point.time) else {
-                continue;
-            };
-            let at: [f64; 2] = std::array::from_fn(|i| mix(from.at[i], to.at[i], share));
-            let part = patch_share(centre, layout.pitch, at, finger.radius);
-            for (axis, sum) in total.iter_mut().enumerate() {
-                *sum += part * mix(from.force[axis], to.force[axis], share);
-            }
-        }
-        let here = [taxel / layout.columns, taxel % layout.columns];
-        for probe in self.probe.iter().filter(|probe| probe.taxel == here) {
+        let probes = &self.stimulus.probe;
+        for probe in probes.iter().filter(|probe| probe.taxel == here) {
             if let Some((from, to, share)) = around(&probe.path, time, |point| point.time) {
                 for (axis, sum) in total.iter_mut().enumerate() {
                     *sum += mix(from.force[axis], to.force[axis], share);
@@ -327,31 +367,40 @@ impl Stimulus {
         total
     }
 
-    /// What the capacitor reads when it fails at `time`, if it does.
-    pub(super) fn fault(
-        &self,
-        layout: &Layout,
-        taxel: usize,
-        capacitor: usize,
-        time: f64,
-    ) -> Option<FaultReading> {
-        let here = [taxel / layout.columns, taxel % layout.columns];
-        self.fault
-            .iter()
-            .find(|fault| {
-                fault.channel.taxel == here
-                    && fault
-                        .channel
-                        .capacitor
-                        .is_none_or(|name| name as usize == capacitor)
-                    && (fault.from..fault.to).contains(&time)
-            })
-            .map(|fault| fault.reads)
+    /// Force x, y, pressing on the cell of taxel `taxel` at device time
+    /// `time`, s, N: probes, and the share of each finger on the cell.
+    pub fn force(&self, taxel: usize, time: f64) -> [f64; 3] {
+        let mut total = self.probe_force(taxel, time);
+        let centre = self.layout.flat_position(taxel);
+        for patch in self.patches(time) {
+            let part = patch_share(centre, self.layout.pitch, patch.centre, patch.radius);
+            for (sum, force) in total.iter_mut().zip(patch.force) {
+                *sum += part * force;
+            }
+        }
+        total
     }
 
-    /// Whether the link is down at `time`.
+    /// What channel `capacitor` of taxel `taxel` reads when it fails at device
+    /// time `time`, s, if it does.
+    pub fn fault(&self, taxel: usize, capacitor: usize, time: f64) -> Option<FaultReading> {
+        let time = self.script_time(time);
+        let here = [taxel / self.layout.columns, taxel % self.layout.columns];
+        let faults = &self.stimulus.fault;
+        let failed = faults.iter().find(|fault| {
+            let channel = fault.channel.capacitor;
+            fault.channel.taxel == here
+                && channel.is_none_or(|name| name as usize == capacitor)
+                && (fault.from..fault.to).contains(&time)
+        });
+        failed.map(|fault| fault.reads)
+    }
+
+    /// Whether the link is down at device time `time`, s.
     pub(super) fn silent(&self, time: f64) -> bool {
-        self.outage
+        let time = self.script_time(time);
+        let outages = &self.stimulus.outage;
+        outages
             .iter()
             .any(|outage| (outage.from..outage.to).contains(&time))
     }

@@ -8,7 +8,6 @@ mod sweep;
 
 use crate::layout::Layout;
 use crate::mechanics::RelaxationTerm;
-use crate::sensor::{Element, Sensor};
 use crate::transduction::UnitModel;
 
 pub use channels::{ChannelCalibration, ChannelModel, ChannelSignal, DividerScale};
@@ -61,29 +60,5 @@ impl Calibration {
     /// Rest capacitances of all units in the order of a frame, F.
     pub fn rest(&self) -> Vec<f64> {
         self.units.iter().flat_map(UnitModel::rest).collect()
-    }
-
-    /// The calibration that the drawing of `sensor` implies: every taxel as
-    /// drawn, noise from the board's own figures.
-    pub fn as_drawn(sensor: &Sensor) -> Self {
-        let Element::ThreeAxisCapacitor(element) = &sensor.element;
-        let layout = sensor.layout();
-        let taxels = layout.taxels();
-        let board = sensor.front_end();
-        let at_zero = board.capacitance(0.0);
-        Self {
-            channel: ChannelScale {
-                farad_at_zero: at_zero,
-                farad_per_count: board.capacitance(1.0) - at_zero,
-                highest_code: f64::from(board.highest_code()),
-            },
-            units: vec![element.unit_model(); taxels],
-            deviation: vec![[board.deviation(); 4]; taxels],
-            masked: sensor.masked(),
-            relaxation: element.relaxation.clone(),
-            full_scale: element.full_scale,
-            usable_force: element.usable_force,
-            layout,
-        }
     }
 }

@@ -16,40 +16,77 @@ pub struct Electronics {
     pub frame_rate: f64,
     /// Order of reading.
     pub scan: Scan,
-    /// Capacitance to voltage.
-    pub charge_amplifier: ChargeAmplifier,
+    /// What turns the response of a taxel into a voltage.
+    pub readout: Readout,
     /// Voltage to counts.
     pub converter: Converter,
 }
 
-/// The board of an array of units with four capacitors each.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrontEnd {
-    electronics: Electronics,
-    rows: usize,
-    columns: usize,
+/// First stage of the board; the header in the file names it. Each kind of
+/// element has its own kinds of stage ([`crate::sensor::Element`]).
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Readout {
+    /// Capacitance to voltage.
+    ChargeAmplifier(ChargeAmplifier),
 }
 
-impl FrontEnd {
-    /// The board for `rows` x `columns` units.
-    pub fn new(electronics: &Electronics, rows: usize, columns: usize) -> Self {
-        Self {
-            electronics: electronics.clone(),
-            rows,
-            columns,
+impl Readout {
+    /// Key of the stage in a sensor file.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::ChargeAmplifier(_) => "charge_amplifier",
+        }
+    }
+}
+
+impl Electronics {
+    /// The charge amplifier, if that is the first stage.
+    pub fn charge_amplifier(&self) -> Option<&ChargeAmplifier> {
+        match &self.readout {
+            Readout::ChargeAmplifier(amplifier) => Some(amplifier),
         }
     }
 
     /// Time between frames, s.
     pub fn period(&self) -> f64 {
-        1.0 / self.electronics.frame_rate
+        1.0 / self.frame_rate
+    }
+}
+
+/// The board of an array of units with four capacitors each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrontEnd {
+    frame_rate: f64,
+    scan: Scan,
+    amplifier: ChargeAmplifier,
+    converter: Converter,
+    rows: usize,
+    columns: usize,
+}
+
+impl FrontEnd {
+    /// The board for `rows` x `columns` units; `None` when its first stage is
+    /// no charge amplifier.
+    pub fn new(electronics: &Electronics, rows: usize, columns: usize) -> Option<Self> {
+        Some(Self {
+            frame_rate: electronics.frame_rate,
+            scan: electronics.scan,
+            amplifier: *electronics.charge_amplifier()?,
+            converter: electronics.converter,
+            rows,
+            columns,
+        })
+    }
+
+    /// Time between frames, s.
+    pub fn period(&self) -> f64 {
+        1.0 / self.frame_rate
     }
 
     /// Time for one scan, s.
     pub fn scan_time(&self) -> f64 {
-        self.electronics
-            .scan
-            .duration(2 * self.rows, 2 * self.columns)
+        self.scan.duration(2 * self.rows, 2 * self.columns)
     }
 
     /// Sampling time of a capacitor (0 to 3: 11, 12, 21, 22) of taxel `taxel`
@@ -57,45 +94,42 @@ impl FrontEnd {
     pub fn delay(&self, taxel: usize, capacitor: usize) -> f64 {
         let row = 2 * (taxel / self.columns) + capacitor / 2;
         let column = 2 * (taxel % self.columns) + capacitor % 2;
-        self.electronics.scan.delay(row, column, 2 * self.columns)
+        self.scan.delay(row, column, 2 * self.columns)
     }
 
     /// Voltage before the converter, without noise, V.
     pub fn voltage(&self, capacitance: f64) -> f64 {
-        self.electronics.charge_amplifier.voltage(capacitance)
+        self.amplifier.voltage(capacitance)
     }
 
     /// One reading: `normal` is a draw of the standard normal distribution.
     pub fn read(&self, capacitance: f64, normal: f64) -> Code {
-        let noise = self.electronics.charge_amplifier.noise * normal;
-        self.electronics
-            .converter
-            .convert(self.voltage(capacitance) + noise)
+        let noise = self.amplifier.noise * normal;
+        self.converter.convert(self.voltage(capacitance) + noise)
     }
 
     /// Capacitance that the ideal board reads as `counts`, F.
     pub fn capacitance(&self, counts: f64) -> f64 {
-        let voltage = self.electronics.converter.voltage(counts);
-        self.electronics.charge_amplifier.capacitance(voltage)
+        let voltage = self.converter.voltage(counts);
+        self.amplifier.capacitance(voltage)
     }
 
     /// Standard deviation of one reading, F: noise and rounding to counts.
     pub fn deviation(&self) -> f64 {
-        let step = self.electronics.converter.step();
-        let noise = self.electronics.charge_amplifier.noise;
-        (noise * noise + step * step / 12.0).sqrt()
-            * self.electronics.charge_amplifier.farad_per_volt()
+        let step = self.converter.step();
+        let noise = self.amplifier.noise;
+        (noise * noise + step * step / 12.0).sqrt() * self.amplifier.farad_per_volt()
     }
 
     /// The smallest and largest capacitance that is not clipped, F.
     pub fn span(&self) -> [f64; 2] {
-        let [low, high] = self.electronics.converter.range;
-        let amplifier = &self.electronics.charge_amplifier;
+        let [low, high] = self.converter.range;
+        let amplifier = &self.amplifier;
         [amplifier.capacitance(low), amplifier.capacitance(high)]
     }
 
     /// The largest code of the converter.
     pub fn highest_code(&self) -> u32 {
-        self.electronics.converter.highest()
+        self.converter.highest()
     }
 }

@@ -1,4 +1,4 @@
-//! The order in which the capacitors are read: when each one is sampled.
+//! The order in which the channels are read: when each one is sampled.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -11,7 +11,9 @@ use crate::quantity::{self, Checked, PositiveTime};
 pub enum Scan {
     /// One charge amplifier per electrode column: a row at once.
     RowParallel(RowParallel),
-    /// One converter behind a multiplexer: one capacitor after the other.
+    /// Every channel at the same moment.
+    Simultaneous,
+    /// One converter behind a multiplexer: one channel after the other.
     Multiplexed(Multiplexed),
 }
 
@@ -25,14 +27,15 @@ pub struct RowParallel {
     pub row_time: f64,
 }
 
-/// One capacitor after the other, electrode row by electrode row.
+/// One channel after the other; in arrays of capacitors electrode row by
+/// electrode row.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Multiplexed {
-    /// Time for one capacitor, s.
+    /// Time for one channel, s.
     #[serde(deserialize_with = "quantity::one::<PositiveTime, _>")]
     #[schemars(with = "Checked<PositiveTime>")]
-    pub capacitor_time: f64,
+    pub channel_time: f64,
 }
 
 impl Scan {
@@ -40,16 +43,18 @@ impl Scan {
     /// electrode row `row` and electrode column `column` of `columns`, s.
     pub fn delay(&self, row: usize, column: usize, columns: usize) -> f64 {
         match self {
+            Self::Simultaneous => 0.0,
             Self::RowParallel(scan) => row as f64 * scan.row_time,
-            Self::Multiplexed(scan) => (row * columns + column) as f64 * scan.capacitor_time,
+            Self::Multiplexed(scan) => (row * columns + column) as f64 * scan.channel_time,
         }
     }
 
     /// Time for all `rows` x `columns` capacitors, s.
     pub fn duration(&self, rows: usize, columns: usize) -> f64 {
         match self {
+            Self::Simultaneous => 0.0,
             Self::RowParallel(scan) => rows as f64 * scan.row_time,
-            Self::Multiplexed(scan) => (rows * columns) as f64 * scan.capacitor_time,
+            Self::Multiplexed(scan) => (rows * columns) as f64 * scan.channel_time,
         }
     }
 }

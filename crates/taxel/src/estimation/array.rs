@@ -30,11 +30,15 @@ pub enum State {
     Faulty = 6,
     /// Not used.
     Masked = 7,
+    /// The reading is at the end of what can be read: the value is a bound.
+    Saturated = 8,
+    /// Several places explain the readings equally well: this is one of them.
+    Ambiguous = 9,
 }
 
 impl State {
     /// All states in the order of their codes.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Ok,
         Self::Unchecked,
         Self::Contact,
@@ -43,6 +47,8 @@ impl State {
         Self::Inconsistent,
         Self::Faulty,
         Self::Masked,
+        Self::Saturated,
+        Self::Ambiguous,
     ];
 
     /// Name in messages and files.
@@ -56,6 +62,8 @@ impl State {
             Self::Inconsistent => "inconsistent",
             Self::Faulty => "faulty",
             Self::Masked => "masked",
+            Self::Saturated => "saturated",
+            Self::Ambiguous => "ambiguous",
         }
     }
 }
@@ -162,17 +170,15 @@ pub type Captured = Option<Result<(), RestRefused>>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// The frame has another number of channels than the device.
-    #[error("the frame has {found} channels; the device has {expected} (four for each taxel)")]
+    #[error("the frame has {found} channels; the device has {expected}")]
     Channels {
         /// Channels of the frame.
         found: usize,
         /// Channels of the device.
         expected: usize,
     },
-    /// The channels carry neither counts nor capacitance.
-    #[error(
-        "the channels carry {found:?}; a three-axis capacitive array needs counts or capacitance"
-    )]
+    /// The channels carry a quantity that the device does not have.
+    #[error("the channels carry {found:?}; this device has other ones")]
     Quantity {
         /// What they carry.
         found: Quantity,

@@ -5,6 +5,7 @@ mod contact;
 mod continuity;
 mod crossed_channels;
 mod map;
+mod signal;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
@@ -15,4 +16,7 @@ pub use crossed_channels::{
     CrossedOptions, CrossedTouch, TaxelPressure,
 };
 pub use map::{MapEstimator, MapTouch};
+pub use signal::{
+    Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
+};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

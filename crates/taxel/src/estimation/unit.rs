@@ -80,7 +80,7 @@ impl UnitEstimate {
 /// use taxel::transduction::UnitModel;
 /// use taxel::estimation::{Outcome, SearchOptions, estimate_unit};
 /// # let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
-/// # let unit: UnitModel = sensor.unit_model();
+/// # let unit: UnitModel = sensor.three_axis().unwrap().unit_model();
 /// let readings = unit.predict([3e-3, 0.0, 8e-3]).1.capacitance();
 /// let found = estimate_unit(&unit, readings, [1e-16; 4], [true; 4], &SearchOptions::default());
 /// assert_eq!(found.outcome, Outcome::Converged);

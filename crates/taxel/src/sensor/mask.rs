@@ -31,7 +31,7 @@ pub enum CapacitorName {
 }
 
 /// Masked capacitors of every taxel; entries outside the array are ignored.
-pub(super) fn table(masks: &[Mask], rows: usize, columns: usize) -> Vec<[bool; 4]> {
+pub(crate) fn table(masks: &[Mask], rows: usize, columns: usize) -> Vec<[bool; 4]> {
     let mut table = vec![[false; 4]; rows * columns];
     for mask in masks {
         let [row, column] = mask.taxel;

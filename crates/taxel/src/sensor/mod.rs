@@ -8,19 +8,22 @@ mod three_axis_capacitor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::electronics::{Electronics, FrontEnd};
+use crate::device::{Device, ThreeAxisArray};
+use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
-use crate::quantity::{self, Checked, NonNegativeLength};
 use crate::toml_input;
-use crate::transduction::UnitModel;
 
 pub use liquid_metal_channel::{
     ClosingDescription, LayerDescription, Liquid, LiquidMetalChannel, PlaneStrainCell,
     SectionDescription,
 };
 pub use mask::{CapacitorName, Mask};
-pub use three_axis_capacitor::{Outline, ThreeAxisCapacitor};
+pub use three_axis_capacitor::{Fabrication, Outline, ThreeAxisCapacitor};
+
+pub use checks::Broken;
+pub(crate) use checks::{SAME_LENGTH, check_scan_time, micrometres, require, rounded_down};
+pub(crate) use mask::table as masked_capacitors;
 
 /// The version of the sensor file that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -52,8 +55,6 @@ pub struct Sensor {
     pub element: Element,
     /// The board that reads the taxels.
     pub electronics: Electronics,
-    /// How far made devices differ from the drawing; used by the twin.
-    pub fabrication: Fabrication,
     /// Taxels or capacitors that are known not to work.
     #[serde(default)]
     pub mask: Vec<Mask>,
@@ -67,16 +68,25 @@ pub enum Element {
     ThreeAxisCapacitor(Box<ThreeAxisCapacitor>),
 }
 
-/// Scatter of the made device about its drawing.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Fabrication {
-    /// Standard deviation of the air gap from capacitor to capacitor, m.
-    #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
-    #[schemars(with = "Checked<NonNegativeLength>")]
-    pub air_gap_deviation: f64,
-    /// Seed of this scatter: the same seed is the same piece.
-    pub seed: u64,
+/// A board whose first stage cannot read this kind of element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a {readout} cannot read a {element}; it needs: {allowed}")]
+pub struct Unreadable {
+    /// Key of the element.
+    pub element: &'static str,
+    /// Key of the stage found.
+    pub readout: &'static str,
+    /// Keys of the stages that can.
+    pub allowed: &'static str,
+}
+
+impl Element {
+    /// Key of the element in a sensor file.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
+        }
+    }
 }
 
 impl Sensor {
@@ -130,20 +140,32 @@ impl Sensor {
         Layout::new(&self.array)
     }
 
-    /// The model of one taxel as drawn.
-    pub fn unit_model(&self) -> UnitModel {
+    /// What taxel can do with this kind of device.
+    ///
+    /// # Errors
+    /// [`Unreadable`] when the board cannot read the element; never after
+    /// [`Self::parse`].
+    pub fn device(&self) -> Result<Box<dyn Device + '_>, Unreadable> {
+        match &self.element {
+            Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
+        }
+    }
+
+    /// The array of three-axis units with its board, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn three_axis(&self) -> Result<ThreeAxisArray<'_>, Unreadable> {
         let Element::ThreeAxisCapacitor(element) = &self.element;
-        element.unit_model()
+        ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
     }
 
-    /// The board.
-    pub fn front_end(&self) -> FrontEnd {
-        FrontEnd::new(&self.electronics, self.array.rows, self.array.columns)
-    }
-
-    /// Which capacitors of each taxel are masked.
-    pub fn masked(&self) -> Vec<[bool; 4]> {
-        mask::table(&self.mask, self.array.rows, self.array.columns)
+    fn unreadable(&self, allowed: &'static str) -> Unreadable {
+        Unreadable {
+            element: self.element.key(),
+            readout: self.electronics.readout.key(),
+            allowed,
+        }
     }
 
     /// The JSON schema of the sensor file, as committed beside the shipped

@@ -3,8 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::electronics::Noise;
 use crate::mechanics::{RelaxationTerm, SuspensionDescription};
-use crate::quantity::{self, Checked, PositiveForce, PositiveLength};
+use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
 use crate::transduction::PlatesDescription;
 use crate::transduction::UnitModel;
 
@@ -29,6 +30,20 @@ pub struct ThreeAxisCapacitor {
     pub usable_force: f64,
     /// The drawing around the electrodes.
     pub outline: Outline,
+    /// How far made devices differ from the drawing; used by the twin.
+    pub fabrication: Fabrication,
+}
+
+/// Scatter of the made device about its drawing.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fabrication {
+    /// Standard deviation of the air gap from capacitor to capacitor, m.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
+    #[schemars(with = "Checked<NonNegativeLength>")]
+    pub air_gap_deviation: f64,
+    /// Seed of this scatter: the same seed is the same piece.
+    pub seed: u64,
 }
 
 /// Lengths of the drawing that the electrical model does not use.
@@ -76,6 +91,21 @@ impl ThreeAxisCapacitor {
             suspension: self.suspension.model(),
             plates: self.plates.model(),
         }
+    }
+
+    /// The units of one piece of fabrication: the air gap of each capacitor
+    /// scattered about its drawing, cut at three standard deviations.
+    pub fn fabricate(&self, taxels: usize) -> Vec<UnitModel> {
+        let mut scatter = Noise::seeded(self.fabrication.seed);
+        (0..taxels)
+            .map(|_| {
+                let mut unit = self.unit_model();
+                for air in &mut unit.plates.air_gap {
+                    *air += self.fabrication.air_gap_deviation * scatter.normal().clamp(-3.0, 3.0);
+                }
+                unit
+            })
+            .collect()
     }
 
     /// Height of the bump's top above the air gap, m: the lever of a side force.

@@ -1,38 +1,69 @@
 //! Results in columns: for people, as JSON, as CSV.
 
+use std::borrow::Cow;
+use std::fmt::Write as _;
+
 use serde_json::{Map, Value};
 
-use crate::Stop;
-use crate::arguments::Format;
+/// How a table is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// For people.
+    Table,
+    /// SI values with the unit in the key.
+    Json,
+    /// With the unit in brackets in the header.
+    Csv,
+}
 
 /// One column: its name, and its unit for people and in SI.
 #[derive(Debug, Clone)]
-pub(crate) struct Column {
+pub struct Column {
     /// Name, such as `capacitance_11`.
-    pub(crate) name: String,
+    pub name: String,
     /// Unit for people, such as `fF`; empty for text and counts.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
     /// SI value of that unit.
-    pub(crate) scale: f64,
+    pub scale: f64,
     /// SI unit as it ends a JSON key, such as `f`.
-    pub(crate) si: &'static str,
+    pub si: &'static str,
     /// Decimals for people.
-    pub(crate) decimals: usize,
+    pub decimals: usize,
 }
 
 /// One value.
 #[derive(Debug, Clone)]
-pub(crate) enum Cell {
+pub enum Cell {
     /// SI.
     Number(f64),
     /// Counts and other whole numbers.
     Whole(u64),
     /// Text.
-    Text(String),
+    Text(Cow<'static, str>),
+}
+
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        Self::Number(value)
+    }
+}
+
+impl From<&'static str> for Cell {
+    fn from(text: &'static str) -> Self {
+        Self::Text(Cow::Borrowed(text))
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(Cow::Owned(text))
+    }
 }
 
 impl Column {
-    pub(crate) fn new(
+    /// A column of numbers: `unit` is for people, `scale` its SI value, `si`
+    /// the SI unit as it ends a key.
+    pub fn new(
         name: impl Into<String>,
         unit: &'static str,
         scale: f64,
@@ -48,7 +79,8 @@ impl Column {
         }
     }
 
-    pub(crate) fn plain(name: impl Into<String>) -> Self {
+    /// A column of text or counts.
+    pub fn plain(name: impl Into<String>) -> Self {
         Self::new(name, "", 1.0, "", 0)
     }
 
@@ -69,7 +101,7 @@ impl Column {
     }
 
     /// SI to the unit for people; the reciprocal of a decimal is exact.
-    fn shown(&self, value: f64) -> f64 {
+    pub(crate) fn shown(&self, value: f64) -> f64 {
         if self.scale < 1.0 {
             value * (1.0 / self.scale).round()
         } else {
@@ -79,16 +111,16 @@ impl Column {
 }
 
 /// Renders rows as `format` asks; JSON becomes `{ ...about, "rows": [...] }`.
-pub(crate) fn render(
+pub fn render(
     format: Format,
     about: &Map<String, Value>,
     columns: &[Column],
     rows: &[Vec<Cell>],
-) -> Result<String, Stop> {
+) -> String {
     match format {
         Format::Table => match rows {
-            [row] => Ok(one_for_people(columns, row)),
-            _ => Ok(for_people(columns, rows)),
+            [row] => one_for_people(columns, row),
+            _ => for_people(columns, rows),
         },
         Format::Json => {
             let mut whole = about.clone();
@@ -98,16 +130,20 @@ pub(crate) fn render(
             );
             json(&Value::Object(whole))
         }
-        Format::Csv => csv_text(columns, rows),
+        Format::Csv => {
+            let mut text = csv_header(columns);
+            for row in rows {
+                csv_row(columns, row, &mut text);
+            }
+            text
+        }
     }
 }
 
 /// A JSON document with its last line ended.
-pub(crate) fn json(value: &Value) -> Result<String, Stop> {
-    let mut text = serde_json::to_string_pretty(value)
-        .map_err(|error| Stop::Failed(format!("cannot write JSON: {error}")))?;
-    text.push('\n');
-    Ok(text)
+pub fn json(value: &Value) -> String {
+    // `Value` displays as JSON; the alternate form is the one with lines.
+    format!("{value:#}\n")
 }
 
 fn object(columns: &[Column], row: &[Cell]) -> Value {
@@ -115,7 +151,7 @@ fn object(columns: &[Column], row: &[Cell]) -> Value {
         let value = match cell {
             Cell::Number(number) => number_or_null(*number),
             Cell::Whole(number) => Value::from(*number),
-            Cell::Text(text) => Value::from(text.clone()),
+            Cell::Text(text) => Value::from(text.as_ref()),
         };
         (column.key(), value)
     });
@@ -123,7 +159,7 @@ fn object(columns: &[Column], row: &[Cell]) -> Value {
 }
 
 /// JSON has no NaN: what is unknown is `null`.
-pub(crate) fn number_or_null(number: f64) -> Value {
+pub fn number_or_null(number: f64) -> Value {
     serde_json::Number::from_f64(number).map_or(Value::Null, Value::Number)
 }
 
@@ -187,25 +223,53 @@ fn text_of(cell: &Cell, number: impl Fn(f64) -> String, column: &Column) -> Stri
     match cell {
         Cell::Number(value) => number(column.shown(*value)),
         Cell::Whole(value) => value.to_string(),
-        Cell::Text(text) => text.clone(),
+        Cell::Text(text) => text.to_string(),
     }
 }
 
-fn csv_text(columns: &[Column], rows: &[Vec<Cell>]) -> Result<String, Stop> {
-    let failed = |error: String| Stop::Failed(format!("cannot write CSV: {error}"));
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record(columns.iter().map(Column::title))
-        .map_err(|error| failed(error.to_string()))?;
-    for row in rows {
-        let cells = columns.iter().zip(row);
-        let fields = cells.map(|(column, cell)| text_of(cell, |n| n.to_string(), column));
-        writer
-            .write_record(fields)
-            .map_err(|error| failed(error.to_string()))?;
+/// First line of a CSV file: names with units.
+pub fn csv_header(columns: &[Column]) -> String {
+    let mut line = String::new();
+    for (index, column) in columns.iter().enumerate() {
+        separate(index, &mut line);
+        quoted(&column.title(), &mut line);
     }
-    let bytes = writer
-        .into_inner()
-        .map_err(|error| failed(error.to_string()))?;
-    String::from_utf8(bytes).map_err(|error| failed(error.to_string()))
+    line.push('\n');
+    line
+}
+
+/// Appends one line of a CSV file: numbers in the unit for people, in as many
+/// digits as tell them apart; nothing for what is not known.
+pub fn csv_row(columns: &[Column], row: &[Cell], text: &mut String) {
+    let mut digits = zmij::Buffer::new();
+    for (index, (column, cell)) in columns.iter().zip(row).enumerate() {
+        separate(index, text);
+        match cell {
+            Cell::Number(value) if value.is_finite() => {
+                let shown = digits.format_finite(column.shown(*value));
+                text.push_str(shown.strip_suffix(".0").unwrap_or(shown));
+            }
+            Cell::Number(_) => (),
+            Cell::Whole(value) => {
+                let _ = write!(text, "{value}");
+            }
+            Cell::Text(value) => quoted(value, text),
+        }
+    }
+    text.push('\n');
+}
+
+fn separate(index: usize, line: &mut String) {
+    if index > 0 {
+        line.push(',');
+    }
+}
+
+/// A field as RFC 4180 asks: in quotes where it must be.
+fn quoted(field: &str, text: &mut String) {
+    if field.contains([',', '"', '\n', '\r']) {
+        let _ = write!(text, "\"{}\"", field.replace('"', "\"\""));
+    } else {
+        text.push_str(field);
+    }
 }

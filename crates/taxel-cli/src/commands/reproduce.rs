@@ -1,0 +1,63 @@
+//! `taxel reproduce`: published numbers beside ours.
+
+use taxel::reproduce::{self, Ledger, Paper};
+use taxel::table;
+
+use crate::arguments::{COMMIT, PaperName, ReportFormat, Reproduce, VERSION};
+use crate::{Done, Stop, files};
+
+pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
+    let papers: Vec<Paper> = if arguments.papers.is_empty() {
+        Paper::ALL.to_vec()
+    } else {
+        Paper::ALL
+            .into_iter()
+            .filter(|paper| arguments.papers.iter().any(|name| name.paper() == *paper))
+            .collect()
+    };
+    let format = format(arguments)?;
+    let ledgers: Vec<Ledger> = papers.into_iter().map(Paper::ledger).collect();
+    let about = [("version", VERSION), ("commit", COMMIT)];
+    let report = match format {
+        Some(ReportFormat::Html) => reproduce::html(&ledgers, &about),
+        Some(ReportFormat::Json) => table::json(&reproduce::json(&ledgers, &about)),
+        None => reproduce::text(&ledgers),
+    };
+    files::write(arguments.output.as_deref(), &report)?;
+    if arguments.output.is_some() {
+        // The report went to a file; its first line is for the reader here.
+        files::write(None, &reproduce::text(&ledgers))?;
+    }
+    Ok(Done::Complete)
+}
+
+/// What the format or the name of the file asks for; none for the counts.
+fn format(arguments: &Reproduce) -> Result<Option<ReportFormat>, Stop> {
+    let Some(path) = &arguments.output else {
+        return Ok(arguments.format);
+    };
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    match (arguments.format, ending) {
+        (Some(format), _) => Ok(Some(format)),
+        (None, Some("html")) => Ok(Some(ReportFormat::Html)),
+        (None, Some("json")) => Ok(Some(ReportFormat::Json)),
+        (None, _) => {
+            let message = format!(
+                "--output {}: must end in .html or .json, or give --format",
+                path.display()
+            );
+            Err(Stop::WrongInput(message))
+        }
+    }
+}
+
+impl PaperName {
+    fn paper(self) -> Paper {
+        match self {
+            Self::P1 => Paper::P1,
+            Self::P2 => Paper::P2,
+            Self::P3 => Paper::P3,
+            Self::P4 => Paper::P4,
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What taxel can do with each kind of device: one file or folder per kind.
+//!
+//! The physics of a device stands in [`crate::mechanics`],
+//! [`crate::transduction`] and [`crate::electronics`]; here it is joined to
+//! what a user asks: is the drawing sound, what follows from it, what does a
+//! load read, what does the twin deliver, how does it look.
+
+mod three_axis_capacitor;
+
+use crate::acquisition::{Simulated, Stream};
+use crate::calibration::Calibration;
+use crate::drawing::Drawing;
+use crate::estimation::{FrameError, SignalEstimator};
+use crate::predict::Predictor;
+use crate::sensor::Broken;
+use crate::summary::Fact;
+
+pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
+
+/// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).
+pub trait Device {
+    /// Rules between the keys of the sensor file that concern this element.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    fn check(&self) -> Result<(), Broken>;
+
+    /// Derived quantities for `taxel check`, in the order of the signal:
+    /// groups `mechanics`, `transduction`, `electronics`, `estimation`,
+    /// `numerics`.
+    fn facts(&self) -> Vec<Fact>;
+
+    /// Loads in, electrical response out.
+    fn predictor(&self) -> Box<dyn Predictor>;
+
+    /// One piece of fabrication for the simulated twin.
+    fn simulated(&self) -> Box<dyn Simulated>;
+
+    /// What turns the frames of `stream` into touch, calibrated as drawn.
+    ///
+    /// # Errors
+    /// [`FrameError`] when the frames cannot be of this device.
+    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError>;
+
+    /// Top view and cross-section to scale.
+    fn drawing(&self) -> Drawing;
+}
+
+/// What turns frames into touch.
+pub enum Sense {
+    /// Three-axis units: force vectors with contacts and totals
+    /// ([`crate::estimation::Estimator`]).
+    ThreeAxis(Box<Calibration>),
+    /// One value for each taxel.
+    Signals(Box<dyn SignalEstimator>),
+}

@@ -1,0 +1,146 @@
+//! Rules between the keys of a three-axis array.
+
+use super::ThreeAxisArray;
+use crate::sensor::{
+    Broken, SAME_LENGTH, ThreeAxisCapacitor, check_scan_time, micrometres, require, rounded_down,
+};
+
+pub(super) fn check(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
+    check_element(array.element, array.sensor.array.pitch)?;
+    check_electronics(array)?;
+    check_fabrication(array.element)
+}
+
+fn check_element(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Broken> {
+    let key = |name: &str| format!("element.three_axis_capacitor.{name}");
+    let outline = &element.outline;
+    let distance = element.suspension.centre_distance;
+    for side in element.plates.electrode {
+        require(
+            side <= distance + SAME_LENGTH,
+            &key("suspension.centre_distance"),
+            || {
+                format!(
+                    "electrodes of {} at centres {} apart overlap",
+                    micrometres(side),
+                    micrometres(distance)
+                )
+            },
+            "give a larger centre distance or smaller electrodes",
+        )?;
+        let unit = distance + side;
+        require(
+            unit <= outline.unit_side + SAME_LENGTH,
+            &key("outline.unit_side"),
+            || {
+                format!(
+                    "two electrodes and their distance need {}",
+                    micrometres(unit)
+                )
+            },
+            "give a larger unit side",
+        )?;
+    }
+    for pitch in pitch {
+        require(
+            outline.unit_side <= pitch + SAME_LENGTH,
+            "array.pitch",
+            || {
+                format!(
+                    "units of {} overlap at a pitch of {}",
+                    micrometres(outline.unit_side),
+                    micrometres(pitch)
+                )
+            },
+            "give a larger pitch or a smaller unit side",
+        )?;
+    }
+    require(
+        outline.bump_top <= outline.bump_base,
+        &key("outline.bump_top"),
+        || "the bump is wider at its top than at its base".into(),
+        "give a top that is at most as wide as the base",
+    )?;
+    require(
+        outline.bump_base <= outline.unit_side,
+        &key("outline.bump_base"),
+        || "the bump is wider than its unit".into(),
+        "give a smaller base",
+    )?;
+    require(
+        element.usable_force <= element.full_scale,
+        &key("usable_force"),
+        || "the usable force is above the full scale".into(),
+        "give at most the full scale",
+    )?;
+    check_reach(element)
+}
+
+/// The full scale of each axis alone must not close a gap.
+fn check_reach(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
+    let unit = element.unit_model();
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let mut force = [0.0; 3];
+        force[axis] = element.full_scale;
+        let least = unit.predict(force).1.least_air_gap();
+        require(
+            least > 0.0,
+            "element.three_axis_capacitor.full_scale",
+            || {
+                format!(
+                    "the full scale along {name} closes a gap: {:.3} um would be missing",
+                    -least * 1e6
+                )
+            },
+            "give a smaller full scale, a stiffer suspension or a larger air gap",
+        )?;
+    }
+    Ok(())
+}
+
+fn check_electronics(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
+    let front_end = &array.board;
+    check_scan_time(array.sensor, front_end.scan_time())?;
+    let rest = array.unit_model().rest();
+    let [least, most] = front_end.span();
+    for value in rest {
+        require(
+            least < value && value < most,
+            "electronics.converter.range",
+            || {
+                format!(
+                    "a rest capacitance of {:.2} fF is outside what the board can read, {:.2} to {:.2} fF",
+                    value * 1e15,
+                    least * 1e15,
+                    most * 1e15
+                )
+            },
+            "change the range, the drive or the feedback capacitor",
+        )?;
+    }
+    require(
+        front_end.deviation() > 0.0,
+        "electronics.readout.charge_amplifier.noise",
+        || "a board without any noise gives no uncertainty".into(),
+        "give the noise of one reading, such as \"0.1 mV\"",
+    )
+}
+
+fn check_fabrication(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
+    let least = element
+        .plates
+        .air_gap
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    require(
+        element.fabrication.air_gap_deviation <= 0.2 * least,
+        "element.three_axis_capacitor.fabrication.air_gap_deviation",
+        || {
+            format!(
+                "more than a fifth of the air gap of {}: some units would be closed",
+                micrometres(least)
+            )
+        },
+        &format!("give at most {} um", rounded_down(0.2 * least * 1e6)),
+    )
+}

@@ -1,0 +1,94 @@
+//! One made array: force on each unit to counts.
+
+use super::ThreeAxisArray;
+use crate::acquisition::{FaultReading, Quantity, Script, SignalUnit, Simulated, Stream};
+use crate::electronics::{FrontEnd, Noise};
+use crate::layout::Layout;
+use crate::mechanics::Relaxation;
+use crate::transduction::UnitModel;
+
+/// One piece of fabrication with the history of its rubber.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    layout: Layout,
+    units: Vec<UnitModel>,
+    /// Relaxation of each unit and the time of its last step, s.
+    creep: Vec<(Relaxation<3>, f64)>,
+    board: FrontEnd,
+}
+
+impl Piece {
+    pub(super) fn new(array: &ThreeAxisArray<'_>) -> Self {
+        let relaxation = Relaxation::new(&array.element.relaxation);
+        Self {
+            layout: array.layout(),
+            units: array.made(),
+            creep: vec![(relaxation, 0.0); array.layout().taxels()],
+            board: array.board.clone(),
+        }
+    }
+
+    /// True capacitances of a unit at `time`, s.
+    fn capacitance(&mut self, script: &Script<'_>, taxel: usize, time: f64) -> [f64; 4] {
+        let force = script.force(taxel, time);
+        let (creep, last) = &mut self.creep[taxel];
+        let elastic = creep.push_total(force, time - *last);
+        *last = time;
+        self.units[taxel].predict(elastic).1.capacitance()
+    }
+}
+
+impl Simulated for Piece {
+    fn stream(&self) -> Stream {
+        Stream {
+            name: String::new(),
+            rows: self.layout.rows,
+            columns: self.layout.columns,
+            channels_per_taxel: 4,
+            unit: SignalUnit {
+                quantity: Quantity::Counts,
+                symbol: "counts".into(),
+                si_per_unit: 1.0,
+            },
+            pitch: Some([self.layout.pitch[1], self.layout.pitch[0]]),
+            period: Some(self.board.period()),
+            threshold: None,
+            present: vec![true; 4 * self.layout.taxels()],
+        }
+    }
+
+    fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
+        let taxels = self.layout.taxels();
+        let mut values = Vec::with_capacity(4 * taxels);
+        for taxel in 0..taxels {
+            let mut sampled = f64::NAN;
+            let mut capacitance = [0.0; 4];
+            for capacitor in 0..4 {
+                let time = start + self.board.delay(taxel, capacitor);
+                if time != sampled {
+                    capacitance = self.capacitance(script, taxel, time);
+                    sampled = time;
+                }
+                let normal = noise.normal();
+                let code = match script.fault(taxel, capacitor, time) {
+                    Some(FaultReading::Dead) => 0,
+                    // A stuck line has no noise of its own.
+                    Some(FaultReading::Stuck(stuck)) => self.board.read(stuck.at, 0.0).counts,
+                    None => self.board.read(capacitance[capacitor], normal).counts,
+                };
+                values.push(f64::from(code));
+            }
+        }
+        values
+    }
+
+    /// Half way between the sampling of a unit's first and last capacitor.
+    fn true_forces(&self, script: &Script<'_>, start: f64) -> Vec<[f64; 3]> {
+        (0..self.layout.taxels())
+            .map(|taxel| {
+                let middle = 0.5 * (self.board.delay(taxel, 0) + self.board.delay(taxel, 3));
+                script.force(taxel, start + middle)
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,472 @@
+//! Tables of loads: CSV with units in the header; and one load of the command
+//! line.
+
+use super::{LoadColumn, LoadKind, LoadValue};
+use crate::input::InputError;
+use crate::quantity::HELP;
+
+/// A table of loads with all its columns, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loads {
+    /// Which of the device's load columns the file has, and the columns that
+    /// are none of them and are passed on.
+    pub given: Given,
+    /// One load per row.
+    pub rows: Vec<LoadRow>,
+}
+
+/// What a table of loads names.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Given {
+    /// For each load column of the device whether it is there.
+    pub columns: Vec<bool>,
+    /// Titles of the other columns.
+    pub others: Vec<String>,
+}
+
+/// One row of a table of loads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadRow {
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// A value or none for each load column of the device.
+    pub values: Vec<Option<LoadValue>>,
+    /// Fields of the other columns, as they are in the file.
+    pub others: Vec<String>,
+}
+
+impl Loads {
+    /// Reads a table; `file` is its name for messages. Columns that are none
+    /// of `columns` are kept and passed on.
+    ///
+    /// # Errors
+    /// The first mistake, with its line and column.
+    ///
+    /// # Example
+    /// ```
+    /// # let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
+    /// let predictor = sensor.device().unwrap().predictor();
+    /// let text = "name,force_x [mN],force_y [mN],force_z [mN]\npress,0,0,5\n";
+    /// let loads = taxel::predict::Loads::parse("loads.csv", text, predictor.load_columns())?;
+    /// assert_eq!(loads.given.others, ["name"]);
+    /// assert_eq!(loads.rows[0].others, ["press"]);
+    /// # Ok::<(), taxel::InputError>(())
+    /// ```
+    pub fn parse(file: &str, text: &str, columns: &[LoadColumn]) -> Result<Self, InputError> {
+        let text = text.trim_start_matches('\u{feff}');
+        let mut reader = csv::ReaderBuilder::new()
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let header: Vec<String> = match reader.headers() {
+            Ok(header) => header.iter().map(str::to_owned).collect(),
+            Err(error) => return Err(InputError::whole(file, error.to_string())),
+        };
+        let places = find_columns(file, text, &header, columns)?;
+        let (mut rows, mut record) = (Vec::new(), csv::StringRecord::new());
+        while reader
+            .read_record(&mut record)
+            .map_err(|error| InputError::whole(file, error.to_string()))?
+        {
+            let line = record.position().map_or(0, csv::Position::line) as usize;
+            let row = Row {
+                file,
+                text,
+                line,
+                header: &header,
+            };
+            if record.len() != header.len() {
+                let message = format!(
+                    "this row has {} fields; the header has {}",
+                    record.len(),
+                    header.len()
+                );
+                return Err(row.error(0, &message));
+            }
+            rows.push(row.read(&record, columns, &places)?);
+        }
+        if rows.is_empty() {
+            return Err(InputError::whole(file, "the table has no loads")
+                .help("add one row per load below the header"));
+        }
+        Ok(Self {
+            given: Given {
+                columns: columns
+                    .iter()
+                    .enumerate()
+                    .map(|(wanted, _)| places.iter().flatten().any(|place| place.load == wanted))
+                    .collect(),
+                others: header
+                    .iter()
+                    .zip(&places)
+                    .filter(|(_, place)| place.is_none())
+                    .map(|(title, _)| title.clone())
+                    .collect(),
+            },
+            rows,
+        })
+    }
+}
+
+/// Reads one load of the command line: `"fx=1 mN, fz=5 mN"`.
+///
+/// # Errors
+/// The mistake, as an error of the "file" `--load`.
+pub fn one_load(
+    spec: &str,
+    columns: &[LoadColumn],
+) -> Result<(Given, Vec<Option<LoadValue>>), InputError> {
+    let mut values = vec![None; columns.len()];
+    let form = format!(
+        "write names with values and units, such as \"{}\"; names: {}",
+        example(columns),
+        names(columns)
+    );
+    let mut at = 0;
+    for part in spec.split(',') {
+        let span = at + part.len() - part.trim_start().len()..at + part.trim_end().len();
+        at += part.len() + 1;
+        let error = |message: String, help: &str| {
+            InputError::at("--load", spec, span.clone(), message).help(help)
+        };
+        let Some((name, value)) = part.split_once('=') else {
+            let message = format!("\"{}\" has no value", part.trim());
+            return Err(error(message, &form));
+        };
+        let name = name.trim();
+        let found = columns
+            .iter()
+            .position(|column| column.name == name || column.short == name);
+        let Some(index) = found else {
+            let message = format!("\"{name}\" is no load of this device");
+            return Err(error(message, &form));
+        };
+        let parsed = parse(columns[index].kind, value.trim(), None).map_err(|message| {
+            let (message, help) = message.split_once(HELP).unwrap_or((&message, &form));
+            error(message.trim_end().into(), help.trim())
+        })?;
+        if values[index].replace(parsed).is_some() {
+            return Err(error(format!("{name} is given twice"), &form));
+        }
+    }
+    let given = Given {
+        columns: values.iter().map(Option::is_some).collect(),
+        others: Vec::new(),
+    };
+    Ok((given, values))
+}
+
+fn names(columns: &[LoadColumn]) -> String {
+    let all: Vec<_> = columns
+        .iter()
+        .map(|column| format!("{} ({})", column.short, column.about))
+        .collect();
+    all.join(", ")
+}
+
+fn example(columns: &[LoadColumn]) -> String {
+    columns.first().map_or(String::new(), |column| {
+        let value = match column.kind {
+            LoadKind::Quantity(dimension, _) => format!("1 {}", dimension.si),
+            LoadKind::Number(_) => String::from("1"),
+            LoadKind::Word(words) => words.first().copied().unwrap_or("").to_owned(),
+        };
+        format!("{}={value}", column.short)
+    })
+}
+
+/// Reads a value; `unit` is the SI value of the unit in a column's title, or
+/// none where the text carries its own unit.
+fn parse(kind: LoadKind, text: &str, unit: Option<f64>) -> Result<LoadValue, String> {
+    let number = || {
+        let value: Option<f64> = text.parse().ok();
+        value.ok_or_else(|| {
+            format!(
+                "\"{text}\" is not a number{HELP}write numbers with a decimal point, such as 1.5"
+            )
+        })
+    };
+    let within = |value: f64, [low, high]: [f64; 2], unit: &str| {
+        if (low..=high).contains(&value) {
+            return Ok(LoadValue::Number(value));
+        }
+        Err(format!(
+            "{text} is out of range: must be from {low} to {high}{unit}{HELP}correct or remove it"
+        ))
+    };
+    match kind {
+        LoadKind::Word(words) => words
+            .iter()
+            .position(|word| *word == text)
+            .map(LoadValue::Word)
+            .ok_or_else(|| {
+                format!(
+                    "\"{text}\" is not one of the words{HELP}use one of: {}",
+                    words.join(", ")
+                )
+            }),
+        LoadKind::Number(range) => within(number()?, range, ""),
+        LoadKind::Quantity(dimension, range) => {
+            let value = match unit {
+                Some(unit) if unit < 1.0 => number()? / (1.0 / unit).round(),
+                Some(unit) => number()? * unit,
+                None => dimension.parse(text)?,
+            };
+            within(value, range, &format!(" {}", dimension.si))
+        }
+    }
+}
+
+/// What a column of the file is.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    /// Index among the device's load columns.
+    load: usize,
+    /// SI value of its unit.
+    unit: Option<f64>,
+}
+
+/// For each column of the file the load column that it is, if it is one.
+fn find_columns(
+    file: &str,
+    text: &str,
+    header: &[String],
+    columns: &[LoadColumn],
+) -> Result<Vec<Option<Found>>, InputError> {
+    let row = Row {
+        file,
+        text,
+        line: 1,
+        header,
+    };
+    let mut places: Vec<Option<Found>> = Vec::new();
+    for (at, title) in header.iter().enumerate() {
+        let (name, unit) = split_title(title);
+        let Some(load) = columns.iter().position(|column| column.name == name) else {
+            places.push(None);
+            continue;
+        };
+        if places.iter().flatten().any(|place| place.load == load) {
+            return Err(row.error(at, "this column appears twice"));
+        }
+        let unit = match (columns[load].kind, unit) {
+            (LoadKind::Quantity(dimension, _), None) => {
+                return Err(row.error(at, "this column has no unit").help(format!(
+                    "write {name} [{}]; units: {}",
+                    dimension.si,
+                    dimension.symbols()
+                )));
+            }
+            (LoadKind::Quantity(dimension, _), Some(unit)) => {
+                let Some(scale) = dimension.unit(unit) else {
+                    let message = format!(
+                        "\"{unit}\" is not a unit of {}",
+                        dimension.name.trim_start_matches("a ")
+                    );
+                    return Err(row
+                        .error(at, &message)
+                        .help(format!("use one of: {}", dimension.symbols())));
+                };
+                Some(scale)
+            }
+            (_, Some(_)) => {
+                return Err(row
+                    .error(at, "this column has no unit")
+                    .help(format!("write {name}")));
+            }
+            (_, None) => None,
+        };
+        places.push(Some(Found { load, unit }));
+    }
+    let there = |load: usize| places.iter().flatten().any(|place| place.load == load);
+    let missing = columns
+        .iter()
+        .enumerate()
+        .find(|(load, column)| column.required && !there(*load));
+    let line = line_text(text, 1);
+    let lacking = |name: &str, message: String| {
+        let all: Vec<_> = columns.iter().map(LoadColumn::title).collect();
+        InputError::on_line(file, 1, line, 1, 1, message)
+            .key(name)
+            .help(format!("columns of loads are: {}", all.join(", ")))
+    };
+    if let Some((_, column)) = missing {
+        return Err(lacking(
+            column.name,
+            format!("column {} is missing", column.name),
+        ));
+    }
+    if places.iter().all(Option::is_none) {
+        return Err(lacking("", "no column of this table is a load".into()));
+    }
+    Ok(places)
+}
+
+impl LoadColumn {
+    /// Title in a table, such as `force_z [N]`.
+    pub fn title(&self) -> String {
+        match self.kind {
+            LoadKind::Quantity(dimension, _) => format!("{} [{}]", self.name, dimension.si),
+            _ => self.name.to_owned(),
+        }
+    }
+}
+
+/// `force_x [mN]` to its name and unit.
+fn split_title(title: &str) -> (&str, Option<&str>) {
+    match title.split_once('[') {
+        Some((name, rest)) => (
+            name.trim(),
+            rest.split_once(']').map(|(unit, _)| unit.trim()),
+        ),
+        None => (title.trim(), None),
+    }
+}
+
+struct Row<'a> {
+    file: &'a str,
+    text: &'a str,
+    line: usize,
+    header: &'a [String],
+}
+
+impl Row<'_> {
+    fn read(
+        &self,
+        record: &csv::StringRecord,
+        columns: &[LoadColumn],
+        places: &[Option<Found>],
+    ) -> Result<LoadRow, InputError> {
+        let mut row = LoadRow {
+            line: self.line,
+            values: vec![None; columns.len()],
+            others: Vec::new(),
+        };
+        for (at, (field, place)) in record.iter().zip(places).enumerate() {
+            match place {
+                None => row.others.push(field.to_owned()),
+                // What a table leaves open is not given in this row.
+                Some(place) if field.is_empty() && !columns[place.load].required => (),
+                Some(place) => {
+                    let value =
+                        parse(columns[place.load].kind, field, place.unit).map_err(|message| {
+                            let (message, help) =
+                                message.split_once(HELP).unwrap_or((&message, ""));
+                            self.error(at, message.trim_end()).help(help.trim())
+                        })?;
+                    row.values[place.load] = Some(value);
+                }
+            }
+        }
+        Ok(row)
+    }
+
+    fn error(&self, column: usize, message: &str) -> InputError {
+        let text = line_text(self.text, self.line);
+        // Fields in quotes with commas would move the caret; then the whole
+        // line is marked.
+        let plain = !text.contains('"');
+        let parts: Vec<&str> = text.split(',').collect();
+        let (start, width) = match parts.get(column) {
+            Some(part) if plain => {
+                let before: usize = parts[..column].iter().map(|p| p.chars().count() + 1).sum();
+                (before + 1, part.chars().count())
+            }
+            _ => (1, text.chars().count()),
+        };
+        let key = self.header.get(column).map_or("", String::as_str);
+        InputError::on_line(self.file, self.line, text, start, width, message).key(key)
+    }
+}
+
+fn line_text(text: &str, line: usize) -> &str {
+    text.lines().nth(line.saturating_sub(1)).unwrap_or("")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::FORCE;
+
+    const COLUMNS: [LoadColumn; 3] = [
+        column("force_x", "fx"),
+        column("force_y", "fy"),
+        column("force_z", "fz"),
+    ];
+
+    const fn column(name: &'static str, short: &'static str) -> LoadColumn {
+        LoadColumn {
+            name,
+            short,
+            kind: LoadKind::Quantity(&FORCE, [-1e3, 1e3]),
+            required: true,
+            about: "a force",
+        }
+    }
+
+    fn error(text: &str) -> InputError {
+        Loads::parse("loads.csv", text, &COLUMNS).unwrap_err()
+    }
+
+    #[test]
+    fn mistakes_name_line_and_column() {
+        let head = "force_x [mN],force_y [mN],force_z [mN]\n";
+        let wrong = error(&format!("{head}0,0,1\n0,nan,1\n"));
+        assert_eq!(
+            (wrong.place.as_ref().unwrap().line, wrong.key.as_str()),
+            (3, "force_y [mN]")
+        );
+        assert_eq!(wrong.place.unwrap().column, 3);
+        assert!(
+            error(&format!("{head}0,1\n"))
+                .message
+                .contains("2 fields; the header has 3")
+        );
+        assert!(
+            error(&format!("{head}0,x,1\n"))
+                .message
+                .contains("\"x\" is not a number")
+        );
+        assert!(
+            error(&format!("{head}0,0,1e9\n"))
+                .message
+                .contains("out of range")
+        );
+        assert!(error(head).message.contains("no loads"));
+        assert!(
+            error("force_x [mN],force_y [mN]\n")
+                .message
+                .contains("force_z is missing")
+        );
+        assert!(
+            error("force_x [mm],force_y [mN],force_z [mN]\n")
+                .help
+                .contains("mN")
+        );
+        assert!(
+            error("force_x,force_y [mN],force_z [mN]\n")
+                .message
+                .contains("no unit")
+        );
+        assert!(error("").message.contains("missing"));
+    }
+
+    #[test]
+    fn one_load_of_the_command_line() {
+        let (given, values) = one_load("fz=5 mN, force_x = -1 uN", &COLUMNS).unwrap();
+        assert_eq!(given.columns, [true, false, true]);
+        assert_eq!(values[0], Some(LoadValue::Number(-1e-6)));
+        assert_eq!(values[1..], [None, Some(LoadValue::Number(5e-3))]);
+        for wrong in [
+            "",
+            "fz",
+            "fq=1 mN",
+            "fz=1",
+            "fz=1 mm",
+            "fz=1 mN,fz=2 mN",
+            "fz=1e9 N",
+        ] {
+            assert!(one_load(wrong, &COLUMNS).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Loads in, electrical response out, row by row: `taxel predict`.
+
+mod loads;
+
+use crate::figure::{Axis, Chart, Figure, Series, Style};
+use crate::quantity::Dimension;
+use crate::table::{Cell, Column};
+
+pub use loads::{Given, LoadRow, Loads, one_load};
+
+/// Predicts the response of one kind of device to one kind of load.
+pub trait Predictor: Sync {
+    /// What a load may name; the order is that of [`Load`].
+    fn load_columns(&self) -> &'static [LoadColumn];
+
+    /// Whether the columns `given` (as long as [`Self::load_columns`]) say
+    /// what is needed together; a sentence with what to do, if not.
+    ///
+    /// # Errors
+    /// That sentence.
+    fn combination(&self, given: &[bool]) -> Result<(), String> {
+        let _ = given;
+        Ok(())
+    }
+
+    /// Columns of the answers.
+    fn columns(&self) -> Vec<Column>;
+
+    /// Appends the answer to one load, as long as [`Self::columns`].
+    ///
+    /// What a device cannot take is a state among the answers, with bounds or
+    /// empty cells in the place of numbers that do not exist; only a load that
+    /// has no meaning is refused.
+    ///
+    /// # Errors
+    /// [`LoadRefused`] names the column, its value and what is allowed.
+    fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused>;
+
+    /// Curves that show the answers to loads of the columns `given`.
+    fn curves(&self, given: &[bool]) -> Vec<Curve>;
+
+    /// A figure of the response over time to one load; `None` for a device
+    /// whose answer does not depend on time.
+    fn history(&self, load: &Load<'_>) -> Option<Figure> {
+        let _ = load;
+        None
+    }
+}
+
+/// One thing that a load may name: a column of a table of loads, or a word of
+/// `--load`.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadColumn {
+    /// Name in a table, such as `force_z`; also a word of `--load`.
+    pub name: &'static str,
+    /// Short name in `--load`, such as `fz`; may be the name itself.
+    pub short: &'static str,
+    /// What its values are.
+    pub kind: LoadKind,
+    /// Whether every table of loads must have it.
+    pub required: bool,
+    /// What it is, for help.
+    pub about: &'static str,
+}
+
+/// What the values of a column of loads are.
+#[derive(Debug, Clone, Copy)]
+pub enum LoadKind {
+    /// A quantity with a unit, from `range[0]` to `range[1]`, SI.
+    Quantity(&'static Dimension, [f64; 2]),
+    /// A number without a unit, from `range[0]` to `range[1]`.
+    Number([f64; 2]),
+    /// One of these words.
+    Word(&'static [&'static str]),
+}
+
+/// A value of a load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LoadValue {
+    /// SI.
+    Number(f64),
+    /// Index into the words of its column.
+    Word(usize),
+}
+
+/// One load: a value or none for each of [`Predictor::load_columns`].
+#[derive(Debug, Clone, Copy)]
+pub struct Load<'a>(pub &'a [Option<LoadValue>]);
+
+impl Load<'_> {
+    /// The number in column `index`, SI.
+    pub fn number(&self, index: usize) -> Option<f64> {
+        match self.0.get(index) {
+            Some(Some(LoadValue::Number(value))) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The index of the word in column `index`.
+    pub fn word(&self, index: usize) -> Option<usize> {
+        match self.0.get(index) {
+            Some(Some(LoadValue::Word(word))) => Some(*word),
+            _ => None,
+        }
+    }
+}
+
+/// A load that has no meaning for the device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadRefused {
+    /// Index of the column at fault.
+    pub column: usize,
+    /// What is wrong, with the value and the limit.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+/// One chart of answers: columns of the answers against one another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Title.
+    pub title: String,
+    /// Name of the column across.
+    pub x: &'static str,
+    /// Names of the columns upwards, all of one unit.
+    pub y: Vec<&'static str>,
+    /// What the upward axis is called.
+    pub y_label: &'static str,
+}
+
+/// Steps of the curve from no load to one load.
+const CURVE_STEPS: usize = 120;
+/// Up to here the rows of a table are marked one by one.
+const MOST_MARKS: usize = 60;
+
+/// The figure of `taxel predict --plot`: of a single load its history, or the
+/// way from nothing to it; of several loads the rows.
+///
+/// # Errors
+/// [`LoadRefused`] when a load on the way is refused.
+pub fn figure(
+    title: &str,
+    predictor: &dyn Predictor,
+    given: &Given,
+    loads: &[Vec<Option<LoadValue>>],
+) -> Result<Figure, LoadRefused> {
+    if let [load] = loads
+        && let Some(figure) = predictor.history(&Load(load))
+    {
+        return Ok(figure);
+    }
+    let answers = |loads: &mut dyn Iterator<Item = Vec<Option<LoadValue>>>| {
+        loads
+            .map(|load| {
+                let mut row = Vec::new();
+                predictor.answer(&Load(&load), &mut row).map(|()| row)
+            })
+            .collect::<Result<Vec<_>, _>>()
+    };
+    let columns = predictor.columns();
+    let curves = predictor.curves(&given.columns);
+    let mut charts: Vec<Chart> = curves.iter().map(|curve| empty(curve, &columns)).collect();
+    let rows = answers(&mut loads.iter().cloned())?;
+    let way = match loads {
+        [load] => answers(&mut (0..=CURVE_STEPS).map(|step| scaled(load, step)))?,
+        _ => Vec::new(),
+    };
+    let style = if rows.len() <= MOST_MARKS {
+        Style::Marks
+    } else {
+        Style::Line
+    };
+    for (chart, curve) in charts.iter_mut().zip(&curves) {
+        for y in &curve.y {
+            let name = (*y).replace('_', " ");
+            if !way.is_empty() {
+                chart.series.push(Series::new(
+                    name.clone(),
+                    points(&columns, &way, curve.x, y),
+                    Style::Line,
+                ));
+            }
+            let name = if way.is_empty() {
+                name
+            } else {
+                format!("{name}, this load")
+            };
+            chart.series.push(Series::new(
+                name,
+                points(&columns, &rows, curve.x, y),
+                style,
+            ));
+        }
+    }
+    Ok(Figure {
+        title: title.to_owned(),
+        charts,
+        caption: String::new(),
+    })
+}
+
+/// `load` with its numbers at `step` of the way from zero.
+fn scaled(load: &[Option<LoadValue>], step: usize) -> Vec<Option<LoadValue>> {
+    let share = step as f64 / CURVE_STEPS as f64;
+    load.iter()
+        .map(|value| match value {
+            Some(LoadValue::Number(number)) => Some(LoadValue::Number(share * number)),
+            other => *other,
+        })
+        .collect()
+}
+
+fn empty(curve: &Curve, columns: &[Column]) -> Chart {
+    let unit = |name: &str| {
+        columns
+            .iter()
+            .find(|column| column.name == name)
+            .map_or("", |column| column.unit)
+    };
+    Chart {
+        title: curve.title.clone(),
+        x: Axis::new(curve.x.replace('_', " "), unit(curve.x)),
+        y: Axis::new(curve.y_label, curve.y.first().map_or("", |name| unit(name))),
+        series: Vec::new(),
+    }
+}
+
+/// Pairs of two columns in units for people, where both are numbers.
+fn points(columns: &[Column], rows: &[Vec<Cell>], x: &str, y: &str) -> Vec<[f64; 2]> {
+    let find = |name: &str| columns.iter().position(|column| column.name == name);
+    let (Some(x), Some(y)) = (find(x), find(y)) else {
+        return Vec::new();
+    };
+    let shown = |row: &[Cell], index: usize| match row[index] {
+        Cell::Number(value) => columns[index].shown(value),
+        Cell::Whole(value) => value as f64,
+        Cell::Text(_) => f64::NAN,
+    };
+    rows.iter()
+        .map(|row| [shown(row, x), shown(row, y)])
+        .filter(|point| point.iter().all(|value| value.is_finite()))
+        .collect()
+}
