@@ -54,6 +54,8 @@ dimensions! {
     RESISTANCE = "a resistance", "ohm": ["mohm" = 1e-3, "ohm" = 1.0, "kohm" = 1e3, "Mohm" = 1e6];
     /// Electrical resistivity, Ω m.
     RESISTIVITY = "a resistivity", "ohm m": ["nohm m" = 1e-9, "uohm m" = 1e-6, "ohm m" = 1.0];
+    /// Area, m².
+    AREA = "an area", "m2": ["um2" = 1e-12, "mm2" = 1e-6, "cm2" = 1e-4, "m2" = 1.0];
     /// Voltage, V.
     VOLTAGE = "a voltage", "V": ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
 }

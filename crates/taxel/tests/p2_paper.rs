@@ -19,7 +19,9 @@ fn array() -> Sensor {
 }
 
 fn element(sensor: &Sensor) -> &ThreeAxisCapacitor {
-    let Element::ThreeAxisCapacitor(element) = &sensor.element;
+    let Element::ThreeAxisCapacitor(element) = &sensor.element else {
+        panic!("not a three-axis array")
+    };
     element
 }
 

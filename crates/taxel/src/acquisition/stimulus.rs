@@ -15,10 +15,32 @@ use crate::sensor::Mask;
 use crate::toml_input;
 
 /// Shipped stimulus scripts: name and text.
-const SHIPPED: [(&str, &str); 1] = [(
-    "finger",
-    include_str!("../../../../sensors/stimuli/finger.toml"),
-)];
+const SHIPPED: [(&str, &str); 6] = [
+    (
+        "finger",
+        include_str!("../../../../sensors/stimuli/finger.toml"),
+    ),
+    (
+        "pad-a",
+        include_str!("../../../../sensors/stimuli/pad-a.toml"),
+    ),
+    (
+        "pad-b",
+        include_str!("../../../../sensors/stimuli/pad-b.toml"),
+    ),
+    (
+        "pad-c",
+        include_str!("../../../../sensors/stimuli/pad-c.toml"),
+    ),
+    (
+        "pad-d",
+        include_str!("../../../../sensors/stimuli/pad-d.toml"),
+    ),
+    (
+        "pad-e",
+        include_str!("../../../../sensors/stimuli/pad-e.toml"),
+    ),
+];
 
 /// A script of loads and failures; it repeats after its duration.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

@@ -1,11 +1,14 @@
 //! What is known of an array of crossing channels.
 
+use crate::layout::Layout;
 use crate::mechanics::{ChannelError, ClosingState, MonotoneCurve, Stretch};
 use crate::transduction::ChannelLayer;
 
 /// All that estimation needs to know of two layers of crossing channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelCalibration {
+    /// Where the taxels are.
+    pub layout: Layout,
     /// Channels along x, one for each row of taxels; row 0 is at +y.
     pub rows: Vec<ChannelModel>,
     /// Channels along y, one for each column of taxels; column 0 is at -x.
@@ -81,6 +84,13 @@ impl ChannelModel {
             pressure: MonotoneCurve::new(points, None)?,
             deviation,
         })
+    }
+
+    /// Standard deviation of the pressure on one taxel from one reading at
+    /// rest, Pa: σ_V · dR/dV/R₀ · dp/d(R/R₀).
+    pub fn rest_pressure_deviation(&self, scale: &DividerScale) -> f64 {
+        let change = self.deviation * scale.slope(self.rest_resistance) / self.rest_resistance;
+        change * self.pressure.start_slope()
     }
 
     /// The largest pressure that the model knows, Pa.

@@ -5,6 +5,7 @@
 //! what a user asks: is the drawing sound, what follows from it, what does a
 //! load read, what does the twin deliver, how does it look.
 
+mod crossed_channels;
 mod three_axis_capacitor;
 
 use crate::acquisition::{Simulated, Stream};
@@ -15,6 +16,9 @@ use crate::predict::Predictor;
 use crate::sensor::Broken;
 use crate::summary::Fact;
 
+pub use crossed_channels::{
+    ChannelArray, ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState,
+};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).

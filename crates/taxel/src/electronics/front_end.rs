@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ChargeAmplifier, Code, Converter, Scan};
+use super::{ChargeAmplifier, Code, Converter, Scan, VoltageDivider};
 use crate::quantity::{self, Checked, FrameRate};
 
 /// The electronics as a sensor file gives them.
@@ -29,6 +29,8 @@ pub struct Electronics {
 pub enum Readout {
     /// Capacitance to voltage.
     ChargeAmplifier(ChargeAmplifier),
+    /// Resistance to voltage.
+    VoltageDivider(VoltageDivider),
 }
 
 impl Readout {
@@ -36,6 +38,7 @@ impl Readout {
     pub fn key(&self) -> &'static str {
         match self {
             Self::ChargeAmplifier(_) => "charge_amplifier",
+            Self::VoltageDivider(_) => "voltage_divider",
         }
     }
 }
@@ -45,6 +48,15 @@ impl Electronics {
     pub fn charge_amplifier(&self) -> Option<&ChargeAmplifier> {
         match &self.readout {
             Readout::ChargeAmplifier(amplifier) => Some(amplifier),
+            Readout::VoltageDivider(_) => None,
+        }
+    }
+
+    /// The voltage divider, if that is the first stage.
+    pub fn voltage_divider(&self) -> Option<&VoltageDivider> {
+        match &self.readout {
+            Readout::VoltageDivider(divider) => Some(divider),
+            Readout::ChargeAmplifier(_) => None,
         }
     }
 

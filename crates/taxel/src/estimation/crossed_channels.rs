@@ -5,8 +5,12 @@
 //! alone: two touches at (r, c) and (s, d) make the same readings as two at
 //! (r, d) and (s, c).
 
-use super::FrameError;
-use crate::acquisition::{Frame, Quantity};
+use super::contact::{Cell, Segmentation};
+use super::{
+    FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
+    TaxelValue,
+};
+use crate::acquisition::Frame;
 use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal};
 use crate::mechanics::OnCurve;
 
@@ -65,19 +69,6 @@ pub enum TaxelPressure {
     Unknown,
 }
 
-/// What two crossing layers feel in one frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CrossedTouch {
-    /// Sequence number of the frame.
-    pub sequence: u64,
-    /// Device time of the frame, ns.
-    pub time_ns: u64,
-    /// Channels: those of the rows first, then those of the columns.
-    pub channels: Vec<ChannelTouch>,
-    /// Taxels, row by row.
-    pub taxels: Vec<TaxelPressure>,
-}
-
 /// Options of the estimator of crossing channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CrossedOptions {
@@ -111,9 +102,6 @@ pub enum ChannelRestRefused {
     },
 }
 
-/// End of a rest capture, if a frame was its last.
-pub type ChannelsCaptured = Option<Result<(), ChannelRestRefused>>;
-
 /// Scatter over noise above which a channel counts as moving.
 const MOVING: f64 = 3.0;
 
@@ -135,81 +123,62 @@ struct Capture {
 pub struct CrossedChannels {
     calibration: ChannelCalibration,
     options: CrossedOptions,
-    touch: CrossedTouch,
-    /// Resistances at rest, Ω.
-    rest: Vec<f64>,
+    meaning: SignalMeaning,
+    channels: Vec<ChannelTouch>,
+    taxels: Vec<TaxelPressure>,
+    segmentation: Segmentation,
+    touch: SignalTouch,
+    /// Standard deviation of the pressure of a quiet taxel, Pa.
+    quiet: f64,
     capture: Option<Capture>,
 }
 
 impl CrossedChannels {
     /// An estimator for frames of counts.
-    ///
-    /// # Errors
-    /// [`FrameError::Quantity`] for other values than counts.
-    pub fn new(
-        calibration: ChannelCalibration,
-        quantity: Quantity,
-        options: CrossedOptions,
-    ) -> Result<Self, FrameError> {
-        if quantity != Quantity::Counts {
-            return Err(FrameError::Quantity { found: quantity });
-        }
+    pub fn new(calibration: ChannelCalibration, options: CrossedOptions) -> Self {
         let (rows, columns) = (calibration.rows.len(), calibration.columns.len());
-        let quiet = without_resistance(ChannelState::Quiet);
-        Ok(Self {
-            rest: models(&calibration)
-                .map(|channel| channel.rest_resistance)
-                .collect(),
-            touch: CrossedTouch {
-                sequence: 0,
-                time_ns: 0,
-                channels: vec![quiet; rows + columns],
-                taxels: vec![TaxelPressure::Quiet; rows * columns],
+        let rest: Vec<f64> = rest(&calibration).collect();
+        let quiet = [calibration.rows.first(), calibration.columns.first()]
+            .into_iter()
+            .flatten()
+            .map(|model| model.rest_pressure_deviation(&calibration.scale))
+            .fold(f64::INFINITY, f64::min);
+        Self {
+            quiet,
+            meaning: meaning(&calibration),
+            channels: vec![without_resistance(ChannelState::Quiet); rows + columns],
+            taxels: vec![TaxelPressure::Quiet; rows * columns],
+            segmentation: Segmentation::new(rows, columns),
+            touch: SignalTouch {
+                signals: rest.clone(),
+                rest,
+                ..SignalTouch::default()
             },
             calibration,
             options,
             capture: None,
-        })
-    }
-
-    /// Begins a rest capture over the next `frames` frames: their mean
-    /// resistances are the rest from then on.
-    pub fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(Capture {
-            wanted: frames.max(1),
-            taken: 0,
-            sums: vec![[0.0; 3]; self.rest.len()],
-            broken: None,
-        });
-    }
-
-    /// Whether a rest capture is under way.
-    pub fn capturing(&self) -> bool {
-        self.capture.is_some()
-    }
-
-    /// Estimates one frame; the second value is the end of a rest capture,
-    /// when this frame was its last.
-    ///
-    /// # Errors
-    /// [`FrameError::Channels`] for a frame of another device.
-    pub fn push(&mut self, frame: &Frame) -> Result<(&CrossedTouch, ChannelsCaptured), FrameError> {
-        let expected = self.rest.len();
-        if frame.values.len() != expected {
-            return Err(FrameError::Channels {
-                found: frame.values.len(),
-                expected,
-            });
         }
-        self.touch.sequence = frame.sequence;
-        self.touch.time_ns = frame.time_ns;
-        let captured = self.capture_frame(&frame.values);
-        let channels = models(&self.calibration).zip(&self.rest).zip(&frame.values);
-        for (slot, ((model, rest), counts)) in self.touch.channels.iter_mut().zip(channels) {
-            let signal = self.calibration.scale.signal(*counts);
-            *slot = match signal {
+    }
+
+    /// What each channel felt in the last frame, rows first.
+    pub fn channels(&self) -> &[ChannelTouch] {
+        &self.channels
+    }
+
+    /// What each taxel felt in the last frame, row by row.
+    pub fn taxels(&self) -> &[TaxelPressure] {
+        &self.taxels
+    }
+
+    fn feel_channels(&mut self, values: &[f64]) {
+        let scale = &self.calibration.scale;
+        let channels = models(&self.calibration).zip(&self.touch.rest).zip(values);
+        self.touch.clipped = 0;
+        for (slot, ((model, rest), counts)) in self.channels.iter_mut().zip(channels) {
+            self.touch.clipped += usize::from(*counts <= 0.0 || *counts >= scale.highest_code);
+            *slot = match scale.signal(*counts) {
                 ChannelSignal::Resistance(resistance) => {
-                    let noise = model.deviation * self.calibration.scale.slope(resistance);
+                    let noise = model.deviation * scale.slope(resistance);
                     let least = self.options.contact_deviations * noise;
                     feel(model, *rest, resistance, noise, least)
                 }
@@ -219,12 +188,40 @@ impl CrossedChannels {
                 ChannelSignal::Impossible => without_resistance(ChannelState::Faulty),
             };
         }
-        let (rows, columns) = self.touch.channels.split_at(self.calibration.rows.len());
-        locate(rows, columns, &mut self.touch.taxels);
-        Ok((&self.touch, captured))
+        let resistances = self.channels.iter().map(|channel| channel.resistance);
+        self.touch.signals.clear();
+        self.touch
+            .signals
+            .extend(resistances.map(|resistance| resistance.unwrap_or(f64::NAN)));
     }
 
-    fn capture_frame(&mut self, values: &[f64]) -> ChannelsCaptured {
+    /// Values, contacts and totals from the places.
+    fn sum_up(&mut self) {
+        let layout = &self.calibration.layout;
+        let area = layout.pitch[0] * layout.pitch[1];
+        self.touch.taxels.clear();
+        self.touch
+            .taxels
+            .extend(self.taxels.iter().map(|taxel| taxel.value(self.quiet)));
+        let taxels = &self.touch.taxels;
+        let certain = taxels.iter().all(|taxel| taxel.state == State::Ok);
+        let total: f64 = taxels.iter().map(|taxel| taxel.value).sum();
+        let variance: f64 = taxels.iter().map(|taxel| taxel.deviation.powi(2)).sum();
+        self.touch.force = certain.then_some([total * area, variance.sqrt() * area]);
+        let cell = |index: usize| {
+            let taxel = &taxels[index];
+            Cell {
+                position: layout.flat_position(index),
+                weight: taxel.value,
+                deviation: taxel.deviation,
+                threshold: 0.0,
+                force: [0.0, 0.0, taxel.value * area],
+            }
+        };
+        self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+    }
+
+    fn capture_frame(&mut self, values: &[f64]) -> RestEnd {
         let capture = self.capture.as_mut()?;
         for (channel, (sums, counts)) in capture.sums.iter_mut().zip(values).enumerate() {
             let ChannelSignal::Resistance(resistance) = self.calibration.scale.signal(*counts)
@@ -244,7 +241,7 @@ impl CrossedChannels {
             return None;
         }
         let capture = self.capture.take()?;
-        Some(self.finish(&capture))
+        Some(self.finish(&capture).map_err(|refused| refused.to_string()))
     }
 
     fn finish(&mut self, capture: &Capture) -> Result<(), ChannelRestRefused> {
@@ -264,10 +261,107 @@ impl CrossedChannels {
                 return Err(ChannelRestRefused::Moving { channel });
             }
         }
-        for (rest, [sum, _, first]) in self.rest.iter_mut().zip(&capture.sums) {
+        for (rest, [sum, _, first]) in self.touch.rest.iter_mut().zip(&capture.sums) {
             *rest = first + sum / frames;
         }
         Ok(())
+    }
+}
+
+impl SignalEstimator for CrossedChannels {
+    fn meaning(&self) -> &SignalMeaning {
+        &self.meaning
+    }
+
+    fn push(&mut self, frame: &Frame) -> Result<(&SignalTouch, RestEnd), FrameError> {
+        let expected = self.channels.len();
+        if frame.values.len() != expected {
+            return Err(FrameError::Channels {
+                found: frame.values.len(),
+                expected,
+            });
+        }
+        self.touch.sequence = frame.sequence;
+        self.touch.time_ns = frame.time_ns;
+        let captured = self.capture_frame(&frame.values);
+        self.feel_channels(&frame.values);
+        let (rows, columns) = self.channels.split_at(self.calibration.rows.len());
+        locate(rows, columns, &mut self.taxels);
+        self.sum_up();
+        Ok((&self.touch, captured))
+    }
+
+    fn begin_rest_capture(&mut self, frames: usize) {
+        self.capture = Some(Capture {
+            wanted: frames.max(1),
+            taken: 0,
+            sums: vec![[0.0; 3]; self.channels.len()],
+            broken: None,
+        });
+    }
+
+    fn capturing(&self) -> bool {
+        self.capture.is_some()
+    }
+
+    fn clear_rest(&mut self) {
+        self.touch.rest.clear();
+        self.touch.rest.extend(rest(&self.calibration));
+    }
+}
+
+/// What the numbers of such an array are.
+fn meaning(calibration: &ChannelCalibration) -> SignalMeaning {
+    let layout = &calibration.layout;
+    let rows = (0..layout.rows).map(|row| format!("row {row}"));
+    let columns = (0..layout.columns).map(|column| format!("column {column}"));
+    let highest = models(calibration).map(ChannelModel::highest_pressure);
+    SignalMeaning {
+        rows: layout.rows,
+        columns: layout.columns,
+        pitch: [layout.pitch[1], layout.pitch[0]],
+        channels: rows.chain(columns).collect(),
+        signal: Scale {
+            quantity: "resistance",
+            symbol: "ohm",
+            si_per_unit: 1.0,
+        },
+        value: Scale {
+            quantity: "pressure",
+            symbol: "kPa",
+            si_per_unit: 1e3,
+        },
+        full_scale: highest.fold(0.0, f64::max),
+        signed: false,
+        picture: Picture::Heat,
+    }
+}
+
+/// Resistances at rest as drawn, Ω.
+fn rest(calibration: &ChannelCalibration) -> impl Iterator<Item = f64> {
+    models(calibration).map(|channel| channel.rest_resistance)
+}
+
+impl TaxelPressure {
+    /// The value of a taxel: nothing where it is quiet, the bound where it is
+    /// saturated, none (`NaN`) where it is one of several places or unknown.
+    /// `quiet` is the standard deviation at rest, Pa.
+    fn value(&self, quiet: f64) -> TaxelValue {
+        let (value, deviation, state) = match *self {
+            Self::Quiet => (0.0, quiet, State::Ok),
+            Self::Pressed {
+                pressure,
+                deviation,
+            } => (pressure, deviation, State::Ok),
+            Self::AtLeast { pressure } => (pressure, f64::NAN, State::Saturated),
+            Self::Ambiguous => (f64::NAN, f64::NAN, State::Ambiguous),
+            Self::Unknown => (f64::NAN, f64::NAN, State::Faulty),
+        };
+        TaxelValue {
+            value,
+            deviation,
+            state,
+        }
     }
 }
 

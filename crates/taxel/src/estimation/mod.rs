@@ -12,8 +12,7 @@ pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelT
 pub use contact::Contact;
 pub use continuity::Continuity;
 pub use crossed_channels::{
-    ChannelRestRefused, ChannelState, ChannelTouch, ChannelsCaptured, CrossedChannels,
-    CrossedOptions, CrossedTouch, TaxelPressure,
+    ChannelRestRefused, ChannelState, ChannelTouch, CrossedChannels, CrossedOptions, TaxelPressure,
 };
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{

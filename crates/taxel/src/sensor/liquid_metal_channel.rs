@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::checks::{Broken, require};
+use crate::electronics::Noise;
 use crate::mechanics::{
     CellGeometry, ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic,
     LinearElastic, PressureLaw,
@@ -31,6 +33,20 @@ pub struct LiquidMetalChannel {
     pub rows: LayerDescription,
     /// The channels along y.
     pub columns: LayerDescription,
+    /// How far made devices differ from the drawing; used by the twin.
+    pub fabrication: ChannelFabrication,
+}
+
+/// Scatter of the made channels about their drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelFabrication {
+    /// Standard deviation of the height from channel to channel, m.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
+    #[schemars(with = "Checked<NonNegativeLength>")]
+    pub height_deviation: f64,
+    /// Seed of this scatter: the same seed is the same piece.
+    pub seed: u64,
 }
 
 /// A rectangular cross-section.
@@ -154,6 +170,37 @@ impl LiquidMetalChannel {
             conductor,
             &layer.thinnest,
         )
+    }
+
+    /// Rules that concern the models of the two layers.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    pub(super) fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
+        match self.layers(pitch) {
+            Ok(_) => Ok(()),
+            Err((layer, error)) => require(
+                false,
+                &format!("element.liquid_metal_channel.{layer}"),
+                || error.to_string(),
+                "correct this layer, or the pressure law of the liquid",
+            ),
+        }
+    }
+
+    /// The conductors of the channels of one piece of fabrication, rows first:
+    /// heights scattered about the drawing, cut at three standard deviations.
+    pub fn fabricate(&self, layers: &[ChannelLayer; 2], channels: [usize; 2]) -> Vec<Conductor> {
+        let mut scatter = Noise::seeded(self.fabrication.seed);
+        let drawn = layers.iter().zip(channels);
+        drawn
+            .flat_map(|(layer, count)| std::iter::repeat_n(layer.conductor, count))
+            .map(|mut made| {
+                made.section.height +=
+                    self.fabrication.height_deviation * scatter.normal().clamp(-3.0, 3.0);
+                made
+            })
+            .collect()
     }
 
     /// Thickness of the whole stack, m.

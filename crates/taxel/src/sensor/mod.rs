@@ -8,15 +8,15 @@ mod three_axis_capacitor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{Device, ThreeAxisArray};
+use crate::device::{ChannelArray, Device, ThreeAxisArray};
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::toml_input;
 
 pub use liquid_metal_channel::{
-    ClosingDescription, LayerDescription, Liquid, LiquidMetalChannel, PlaneStrainCell,
-    SectionDescription,
+    ChannelFabrication, ClosingDescription, LayerDescription, Liquid, LiquidMetalChannel,
+    PlaneStrainCell, SectionDescription,
 };
 pub use mask::{CapacitorName, Mask};
 pub use three_axis_capacitor::{Fabrication, Outline, ThreeAxisCapacitor};
@@ -29,7 +29,7 @@ pub(crate) use mask::table as masked_capacitors;
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Shipped sensor files: name and text.
-const SHIPPED: [(&str, &str); 2] = [
+const SHIPPED: [(&str, &str); 3] = [
     (
         "three-axis-8x8",
         include_str!("../../../../sensors/three-axis-8x8.toml"),
@@ -37,6 +37,10 @@ const SHIPPED: [(&str, &str); 2] = [
     (
         "three-axis-unit",
         include_str!("../../../../sensors/three-axis-unit.toml"),
+    ),
+    (
+        "liquid-metal-2x4",
+        include_str!("../../../../sensors/liquid-metal-2x4.toml"),
     ),
 ];
 
@@ -66,6 +70,8 @@ pub struct Sensor {
 pub enum Element {
     /// Four capacitors under one bump (P2).
     ThreeAxisCapacitor(Box<ThreeAxisCapacitor>),
+    /// Two crossing layers of liquid-metal channels (P4).
+    LiquidMetalChannel(Box<LiquidMetalChannel>),
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -85,6 +91,7 @@ impl Element {
     pub fn key(&self) -> &'static str {
         match self {
             Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
+            Self::LiquidMetalChannel(_) => "liquid_metal_channel",
         }
     }
 }
@@ -148,6 +155,7 @@ impl Sensor {
     pub fn device(&self) -> Result<Box<dyn Device + '_>, Unreadable> {
         match &self.element {
             Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
+            Element::LiquidMetalChannel(_) => Ok(Box::new(self.channels()?)),
         }
     }
 
@@ -156,8 +164,21 @@ impl Sensor {
     /// # Errors
     /// [`Unreadable`] for another element or another board.
     pub fn three_axis(&self) -> Result<ThreeAxisArray<'_>, Unreadable> {
-        let Element::ThreeAxisCapacitor(element) = &self.element;
+        let Element::ThreeAxisCapacitor(element) = &self.element else {
+            return Err(self.unreadable("charge_amplifier"));
+        };
         ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+    }
+
+    /// The crossing channels with their board, if it is such an array.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn channels(&self) -> Result<ChannelArray<'_>, Unreadable> {
+        let Element::LiquidMetalChannel(element) = &self.element else {
+            return Err(self.unreadable("voltage_divider"));
+        };
+        ChannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
     }
 
     fn unreadable(&self, allowed: &'static str) -> Unreadable {
