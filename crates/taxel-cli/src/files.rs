@@ -88,18 +88,35 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 }
 
 /// Writes a result to `output`, or to the standard output.
-///
-/// A file appears only when it is whole: it is written beside its place and
-/// then moved there.
 pub(crate) fn write(output: Option<&Path>, text: &str) -> Result<Done, Stop> {
+    write_pieces(output, |sink| sink(text)).map(|()| Done::Complete)
+}
+
+/// Where pieces of a result go.
+pub(crate) type Sink<'a> = &'a mut dyn FnMut(&str) -> Result<(), Stop>;
+
+/// Writes the pieces of a result that `give` hands out to `output`, or to the
+/// standard output.
+///
+/// A result appears only when it is whole: a file is written beside its place
+/// and then moved there, and the standard output waits for the last piece.
+pub(crate) fn write_pieces(
+    output: Option<&Path>,
+    give: impl FnOnce(Sink<'_>) -> Result<(), Stop>,
+) -> Result<(), Stop> {
     let Some(path) = output else {
-        let written = std::io::stdout().lock().write_all(text.as_bytes());
+        let mut whole = String::new();
+        give(&mut |piece| {
+            whole.push_str(piece);
+            Ok(())
+        })?;
+        let written = std::io::stdout().lock().write_all(whole.as_bytes());
         // Whoever reads may stop early (`taxel ... | head`).
         return match written {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                 Err(Stop::Failed(format!("cannot write the result: {error}")))
             }
-            _ => Ok(Done::Complete),
+            _ => Ok(()),
         };
     };
     let failed = |error: std::io::Error| {
@@ -107,10 +124,13 @@ pub(crate) fn write(output: Option<&Path>, text: &str) -> Result<Done, Stop> {
     };
     let mut beside = path.as_os_str().to_owned();
     beside.push(".part");
-    let result = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path));
+    let result = std::fs::File::create(&beside)
+        .map_err(failed)
+        .and_then(|mut file| give(&mut |piece| file.write_all(piece.as_bytes()).map_err(failed)))
+        .and_then(|()| std::fs::rename(&beside, path).map_err(failed));
     if result.is_err() {
         // What is left of the attempt is of no use.
         let _ = std::fs::remove_file(&beside);
     }
-    result.map_err(failed).map(|()| Done::Complete)
+    result
 }

@@ -185,8 +185,8 @@ impl Part {
 
 /// Width of the page and the field of a view, px.
 const WIDTH: f64 = 760.0;
-const MARGIN: f64 = 120.0;
-const HIGHEST: f64 = 460.0;
+const MARGIN: f64 = 165.0;
+const HIGHEST: f64 = 440.0;
 const TITLE: f64 = 34.0;
 const VIEW_TITLE: f64 = 26.0;
 /// Room above and below the shapes of a view for dimensions, px.

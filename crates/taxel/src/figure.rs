@@ -156,13 +156,16 @@ impl Figure {
     }
 }
 
+/// Widths of the first curves of a chart and of all later ones, px.
+const WIDTHS: [f64; 4] = [3.6, 2.8, 2.0, 1.4];
+
 fn style() -> String {
     let mut style = String::from(
         ".paper{fill:#fff}.title{font-size:16px;font-weight:600;fill:#111}\
          .chart{font-size:13px;font-weight:600;fill:#111}.label{font-size:13px;fill:#111}\
          .tick{font-size:12px;fill:#333}.grid{stroke:#ddd;stroke-width:1}\
          .frame{fill:none;stroke:#333;stroke-width:1}.zero{stroke:#888;stroke-width:1}\
-         .curve{fill:none;stroke-width:2;stroke-linejoin:round}.dashed{stroke-dasharray:7 4}",
+         .curve{fill:none;stroke-linejoin:round}.dashed{stroke-dasharray:7 4}",
     );
     for (index, colour) in COLOURS.iter().enumerate() {
         let _ = write!(
@@ -170,7 +173,14 @@ fn style() -> String {
             ".s{index}{{stroke:{colour}}}.m{index}{{fill:{colour}}}"
         );
     }
+    for (index, width) in WIDTHS.iter().enumerate() {
+        let _ = write!(style, ".w{index}{{stroke-width:{width}}}");
+    }
     style
+}
+
+fn mark(index: usize) -> String {
+    format!("m{}", index % COLOURS.len())
 }
 
 /// Value to place along one axis.
@@ -341,7 +351,7 @@ impl Chart {
         );
         svg.upward_text("label", [18.0, middle[1]], &self.y.title());
         for (index, series) in self.series.iter().enumerate() {
-            series.draw(svg, index % COLOURS.len(), |[a, b]| {
+            series.draw(svg, index, |[a, b]| {
                 let drawable = a.is_finite()
                     && b.is_finite()
                     && (!across.logarithmic || a > 0.0)
@@ -352,17 +362,17 @@ impl Chart {
             let row = (index / LEGEND_COLUMNS) as f64;
             let width = (right - left) / LEGEND_COLUMNS as f64;
             let at = [left + column * width, low + 62.0 + row * LEGEND_ROW];
-            series.key(svg, index % COLOURS.len(), at);
+            series.key(svg, index, at);
         }
     }
 }
 
 impl Series {
-    fn draw(&self, svg: &mut Svg, colour: usize, place: impl Fn([f64; 2]) -> Option<[f64; 2]>) {
+    fn draw(&self, svg: &mut Svg, index: usize, place: impl Fn([f64; 2]) -> Option<[f64; 2]>) {
         match self.style {
             Style::Marks => {
                 for at in self.points.iter().filter_map(|point| place(*point)) {
-                    svg.circle(&format!("m{colour}"), at, 3.0);
+                    svg.circle(&mark(index), at, 3.0);
                 }
             }
             Style::Line | Style::Dashed => {
@@ -371,7 +381,7 @@ impl Series {
                     match point {
                         Some(at) => run.push(at),
                         None if run.len() > 1 => {
-                            svg.path(&self.class(colour), &std::mem::take(&mut run), false);
+                            svg.path(&self.class(index), &std::mem::take(&mut run), false);
                         }
                         None => run.clear(),
                     }
@@ -380,20 +390,23 @@ impl Series {
         }
     }
 
-    fn class(&self, colour: usize) -> String {
+    fn class(&self, index: usize) -> String {
+        // The first curves are the wider ones: a later one on top of them
+        // leaves their edges visible.
+        let (colour, width) = (index % COLOURS.len(), index.min(WIDTHS.len() - 1));
         let dashed = if self.style == Style::Dashed {
             " dashed"
         } else {
             ""
         };
-        format!("curve s{colour}{dashed}")
+        format!("curve s{colour} w{width}{dashed}")
     }
 
-    fn key(&self, svg: &mut Svg, colour: usize, [x, y]: [f64; 2]) {
+    fn key(&self, svg: &mut Svg, index: usize, [x, y]: [f64; 2]) {
         match self.style {
-            Style::Marks => svg.circle(&format!("m{colour}"), [x + 12.0, y - 4.0], 3.0),
+            Style::Marks => svg.circle(&mark(index), [x + 12.0, y - 4.0], 3.0),
             _ => svg.path(
-                &self.class(colour),
+                &self.class(index),
                 &[[x, y - 4.0], [x + 24.0, y - 4.0]],
                 false,
             ),
@@ -452,7 +465,7 @@ mod tests {
             series: vec![Series::new("s", points, Style::Line)],
         };
         let text = Figure::of("t", chart, "").svg();
-        assert_eq!(text.matches("class=\"curve s0\"").count(), 3); // two runs and the legend
+        assert_eq!(text.matches("class=\"curve s0 w0\"").count(), 3); // two runs and the legend
         assert!(!text.contains("NaN") && !text.contains("inf"));
         assert!(text.contains("a &lt; b [m]"));
     }

@@ -122,20 +122,88 @@ pub fn render(
             [row] => one_for_people(columns, row),
             _ => for_people(columns, rows),
         },
-        Format::Json => {
-            let mut whole = about.clone();
-            whole.insert(
-                "rows".into(),
-                rows.iter().map(|row| object(columns, row)).collect(),
-            );
-            json(&Value::Object(whole))
-        }
-        Format::Csv => {
-            let mut text = csv_header(columns);
-            for row in rows {
-                csv_row(columns, row, &mut text);
+        Format::Json | Format::Csv => {
+            let frame = Frame::new(format, about, columns);
+            let mut text = frame.head.clone();
+            for (index, row) in rows.iter().enumerate() {
+                frame.row(index == 0, columns, row, &mut text);
             }
-            text
+            text + frame.tail
+        }
+    }
+}
+
+/// What stands before, between and after the rows of a file.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    format: Format,
+    /// Before the first row.
+    pub head: String,
+    /// After the last row.
+    pub tail: &'static str,
+    /// JSON keys of the columns with their quotes and colons.
+    keys: Vec<String>,
+}
+
+impl Frame {
+    /// The frame of a table of `columns`; JSON becomes
+    /// `{ ...about, "rows": [...] }`.
+    pub fn new(format: Format, about: &Map<String, Value>, columns: &[Column]) -> Self {
+        if format != Format::Json {
+            return Self {
+                format,
+                head: csv_header(columns),
+                tail: "",
+                keys: Vec::new(),
+            };
+        }
+        let mut head = String::from("{\n");
+        for (key, value) in about {
+            let _ = writeln!(head, "  {}: {value},", Value::from(key.as_str()));
+        }
+        head.push_str("  \"rows\": [");
+        let keys = columns
+            .iter()
+            .map(|column| format!("{}: ", Value::from(column.key())));
+        Self {
+            format,
+            head,
+            tail: "\n  ]\n}\n",
+            keys: keys.collect(),
+        }
+    }
+
+    /// Appends a row; `first` is the very first of the table.
+    pub fn row(&self, first: bool, columns: &[Column], row: &[Cell], text: &mut String) {
+        if self.format == Format::Json {
+            text.push_str(if first { "\n    {" } else { ",\n    {" });
+            json_fields(&self.keys, row, text);
+            text.push('}');
+        } else {
+            csv_row(columns, row, text);
+        }
+    }
+}
+
+fn json_fields(keys: &[String], row: &[Cell], text: &mut String) {
+    let mut digits = zmij::Buffer::new();
+    for (index, (key, cell)) in keys.iter().zip(row).enumerate() {
+        if index > 0 {
+            text.push_str(", ");
+        }
+        text.push_str(key);
+        match cell {
+            Cell::Number(value) if value.is_finite() => {
+                text.push_str(digits.format_finite(*value));
+            }
+            // JSON has no NaN: what is unknown is `null`.
+            Cell::Number(_) => text.push_str("null"),
+            Cell::Whole(value) => {
+                let _ = write!(text, "{value}");
+            }
+            Cell::Text(value) => {
+                let _ = write!(text, "{}", Value::from(value.as_ref()));
+            }
         }
     }
 }
@@ -144,18 +212,6 @@ pub fn render(
 pub fn json(value: &Value) -> String {
     // `Value` displays as JSON; the alternate form is the one with lines.
     format!("{value:#}\n")
-}
-
-fn object(columns: &[Column], row: &[Cell]) -> Value {
-    let pairs = columns.iter().zip(row).map(|(column, cell)| {
-        let value = match cell {
-            Cell::Number(number) => number_or_null(*number),
-            Cell::Whole(number) => Value::from(*number),
-            Cell::Text(text) => Value::from(text.as_ref()),
-        };
-        (column.key(), value)
-    });
-    Value::Object(pairs.collect())
 }
 
 /// JSON has no NaN: what is unknown is `null`.
@@ -228,7 +284,7 @@ fn text_of(cell: &Cell, number: impl Fn(f64) -> String, column: &Column) -> Stri
 }
 
 /// First line of a CSV file: names with units.
-pub fn csv_header(columns: &[Column]) -> String {
+fn csv_header(columns: &[Column]) -> String {
     let mut line = String::new();
     for (index, column) in columns.iter().enumerate() {
         separate(index, &mut line);
@@ -240,7 +296,7 @@ pub fn csv_header(columns: &[Column]) -> String {
 
 /// Appends one line of a CSV file: numbers in the unit for people, in as many
 /// digits as tell them apart; nothing for what is not known.
-pub fn csv_row(columns: &[Column], row: &[Cell], text: &mut String) {
+fn csv_row(columns: &[Column], row: &[Cell], text: &mut String) {
     let mut digits = zmij::Buffer::new();
     for (index, (column, cell)) in columns.iter().zip(row).enumerate() {
         separate(index, text);

@@ -7,7 +7,7 @@ use common::{assert_near, table};
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
 use taxel::device::{ChannelPredictor, Device, LayerState, Sense};
 use taxel::estimation::{SignalEstimator, State};
-use taxel::predict::{Load, LoadValue, one_load};
+use taxel::predict::{Load, LoadValue, Loads};
 use taxel::sensor::Sensor;
 use taxel::summary::{Value, summary};
 use taxel::table::Cell;
@@ -116,10 +116,10 @@ fn loads_are_pressures_or_forces_with_an_area() {
     let device = sensor.device().unwrap();
     let predictor = device.predictor();
     let answer = |spec: &str| {
-        let (given, load) = one_load(spec, predictor.load_columns()).unwrap();
-        predictor.combination(&given.columns)?;
+        let loads = Loads::one(spec, predictor.load_columns()).unwrap();
+        predictor.combination(&loads.given.columns)?;
         let mut row = Vec::new();
-        predictor.answer(&Load(&load), &mut row).unwrap();
+        predictor.answer(&loads.load(0), &mut row).unwrap();
         assert_eq!(row.len(), predictor.columns().len());
         Ok::<_, String>(row)
     };

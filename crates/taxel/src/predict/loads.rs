@@ -1,18 +1,21 @@
 //! Tables of loads: CSV with units in the header; and one load of the command
 //! line.
 
-use super::{LoadColumn, LoadKind, LoadValue};
+use super::{Load, LoadColumn, LoadKind, LoadValue};
 use crate::input::InputError;
 use crate::quantity::HELP;
 
 /// A table of loads with all its columns, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loads {
-    /// Which of the device's load columns the file has, and the columns that
-    /// are none of them and are passed on.
+    /// What the table names.
     pub given: Given,
-    /// One load per row.
-    pub rows: Vec<LoadRow>,
+    /// Line of each load in the file, from 1.
+    lines: Vec<usize>,
+    /// A value or none for each load column of the device, load after load.
+    values: Vec<Option<LoadValue>>,
+    /// Fields of the other columns, load after load.
+    others: Vec<String>,
 }
 
 /// What a table of loads names.
@@ -21,17 +24,6 @@ pub struct Given {
     /// For each load column of the device whether it is there.
     pub columns: Vec<bool>,
     /// Titles of the other columns.
-    pub others: Vec<String>,
-}
-
-/// One row of a table of loads.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoadRow {
-    /// Line in the file, from 1.
-    pub line: usize,
-    /// A value or none for each load column of the device.
-    pub values: Vec<Option<LoadValue>>,
-    /// Fields of the other columns, as they are in the file.
     pub others: Vec<String>,
 }
 
@@ -49,7 +41,7 @@ impl Loads {
     /// let text = "name,force_x [mN],force_y [mN],force_z [mN]\npress,0,0,5\n";
     /// let loads = taxel::predict::Loads::parse("loads.csv", text, predictor.load_columns())?;
     /// assert_eq!(loads.given.others, ["name"]);
-    /// assert_eq!(loads.rows[0].others, ["press"]);
+    /// assert_eq!(loads.others(0), ["press"]);
     /// # Ok::<(), taxel::InputError>(())
     /// ```
     pub fn parse(file: &str, text: &str, columns: &[LoadColumn]) -> Result<Self, InputError> {
@@ -63,7 +55,13 @@ impl Loads {
             Err(error) => return Err(InputError::whole(file, error.to_string())),
         };
         let places = find_columns(file, text, &header, columns)?;
-        let (mut rows, mut record) = (Vec::new(), csv::StringRecord::new());
+        let mut loads = Self {
+            given: Given::new(&header, &places, columns.len()),
+            lines: Vec::new(),
+            values: Vec::new(),
+            others: Vec::new(),
+        };
+        let mut record = csv::StringRecord::new();
         while reader
             .read_record(&mut record)
             .map_err(|error| InputError::whole(file, error.to_string()))?
@@ -83,39 +81,76 @@ impl Loads {
                 );
                 return Err(row.error(0, &message));
             }
-            rows.push(row.read(&record, columns, &places)?);
+            row.read(&record, columns, &places, &mut loads)?;
         }
-        if rows.is_empty() {
+        if loads.is_empty() {
             return Err(InputError::whole(file, "the table has no loads")
                 .help("add one row per load below the header"));
         }
+        Ok(loads)
+    }
+
+    /// One load of the command line, such as `"fx=1 mN, fz=5 mN"`.
+    ///
+    /// # Errors
+    /// The mistake, as an error of the "file" `--load`.
+    pub fn one(spec: &str, columns: &[LoadColumn]) -> Result<Self, InputError> {
+        let values = one_load(spec, columns)?;
         Ok(Self {
             given: Given {
-                columns: columns
-                    .iter()
-                    .enumerate()
-                    .map(|(wanted, _)| places.iter().flatten().any(|place| place.load == wanted))
-                    .collect(),
-                others: header
-                    .iter()
-                    .zip(&places)
-                    .filter(|(_, place)| place.is_none())
-                    .map(|(title, _)| title.clone())
-                    .collect(),
+                columns: values.iter().map(Option::is_some).collect(),
+                others: Vec::new(),
             },
-            rows,
+            lines: vec![1],
+            values,
+            others: Vec::new(),
         })
+    }
+
+    /// Number of loads.
+    pub fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// Whether there is no load.
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty()
+    }
+
+    /// A load.
+    pub fn load(&self, index: usize) -> Load<'_> {
+        let width = self.given.columns.len();
+        Load(&self.values[index * width..(index + 1) * width])
+    }
+
+    /// Fields of the columns that are passed on.
+    pub fn others(&self, index: usize) -> &[String] {
+        let width = self.given.others.len();
+        &self.others[index * width..(index + 1) * width]
+    }
+
+    /// Line of a load in its file, from 1.
+    pub fn line(&self, index: usize) -> usize {
+        self.lines[index]
     }
 }
 
-/// Reads one load of the command line: `"fx=1 mN, fz=5 mN"`.
-///
-/// # Errors
-/// The mistake, as an error of the "file" `--load`.
-pub fn one_load(
-    spec: &str,
-    columns: &[LoadColumn],
-) -> Result<(Given, Vec<Option<LoadValue>>), InputError> {
+impl Given {
+    fn new(header: &[String], places: &[Option<Found>], columns: usize) -> Self {
+        let there = |load| places.iter().flatten().any(|place| place.load == load);
+        let titles = header.iter().zip(places);
+        Self {
+            columns: (0..columns).map(there).collect(),
+            others: titles
+                .filter(|(_, place)| place.is_none())
+                .map(|(title, _)| title.clone())
+                .collect(),
+        }
+    }
+}
+
+/// Values of the load that `spec` names.
+fn one_load(spec: &str, columns: &[LoadColumn]) -> Result<Vec<Option<LoadValue>>, InputError> {
     let mut values = vec![None; columns.len()];
     let form = format!(
         "write names with values and units, such as \"{}\"; names: {}",
@@ -149,11 +184,7 @@ pub fn one_load(
             return Err(error(format!("{name} is given twice"), &form));
         }
     }
-    let given = Given {
-        columns: values.iter().map(Option::is_some).collect(),
-        others: Vec::new(),
-    };
-    Ok((given, values))
+    Ok(values)
 }
 
 fn names(columns: &[LoadColumn]) -> String {
@@ -336,29 +367,26 @@ impl Row<'_> {
         record: &csv::StringRecord,
         columns: &[LoadColumn],
         places: &[Option<Found>],
-    ) -> Result<LoadRow, InputError> {
-        let mut row = LoadRow {
-            line: self.line,
-            values: vec![None; columns.len()],
-            others: Vec::new(),
-        };
+        loads: &mut Loads,
+    ) -> Result<(), InputError> {
+        let first = loads.values.len();
+        loads.values.resize(first + columns.len(), None);
         for (at, (field, place)) in record.iter().zip(places).enumerate() {
             match place {
-                None => row.others.push(field.to_owned()),
+                None => loads.others.push(field.to_owned()),
                 // What a table leaves open is not given in this row.
                 Some(place) if field.is_empty() && !columns[place.load].required => (),
                 Some(place) => {
-                    let value =
-                        parse(columns[place.load].kind, field, place.unit).map_err(|message| {
-                            let (message, help) =
-                                message.split_once(HELP).unwrap_or((&message, ""));
-                            self.error(at, message.trim_end()).help(help.trim())
-                        })?;
-                    row.values[place.load] = Some(value);
+                    let value = parse(columns[place.load].kind, field, place.unit);
+                    loads.values[first + place.load] = Some(value.map_err(|message| {
+                        let (message, help) = message.split_once(HELP).unwrap_or((&message, ""));
+                        self.error(at, message.trim_end()).help(help.trim())
+                    })?);
                 }
             }
         }
-        Ok(row)
+        loads.lines.push(self.line);
+        Ok(())
     }
 
     fn error(&self, column: usize, message: &str) -> InputError {
@@ -453,10 +481,11 @@ mod tests {
 
     #[test]
     fn one_load_of_the_command_line() {
-        let (given, values) = one_load("fz=5 mN, force_x = -1 uN", &COLUMNS).unwrap();
-        assert_eq!(given.columns, [true, false, true]);
-        assert_eq!(values[0], Some(LoadValue::Number(-1e-6)));
-        assert_eq!(values[1..], [None, Some(LoadValue::Number(5e-3))]);
+        let loads = Loads::one("fz=5 mN, force_x = -1 uN", &COLUMNS).unwrap();
+        assert_eq!(loads.given.columns, [true, false, true]);
+        let load = loads.load(0);
+        let forces = [0, 1, 2].map(|axis| load.number(axis));
+        assert_eq!(forces, [Some(-1e-6), None, Some(5e-3)]);
         for wrong in [
             "",
             "fz",
@@ -466,7 +495,7 @@ mod tests {
             "fz=1 mN,fz=2 mN",
             "fz=1e9 N",
         ] {
-            assert!(one_load(wrong, &COLUMNS).is_err(), "{wrong}");
+            assert!(Loads::one(wrong, &COLUMNS).is_err(), "{wrong}");
         }
     }
 }

@@ -1,12 +1,14 @@
 //! Loads in, electrical response out, row by row: `taxel predict`.
 
+mod batch;
 mod loads;
 
 use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::quantity::Dimension;
 use crate::table::{Cell, Column};
 
-pub use loads::{Given, LoadRow, Loads, one_load};
+pub use batch::{Answers, Refusal};
+pub use loads::{Given, Loads};
 
 /// Predicts the response of one kind of device to one kind of load.
 pub trait Predictor: Sync {
@@ -149,29 +151,27 @@ const MOST_MARKS: usize = 60;
 pub fn figure(
     title: &str,
     predictor: &dyn Predictor,
-    given: &Given,
-    loads: &[Vec<Option<LoadValue>>],
+    loads: &Loads,
 ) -> Result<Figure, LoadRefused> {
-    if let [load] = loads
-        && let Some(figure) = predictor.history(&Load(load))
-    {
+    let single = (loads.len() == 1).then(|| loads.load(0));
+    if let Some(figure) = single.and_then(|load| predictor.history(&load)) {
         return Ok(figure);
     }
-    let answers = |loads: &mut dyn Iterator<Item = Vec<Option<LoadValue>>>| {
-        loads
-            .map(|load| {
-                let mut row = Vec::new();
-                predictor.answer(&Load(&load), &mut row).map(|()| row)
-            })
-            .collect::<Result<Vec<_>, _>>()
+    let answer = |load: &Load<'_>| {
+        let mut row = Vec::new();
+        predictor.answer(load, &mut row).map(|()| row)
     };
     let columns = predictor.columns();
-    let curves = predictor.curves(&given.columns);
+    let curves = predictor.curves(&loads.given.columns);
     let mut charts: Vec<Chart> = curves.iter().map(|curve| empty(curve, &columns)).collect();
-    let rows = answers(&mut loads.iter().cloned())?;
-    let way = match loads {
-        [load] => answers(&mut (0..=CURVE_STEPS).map(|step| scaled(predictor, load, step)))?,
-        _ => Vec::new(),
+    let rows: Vec<_> = (0..loads.len())
+        .map(|index| answer(&loads.load(index)))
+        .collect::<Result<_, _>>()?;
+    let way: Vec<_> = match single {
+        Some(load) => (0..=CURVE_STEPS)
+            .map(|step| answer(&Load(&scaled(predictor, load.0, step))))
+            .collect::<Result<_, _>>()?,
+        None => Vec::new(),
     };
     let style = if rows.len() <= MOST_MARKS {
         Style::Marks
@@ -179,25 +179,22 @@ pub fn figure(
         Style::Line
     };
     for (chart, curve) in charts.iter_mut().zip(&curves) {
+        let mut here = Vec::new();
         for y in &curve.y {
-            let name = (*y).replace('_', " ");
-            if !way.is_empty() {
-                chart.series.push(Series::new(
-                    name.clone(),
-                    points(&columns, &way, curve.x, y),
-                    Style::Line,
-                ));
-            }
-            let name = if way.is_empty() {
-                name
+            let name = y.replace('_', " ");
+            let answered = points(&columns, &rows, curve.x, y);
+            if way.is_empty() {
+                chart.series.push(Series::new(name, answered, style));
             } else {
-                format!("{name}, this load")
-            };
-            chart.series.push(Series::new(
-                name,
-                points(&columns, &rows, curve.x, y),
-                style,
-            ));
+                let line = points(&columns, &way, curve.x, y);
+                chart.series.push(Series::new(name, line, Style::Line));
+                here.extend(answered);
+            }
+        }
+        if !here.is_empty() {
+            chart
+                .series
+                .push(Series::new("this load", here, Style::Marks));
         }
     }
     Ok(Figure {

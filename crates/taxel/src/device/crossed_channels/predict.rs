@@ -1,5 +1,7 @@
 //! Pressure on the surface to the signals of both layers, stage by stage.
 
+use std::borrow::Cow;
+
 use super::{ChannelArray, LAYERS};
 use crate::electronics::{Code, DividerBoard};
 use crate::mechanics::{
@@ -278,16 +280,19 @@ impl Predictor for ChannelPredictor {
                 .map(Cell::Number),
             );
             row.push(layer.thinnest.map_or(Cell::from(""), Cell::Number));
-            row.extend(
+            row.push(Cell::Number(layer.volume_ratio));
+            row.push(Cell::Number(layer.resistance));
+            // Of a bound only the resistance is told; a signal that is only
+            // known to be larger would look like a reading.
+            row.extend(if layer.state == LayerState::Beyond {
+                [const { Cell::Text(Cow::Borrowed("")) }; 3]
+            } else {
                 [
-                    layer.volume_ratio,
-                    layer.resistance,
-                    layer.change,
-                    layer.voltage,
+                    Cell::Number(layer.change),
+                    Cell::Number(layer.voltage),
+                    Cell::Whole(u64::from(layer.code.counts)),
                 ]
-                .map(Cell::Number),
-            );
-            row.push(Cell::Whole(u64::from(layer.code.counts)));
+            });
             row.push(Cell::from(layer.state.name()));
         }
         Ok(())
