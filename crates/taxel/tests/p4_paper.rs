@@ -9,6 +9,7 @@ use taxel::mechanics::{
     ChannelSection, ChannelShape, ClosingCurve, ClosingState, Hyperelastic, LinearElastic,
     MooneyRivlin, PressureLaw, Stretch,
 };
+use taxel::reproduce::{Paper, Verdict};
 use taxel::transduction::{Conductor, mean_inverse_area_ratio};
 
 const KPA: f64 = 1e3;
@@ -276,4 +277,36 @@ fn p4_loads_in_other_units() {
     // 180 mN and 1008 mN under a round punch of 0.5 mm.
     assert_near(0.18 / area / KPA, 917.0, 0.0, 0.5, "top saturates");
     assert_near(1.008 / area * 1e-6, 5.1, 0.0, 0.05, "bottom saturates");
+}
+
+/// The report: one number has no explanation, and every reason is a sentence.
+#[test]
+fn p4_report_explains_all_but_one() {
+    let ledger = Paper::P4.ledger();
+    let unexplained: Vec<_> = ledger
+        .entries
+        .iter()
+        .filter(|entry| entry.verdict == Verdict::Unexplained)
+        .map(|entry| entry.printed.as_str())
+        .collect();
+    assert_eq!(unexplained, ["3.6 %"]);
+    for entry in &ledger.entries {
+        let needs_reason = !matches!(entry.verdict, Verdict::Reproduced | Verdict::Follows);
+        assert!(!needs_reason || !entry.note.is_empty(), "{}", entry.what);
+        assert!(entry.ours.is_none_or(f64::is_finite), "{}", entry.what);
+    }
+    let curves = ledger
+        .figures
+        .iter()
+        .flat_map(|figure| &figure.figure.charts);
+    for series in curves.flat_map(|chart| &chart.series) {
+        assert!(series.points.len() > 1, "{}", series.name);
+        assert!(
+            series
+                .points
+                .iter()
+                .flatten()
+                .all(|value| value.is_finite())
+        );
+    }
 }

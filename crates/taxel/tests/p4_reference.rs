@@ -41,6 +41,29 @@ fn compliance_and_first_touch_table() {
     }
 }
 
+/// The first touch under Eq. 2, in pressure on the surface.
+#[test]
+fn first_touch_pressures() {
+    let law = PressureLaw::Paper(p4_law());
+    for row in table("p4_touch.csv") {
+        if row.text("p_touch").is_empty() {
+            continue;
+        }
+        let state = |kilopascal: f64| {
+            let load = [Stretch {
+                share: 1.0,
+                pressure: kilopascal * KPA,
+            }];
+            curve(&row).settle(&law, &load).unwrap().sections[0].state
+        };
+        // The area at the touch is printed to 5e-5: P moves by 20.265/a² times
+        // that, 0.018 kPa at a = 0.24.
+        let touch = row.at("p_touch");
+        assert_eq!(state(touch - 0.02), ClosingState::Open, "{touch}");
+        assert_ne!(state(touch + 0.02), ClosingState::Open, "{touch}");
+    }
+}
+
 /// The slope at rest found from the points alone, as for curves that a user
 /// gives: the parabola through rest and the first two rows.
 #[test]

@@ -5,6 +5,7 @@
 //! both. What cannot be reproduced says why.
 
 mod p2;
+mod p4;
 mod report;
 
 use crate::figure::Figure;
@@ -57,7 +58,8 @@ impl Paper {
         let mut ledger = Ledger::new(self);
         match self {
             Self::P2 => p2::fill(&mut ledger),
-            Self::P1 | Self::P3 | Self::P4 => (),
+            Self::P4 => p4::fill(&mut ledger),
+            Self::P1 | Self::P3 => (),
         }
         ledger
     }
