@@ -7,6 +7,7 @@ use common::{assert_near, table};
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
 use taxel::device::{ChannelPredictor, Device, LayerState, Sense};
 use taxel::estimation::{SignalEstimator, State};
+use taxel::mechanics::{OnCurve, Stretch};
 use taxel::predict::{Load, LoadValue, Loads};
 use taxel::sensor::Sensor;
 use taxel::summary::{Value, summary};
@@ -413,4 +414,96 @@ fn a_rest_capture_under_load_is_refused() {
     let refused = ends.remove(0).unwrap_err();
     // The first of the two channels that pad b presses.
     assert!(refused.contains("channel 0 moved"), "{refused}");
+}
+
+/// The shipped array with another law for its liquid.
+fn with_law(law: &str) -> Sensor {
+    let text = Sensor::shipped_text(NAME).unwrap();
+    let start = text
+        .find("[element.liquid_metal_channel.liquid.pressure.paper]")
+        .unwrap();
+    let end = start + text[start..].find("\n\n").unwrap();
+    let text = format!("{}{}", &text[..start], &text[end..]);
+    let key = "resistivity = \"294 nohm m\"";
+    assert!(text.contains(key));
+    Sensor::parse(
+        "law.toml",
+        &text.replacen(key, &format!("pressure = {law}\n{key}"), 1),
+    )
+    .unwrap()
+}
+
+/// With every law a pressure on one taxel comes back from the two channels.
+#[test]
+fn the_estimator_inverts_the_model_with_every_law() {
+    let table = "{ tabulated = [{ volume_ratio = 1.0, pressure = \"0 Pa\" }, \
+                 { volume_ratio = 0.999, pressure = \"200 Pa\" }, { volume_ratio = 0.5, pressure = \"60 kPa\" }] }";
+    let paper = "{ paper = { expansion = 0.2, atmosphere = \"101.325 kPa\" } }";
+    for law in [paper, "\"vented\"", "\"sealed\"", table] {
+        let sensor = with_law(law);
+        let array = sensor.channels().unwrap();
+        let calibration = array.calibration().unwrap();
+        let models = [&calibration.rows[0], &calibration.columns[0]];
+        for (layer, model) in models.into_iter().enumerate() {
+            let share = array.taxel_share()[layer];
+            let highest = model.highest_pressure();
+            for step in 1..40 {
+                // Between the 200 points of the curve, on all parts of it.
+                let pressure = highest * (f64::from(step) + 0.37) / 40.5;
+                let stretches = [
+                    Stretch { share, pressure },
+                    Stretch {
+                        share: 1.0 - share,
+                        pressure: 0.0,
+                    },
+                ];
+                let change = array.layers[layer].respond(&stretches).unwrap().change;
+                let OnCurve::Inside { value, .. } = model.pressure.at(change) else {
+                    panic!("{law} {layer} {pressure}")
+                };
+                // 1e-3 of the range: the curve bends sharply at the first touch.
+                assert_near(value, pressure, 0.0, 1e-3 * highest, law);
+            }
+        }
+    }
+}
+
+#[test]
+fn leads_are_taken_out_of_the_reading() {
+    let sensor = edited("lead = \"0 ohm\"", "lead = \"0.5 ohm\"").unwrap();
+    let stimulus = Stimulus::parse("b", Stimulus::shipped_text("pad-b").unwrap()).unwrap();
+    let mut twin = Twin::new(&sensor, &stimulus, 1).unwrap();
+    let mut estimator = estimator(&sensor, &twin);
+    let Delivery::Frame(frame) = twin.next_delivery() else {
+        panic!()
+    };
+    let (touch, _) = estimator.push(&frame).unwrap();
+    for (channel, conductor) in touch.signals.iter().zip(
+        sensor
+            .channels()
+            .unwrap()
+            .element
+            .fabricate(&sensor.channels().unwrap().layers, [2, 4]),
+    ) {
+        // Six standard deviations of 10.4 uV at 9.6 ohm/V.
+        assert_near(
+            *channel,
+            conductor.rest_resistance(),
+            0.0,
+            6.0 * 1e-4,
+            "resistance",
+        );
+    }
+}
+
+/// Channels along x lie side by side along y, and are crossed along x.
+#[test]
+fn the_two_pitches_belong_to_the_two_directions() {
+    let sensor = edited("pitch = \"600 um\"", "pitch = [\"600 um\", \"700 um\"]").unwrap();
+    let array = sensor.channels().unwrap();
+    // The plane-strain cell of the columns keeps its pitch of 600 um along x.
+    let [rows, columns] = array.taxel_share();
+    assert_near(rows, 0.6 / 91.92, 1e-12, 0.0, "rows");
+    assert_near(columns, 0.7 / 91.92, 1e-12, 0.0, "columns");
+    assert!(edited("pitch = \"600 um\"", "pitch = [\"700 um\", \"600 um\"]").is_err());
 }
