@@ -277,16 +277,15 @@ pub struct SettledChannel {
 pub enum ChannelError {
     /// No tabulated cell has this geometry.
     #[error(
-        "no closing curve is tabulated for a height of {height} and a roof of {roof} channel widths; \
-         known are w = 400 um, pitch 600 um, thickness 500 um with height/roof 20/100, 20/140, 20/200, \
-         40/100, 40/140, 60/60, 60/120, 60/160, 100/100, 100/140, 160/120 and 160/200 um, and all of \
-         these scaled; give the curve as points instead"
+        "no closing curve is tabulated for a channel of {:.4} x {:.4} um under {:.4} um in a sheet of {:.4} um at a \
+         pitch of {:.4} um; known are 400 um wide channels, pitch 600 um, sheet 500 um, with height/roof 20/100, \
+         20/140, 20/200, 40/100, 40/140, 60/60, 60/120, 60/160, 100/100, 100/140, 160/120 and 160/200 um, and all \
+         of these scaled; give the curve as points instead",
+        cell.section.width * 1e6, cell.section.height * 1e6, cell.roof * 1e6, cell.thickness * 1e6, cell.pitch * 1e6
     )]
     NotTabulated {
-        /// Height over width.
-        height: f64,
-        /// Roof over width.
-        roof: f64,
+        /// The geometry, m.
+        cell: CellGeometry,
     },
     /// The points of a closing curve are not monotone.
     #[error("closing curve: {0}")]
@@ -329,12 +328,10 @@ impl ClosingCurve {
     /// # Errors
     /// [`ChannelError::NotTabulated`] for another geometry.
     pub fn of_cell(cell: &CellGeometry, shear_modulus: f64) -> Result<Self, ChannelError> {
-        let known = CELLS.iter().find(|known| is_scaled(cell, known)).ok_or(
-            ChannelError::NotTabulated {
-                height: cell.section.height / cell.section.width,
-                roof: cell.roof / cell.section.width,
-            },
-        )?;
+        let known = CELLS
+            .iter()
+            .find(|known| is_scaled(cell, known))
+            .ok_or(ChannelError::NotTabulated { cell: *cell })?;
         let scale = shear_modulus / tabulated_cells::SHEAR_MODULUS; // Pa per tabulated kPa
         let rows = known.rows.iter().map(|(ratio, net)| [net * scale, *ratio]);
         let points = std::iter::once([0.0, 1.0]).chain(rows).collect();
