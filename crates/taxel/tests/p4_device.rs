@@ -507,3 +507,78 @@ fn the_two_pitches_belong_to_the_two_directions() {
     assert_near(columns, 0.7 / 91.92, 1e-12, 0.0, "columns");
     assert!(edited("pitch = \"600 um\"", "pitch = [\"700 um\", \"600 um\"]").is_err());
 }
+
+/// Two touches at once, on every pair of taxels: in one row or column both are
+/// found, otherwise the four places are candidates and none is guessed.
+#[test]
+fn two_touches_are_found_or_called_ambiguous() {
+    let sensor = sensor();
+    let array = sensor.channels().unwrap();
+    let twin = Twin::new(
+        &sensor,
+        &Stimulus::parse("b", Stimulus::shipped_text("pad-b").unwrap()).unwrap(),
+        1,
+    )
+    .unwrap();
+    let mut estimator = estimator(&sensor, &twin);
+    let pressures = [5e3, 3e3];
+    for first in 0..8_usize {
+        for second in (first + 1)..8 {
+            let pressed = [first, second].map(|taxel| [taxel / 4, taxel % 4]);
+            let values = (0..6).map(|channel| {
+                let layer = usize::from(channel >= 2);
+                let share = array.taxel_share()[layer];
+                let mut stretches: Vec<_> = pressed
+                    .iter()
+                    .zip(pressures)
+                    .filter(|([row, column], _)| [*row, column + 2].contains(&channel))
+                    .map(|(_, pressure)| Stretch { share, pressure })
+                    .collect();
+                let rest = 1.0 - share * stretches.len() as f64;
+                stretches.push(Stretch {
+                    share: rest,
+                    pressure: 0.0,
+                });
+                let resistance = array.layers[layer].respond(&stretches).unwrap().resistance;
+                f64::from(array.board.read(resistance, 0.0).counts)
+            });
+            let frame = Frame {
+                sequence: 0,
+                time_ns: 0,
+                values: values.collect(),
+            };
+            let (touch, _) = estimator.push(&frame).unwrap();
+            let [[r, c], [s, d]] = pressed;
+            for (index, taxel) in touch.taxels.iter().enumerate() {
+                let [row, column] = [index / 4, index % 4];
+                let what = format!("{pressed:?}, taxel {row} {column}: {taxel:?}");
+                if r != s && c != d {
+                    let candidate = [r, s].contains(&row) && [c, d].contains(&column);
+                    let expected = if candidate {
+                        State::Ambiguous
+                    } else {
+                        State::Ok
+                    };
+                    assert_eq!(taxel.state, expected, "{what}");
+                    assert_eq!(taxel.value.is_nan(), candidate, "{what}");
+                } else {
+                    let expected = match index {
+                        _ if index == first => pressures[0],
+                        _ if index == second => pressures[1],
+                        _ => 0.0,
+                    };
+                    assert_eq!(taxel.state, State::Ok, "{what}");
+                    // Counts: three times the deviation of a reading, of which
+                    // rounding is a third; the curve, 1e-3 of 31 kPa.
+                    assert_near(
+                        taxel.value,
+                        expected,
+                        0.0,
+                        31.0 + 3.0 * taxel.deviation,
+                        &what,
+                    );
+                }
+            }
+        }
+    }
+}
