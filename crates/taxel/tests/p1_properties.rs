@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use taxel::mechanics::{
     CompressedLayer, ElectrodeModulus, ElectrodeStiffness, Electrodes, EndCondition, EndShear,
-    GivenFactor, LayerError, LayerKinematics, MooneyRivlin, PublishedThinning, TopFace,
+    GivenFactor, LayerError, LayerKinematics, PublishedThinning, StressConstants, TopFace,
 };
 use taxel::transduction::{
     CapacitanceLaw, Dielectric, InPlaneError, InPlaneModel, PublishedFit, PublishedFringe,
@@ -62,7 +62,7 @@ fn close(a: f64, b: f64, relative: f64) -> bool {
 /// First Piola-Kirchhoff stress P = σ F⁻ᵀ with F = [[f, x₁f′], [0, g′]].
 fn nominal_stress(
     kinematics: &LayerKinematics,
-    material: MooneyRivlin,
+    material: StressConstants,
     constant: f64,
     point: [f64; 2],
 ) -> [[f64; 2]; 2] {
@@ -117,7 +117,7 @@ proptest! {
         e in 0.01..0.6_f64, x1 in -3.0..3.0_f64, y in 0.05..0.95_f64, c2 in -1.0..0.0_f64
     ) {
         let kinematics = LayerKinematics::new(e).unwrap();
-        let material = MooneyRivlin { c1: 1.0 + c2, c2 };
+        let material = StressConstants { c1: 1.0 + c2, c2 };
         let at = |x1: f64, y: f64| nominal_stress(&kinematics, material, 0.5, [x1, y]);
         let h = 1e-5;
         let (right, left) = (at(x1 + h, y), at(x1 - h, y));
@@ -139,7 +139,7 @@ proptest! {
         let kinematics = LayerKinematics::new(e).unwrap();
         let constant = kinematics.pressure_constant(aspect, chi);
         // Only C₁ − C₂ = μ may act.
-        let material = MooneyRivlin { c1: 1.0 + c2, c2 };
+        let material = StressConstants { c1: 1.0 + c2, c2 };
         let upwards = |x1: f64| nominal_stress(&kinematics, material, constant, [x1, 1.0])[1][1];
         // σ₂₂ is of second degree in x₁ on top: Simpson's rule is exact.
         let mean = (upwards(-aspect) + 4.0 * upwards(0.0) + upwards(aspect)) / 6.0;
@@ -154,7 +154,7 @@ proptest! {
     ) {
         let kinematics = LayerKinematics::new(e).unwrap();
         let constant = kinematics.pressure_constant(aspect, chi);
-        let material = MooneyRivlin { c1: 1.0, c2: 0.0 };
+        let material = StressConstants { c1: 1.0, c2: 0.0 };
         // Pull across the middle plane by Simpson's rule with 400 intervals:
         // an error of 1e-10 of the integrand.
         let pull = |y: f64| nominal_stress(&kinematics, material, constant, [0.0, y])[0][0];

@@ -37,6 +37,26 @@ const SHIPPED: &[(&str, &str)] = &[
         "piezo-tap",
         include_str!("../../../../sensors/stimuli/piezo-tap.toml"),
     ),
+    (
+        "pad-a",
+        include_str!("../../../../sensors/stimuli/pad-a.toml"),
+    ),
+    (
+        "pad-b",
+        include_str!("../../../../sensors/stimuli/pad-b.toml"),
+    ),
+    (
+        "pad-c",
+        include_str!("../../../../sensors/stimuli/pad-c.toml"),
+    ),
+    (
+        "pad-d",
+        include_str!("../../../../sensors/stimuli/pad-d.toml"),
+    ),
+    (
+        "pad-e",
+        include_str!("../../../../sensors/stimuli/pad-e.toml"),
+    ),
 ];
 
 /// A script of loads and failures; it repeats after its duration.

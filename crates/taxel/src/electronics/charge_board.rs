@@ -28,7 +28,7 @@ impl ChargeBoard {
         let (band, output) = match &electronics.readout {
             Readout::VoltageAmplifier(stage) => (stage.band(capacitance, resistance), stage.output),
             Readout::ChargeMode(stage) => (stage.band(capacitance, resistance), stage.output),
-            Readout::ChargeAmplifier(_) => return None,
+            Readout::ChargeAmplifier(_) | Readout::VoltageDivider(_) => return None,
         };
         Some(Self {
             frame_rate: electronics.frame_rate,

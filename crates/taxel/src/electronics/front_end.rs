@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ChargeAmplifier, ChargeMode, Code, Converter, Scan, VoltageAmplifier};
+use super::{ChargeAmplifier, ChargeMode, Code, Converter, Scan, VoltageAmplifier, VoltageDivider};
 use crate::quantity::{self, Checked, FrameRate};
 
 /// The electronics as a sensor file gives them.
@@ -33,6 +33,8 @@ pub enum Readout {
     VoltageAmplifier(VoltageAmplifier),
     /// Charge to the voltage on the capacitor of an amplifier.
     ChargeMode(ChargeMode),
+    /// Resistance to voltage.
+    VoltageDivider(VoltageDivider),
 }
 
 impl Readout {
@@ -42,6 +44,7 @@ impl Readout {
             Self::ChargeAmplifier(_) => "charge_amplifier",
             Self::VoltageAmplifier(_) => "voltage_amplifier",
             Self::ChargeMode(_) => "charge_mode",
+            Self::VoltageDivider(_) => "voltage_divider",
         }
     }
 }
@@ -51,7 +54,15 @@ impl Electronics {
     pub fn charge_amplifier(&self) -> Option<&ChargeAmplifier> {
         match &self.readout {
             Readout::ChargeAmplifier(amplifier) => Some(amplifier),
-            Readout::VoltageAmplifier(_) | Readout::ChargeMode(_) => None,
+            _ => None,
+        }
+    }
+
+    /// The voltage divider, if that is the first stage.
+    pub fn voltage_divider(&self) -> Option<&VoltageDivider> {
+        match &self.readout {
+            Readout::VoltageDivider(divider) => Some(divider),
+            _ => None,
         }
     }
 

@@ -4,6 +4,7 @@ mod array;
 mod charge;
 mod contact;
 mod continuity;
+mod crossed_channels;
 mod event;
 mod in_plane;
 mod map;
@@ -14,6 +15,9 @@ pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelT
 pub use charge::{ChargeEstimator, ChargeEstimatorOptions, ChargeModel};
 pub use contact::Contact;
 pub use continuity::Continuity;
+pub use crossed_channels::{
+    ChannelRestRefused, ChannelState, ChannelTouch, CrossedChannels, CrossedOptions, TaxelPressure,
+};
 pub use event::Event;
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use map::{MapEstimator, MapTouch};

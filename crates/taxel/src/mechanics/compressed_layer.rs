@@ -266,14 +266,14 @@ pub struct LayerKinematics {
 
 /// Constants of the stress law σ = −P I + C₁ B + C₂ B⁻¹ (P1 Eq. 4), Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MooneyRivlin {
+pub struct StressConstants {
     /// C₁, twice the first constant of the usual energy.
     pub c1: f64,
     /// C₂, zero or negative: minus twice its second constant.
     pub c2: f64,
 }
 
-impl MooneyRivlin {
+impl StressConstants {
     /// μ = C₁ − C₂: in plane strain the two act only through it.
     pub fn shear_modulus(self) -> f64 {
         self.c1 - self.c2
@@ -469,11 +469,11 @@ impl LayerKinematics {
     /// P = C₂x₁²f′² + (C₁−C₂)/2·A x₁²f² + (C₁+C₂)/2/f² + C₂f² + Π
     pub fn pressure(
         &self,
-        material: MooneyRivlin,
+        material: StressConstants,
         pressure_constant: f64,
         [x1, y]: [f64; 2],
     ) -> f64 {
-        let MooneyRivlin { c1, c2 } = material;
+        let StressConstants { c1, c2 } = material;
         let (f, slope) = (self.stretch(y), self.stretch_slope(y));
         c2 * (x1 * slope).powi(2) - 0.5 * (c1 - c2) * (self.unknown * x1 * f).powi(2)
             + 0.5 * (c1 + c2) / (f * f)
@@ -490,11 +490,11 @@ impl LayerKinematics {
     /// `pressure_constant` is Π/μ.
     pub fn stress(
         &self,
-        material: MooneyRivlin,
+        material: StressConstants,
         pressure_constant: f64,
         point: [f64; 2],
     ) -> PlaneStress {
-        let MooneyRivlin { c1, c2 } = material;
+        let StressConstants { c1, c2 } = material;
         let [x1, y] = point;
         let (f, squeeze) = (self.stretch(y), self.height_slope(y));
         let shear = x1 * self.stretch_slope(y);

@@ -7,6 +7,7 @@
 mod p1;
 mod p2;
 mod p3;
+mod p4;
 mod report;
 
 use crate::figure::Figure;
@@ -61,7 +62,7 @@ impl Paper {
             Self::P1 => p1::fill(&mut ledger),
             Self::P2 => p2::fill(&mut ledger),
             Self::P3 => p3::fill(&mut ledger),
-            Self::P4 => (),
+            Self::P4 => p4::fill(&mut ledger),
         }
         ledger
     }

@@ -3,8 +3,8 @@
 use super::{Basis, Ledger};
 use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::mechanics::{
-    ElectrodeStiffness, EndCondition, EndShear, LayerKinematics, LayerState, MooneyRivlin,
-    PlaneStress,
+    ElectrodeStiffness, EndCondition, EndShear, LayerKinematics, LayerState, PlaneStress,
+    StressConstants,
 };
 use crate::sensor::Sensor;
 use crate::transduction::{
@@ -141,7 +141,7 @@ fn layer_height(model: &InPlaneModel, compression: f64) -> f64 {
 type StressField<'a> = &'a dyn Fn([f64; 2]) -> PlaneStress;
 
 fn stress_equations(ledger: &mut Ledger, kinematics: &LayerKinematics) {
-    let material = MooneyRivlin { c1: 0.7, c2: -0.3 };
+    let material = StressConstants { c1: 0.7, c2: -0.3 };
     let ours = |point: [f64; 2]| kinematics.stress(material, 0.5, point);
     let printed = |point: [f64; 2]| PlaneStress {
         sigma22: printed_upward_stress(kinematics, material, point),
@@ -195,7 +195,7 @@ fn stress_equations(ledger: &mut Ledger, kinematics: &LayerKinematics) {
 /// P1 Eq. 4c with the primes lost, over μ.
 fn printed_upward_stress(
     kinematics: &LayerKinematics,
-    material: MooneyRivlin,
+    material: StressConstants,
     [x1, y]: [f64; 2],
 ) -> f64 {
     let (f, g) = (kinematics.stretch(y), kinematics.height(y));

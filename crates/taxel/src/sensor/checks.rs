@@ -1,6 +1,6 @@
 //! Rules between the fields of a sensor file.
 
-use super::Sensor;
+use super::{Element, Sensor};
 use crate::input::InputError;
 use crate::layout::{MOST_LINES, Mount};
 use crate::toml_input;
@@ -67,6 +67,9 @@ pub(super) fn check(sensor: &Sensor) -> Result<(), Broken> {
     check_array(sensor)?;
     check_electronics(sensor)?;
     check_mask(sensor)?;
+    if let Element::LiquidMetalChannel(element) = &sensor.element {
+        element.check(sensor.array.pitch)?;
+    }
     let device = sensor.device().map_err(|unreadable| Broken {
         path: vec!["electronics".into(), "readout".into()],
         message: unreadable.to_string(),

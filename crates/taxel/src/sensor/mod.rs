@@ -2,6 +2,7 @@
 
 mod checks;
 mod in_plane_capacitor;
+mod liquid_metal_channel;
 mod mask;
 mod piezoelectric;
 mod three_axis_capacitor;
@@ -9,13 +10,17 @@ mod three_axis_capacitor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray};
+use crate::device::{ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray};
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::toml_input;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
+pub use liquid_metal_channel::{
+    ChannelFabrication, ClosingDescription, LayerDescription, Liquid, LiquidMetalChannel,
+    PlaneStrainCell, SectionDescription,
+};
 pub use mask::{CapacitorName, Mask};
 pub use piezoelectric::{
     CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
@@ -62,6 +67,10 @@ const SHIPPED: &[(&str, &str)] = &[
         "piezo-2.3mm",
         include_str!("../../../../sensors/piezo-2.3mm.toml"),
     ),
+    (
+        "liquid-metal-2x4",
+        include_str!("../../../../sensors/liquid-metal-2x4.toml"),
+    ),
 ];
 
 /// A device as its file describes it.
@@ -94,6 +103,8 @@ pub enum Element {
     InPlaneCapacitor(Box<InPlaneCapacitor>),
     /// Piezoelectric plates in a soft cover (P3).
     Piezoelectric(Box<Piezoelectric>),
+    /// Two crossing layers of liquid-metal channels (P4).
+    LiquidMetalChannel(Box<LiquidMetalChannel>),
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -115,6 +126,7 @@ impl Element {
             Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
             Self::InPlaneCapacitor(_) => "in_plane_capacitor",
             Self::Piezoelectric(_) => "piezoelectric",
+            Self::LiquidMetalChannel(_) => "liquid_metal_channel",
         }
     }
 }
@@ -180,6 +192,7 @@ impl Sensor {
             Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
             Element::InPlaneCapacitor(_) => Ok(Box::new(self.in_plane()?)),
             Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
+            Element::LiquidMetalChannel(_) => Ok(Box::new(self.channels()?)),
         }
     }
 
@@ -215,6 +228,17 @@ impl Sensor {
             return Err(self.unreadable("charge_amplifier"));
         };
         InPlaneArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+    }
+
+    /// The crossing channels with their board, if it is such an array.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn channels(&self) -> Result<ChannelArray<'_>, Unreadable> {
+        let Element::LiquidMetalChannel(element) = &self.element else {
+            return Err(self.unreadable("voltage_divider"));
+        };
+        ChannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
     }
 
     fn unreadable(&self, allowed: &'static str) -> Unreadable {

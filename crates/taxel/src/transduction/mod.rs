@@ -3,6 +3,7 @@
 mod coplanar_capacitor;
 mod in_plane_model;
 mod in_plane_study;
+mod liquid_metal_channel;
 mod piezoelectric;
 mod surroundings;
 mod three_axis_capacitor;
@@ -14,6 +15,9 @@ pub use in_plane_model::{
     CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
 };
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
+pub use liquid_metal_channel::{
+    ChannelLayer, ChannelResponse, Conductor, ThinnestPoint, mean_inverse_area_ratio,
+};
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
 };

@@ -4,6 +4,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use taxel::mechanics::{CellGeometry, ChannelSection, PaperLaw};
+
 /// A table as rows of column name to text.
 pub fn table(name: &str) -> Vec<Row> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -86,4 +88,25 @@ fn parameters(pairs: &str) -> Parameters {
         .filter_map(|pair| pair.split_once('='))
         .filter_map(|(name, value)| Some((name.to_owned(), value.parse().ok()?)))
         .collect()
+}
+
+/// A cell of the P4 tables: channel 400 um wide, pitch 600 um, 500 um thick.
+pub fn p4_cell(height: f64, roof: f64) -> CellGeometry {
+    CellGeometry {
+        section: ChannelSection {
+            width: 400e-6,
+            height: height * UM,
+        },
+        roof: roof * UM,
+        thickness: 500e-6,
+        pitch: 600e-6,
+    }
+}
+
+/// P4 Eq. 2 with its printed constants.
+pub fn p4_law() -> PaperLaw {
+    PaperLaw {
+        expansion: 0.2,
+        atmosphere: 101.325e3,
+    }
 }
