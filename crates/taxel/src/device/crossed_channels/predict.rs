@@ -303,7 +303,13 @@ impl Predictor for ChannelPredictor {
             Curve {
                 title: String::from("Relative change of resistance against pressure"),
                 x: "pressure",
-                y: vec!["row_change", "column_change", "closed_form_change"],
+                y: vec!["row_change", "column_change"],
+                y_label: "R/R0 - 1",
+            },
+            Curve {
+                title: String::from("The same by P4 Eq. 1, up to its closing pressure"),
+                x: "pressure",
+                y: vec!["closed_form_change"],
                 y_label: "R/R0 - 1",
             },
             Curve {

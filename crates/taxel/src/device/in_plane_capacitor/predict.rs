@@ -65,6 +65,8 @@ pub struct InPlanePredictor {
     model: InPlaneModel,
     /// `None` only for a device that its own check refuses.
     inverse: Option<InPlaneInverse>,
+    /// Force at the largest compression that a force is read back to, N.
+    largest_force: Option<f64>,
     board: FrontEnd,
 }
 
@@ -75,6 +77,10 @@ impl InPlanePredictor {
         Self {
             model,
             inverse: model.inverse().ok(),
+            largest_force: match model.layer.compression_from_force(f64::MAX) {
+                Err(LayerError::Force { limit, .. }) => Some(limit),
+                _ => None,
+            },
             board: array.board.clone(),
         }
     }
@@ -251,6 +257,9 @@ impl Predictor for InPlanePredictor {
             Column::new("voltage", "mV", 1e-3, "v", 4),
             Column::plain("counts"),
             Column::plain("state"),
+            change("invertible_change"),
+            Column::new("invertible_force", "N", 1.0, "n", 5),
+            Column::new("largest_force", "N", 1.0, "n", 5),
         ]
     }
 
@@ -279,6 +288,13 @@ impl Predictor for InPlanePredictor {
             _ => self.at_change(value).map_err(|e| refused(e.to_string())),
         }?;
         fill(&answer, row);
+        // What the states refer to: where the way back ends, and the layer.
+        let last = self.inverse.as_ref().map(InPlaneInverse::last);
+        row.extend([
+            cell(last.map(|last| last.change)),
+            cell(last.map(|last| last.layer.force)),
+            cell(self.largest_force),
+        ]);
         Ok(())
     }
 
@@ -309,8 +325,11 @@ impl Predictor for InPlanePredictor {
     }
 }
 
+fn cell(value: Option<f64>) -> Cell {
+    value.map_or_else(|| Cell::from(""), Cell::Number)
+}
+
 fn fill(answer: &InPlanePrediction, row: &mut Vec<Cell>) {
-    let cell = |value: Option<f64>| value.map_or_else(|| Cell::from(""), Cell::Number);
     let (layer, response) = (answer.layer, answer.response);
     let kinematics = layer.map(|layer| layer.kinematics);
     row.extend([
