@@ -1,5 +1,7 @@
 //! Frames: what any source of readings delivers.
 
+use crate::layout::Layout;
+
 /// One reading of every channel of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
@@ -38,6 +40,26 @@ pub struct Stream {
 }
 
 impl Stream {
+    /// Codes of a converter, `channels_per_taxel` for each taxel of `layout`,
+    /// every `period` s; without a name.
+    pub fn of_codes(layout: &Layout, channels_per_taxel: usize, period: f64) -> Self {
+        Self {
+            name: String::new(),
+            rows: layout.rows,
+            columns: layout.columns,
+            channels_per_taxel,
+            unit: SignalUnit {
+                quantity: Quantity::Counts,
+                symbol: "counts".into(),
+                si_per_unit: 1.0,
+            },
+            pitch: Some([layout.pitch[1], layout.pitch[0]]),
+            period: Some(period),
+            threshold: None,
+            present: vec![true; channels_per_taxel * layout.taxels()],
+        }
+    }
+
     /// Number of channels of a frame.
     pub fn channels(&self) -> usize {
         self.rows * self.columns * self.channels_per_taxel

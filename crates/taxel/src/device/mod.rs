@@ -13,10 +13,11 @@ mod three_axis_capacitor;
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::Calibration;
 use crate::drawing::Drawing;
+use crate::electronics::FrontEnd;
 use crate::estimation::{FrameError, SignalEstimator};
 use crate::predict::Predictor;
 use crate::sensor::Broken;
-use crate::summary::Fact;
+use crate::summary::{Fact, fact, number};
 
 pub use crossed_channels::{
     ChannelArray, ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState,
@@ -61,4 +62,41 @@ pub enum Sense {
     ThreeAxis(Box<Calibration>),
     /// One value for each taxel.
     Signals(Box<dyn SignalEstimator>),
+}
+
+/// What follows from a board that reads capacitors.
+fn capacitor_board(board: &FrontEnd) -> Vec<Fact> {
+    let [low, high] = board.span();
+    vec![
+        fact(
+            "electronics",
+            "frame_period",
+            number(board.period(), "s", "ms", 1e-3),
+            "1/frame rate",
+        ),
+        fact(
+            "electronics",
+            "scan_time",
+            number(board.scan_time(), "s", "ms", 1e-3),
+            "time for all capacitors of a frame",
+        ),
+        fact(
+            "electronics",
+            "lowest_capacitance",
+            number(low, "f", "fF", 1e-15),
+            "converter range through the amplifier",
+        ),
+        fact(
+            "electronics",
+            "highest_capacitance",
+            number(high, "f", "fF", 1e-15),
+            "converter range through the amplifier",
+        ),
+        fact(
+            "electronics",
+            "noise_of_a_reading",
+            number(board.deviation(), "f", "fF", 1e-15),
+            "amplifier noise and rounding to counts",
+        ),
+    ]
 }

@@ -1,6 +1,7 @@
 //! What follows from the drawing of an in-plane sensor.
 
 use super::InPlaneArray;
+use crate::device::capacitor_board;
 use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
 use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
@@ -23,7 +24,7 @@ pub(super) fn facts(array: &InPlaneArray<'_>) -> Vec<Fact> {
     };
     facts.extend(mechanics(&model, &inverse));
     facts.extend(transduction(&model, &inverse));
-    facts.extend(electronics(array));
+    facts.extend(capacitor_board(&array.board));
     facts.extend(estimation(array, &inverse));
     facts.push(fact(
         "numerics",
@@ -149,43 +150,6 @@ fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
         ));
     }
     facts
-}
-
-fn electronics(array: &InPlaneArray<'_>) -> Vec<Fact> {
-    let board = &array.board;
-    let [low, high] = board.span();
-    vec![
-        fact(
-            "electronics",
-            "frame_period",
-            number(board.period(), "s", "ms", 1e-3),
-            "1/frame rate",
-        ),
-        fact(
-            "electronics",
-            "scan_time",
-            number(board.scan_time(), "s", "ms", 1e-3),
-            "time for all capacitors of a frame",
-        ),
-        fact(
-            "electronics",
-            "lowest_capacitance",
-            number(low, "f", "fF", 1e-15),
-            "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "highest_capacitance",
-            number(high, "f", "fF", 1e-15),
-            "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "noise_of_a_reading",
-            number(board.deviation(), "f", "fF", 1e-15),
-            "amplifier noise and rounding to counts",
-        ),
-    ]
 }
 
 fn estimation(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Vec<Fact> {

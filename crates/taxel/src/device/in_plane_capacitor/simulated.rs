@@ -1,7 +1,7 @@
 //! One made array: force on each taxel to counts.
 
 use super::InPlaneArray;
-use crate::acquisition::{FaultReading, Quantity, Script, SignalUnit, Simulated, Stream};
+use crate::acquisition::{FaultReading, Script, Simulated, Stream};
 use crate::electronics::{FrontEnd, Noise};
 use crate::layout::Layout;
 use crate::transduction::InPlaneModel;
@@ -41,21 +41,7 @@ fn capacitance(model: &InPlaneModel, force: f64) -> f64 {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream {
-            name: String::new(),
-            rows: self.layout.rows,
-            columns: self.layout.columns,
-            channels_per_taxel: 1,
-            unit: SignalUnit {
-                quantity: Quantity::Counts,
-                symbol: "counts".into(),
-                si_per_unit: 1.0,
-            },
-            pitch: Some([self.layout.pitch[1], self.layout.pitch[0]]),
-            period: Some(self.board.period()),
-            threshold: None,
-            present: vec![true; self.layout.taxels()],
-        }
+        Stream::of_codes(&self.layout, 1, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {

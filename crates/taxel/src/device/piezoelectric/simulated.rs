@@ -1,7 +1,7 @@
 //! One made array: forces on the cover to charge, voltage and counts.
 
 use super::PiezoelectricArray;
-use crate::acquisition::{FaultReading, Quantity, Script, SignalUnit, Simulated, Stream};
+use crate::acquisition::{FaultReading, Script, Simulated, Stream};
 use crate::electronics::{ChargeBoard, Noise};
 use crate::layout::Layout;
 use crate::linear::{Chain, Memory, Step};
@@ -108,21 +108,7 @@ impl Piece {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream {
-            name: String::new(),
-            rows: self.layout.rows,
-            columns: self.layout.columns,
-            channels_per_taxel: 1,
-            unit: SignalUnit {
-                quantity: Quantity::Counts,
-                symbol: "counts".into(),
-                si_per_unit: 1.0,
-            },
-            pitch: Some([self.layout.pitch[1], self.layout.pitch[0]]),
-            period: Some(self.board.period()),
-            threshold: None,
-            present: vec![true; self.layout.taxels()],
-        }
+        Stream::of_codes(&self.layout, 1, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {

@@ -1,6 +1,7 @@
 //! What follows from the drawing of a three-axis array.
 
 use super::ThreeAxisArray;
+use crate::device::capacitor_board;
 use crate::estimation::{EstimatorOptions, Outcome, SearchOptions, estimate_unit};
 use crate::summary::{Fact, fact, number, text};
 
@@ -18,7 +19,7 @@ pub(super) fn facts(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
     ];
     facts.extend(mechanics(array));
     facts.extend(transduction(array));
-    facts.extend(electronics(array));
+    facts.extend(capacitor_board(&array.board));
     facts.extend(estimation(array));
     facts.extend(numerics());
     facts
@@ -126,43 +127,6 @@ fn transduction(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
         "zero or less: the three full scales together close a gap",
     ));
     facts
-}
-
-fn electronics(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
-    let board = &array.board;
-    let [low, high] = board.span();
-    vec![
-        fact(
-            "electronics",
-            "frame_period",
-            number(board.period(), "s", "ms", 1e-3),
-            "1/frame rate",
-        ),
-        fact(
-            "electronics",
-            "scan_time",
-            number(board.scan_time(), "s", "ms", 1e-3),
-            "time for all capacitors of a frame",
-        ),
-        fact(
-            "electronics",
-            "lowest_capacitance",
-            number(low, "f", "fF", 1e-15),
-            "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "highest_capacitance",
-            number(high, "f", "fF", 1e-15),
-            "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "noise_of_a_reading",
-            number(board.deviation(), "f", "fF", 1e-15),
-            "amplifier noise and rounding to counts",
-        ),
-    ]
 }
 
 /// Noise-limited resolution: the standard deviation of the force of one frame.

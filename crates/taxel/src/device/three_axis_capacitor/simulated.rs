@@ -1,7 +1,7 @@
 //! One made array: force on each unit to counts.
 
 use super::ThreeAxisArray;
-use crate::acquisition::{FaultReading, Quantity, Script, SignalUnit, Simulated, Stream};
+use crate::acquisition::{FaultReading, Script, Simulated, Stream};
 use crate::electronics::{FrontEnd, Noise};
 use crate::layout::Layout;
 use crate::mechanics::Relaxation;
@@ -40,21 +40,7 @@ impl Piece {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream {
-            name: String::new(),
-            rows: self.layout.rows,
-            columns: self.layout.columns,
-            channels_per_taxel: 4,
-            unit: SignalUnit {
-                quantity: Quantity::Counts,
-                symbol: "counts".into(),
-                si_per_unit: 1.0,
-            },
-            pitch: Some([self.layout.pitch[1], self.layout.pitch[0]]),
-            period: Some(self.board.period()),
-            threshold: None,
-            present: vec![true; 4 * self.layout.taxels()],
-        }
+        Stream::of_codes(&self.layout, 4, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
