@@ -47,9 +47,23 @@ dimensions! {
     /// Stiffness of a spring, N/m.
     STIFFNESS = "a stiffness", "N/m": ["N/m" = 1.0, "kN/m" = 1e3, "N/mm" = 1e3, "MN/m" = 1e6];
     /// Stress or pressure, Pa.
-    STRESS = "a stress", "Pa": ["Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6];
+    STRESS = "a stress", "Pa": ["Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6, "GPa" = 1e9];
     /// Capacitance, F.
     CAPACITANCE = "a capacitance", "F": ["aF" = 1e-18, "fF" = 1e-15, "pF" = 1e-12, "nF" = 1e-9, "F" = 1.0];
+    /// Density, kg/m³.
+    DENSITY = "a density", "kg/m3": ["kg/m3" = 1.0, "g/cm3" = 1e3];
+    /// Viscosity, Pa s.
+    VISCOSITY = "a viscosity", "Pa s": ["mPa s" = 1e-3, "Pa s" = 1.0];
+    /// Speed, m/s.
+    SPEED = "a speed", "m/s": ["mm/s" = 1e-3, "m/s" = 1.0];
+    /// Charge per force, C/N.
+    CHARGE_PER_FORCE = "a charge per force", "C/N": ["pC/N" = 1e-12, "nC/N" = 1e-9, "C/N" = 1.0];
+    /// Electrical resistance, Ω.
+    RESISTANCE = "a resistance", "ohm": ["mohm" = 1e-3, "ohm" = 1.0, "kohm" = 1e3, "Mohm" = 1e6, "Gohm" = 1e9];
+    /// Electrical resistivity, Ω m.
+    RESISTIVITY = "a resistivity", "ohm m": ["nohm m" = 1e-9, "uohm m" = 1e-6, "ohm m" = 1.0];
+    /// Area, m².
+    AREA = "an area", "m2": ["um2" = 1e-12, "mm2" = 1e-6, "cm2" = 1e-4, "m2" = 1.0];
     /// Voltage, V.
     VOLTAGE = "a voltage", "V": ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
 }
@@ -204,6 +218,16 @@ rules! {
     NonNegativeForce: Some(&FORCE), 0.0, false, NO_LIMIT;
     /// A stiffness above zero.
     PositiveStiffness: Some(&STIFFNESS), 0.0, true, NO_LIMIT;
+    /// A stress above zero.
+    PositiveStress: Some(&STRESS), 0.0, true, NO_LIMIT;
+    /// A stress or pressure of zero or more.
+    NonNegativeStress: Some(&STRESS), 0.0, false, NO_LIMIT;
+    /// A resistance above zero.
+    PositiveResistance: Some(&RESISTANCE), 0.0, true, NO_LIMIT;
+    /// A resistance of zero or more.
+    NonNegativeResistance: Some(&RESISTANCE), 0.0, false, NO_LIMIT;
+    /// A resistivity above zero.
+    PositiveResistivity: Some(&RESISTIVITY), 0.0, true, NO_LIMIT;
     /// A capacitance above zero.
     PositiveCapacitance: Some(&CAPACITANCE), 0.0, true, NO_LIMIT;
     /// A capacitance of zero or more.
@@ -214,12 +238,39 @@ rules! {
     PositiveVoltage: Some(&VOLTAGE), 0.0, true, NO_LIMIT;
     /// A voltage of zero or more.
     NonNegativeVoltage: Some(&VOLTAGE), 0.0, false, NO_LIMIT;
+    /// An area above zero.
+    PositiveArea: Some(&AREA), 0.0, true, 100.0;
+    /// A density above zero.
+    PositiveDensity: Some(&DENSITY), 0.0, true, 1e5;
+    /// A viscosity of zero or more.
+    NonNegativeViscosity: Some(&VISCOSITY), 0.0, false, NO_LIMIT;
+    /// A speed above zero.
+    PositiveSpeed: Some(&SPEED), 0.0, true, 1e3;
+    /// A charge per force above zero.
+    PositiveChargePerForce: Some(&CHARGE_PER_FORCE), 0.0, true, NO_LIMIT;
+    /// A gain of an amplifier without feedback, from 1 to 1e12.
+    OpenLoopGain: None, 1.0, false, 1e12;
+    /// A gain above zero, at most 1e6.
+    PositiveGain: None, 0.0, true, 1e6;
     /// A number from 0 to 1.
     Fraction: None, 0.0, false, 1.0;
     /// A number of zero or more, at most 100: ratios such as a relaxing share.
     Ratio: None, 0.0, false, 100.0;
     /// A number from -0.9 to 0.9: relative errors.
     RelativeError: None, -0.9, false, 0.9;
+    /// A calibration factor of an end condition, from 0.01 to 1e6.
+    EndParameter: None, 0.01, false, 1e6;
+    /// A factor of the bottom shear of a layer: below 0.65 the force of a long
+    /// layer falls again before a compression of 0.4.
+    EndFactor: None, 0.65, false, 100.0;
+    /// A number above zero, at most 100.
+    PositiveRatio: None, 0.0, true, 100.0;
+    /// Exponent of a published fringe factor, above -1 and at most 10.
+    FringeExponent: None, -1.0, true, 10.0;
+    /// A Poisson's ratio from 0 to 0.5.
+    PoissonRatio: None, 0.0, false, 0.5;
+    /// A number above zero, at most 1: the share that is left of something.
+    PositiveFraction: None, 0.0, true, 1.0;
     /// A relative permittivity, from 1 to 1e5.
     RelativePermittivity: None, 1.0, false, 1e5;
 }

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use common::{assert_near, table};
 use taxel::device::{LoadState, ThreeAxisPredictor};
 use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
+use taxel::reproduce::{Paper, Verdict};
 use taxel::sensor::{Element, Sensor, ThreeAxisCapacitor};
 use taxel::transduction::UnitModel;
 
@@ -19,7 +20,9 @@ fn array() -> Sensor {
 }
 
 fn element(sensor: &Sensor) -> &ThreeAxisCapacitor {
-    let Element::ThreeAxisCapacitor(element) = &sensor.element;
+    let Element::ThreeAxisCapacitor(element) = &sensor.element else {
+        panic!("not a three-axis array");
+    };
     element
 }
 
@@ -358,5 +361,18 @@ fn p2_numbers_table() {
             .get(name)
             .unwrap_or_else(|| panic!("{name} is not computed"));
         assert_near(*value, row.at("value"), 1e-9, 0.0, name);
+    }
+}
+
+/// The report: every printed number agrees or has its reason.
+#[test]
+fn p2_report_explains_everything() {
+    let ledger = Paper::P2.ledger();
+    assert_eq!(ledger.figures.len(), 2);
+    for entry in &ledger.entries {
+        assert_ne!(entry.verdict, Verdict::Unexplained, "{}", entry.what);
+        let needs_reason = !matches!(entry.verdict, Verdict::Reproduced | Verdict::Follows);
+        assert!(!needs_reason || !entry.note.is_empty(), "{}", entry.what);
+        assert!(entry.ours.is_none_or(f64::is_finite), "{}", entry.what);
     }
 }

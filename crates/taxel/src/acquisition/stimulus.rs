@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::slider::Slider;
 use crate::input::InputError;
 use crate::layout::Layout;
 use crate::quantity::{
@@ -15,10 +16,48 @@ use crate::sensor::Mask;
 use crate::toml_input;
 
 /// Shipped stimulus scripts: name and text.
-const SHIPPED: [(&str, &str); 1] = [(
-    "finger",
-    include_str!("../../../../sensors/stimuli/finger.toml"),
-)];
+const SHIPPED: &[(&str, &str)] = &[
+    (
+        "finger",
+        include_str!("../../../../sensors/stimuli/finger.toml"),
+    ),
+    (
+        "press",
+        include_str!("../../../../sensors/stimuli/press.toml"),
+    ),
+    (
+        "piezo-press",
+        include_str!("../../../../sensors/stimuli/piezo-press.toml"),
+    ),
+    (
+        "piezo-slide",
+        include_str!("../../../../sensors/stimuli/piezo-slide.toml"),
+    ),
+    (
+        "piezo-tap",
+        include_str!("../../../../sensors/stimuli/piezo-tap.toml"),
+    ),
+    (
+        "pad-a",
+        include_str!("../../../../sensors/stimuli/pad-a.toml"),
+    ),
+    (
+        "pad-b",
+        include_str!("../../../../sensors/stimuli/pad-b.toml"),
+    ),
+    (
+        "pad-c",
+        include_str!("../../../../sensors/stimuli/pad-c.toml"),
+    ),
+    (
+        "pad-d",
+        include_str!("../../../../sensors/stimuli/pad-d.toml"),
+    ),
+    (
+        "pad-e",
+        include_str!("../../../../sensors/stimuli/pad-e.toml"),
+    ),
+];
 
 /// A script of loads and failures; it repeats after its duration.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -39,6 +78,9 @@ pub struct Stimulus {
     /// Probes: forces on single taxels.
     #[serde(default)]
     pub probe: Vec<Probe>,
+    /// Wavy sliders: ridges that move along a line.
+    #[serde(default)]
+    pub slider: Vec<Slider>,
     /// Capacitors that fail.
     #[serde(default)]
     pub fault: Vec<Fault>,
@@ -254,6 +296,11 @@ impl Stimulus {
                 return Err(at(&key, &message, "make the duration longer"));
             }
         }
+        for (i, slider) in self.slider.iter().enumerate() {
+            if let Some((key, message, help)) = slider.mistake(self.duration) {
+                return Err(at(&format!("slider.{i}.{key}"), &message, help));
+            }
+        }
         let spans = self
             .fault
             .iter()
@@ -337,17 +384,20 @@ impl<'a> Script<'a> {
         time.rem_euclid(self.stimulus.duration)
     }
 
-    /// The fingers that touch at device time `time`, s.
+    /// The fingers and ridges that touch at device time `time`, s.
     pub fn patches(&self, time: f64) -> impl Iterator<Item = Patch> {
         let time = self.script_time(time);
-        self.stimulus.finger.iter().filter_map(move |finger| {
+        let sliders = self.stimulus.slider.iter();
+        let ridges = sliders.flat_map(move |slider| slider.ridges(time));
+        let fingers = self.stimulus.finger.iter().filter_map(move |finger| {
             let (from, to, share) = around(&finger.path, time, |point| point.time)?;
             Some(Patch {
                 centre: std::array::from_fn(|i| mix(from.at[i], to.at[i], share)),
                 radius: finger.radius,
                 force: std::array::from_fn(|axis| mix(from.force[axis], to.force[axis], share)),
             })
-        })
+        });
+        fingers.chain(ridges)
     }
 
     /// Force of the probes on taxel `taxel` at device time `time`, s: x, y,

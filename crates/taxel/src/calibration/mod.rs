@@ -1,5 +1,7 @@
 //! What is known of one device: the model that estimation inverts.
 
+mod channels;
+mod in_plane;
 mod least_squares;
 mod rest;
 mod stiffness;
@@ -9,6 +11,8 @@ use crate::layout::Layout;
 use crate::mechanics::RelaxationTerm;
 use crate::transduction::UnitModel;
 
+pub use channels::{ChannelCalibration, ChannelModel, ChannelSignal, DividerScale};
+pub use in_plane::{InPlaneCalibration, InPlaneRestCapture, InPlaneRestRefused};
 pub use rest::{RestCapture, RestRefused};
 pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
 pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};

@@ -12,8 +12,9 @@ pub struct RestCapture {
     readings: Vec<[Running; 4]>,
 }
 
+/// Running mean and sum of squared deviations (Welford).
 #[derive(Debug, Clone, Copy, Default)]
-struct Running {
+pub(super) struct Running {
     count: f64,
     mean: f64,
     squares: f64,
@@ -51,10 +52,10 @@ pub enum RestRefused {
 
 /// Scatter over noise above which a taxel counts as moving. With 50 readings
 /// the ratio of a quiet taxel stays below 1.4 in all but one of 10⁵ captures.
-const MOVING: f64 = 3.0;
+pub(super) const MOVING: f64 = 3.0;
 /// Taxels that may move or be impossible before the capture is refused: a few
 /// broken ones must not block the others.
-const TOLERATED_SHARE: f64 = 0.1;
+pub(super) const TOLERATED_SHARE: f64 = 0.1;
 
 impl RestCapture {
     /// Averages over `frames` frames of `taxels` taxels; the paper uses 50.
@@ -140,21 +141,24 @@ impl RestCapture {
     }
 }
 
-/// Noise of each capacitor: what was measured, but not less than half of what
-/// the board promises (a reading that does not toggle a count hides it), with
-/// the uncertainty of the rest value itself.
+/// Noise of each capacitor, see [`deviation`].
 fn deviations(running: &[Running; 4], promised: [f64; 4]) -> [f64; 4] {
-    std::array::from_fn(|i| {
-        if running[i].count < 2.0 {
-            return promised[i];
-        }
-        let measured = running[i].deviation().max(0.5 * promised[i]);
-        measured * (1.0 + 1.0 / running[i].count).sqrt()
-    })
+    std::array::from_fn(|i| deviation(&running[i], promised[i]))
+}
+
+/// Noise of a reading: what was measured, but not less than half of what the
+/// board promises (a reading that does not toggle a count hides it), with the
+/// uncertainty of the rest value itself.
+pub(super) fn deviation(running: &Running, promised: f64) -> f64 {
+    if running.count < 2.0 {
+        return promised;
+    }
+    let measured = running.deviation().max(0.5 * promised);
+    measured * (1.0 + 1.0 / running.count).sqrt()
 }
 
 impl Running {
-    fn push(&mut self, value: f64) {
+    pub(super) fn push(&mut self, value: f64) {
         if value.is_finite() {
             self.count += 1.0;
             let before = value - self.mean;
@@ -163,11 +167,11 @@ impl Running {
         }
     }
 
-    fn deviation(&self) -> f64 {
+    pub(super) fn deviation(&self) -> f64 {
         (self.squares / (self.count - 1.0)).sqrt()
     }
 
-    fn mean_or_nan(&self) -> f64 {
+    pub(super) fn mean_or_nan(&self) -> f64 {
         if self.count > 0.0 {
             self.mean
         } else {

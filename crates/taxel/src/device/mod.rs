@@ -5,6 +5,9 @@
 //! what a user asks: is the drawing sound, what follows from it, what does a
 //! load read, what does the twin deliver, how does it look.
 
+mod crossed_channels;
+mod in_plane_capacitor;
+mod piezoelectric;
 mod three_axis_capacitor;
 
 use crate::acquisition::{Simulated, Stream};
@@ -15,6 +18,11 @@ use crate::predict::Predictor;
 use crate::sensor::Broken;
 use crate::summary::Fact;
 
+pub use crossed_channels::{
+    ChannelArray, ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState,
+};
+pub use in_plane_capacitor::{InPlaneArray, InPlaneLoadState, InPlanePrediction, InPlanePredictor};
+pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).

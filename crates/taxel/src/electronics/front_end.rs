@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ChargeAmplifier, Code, Converter, Scan};
+use super::{ChargeAmplifier, ChargeMode, Code, Converter, Scan, VoltageAmplifier, VoltageDivider};
 use crate::quantity::{self, Checked, FrameRate};
 
 /// The electronics as a sensor file gives them.
@@ -29,6 +29,12 @@ pub struct Electronics {
 pub enum Readout {
     /// Capacitance to voltage.
     ChargeAmplifier(ChargeAmplifier),
+    /// Charge to the voltage on the source's own capacitance.
+    VoltageAmplifier(VoltageAmplifier),
+    /// Charge to the voltage on the capacitor of an amplifier.
+    ChargeMode(ChargeMode),
+    /// Resistance to voltage.
+    VoltageDivider(VoltageDivider),
 }
 
 impl Readout {
@@ -36,6 +42,9 @@ impl Readout {
     pub fn key(&self) -> &'static str {
         match self {
             Self::ChargeAmplifier(_) => "charge_amplifier",
+            Self::VoltageAmplifier(_) => "voltage_amplifier",
+            Self::ChargeMode(_) => "charge_mode",
+            Self::VoltageDivider(_) => "voltage_divider",
         }
     }
 }
@@ -45,6 +54,15 @@ impl Electronics {
     pub fn charge_amplifier(&self) -> Option<&ChargeAmplifier> {
         match &self.readout {
             Readout::ChargeAmplifier(amplifier) => Some(amplifier),
+            _ => None,
+        }
+    }
+
+    /// The voltage divider, if that is the first stage.
+    pub fn voltage_divider(&self) -> Option<&VoltageDivider> {
+        match &self.readout {
+            Readout::VoltageDivider(divider) => Some(divider),
+            _ => None,
         }
     }
 
@@ -54,9 +72,11 @@ impl Electronics {
     }
 }
 
-/// The board of an array of units with four capacitors each.
+/// The board of an array of units with four capacitors each, or with one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrontEnd {
+    /// Capacitors along each side of a unit: two or one.
+    side: usize,
     frame_rate: f64,
     scan: Scan,
     amplifier: ChargeAmplifier,
@@ -69,7 +89,23 @@ impl FrontEnd {
     /// The board for `rows` x `columns` units; `None` when its first stage is
     /// no charge amplifier.
     pub fn new(electronics: &Electronics, rows: usize, columns: usize) -> Option<Self> {
+        Self::with_side(2, electronics, rows, columns)
+    }
+
+    /// The board for `rows` x `columns` single capacitors; `None` when its
+    /// first stage is no charge amplifier.
+    pub fn of_single(electronics: &Electronics, rows: usize, columns: usize) -> Option<Self> {
+        Self::with_side(1, electronics, rows, columns)
+    }
+
+    fn with_side(
+        side: usize,
+        electronics: &Electronics,
+        rows: usize,
+        columns: usize,
+    ) -> Option<Self> {
         Some(Self {
+            side,
             frame_rate: electronics.frame_rate,
             scan: electronics.scan,
             amplifier: *electronics.charge_amplifier()?,
@@ -86,15 +122,17 @@ impl FrontEnd {
 
     /// Time for one scan, s.
     pub fn scan_time(&self) -> f64 {
-        self.scan.duration(2 * self.rows, 2 * self.columns)
+        self.scan
+            .duration(self.side * self.rows, self.side * self.columns)
     }
 
-    /// Sampling time of a capacitor (0 to 3: 11, 12, 21, 22) of taxel `taxel`
-    /// after the start of the frame, s.
+    /// Sampling time of a capacitor (0 to 3: 11, 12, 21, 22; 0 if there is
+    /// only one) of taxel `taxel` after the start of the frame, s.
     pub fn delay(&self, taxel: usize, capacitor: usize) -> f64 {
-        let row = 2 * (taxel / self.columns) + capacitor / 2;
-        let column = 2 * (taxel % self.columns) + capacitor % 2;
-        self.scan.delay(row, column, 2 * self.columns)
+        let side = self.side;
+        let row = side * (taxel / self.columns) + capacitor / side;
+        let column = side * (taxel % self.columns) + capacitor % side;
+        self.scan.delay(row, column, side * self.columns)
     }
 
     /// Voltage before the converter, without noise, V.

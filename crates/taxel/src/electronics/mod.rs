@@ -1,13 +1,25 @@
 //! Response to signal: the board that reads the taxels, one file per stage.
 
 mod charge_amplifier;
+mod charge_board;
 mod converter;
+mod divider_board;
+mod first_order_filter;
 mod front_end;
 mod noise;
+mod output;
 mod scan;
+mod voltage_amplifier;
+mod voltage_divider;
 
 pub use charge_amplifier::ChargeAmplifier;
+pub use charge_board::ChargeBoard;
 pub use converter::{Code, Converter};
+pub use divider_board::DividerBoard;
+pub use first_order_filter::FirstOrderFilter;
 pub use front_end::{Electronics, FrontEnd, Readout};
 pub use noise::Noise;
+pub use output::Output;
 pub use scan::{Multiplexed, RowParallel, Scan};
+pub use voltage_amplifier::{ChargeBand, ChargeMode, VoltageAmplifier};
+pub use voltage_divider::{DividerError, VoltageDivider};

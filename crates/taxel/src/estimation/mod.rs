@@ -1,15 +1,25 @@
 //! Frames to touch: the inverse of the model that a calibration carries.
 
 mod array;
+mod charge;
 mod contact;
 mod continuity;
+mod crossed_channels;
+mod event;
+mod in_plane;
 mod map;
 mod signal;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
+pub use charge::{ChargeEstimator, ChargeEstimatorOptions, ChargeModel};
 pub use contact::Contact;
 pub use continuity::Continuity;
+pub use crossed_channels::{
+    ChannelRestRefused, ChannelState, ChannelTouch, CrossedChannels, CrossedOptions, TaxelPressure,
+};
+pub use event::Event;
+pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,

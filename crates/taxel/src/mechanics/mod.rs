@@ -1,7 +1,40 @@
 //! Load to deformation.
 
+mod compressed_layer;
+mod electrodes;
+mod end_condition;
+mod material;
+mod microchannel;
+mod monotone_curve;
+mod plate;
+mod preload;
+mod profile;
 mod relaxation;
+mod soft_cover;
 mod suspension;
+mod tabulated_cells;
 
+pub use compressed_layer::{
+    CompressedLayer, LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerKinematics, LayerRange,
+    LayerState, PlaneStress, StressConstants, TopFace,
+};
+pub use electrodes::{
+    DeformedElectrodes, ElectrodeModulus, ElectrodeStiffness, Electrodes, OutsideTable,
+    PublishedThinning,
+};
+pub use end_condition::{EndCondition, EndShear, GivenFactor};
+pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
+pub use microchannel::{
+    CellGeometry, ChannelClosed, ChannelError, ChannelSection, ChannelShape, ClosingCurve,
+    ClosingPoint, ClosingState, LiquidPoint, PaperLaw, PressureLaw, SectionClosure, SettledChannel,
+    Stretch,
+};
+pub use monotone_curve::{CurveError, MonotoneCurve, OnCurve};
+pub use plate::{Plate, PlateMotion, bending_stiffness};
+pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
+pub use profile::{Profile, SINE_POINTS};
 pub use relaxation::{Relaxation, RelaxationTerm};
+pub use soft_cover::{
+    Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
+};
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

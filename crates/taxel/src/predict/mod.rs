@@ -41,6 +41,13 @@ pub trait Predictor: Sync {
     /// Curves that show the answers to loads of the columns `given`.
     fn curves(&self, given: &[bool]) -> Vec<Curve>;
 
+    /// Whether a number in this load column is the size of the load, which a
+    /// curve from no load lets grow, and not a condition such as an area.
+    fn scales_with_load(&self, column: usize) -> bool {
+        let _ = column;
+        true
+    }
+
     /// A figure of the response over time to one load; `None` for a device
     /// whose answer does not depend on time.
     fn history(&self, load: &Load<'_>) -> Option<Figure> {
@@ -162,7 +169,7 @@ pub fn figure(
         .collect::<Result<_, _>>()?;
     let way: Vec<_> = match single {
         Some(load) => (0..=CURVE_STEPS)
-            .map(|step| answer(&Load(&scaled(load.0, step))))
+            .map(|step| answer(&Load(&scaled(predictor, load.0, step))))
             .collect::<Result<_, _>>()?,
         None => Vec::new(),
     };
@@ -198,11 +205,18 @@ pub fn figure(
 }
 
 /// `load` with its numbers at `step` of the way from zero.
-fn scaled(load: &[Option<LoadValue>], step: usize) -> Vec<Option<LoadValue>> {
+fn scaled(
+    predictor: &dyn Predictor,
+    load: &[Option<LoadValue>],
+    step: usize,
+) -> Vec<Option<LoadValue>> {
     let share = step as f64 / CURVE_STEPS as f64;
     load.iter()
-        .map(|value| match value {
-            Some(LoadValue::Number(number)) => Some(LoadValue::Number(share * number)),
+        .enumerate()
+        .map(|(column, value)| match value {
+            Some(LoadValue::Number(number)) if predictor.scales_with_load(column) => {
+                Some(LoadValue::Number(share * number))
+            }
             other => *other,
         })
         .collect()

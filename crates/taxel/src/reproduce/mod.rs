@@ -4,7 +4,10 @@
 //! value is computed when the report is made, and the verdict follows from
 //! both. What cannot be reproduced says why.
 
+mod p1;
 mod p2;
+mod p3;
+mod p4;
 mod report;
 
 use crate::figure::Figure;
@@ -56,8 +59,10 @@ impl Paper {
     pub fn ledger(self) -> Ledger {
         let mut ledger = Ledger::new(self);
         match self {
+            Self::P1 => p1::fill(&mut ledger),
             Self::P2 => p2::fill(&mut ledger),
-            Self::P1 | Self::P3 | Self::P4 => (),
+            Self::P3 => p3::fill(&mut ledger),
+            Self::P4 => p4::fill(&mut ledger),
         }
         ledger
     }

@@ -1,6 +1,6 @@
 //! Rules between the fields of a sensor file.
 
-use super::Sensor;
+use super::{Element, Sensor};
 use crate::input::InputError;
 use crate::layout::{MOST_LINES, Mount};
 use crate::toml_input;
@@ -14,6 +14,15 @@ pub struct Broken {
 }
 
 impl Broken {
+    /// A rule broken at the key `path`.
+    pub(crate) fn new(path: &str, message: String, help: &str) -> Self {
+        Self {
+            path: path.split('.').map(str::to_owned).collect(),
+            message,
+            help: help.to_owned(),
+        }
+    }
+
     pub(super) fn at(&self, file: &str, text: &str) -> InputError {
         let path: Vec<&str> = self.path.iter().map(String::as_str).collect();
         toml_input::at_key(file, text, &path, &self.message, &self.help)
@@ -30,12 +39,7 @@ pub(crate) fn require(
     if holds {
         return Ok(());
     }
-    let path = path.split('.').map(str::to_owned).collect();
-    Err(Broken {
-        path,
-        message: message(),
-        help: help.to_owned(),
-    })
+    Err(Broken::new(path, message(), help))
 }
 
 /// Lengths agree when they differ by less than this: rounding of unit strings.
@@ -63,6 +67,9 @@ pub(super) fn check(sensor: &Sensor) -> Result<(), Broken> {
     check_array(sensor)?;
     check_electronics(sensor)?;
     check_mask(sensor)?;
+    if let Element::LiquidMetalChannel(element) = &sensor.element {
+        element.check(sensor.array.pitch)?;
+    }
     let device = sensor.device().map_err(|unreadable| Broken {
         path: vec!["electronics".into(), "readout".into()],
         message: unreadable.to_string(),

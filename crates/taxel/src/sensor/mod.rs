@@ -1,30 +1,44 @@
 //! The sensor file: the only description of a device.
 
 mod checks;
+mod in_plane_capacitor;
+mod liquid_metal_channel;
 mod mask;
+mod piezoelectric;
 mod three_axis_capacitor;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{Device, ThreeAxisArray};
+use crate::device::{ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray};
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::toml_input;
 
+pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
+pub use liquid_metal_channel::{
+    ChannelFabrication, ClosingDescription, LayerDescription, Liquid, LiquidMetalChannel,
+    PlaneStrainCell, SectionDescription,
+};
 pub use mask::{CapacitorName, Mask};
+pub use piezoelectric::{
+    CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
+};
 pub use three_axis_capacitor::{Fabrication, Outline, ThreeAxisCapacitor};
 
 pub use checks::Broken;
-pub(crate) use checks::{SAME_LENGTH, check_scan_time, micrometres, require, rounded_down};
+pub(crate) use checks::{
+    SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
+};
+pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
 
 /// The version of the sensor file that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Shipped sensor files: name and text.
-const SHIPPED: [(&str, &str); 2] = [
+const SHIPPED: &[(&str, &str)] = &[
     (
         "three-axis-8x8",
         include_str!("../../../../sensors/three-axis-8x8.toml"),
@@ -32,6 +46,30 @@ const SHIPPED: [(&str, &str); 2] = [
     (
         "three-axis-unit",
         include_str!("../../../../sensors/three-axis-unit.toml"),
+    ),
+    (
+        "in-plane-20um",
+        include_str!("../../../../sensors/in-plane-20um.toml"),
+    ),
+    (
+        "in-plane-50um",
+        include_str!("../../../../sensors/in-plane-50um.toml"),
+    ),
+    (
+        "in-plane-100um",
+        include_str!("../../../../sensors/in-plane-100um.toml"),
+    ),
+    (
+        "piezo-1.5mm",
+        include_str!("../../../../sensors/piezo-1.5mm.toml"),
+    ),
+    (
+        "piezo-2.3mm",
+        include_str!("../../../../sensors/piezo-2.3mm.toml"),
+    ),
+    (
+        "liquid-metal-2x4",
+        include_str!("../../../../sensors/liquid-metal-2x4.toml"),
     ),
 ];
 
@@ -61,6 +99,12 @@ pub struct Sensor {
 pub enum Element {
     /// Four capacitors under one bump (P2).
     ThreeAxisCapacitor(Box<ThreeAxisCapacitor>),
+    /// Two electrodes side by side in a soft layer (P1).
+    InPlaneCapacitor(Box<InPlaneCapacitor>),
+    /// Piezoelectric plates in a soft cover (P3).
+    Piezoelectric(Box<Piezoelectric>),
+    /// Two crossing layers of liquid-metal channels (P4).
+    LiquidMetalChannel(Box<LiquidMetalChannel>),
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -80,6 +124,9 @@ impl Element {
     pub fn key(&self) -> &'static str {
         match self {
             Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
+            Self::InPlaneCapacitor(_) => "in_plane_capacitor",
+            Self::Piezoelectric(_) => "piezoelectric",
+            Self::LiquidMetalChannel(_) => "liquid_metal_channel",
         }
     }
 }
@@ -143,6 +190,9 @@ impl Sensor {
     pub fn device(&self) -> Result<Box<dyn Device + '_>, Unreadable> {
         match &self.element {
             Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
+            Element::InPlaneCapacitor(_) => Ok(Box::new(self.in_plane()?)),
+            Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
+            Element::LiquidMetalChannel(_) => Ok(Box::new(self.channels()?)),
         }
     }
 
@@ -151,8 +201,44 @@ impl Sensor {
     /// # Errors
     /// [`Unreadable`] for another element or another board.
     pub fn three_axis(&self) -> Result<ThreeAxisArray<'_>, Unreadable> {
-        let Element::ThreeAxisCapacitor(element) = &self.element;
+        let Element::ThreeAxisCapacitor(element) = &self.element else {
+            return Err(self.unreadable("charge_amplifier"));
+        };
         ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+    }
+
+    /// The array of piezoelectric elements with its board, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn piezoelectric(&self) -> Result<PiezoelectricArray<'_>, Unreadable> {
+        let allowed = "voltage_amplifier, charge_mode";
+        let Element::Piezoelectric(element) = &self.element else {
+            return Err(self.unreadable(allowed));
+        };
+        PiezoelectricArray::new(self, element).ok_or_else(|| self.unreadable(allowed))
+    }
+
+    /// The array of in-plane capacitors with its board, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn in_plane(&self) -> Result<InPlaneArray<'_>, Unreadable> {
+        let Element::InPlaneCapacitor(element) = &self.element else {
+            return Err(self.unreadable("charge_amplifier"));
+        };
+        InPlaneArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+    }
+
+    /// The crossing channels with their board, if it is such an array.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn channels(&self) -> Result<ChannelArray<'_>, Unreadable> {
+        let Element::LiquidMetalChannel(element) = &self.element else {
+            return Err(self.unreadable("voltage_divider"));
+        };
+        ChannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
     }
 
     fn unreadable(&self, allowed: &'static str) -> Unreadable {

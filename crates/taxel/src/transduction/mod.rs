@@ -1,9 +1,27 @@
 //! Deformation to electrical response.
 
+mod coplanar_capacitor;
+mod in_plane_model;
+mod in_plane_study;
+mod liquid_metal_channel;
+mod piezoelectric;
+mod surroundings;
 mod three_axis_capacitor;
 mod tilted_plate;
 mod unit_model;
 
+pub use coplanar_capacitor::{Dielectric, PublishedFringe, coplanar_strips, facing_sides};
+pub use in_plane_model::{
+    CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
+};
+pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
+pub use liquid_metal_channel::{
+    ChannelLayer, ChannelResponse, Conductor, ThinnestPoint, mean_inverse_area_ratio,
+};
+pub use piezoelectric::{
+    Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
+};
+pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
 pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};

@@ -4,12 +4,17 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use taxel::mechanics::{CellGeometry, ChannelSection, PaperLaw};
+
 /// A table as rows of column name to text.
 pub fn table(name: &str) -> Vec<Row> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/reference")
         .join(name);
-    let mut reader = csv::Reader::from_path(path).unwrap();
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_path(path)
+        .unwrap();
     let rows: Vec<Row> = reader.deserialize().map(|row| Row(row.unwrap())).collect();
     assert!(!rows.is_empty(), "{name} has no rows");
     rows
@@ -51,4 +56,57 @@ pub fn assert_near(value: f64, expected: f64, relative: f64, absolute: f64, what
         "{what}: {value:e}, expected {expected:e}, off by {:e}, allowed {allowed:e}",
         value - expected
     );
+}
+
+/// Named parameters of one set of a table.
+pub type Parameters = HashMap<String, f64>;
+
+/// A table whose head of comment lines names sets, `# b10: m_p=4e-6 k_p=2e9`:
+/// the parameters of each set and the rows.
+pub fn commented_table(name: &str) -> (HashMap<String, Parameters>, Vec<Row>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/reference")
+        .join(name);
+    let text = std::fs::read_to_string(path).unwrap();
+    let sets = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("# ")?.split_once(": "))
+        .map(|(set, pairs)| (set.to_owned(), parameters(pairs)))
+        .filter(|(_, parameters)| !parameters.is_empty())
+        .collect();
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let rows: Vec<Row> = reader.deserialize().map(|row| Row(row.unwrap())).collect();
+    assert!(!rows.is_empty(), "{name} has no rows");
+    (sets, rows)
+}
+
+fn parameters(pairs: &str) -> Parameters {
+    pairs
+        .split_whitespace()
+        .filter_map(|pair| pair.split_once('='))
+        .filter_map(|(name, value)| Some((name.to_owned(), value.parse().ok()?)))
+        .collect()
+}
+
+/// A cell of the P4 tables: channel 400 um wide, pitch 600 um, 500 um thick.
+pub fn p4_cell(height: f64, roof: f64) -> CellGeometry {
+    CellGeometry {
+        section: ChannelSection {
+            width: 400e-6,
+            height: height * UM,
+        },
+        roof: roof * UM,
+        thickness: 500e-6,
+        pitch: 600e-6,
+    }
+}
+
+/// P4 Eq. 2 with its printed constants.
+pub fn p4_law() -> PaperLaw {
+    PaperLaw {
+        expansion: 0.2,
+        atmosphere: 101.325e3,
+    }
 }

@@ -1,0 +1,159 @@
+//! What is known of an array of crossing channels.
+
+use crate::layout::Layout;
+use crate::mechanics::{ChannelError, ClosingState, MonotoneCurve, Stretch};
+use crate::transduction::ChannelLayer;
+
+/// All that estimation needs to know of two layers of crossing channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelCalibration {
+    /// Where the taxels are.
+    pub layout: Layout,
+    /// Channels along x, one for each row of taxels; row 0 is at +y.
+    pub rows: Vec<ChannelModel>,
+    /// Channels along y, one for each column of taxels; column 0 is at -x.
+    pub columns: Vec<ChannelModel>,
+    /// Counts to resistance.
+    pub scale: DividerScale,
+}
+
+/// One channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelModel {
+    /// Resistance at rest without leads, Ω.
+    pub rest_resistance: f64,
+    /// Relative change R/R₀ − 1 to the pressure in Pa on one taxel of the
+    /// channel that makes it, from (0, 0) to the end of what is known.
+    pub pressure: MonotoneCurve,
+    /// Standard deviation of one reading, V.
+    pub deviation: f64,
+}
+
+/// Counts of a channel to its resistance, through the divider
+/// V = V_S R/(R_ref + R), R = channel + leads (P4 Eq. 3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DividerScale {
+    /// Voltage at code zero, V.
+    pub volt_at_zero: f64,
+    /// Voltage per count, V.
+    pub volt_per_count: f64,
+    /// The largest code; it and zero mean a clipped reading.
+    pub highest_code: f64,
+    /// Supply V_S, V.
+    pub supply: f64,
+    /// Reference resistor R_ref, Ω.
+    pub reference: f64,
+    /// Leads in series with a channel, Ω.
+    pub lead: f64,
+    /// Voltage from which a channel counts as saturated, V.
+    pub saturation: f64,
+}
+
+/// What one reading says of its channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ChannelSignal {
+    /// Resistance without leads, Ω.
+    Resistance(f64),
+    /// Closed at some place.
+    Saturated,
+    /// No reading, or one that no channel gives.
+    Impossible,
+}
+
+/// Points of a pressure curve: the closing curve bends at the first touch, and
+/// 200 straight steps would be within 1e-3 of the pressure there.
+const POINTS: u32 = 200;
+
+impl ChannelModel {
+    /// The model of a channel of `layer` of which one taxel takes `share` of
+    /// the length; `deviation` of one reading in V.
+    ///
+    /// # Errors
+    /// [`ChannelError`] when pressing one taxel does not change the resistance
+    /// of the channel one way.
+    pub fn new(layer: &ChannelLayer, share: f64, deviation: f64) -> Result<Self, ChannelError> {
+        let end = highest_known(layer, share)?;
+        let points = (0..=POINTS).map(|i| {
+            let pressure = end * f64::from(i) / f64::from(POINTS);
+            let response = layer.respond(&pressed(share, pressure))?;
+            Ok([if i == 0 { 0.0 } else { response.change }, pressure])
+        });
+        let points: Vec<_> = points.collect::<Result<_, ChannelError>>()?;
+        Ok(Self {
+            rest_resistance: layer.conductor.rest_resistance(),
+            pressure: MonotoneCurve::new(points, None)?,
+            deviation,
+        })
+    }
+
+    /// Standard deviation of the pressure on one taxel from one reading at
+    /// rest, Pa: σ_V · dR/dV/R₀ · dp/d(R/R₀).
+    pub fn rest_pressure_deviation(&self, scale: &DividerScale) -> f64 {
+        let change = self.deviation * scale.slope(self.rest_resistance) / self.rest_resistance;
+        change * self.pressure.start_slope()
+    }
+
+    /// The largest pressure that the model knows, Pa.
+    pub fn highest_pressure(&self) -> f64 {
+        self.pressure.end()[1]
+    }
+}
+
+/// One taxel of a channel pressed, the rest not.
+fn pressed(share: f64, pressure: f64) -> [Stretch; 2] {
+    let rest = Stretch {
+        share: 1.0 - share,
+        pressure: 0.0,
+    };
+    [Stretch { share, pressure }, rest]
+}
+
+/// Pressure on one taxel at which its closing curve ends, Pa.
+fn highest_known(layer: &ChannelLayer, share: f64) -> Result<f64, ChannelError> {
+    let known = |pressure| {
+        let response = layer.respond(&pressed(share, pressure))?;
+        let state = response.channel.sections[0].state;
+        Ok::<_, ChannelError>(!matches!(state, ClosingState::Beyond { .. }))
+    };
+    let [mut low, _] = layer.closing.end();
+    // The liquid carries the rest; with a law that lets nothing close there is
+    // no end, and a million times the curve's own is enough.
+    let mut high = 2.0 * low;
+    while known(high)? && high < 1e6 * low {
+        high *= 2.0;
+    }
+    while high - low > 1e-12 * high {
+        let middle = 0.5 * (low + high);
+        if known(middle)? {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok(low)
+}
+
+impl DividerScale {
+    /// What a code says of its channel; a NaN is no reading.
+    ///
+    /// Code zero and the largest code are outside the converter's range: the
+    /// first is impossible, the second saturated.
+    pub fn signal(&self, counts: f64) -> ChannelSignal {
+        let voltage = self.volt_at_zero + self.volt_per_count * counts;
+        if counts >= self.highest_code || voltage >= self.saturation.min(self.supply) {
+            return ChannelSignal::Saturated;
+        }
+        let resistance = self.reference * voltage / (self.supply - voltage) - self.lead;
+        if counts > 0.0 && resistance > 0.0 {
+            ChannelSignal::Resistance(resistance)
+        } else {
+            ChannelSignal::Impossible
+        }
+    }
+
+    /// dR/dV at a resistance without leads in Ω, Ω/V: (R_ref + R)²/(V_S R_ref).
+    pub fn slope(&self, resistance: f64) -> f64 {
+        let sum = self.reference + self.lead + resistance;
+        sum * sum / (self.supply * self.reference)
+    }
+}

@@ -1,0 +1,120 @@
+//! Rules between the keys of an array of crossing channels.
+
+use super::ChannelArray;
+use crate::sensor::{Broken, SAME_LENGTH, check_scan_time, micrometres, require};
+
+pub(super) fn check(array: &ChannelArray<'_>) -> Result<(), Broken> {
+    check_stack(array)?;
+    check_lengths(array)?;
+    check_board(array)?;
+    check_scatter(array)?;
+    require(
+        array.sensor.mask.is_empty(),
+        "mask",
+        || "a channel belongs to several taxels and cannot be masked as one".into(),
+        "remove the masks; a channel without a sound reading is recognised as faulty",
+    )
+}
+
+/// Channels must fit beside and above one another.
+fn check_stack(array: &ChannelArray<'_>) -> Result<(), Broken> {
+    let (element, pitch) = (array.element, array.sensor.array.pitch);
+    for pitch in pitch {
+        require(
+            element.section.width < pitch,
+            "element.liquid_metal_channel.section.width",
+            || {
+                format!(
+                    "channels of {} leave no wall at a pitch of {}",
+                    micrometres(element.section.width),
+                    micrometres(pitch)
+                )
+            },
+            "give narrower channels or a larger pitch",
+        )?;
+    }
+    let between = (element.rows.roof - element.columns.roof).abs();
+    require(
+        between > element.section.height + SAME_LENGTH,
+        "element.liquid_metal_channel.rows.roof",
+        || {
+            format!(
+                "the layers lie {} apart, within the height of {} of a channel",
+                micrometres(between),
+                micrometres(element.section.height)
+            )
+        },
+        "count all that lies above the lower channels into their roof",
+    )
+}
+
+/// A channel is at least as long as the taxels that it crosses.
+fn check_lengths(array: &ChannelArray<'_>) -> Result<(), Broken> {
+    let [rows, columns] = array.counts();
+    let share = array.taxel_share();
+    for (layer, crossed) in [("rows", columns), ("columns", rows)]
+        .into_iter()
+        .enumerate()
+    {
+        let (name, crossed) = crossed;
+        require(
+            share[layer] * crossed as f64 <= 1.0 + 1e-9,
+            &format!("element.liquid_metal_channel.{name}.length"),
+            || format!("a channel crosses {crossed} taxels, which are longer than itself"),
+            "give the length from lead to lead",
+        )?;
+    }
+    require(
+        array.calibration().is_ok(),
+        "element.liquid_metal_channel.liquid.pressure",
+        || "with this law pressing a taxel does not raise the resistance of its channel".into(),
+        "give a law that lets the pressed part close more than the rest opens",
+    )
+}
+
+fn check_board(array: &ChannelArray<'_>) -> Result<(), Broken> {
+    let (board, divider) = (&array.board, &array.board.divider);
+    check_scan_time(array.sensor, board.scan_time())?;
+    require(
+        divider.saturation < divider.supply,
+        "electronics.readout.voltage_divider.saturation",
+        || {
+            format!(
+                "saturation at {} V, the supply is {} V",
+                divider.saturation, divider.supply
+            )
+        },
+        "give less than the supply, which an open channel reads",
+    )?;
+    let [low, high] = board.converter.range;
+    for layer in &array.layers {
+        let rest = divider.voltage(layer.conductor.rest_resistance());
+        require(
+            low < rest && rest < high.min(divider.saturation),
+            "electronics.converter.range",
+            || format!("a rest voltage of {rest:.4} V cannot be read or is saturated"),
+            "change the range, the reference or the saturation",
+        )?;
+    }
+    require(
+        board.deviation() > 0.0,
+        "electronics.readout.voltage_divider.noise",
+        || "a board without any noise gives no uncertainty".into(),
+        "give the noise of one reading, such as \"0.1 mV\"",
+    )
+}
+
+fn check_scatter(array: &ChannelArray<'_>) -> Result<(), Broken> {
+    let element = array.element;
+    require(
+        element.fabrication.height_deviation <= 0.2 * element.section.height,
+        "element.liquid_metal_channel.fabrication.height_deviation",
+        || {
+            format!(
+                "more than a fifth of the height of {}: some channels would be closed",
+                micrometres(element.section.height)
+            )
+        },
+        &format!("give at most {}", micrometres(0.2 * element.section.height)),
+    )
+}

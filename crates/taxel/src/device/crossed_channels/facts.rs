@@ -1,0 +1,272 @@
+//! What follows from the drawing of crossing channels.
+
+use super::{ChannelArray, LAYERS};
+use crate::estimation::CrossedOptions;
+use crate::mechanics::{ClosingState, Stretch};
+use crate::summary::{Fact, Value, fact, number, text};
+use crate::transduction::ChannelLayer;
+
+pub(super) fn facts(array: &ChannelArray<'_>) -> Vec<Fact> {
+    let [rows, columns] = array.counts();
+    let mut facts = vec![fact(
+        "device",
+        "channels",
+        text(&format!("{rows} along x, then {columns} along y")),
+        "one for each row, one for each column",
+    )];
+    facts.extend(mechanics(array));
+    facts.extend(transduction(array));
+    facts.extend(electronics(array));
+    facts.extend(estimation(array));
+    facts.push(fact(
+        "numerics",
+        "contact_threshold",
+        text(&format!(
+            "{} sigma",
+            CrossedOptions::default().contact_deviations
+        )),
+        "default",
+    ));
+    facts
+}
+
+/// Layers with their names.
+fn named<'a>(
+    array: &'a ChannelArray<'_>,
+) -> impl Iterator<Item = (&'static str, &'a ChannelLayer)> {
+    LAYERS.into_iter().zip(&array.layers)
+}
+
+fn kilopascal(pressure: f64) -> Value {
+    number(pressure, "pa", "kPa", 1e3)
+}
+
+fn mechanics(array: &ChannelArray<'_>) -> Vec<Fact> {
+    let element = array.element;
+    let section = element.section();
+    let mut facts = vec![
+        fact(
+            "mechanics",
+            "stack_thickness",
+            number(element.thickness(), "m", "um", 1e-6),
+            "base, channel and the larger roof",
+        ),
+        fact(
+            "mechanics",
+            "shear_modulus",
+            kilopascal(element.material.shear_modulus()),
+            "2 (C10 + C01)",
+        ),
+        fact(
+            "mechanics",
+            "closed_form_closing_pressure",
+            kilopascal(section.closing_pressure(&element.closed_form)),
+            "E h/(2 (1 - nu^2) w): where P4 Eq. 1 ends",
+        ),
+    ];
+    for (name, layer) in named(array) {
+        facts.push(fact(
+            "mechanics",
+            format!("{name}_compliance"),
+            number(layer.closing.compliance(), "per_pa", "%/kPa", 1e-5),
+            "share of the area lost per net pressure at rest",
+        ));
+        let [net, ratio] = layer.closing.end();
+        facts.push(fact(
+            "mechanics",
+            format!("{name}_curve_ends_at_net_pressure"),
+            kilopascal(net),
+            "last point of the closing curve",
+        ));
+        facts.push(fact(
+            "mechanics",
+            format!("{name}_curve_ends_at_area_ratio"),
+            text(&ratio),
+            "last point of the closing curve",
+        ));
+        facts.extend(whole_channel_limits(name, layer));
+    }
+    facts
+}
+
+/// Pressures on the whole channel at which the roof touches and the curve ends.
+fn whole_channel_limits(name: &str, layer: &ChannelLayer) -> Vec<Fact> {
+    let open = |state| matches!(state, ClosingState::Open | ClosingState::Bulging);
+    let known = |state| !matches!(state, ClosingState::Beyond { .. });
+    let touch = layer
+        .closing
+        .touch()
+        .and_then(|_| last_pressure(layer, open));
+    let limits = [
+        (
+            "first_touch_pressure",
+            touch,
+            "roof on floor, loaded all over",
+        ),
+        (
+            "curve_ends_at_pressure",
+            last_pressure(layer, known),
+            "end of the closing curve, loaded all over",
+        ),
+    ];
+    limits
+        .into_iter()
+        .filter_map(|(what, pressure, source)| {
+            Some(fact(
+                "mechanics",
+                format!("{name}_{what}"),
+                kilopascal(pressure?),
+                source,
+            ))
+        })
+        .collect()
+}
+
+/// Largest pressure on a whole channel whose state is `wanted`, Pa; `None`
+/// when the liquid lets no pressure leave it.
+fn last_pressure(layer: &ChannelLayer, wanted: impl Fn(ClosingState) -> bool) -> Option<f64> {
+    let holds = |pressure| {
+        let load = [Stretch {
+            share: 1.0,
+            pressure,
+        }];
+        let response = layer.respond(&load).ok()?;
+        Some(wanted(response.channel.sections[0].state))
+    };
+    let (mut low, mut high) = (0.0, 1e9);
+    if holds(high)? {
+        return None;
+    }
+    // 1e9 Pa halved 60 times is 1e-9 Pa.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if holds(middle)? {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low)
+}
+
+fn transduction(array: &ChannelArray<'_>) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    for (index, (name, layer)) in named(array).enumerate() {
+        facts.push(fact(
+            "transduction",
+            format!("{name}_rest_resistance"),
+            number(layer.conductor.rest_resistance(), "ohm", "ohm", 1.0),
+            "resistivity x length/(width x height), without leads",
+        ));
+        let one = array.taxel_share()[index];
+        for (what, share, source) in [
+            (
+                "sensitivity",
+                1.0,
+                "dR/R0 per pressure at rest, loaded all over",
+            ),
+            (
+                "sensitivity_of_one_taxel",
+                one,
+                "the same, one taxel loaded",
+            ),
+        ] {
+            // 1 Pa is 1e-4 of the closing pressure of the softest channel.
+            let load = [
+                Stretch {
+                    share,
+                    pressure: 1.0,
+                },
+                Stretch {
+                    share: 1.0 - share,
+                    pressure: 0.0,
+                },
+            ];
+            if let Ok(response) = layer.respond(&load) {
+                facts.push(fact(
+                    "transduction",
+                    format!("{name}_{what}"),
+                    number(response.change, "per_pa", "%/kPa", 1e-5),
+                    source,
+                ));
+            }
+        }
+    }
+    facts
+}
+
+fn electronics(array: &ChannelArray<'_>) -> Vec<Fact> {
+    let (board, divider) = (&array.board, &array.board.divider);
+    let mut facts = vec![
+        fact(
+            "electronics",
+            "frame_period",
+            number(board.period(), "s", "ms", 1e-3),
+            "1/frame rate",
+        ),
+        fact(
+            "electronics",
+            "scan_time",
+            number(board.scan_time(), "s", "ms", 1e-3),
+            "time for all channels of a frame",
+        ),
+        fact(
+            "electronics",
+            "noise_of_a_reading",
+            number(board.deviation(), "v", "mV", 1e-3),
+            "noise and rounding to counts",
+        ),
+    ];
+    for (name, layer) in named(array) {
+        facts.push(fact(
+            "electronics",
+            format!("{name}_rest_voltage"),
+            number(
+                divider.voltage(layer.conductor.rest_resistance()),
+                "v",
+                "V",
+                1.0,
+            ),
+            "V_S R/(R_ref + R) (P4 Eq. 3)",
+        ));
+    }
+    if let Ok(resistance) = divider.resistance(divider.saturation) {
+        facts.push(fact(
+            "electronics",
+            "saturation_resistance",
+            number(resistance, "ohm", "ohm", 1.0),
+            "resistance at the saturation voltage",
+        ));
+    }
+    facts
+}
+
+/// What one taxel of a channel can be known to feel.
+fn estimation(array: &ChannelArray<'_>) -> Vec<Fact> {
+    let Ok(calibration) = array.calibration() else {
+        return Vec::new();
+    };
+    let models = [calibration.rows.first(), calibration.columns.first()];
+    let mut facts = Vec::new();
+    for (name, model) in LAYERS.into_iter().zip(models) {
+        let Some(model) = model else { continue };
+        facts.push(fact(
+            "estimation",
+            format!("{name}_resolution"),
+            number(
+                model.rest_pressure_deviation(&calibration.scale),
+                "pa",
+                "Pa",
+                1.0,
+            ),
+            "one standard deviation of the pressure on one taxel, one frame at rest",
+        ));
+        facts.push(fact(
+            "estimation",
+            format!("{name}_highest_pressure"),
+            kilopascal(model.highest_pressure()),
+            "pressure on one taxel at which its closing curve ends",
+        ));
+    }
+    facts
+}

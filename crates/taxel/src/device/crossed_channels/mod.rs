@@ -1,0 +1,142 @@
+//! Two crossing layers of liquid-metal channels (P4).
+
+mod check;
+mod drawing;
+mod facts;
+mod predict;
+mod simulated;
+
+use super::{Device, Sense};
+use crate::acquisition::{Quantity, Simulated, Stream};
+use crate::calibration::{ChannelCalibration, ChannelModel, DividerScale};
+use crate::drawing::Drawing;
+use crate::electronics::DividerBoard;
+use crate::estimation::{CrossedChannels, CrossedOptions, FrameError};
+use crate::layout::Layout;
+use crate::mechanics::ChannelError;
+use crate::predict::Predictor;
+use crate::sensor::{Broken, LiquidMetalChannel, Sensor};
+use crate::summary::Fact;
+use crate::transduction::ChannelLayer;
+
+pub use predict::{ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState};
+
+/// Crossing channels with their board.
+///
+/// The channels of a frame are the rows, from +y to -y, then the columns, from
+/// -x to +x: for 2 x 4 taxels channels 0 and 1 run along x, 2 to 5 along y.
+#[derive(Debug, Clone)]
+pub struct ChannelArray<'a> {
+    sensor: &'a Sensor,
+    /// What the channels are.
+    pub element: &'a LiquidMetalChannel,
+    /// Models of the row and of the column layer.
+    pub layers: [ChannelLayer; 2],
+    /// The board.
+    pub board: DividerBoard,
+}
+
+/// Names of the layers, in the order of [`ChannelArray::layers`].
+const LAYERS: [&str; 2] = ["row", "column"];
+
+impl<'a> ChannelArray<'a> {
+    /// `None` when the board has no divider, or a layer has no model; the
+    /// second is found when a file is read.
+    pub(crate) fn new(sensor: &'a Sensor, element: &'a LiquidMetalChannel) -> Option<Self> {
+        let array = &sensor.array;
+        Some(Self {
+            sensor,
+            element,
+            layers: element.layers(array.pitch).ok()?,
+            board: DividerBoard::new(&sensor.electronics, array.rows + array.columns)?,
+        })
+    }
+
+    /// Where the taxels are.
+    pub fn layout(&self) -> Layout {
+        self.sensor.layout()
+    }
+
+    /// Channels of the row and of the column layer.
+    pub fn counts(&self) -> [usize; 2] {
+        [self.sensor.array.rows, self.sensor.array.columns]
+    }
+
+    /// Share of the length of a row and of a column channel that one taxel
+    /// takes: the pitch along the channel over its length.
+    pub fn taxel_share(&self) -> [f64; 2] {
+        let pitch = self.sensor.array.pitch;
+        std::array::from_fn(|layer| pitch[layer] / self.layers[layer].conductor.length)
+    }
+
+    /// The calibration that the drawing implies: every channel as drawn, noise
+    /// from the board's own figures.
+    ///
+    /// # Errors
+    /// [`ChannelError`] when pressing a taxel does not change its channels one
+    /// way; never after the file was read.
+    pub fn calibration(&self) -> Result<ChannelCalibration, ChannelError> {
+        let (board, share) = (&self.board, self.taxel_share());
+        let channels = |layer: usize| {
+            let model = ChannelModel::new(&self.layers[layer], share[layer], board.deviation())?;
+            Ok::<_, ChannelError>(vec![model; self.counts()[layer]])
+        };
+        let layout = self.layout();
+        Ok(ChannelCalibration {
+            rows: channels(0)?,
+            columns: channels(1)?,
+            scale: DividerScale {
+                volt_at_zero: board.converter.voltage(0.0),
+                volt_per_count: board.converter.step(),
+                highest_code: f64::from(board.converter.highest()),
+                supply: board.divider.supply,
+                reference: board.divider.reference,
+                lead: board.divider.lead,
+                saturation: board.divider.saturation,
+            },
+            layout,
+        })
+    }
+}
+
+impl Device for ChannelArray<'_> {
+    fn check(&self) -> Result<(), Broken> {
+        check::check(self)
+    }
+
+    fn facts(&self) -> Vec<Fact> {
+        facts::facts(self)
+    }
+
+    fn predictor(&self) -> Box<dyn Predictor> {
+        Box::new(ChannelPredictor::new(self))
+    }
+
+    fn simulated(&self) -> Box<dyn Simulated> {
+        Box::new(simulated::Piece::new(self))
+    }
+
+    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+        let expected = self.counts().iter().sum();
+        let wrong = FrameError::Channels {
+            found: stream.channels(),
+            expected,
+        };
+        if stream.channels() != expected {
+            return Err(wrong);
+        }
+        if stream.unit.quantity != Quantity::Counts {
+            return Err(FrameError::Quantity {
+                found: stream.unit.quantity,
+            });
+        }
+        // Reading the file has shown that there is a calibration.
+        let calibration = self.calibration().map_err(|_| wrong)?;
+        let estimator = CrossedChannels::new(calibration, CrossedOptions::default());
+        Ok(Sense::Signals(Box::new(estimator)))
+    }
+
+    fn drawing(&self) -> Drawing {
+        drawing::drawing(self)
+    }
+}

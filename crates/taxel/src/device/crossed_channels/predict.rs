@@ -1,0 +1,317 @@
+//! Pressure on the surface to the signals of both layers, stage by stage.
+
+use std::borrow::Cow;
+
+use super::{ChannelArray, LAYERS};
+use crate::electronics::{Code, DividerBoard};
+use crate::mechanics::{
+    ChannelClosed, ChannelError, ChannelSection, ClosingState, LinearElastic, SectionClosure,
+    Stretch,
+};
+use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
+use crate::quantity::{AREA, FORCE, STRESS};
+use crate::table::{Cell, Column};
+use crate::transduction::ChannelLayer;
+
+/// What one pressure does to a channel of each layer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelPrediction {
+    /// Pressure on the surface, Pa.
+    pub pressure: f64,
+    /// Area ratio by the closed form of P4 (Eq. 1), or the pressure at which
+    /// it ends.
+    pub closed_form: Result<f64, ChannelClosed>,
+    /// The row and the column layer.
+    pub layers: [LayerAnswer; 2],
+}
+
+/// A channel of one layer under load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayerAnswer {
+    /// Pressure of the liquid, Pa.
+    pub internal_pressure: f64,
+    /// Volume over the volume at rest: the mean area ratio of the channel.
+    pub volume_ratio: f64,
+    /// The loaded part.
+    pub loaded: SectionClosure,
+    /// Area ratio of the thinnest section of the loaded part, where known.
+    pub thinnest: Option<f64>,
+    /// Resistance without leads, Ω.
+    pub resistance: f64,
+    /// Relative change R/R₀ − 1 of the channel.
+    pub change: f64,
+    /// Voltage of the divider, V.
+    pub voltage: f64,
+    /// Code of the converter.
+    pub code: Code,
+    /// How the layer takes the load.
+    pub state: LayerState,
+}
+
+/// How a layer takes a load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LayerState {
+    /// Open over the whole width.
+    Open,
+    /// The roof touches the floor; the corners are open.
+    Touching,
+    /// Closed further than the curve is known: areas are upper bounds,
+    /// resistance and voltage lower ones.
+    Beyond,
+    /// The voltage counts as saturated.
+    Saturated,
+}
+
+impl LayerState {
+    /// Name in tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Touching => "touching",
+            Self::Beyond => "beyond_curve",
+            Self::Saturated => "saturated",
+        }
+    }
+}
+
+/// Predicts loads on channels as drawn.
+#[derive(Debug, Clone)]
+pub struct ChannelPredictor {
+    layers: [ChannelLayer; 2],
+    board: DividerBoard,
+    section: ChannelSection,
+    closed_form: LinearElastic,
+}
+
+impl ChannelPredictor {
+    /// A predictor for the channels of `array`.
+    pub fn new(array: &ChannelArray<'_>) -> Self {
+        Self {
+            layers: array.layers.clone(),
+            board: array.board,
+            section: array.element.section(),
+            closed_form: array.element.closed_form,
+        }
+    }
+
+    /// The chain for a pressure in Pa on `share` of the length of a channel;
+    /// nothing presses on the rest of it.
+    ///
+    /// # Errors
+    /// [`ChannelError`] for a pull, or a share outside 0 to 1.
+    ///
+    /// ```
+    /// let sensor = taxel::sensor::Sensor::shipped("liquid-metal-2x4").unwrap();
+    /// let predictor = taxel::device::ChannelPredictor::new(&sensor.channels().unwrap());
+    /// let answer = predictor.predict(25e3, 1.0)?;
+    /// // At the least load of the sweep of P4 the upper channels have twice
+    /// // their resistance; Eq. 1 calls them closed.
+    /// assert!((answer.layers[1].change - 1.002).abs() < 1e-3);
+    /// assert!(answer.closed_form.is_err());
+    /// # Ok::<(), taxel::mechanics::ChannelError>(())
+    /// ```
+    pub fn predict(&self, pressure: f64, share: f64) -> Result<ChannelPrediction, ChannelError> {
+        let [rows, columns] = &self.layers;
+        Ok(ChannelPrediction {
+            pressure,
+            closed_form: self
+                .section
+                .published_area_ratio(&self.closed_form, pressure),
+            layers: [
+                self.layer(rows, pressure, share)?,
+                self.layer(columns, pressure, share)?,
+            ],
+        })
+    }
+
+    fn layer(
+        &self,
+        layer: &ChannelLayer,
+        pressure: f64,
+        share: f64,
+    ) -> Result<LayerAnswer, ChannelError> {
+        let stretches = [
+            Stretch { share, pressure },
+            Stretch {
+                share: 1.0 - share,
+                pressure: 0.0,
+            },
+        ];
+        let response = layer.respond(&stretches)?;
+        let loaded = response.channel.sections[0];
+        let voltage = self.board.divider.voltage(response.resistance);
+        let state = match loaded.state {
+            _ if self.board.divider.saturated(voltage) => LayerState::Saturated,
+            ClosingState::Beyond { .. } => LayerState::Beyond,
+            ClosingState::Touching => LayerState::Touching,
+            ClosingState::Open | ClosingState::Bulging => LayerState::Open,
+        };
+        Ok(LayerAnswer {
+            internal_pressure: response.channel.internal_pressure,
+            volume_ratio: response.channel.volume_ratio,
+            loaded,
+            thinnest: layer.thinnest(loaded.area_ratio),
+            resistance: response.resistance,
+            change: response.change,
+            voltage,
+            code: self.board.read(response.resistance, 0.0),
+            state,
+        })
+    }
+}
+
+/// Largest loads that are taken for loads on a soft sheet, Pa, N and m².
+const HIGHEST_PRESSURE: f64 = 100e6;
+const LARGEST_FORCE: f64 = 1e3;
+const LARGEST_AREA: f64 = 1.0;
+/// Smallest area, m²: 1 um².
+const SMALLEST_AREA: f64 = 1e-12;
+
+const PRESSURE: usize = 0;
+const FORCE_Z: usize = 1;
+const AREA_COLUMN: usize = 2;
+const LOADED_SHARE: usize = 3;
+
+static LOADS: [LoadColumn; 4] = [
+    LoadColumn {
+        name: "pressure",
+        short: "p",
+        kind: LoadKind::Quantity(&STRESS, [0.0, HIGHEST_PRESSURE]),
+        required: false,
+        about: "pressure on the surface",
+    },
+    LoadColumn {
+        name: "force_z",
+        short: "fz",
+        kind: LoadKind::Quantity(&FORCE, [0.0, LARGEST_FORCE]),
+        required: false,
+        about: "pressing force, with area",
+    },
+    LoadColumn {
+        name: "area",
+        short: "area",
+        kind: LoadKind::Quantity(&AREA, [SMALLEST_AREA, LARGEST_AREA]),
+        required: false,
+        about: "area under the force",
+    },
+    LoadColumn {
+        name: "loaded_share",
+        short: "share",
+        kind: LoadKind::Number([1e-6, 1.0]),
+        required: false,
+        about: "share of the channel's length under the pressure; 1 without it",
+    },
+];
+
+impl Predictor for ChannelPredictor {
+    fn load_columns(&self) -> &'static [LoadColumn] {
+        &LOADS
+    }
+
+    fn combination(&self, given: &[bool]) -> Result<(), String> {
+        let has = |column: usize| given.get(column) == Some(&true);
+        match (has(PRESSURE), has(FORCE_Z), has(AREA_COLUMN)) {
+            (true, false, false) | (false, true, true) => Ok(()),
+            (false, true, false) => Err(String::from(
+                "a force says nothing without the area that it presses on: the channels feel pressure; \
+                 give the area too, such as \"fz=25 mN, area=1 mm2\", or the pressure",
+            )),
+            (false, false, _) => Err(String::from(
+                "no load is given; name a pressure, or a force_z and its area",
+            )),
+            (true, _, _) => Err(String::from(
+                "a pressure and a force or an area are given; name a pressure alone, or a force_z and its area",
+            )),
+        }
+    }
+
+    fn scales_with_load(&self, column: usize) -> bool {
+        matches!(column, PRESSURE | FORCE_Z)
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        let mut columns = vec![
+            Column::new("pressure", "kPa", 1e3, "pa", 3),
+            Column::new("loaded_share", "", 1.0, "", 4),
+            Column::new("closed_form_change", "", 1.0, "", 4),
+        ];
+        for layer in LAYERS {
+            let of = |what: &str| format!("{layer}_{what}");
+            columns.extend([
+                Column::new(of("net_pressure"), "kPa", 1e3, "pa", 4),
+                Column::new(of("internal_pressure"), "kPa", 1e3, "pa", 4),
+                Column::new(of("area_ratio"), "", 1.0, "", 4),
+                Column::new(of("thinnest_ratio"), "", 1.0, "", 3),
+                Column::new(of("volume_ratio"), "", 1.0, "", 4),
+                Column::new(of("resistance"), "ohm", 1.0, "ohm", 4),
+                Column::new(of("change"), "", 1.0, "", 5),
+                Column::new(of("voltage"), "mV", 1e-3, "v", 3),
+                Column::plain(of("counts")),
+                Column::plain(of("state")),
+            ]);
+        }
+        columns
+    }
+
+    fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
+        let share = load.number(LOADED_SHARE).unwrap_or(1.0);
+        let (column, pressure) = match (load.number(FORCE_Z), load.number(AREA_COLUMN)) {
+            (Some(force), Some(area)) => (FORCE_Z, force / area),
+            _ => (PRESSURE, load.number(PRESSURE).unwrap_or(0.0)),
+        };
+        let answer = self.predict(pressure, share).map_err(|error| LoadRefused {
+            column,
+            message: error.to_string(),
+            help: String::from("give a pressure of zero or more"),
+        })?;
+        row.push(Cell::Number(pressure));
+        row.push(Cell::Number(share));
+        row.push(match answer.closed_form {
+            Ok(ratio) => Cell::Number(share * (1.0 / ratio - 1.0)),
+            Err(_) => Cell::from("closed"),
+        });
+        for layer in &answer.layers {
+            row.extend(
+                [
+                    layer.loaded.net_pressure,
+                    layer.internal_pressure,
+                    layer.loaded.area_ratio,
+                ]
+                .map(Cell::Number),
+            );
+            row.push(layer.thinnest.map_or(Cell::from(""), Cell::Number));
+            row.push(Cell::Number(layer.volume_ratio));
+            row.push(Cell::Number(layer.resistance));
+            // Of a bound only the resistance is told; a signal that is only
+            // known to be larger would look like a reading.
+            row.extend(if layer.state == LayerState::Beyond {
+                [const { Cell::Text(Cow::Borrowed("")) }; 3]
+            } else {
+                [
+                    Cell::Number(layer.change),
+                    Cell::Number(layer.voltage),
+                    Cell::Whole(u64::from(layer.code.counts)),
+                ]
+            });
+            row.push(Cell::from(layer.state.name()));
+        }
+        Ok(())
+    }
+
+    fn curves(&self, _given: &[bool]) -> Vec<Curve> {
+        vec![
+            Curve {
+                title: String::from("Relative change of resistance against pressure"),
+                x: "pressure",
+                y: vec!["row_change", "column_change", "closed_form_change"],
+                y_label: "R/R0 - 1",
+            },
+            Curve {
+                title: String::from("Voltage against pressure"),
+                x: "pressure",
+                y: vec!["row_voltage", "column_voltage"],
+                y_label: "voltage",
+            },
+        ]
+    }
+}

@@ -1,0 +1,212 @@
+//! What follows from the drawing of an in-plane sensor.
+
+use super::InPlaneArray;
+use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
+use crate::mechanics::{ElectrodeStiffness, LayerRange};
+use crate::summary::{Fact, fact, number, text};
+use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel};
+
+/// Compression at which a sensitivity is stated where there is none at rest.
+const REFERENCE: f64 = 0.01;
+
+pub(super) fn facts(array: &InPlaneArray<'_>) -> Vec<Fact> {
+    let mut facts = vec![fact(
+        "device",
+        "channels",
+        text(&array.layout().taxels()),
+        "one capacitor per taxel",
+    )];
+    let model = array.model();
+    // A device that was read from a file has an inverse.
+    let Ok(inverse) = model.inverse() else {
+        return facts;
+    };
+    facts.extend(mechanics(&model, &inverse));
+    facts.extend(transduction(&model, &inverse));
+    facts.extend(electronics(array));
+    facts.extend(estimation(array, &inverse));
+    facts.push(fact(
+        "numerics",
+        "contact_threshold",
+        text(&format!(
+            "{CONTACT_DEVIATIONS} sigma and {} % of full scale",
+            100.0 * CONTACT_SHARE
+        )),
+        "default",
+    ));
+    facts
+}
+
+fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
+    let layer = &model.layer;
+    let last = inverse.last();
+    let verified = match last.layer.range {
+        LayerRange::Within => String::from("whole range"),
+        LayerRange::CompressionAbove { limit } => format!("up to a compression of {limit}"),
+        LayerRange::AspectBelow { aspect, limit } => {
+            format!("no: half length of {aspect:.3} thicknesses, below {limit}")
+        }
+    };
+    let mut facts = vec![
+        fact(
+            "mechanics",
+            "shear_modulus",
+            number(layer.shear_modulus(), "pa", "kPa", 1e3),
+            "E/3",
+        ),
+        fact(
+            "mechanics",
+            "aspect",
+            text(&format!("{:.4}", layer.aspect())),
+            "contact half length / layer thickness",
+        ),
+        fact(
+            "mechanics",
+            "force_compared_with_finite_elements",
+            text(&verified),
+            match model.electrodes.stiffness {
+                ElectrodeStiffness::AsLayer => "end condition and aspect",
+                ElectrodeStiffness::Modulus(_) => {
+                    "end condition and aspect; what stiffer electrodes carry is left out"
+                }
+            },
+        ),
+        fact(
+            "mechanics",
+            "largest_force",
+            number(last.layer.force, "n", "N", 1.0),
+            "at the end of the invertible range",
+        ),
+        fact(
+            "mechanics",
+            "largest_mean_stress",
+            number(last.layer.mean_stress, "pa", "kPa", 1e3),
+            "largest force / loaded area",
+        ),
+    ];
+    if let Ok(rest) = layer.compress(0.0) {
+        facts.insert(
+            2,
+            fact(
+                "mechanics",
+                "end_factor_at_rest",
+                text(&format!("{:.4}", rest.end_factor)),
+                "end condition",
+            ),
+        );
+    }
+    facts
+}
+
+fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
+    let last = inverse.last();
+    let range_source = match inverse.turning() {
+        Some(_) => "the curve turns: beyond, a change belongs to several compressions",
+        None => "the model ends there",
+    };
+    let mut facts = vec![
+        fact(
+            "transduction",
+            "rest_capacitance",
+            number(model.rest_capacitance(), "f", "fF", 1e-15),
+            "facing sides, coplanar strips, surroundings",
+        ),
+        fact(
+            "transduction",
+            "rest_capacitance_without_fringe",
+            number(model.rest_capacitance_without_fringe(), "f", "fF", 1e-15),
+            "eps0 eps_r w_e T/D",
+        ),
+        fact(
+            "transduction",
+            "invertible_compression",
+            text(&format!("{:.5}", last.layer.kinematics.compression())),
+            range_source,
+        ),
+        fact(
+            "transduction",
+            "invertible_change",
+            number(last.change, "f", "fF", 1e-15),
+            range_source,
+        ),
+    ];
+    let (compression, source) = match model.law {
+        CapacitanceLaw::Mechanics => (0.0, "slope of C0 - C against force at rest"),
+        CapacitanceLaw::Published => (REFERENCE, "slope at a compression of 0.01: none at rest"),
+    };
+    if let Ok(sensitivity) = model.sensitivity(compression) {
+        facts.push(fact(
+            "transduction",
+            "sensitivity",
+            number(sensitivity, "f_per_n", "fF/N", 1e-15),
+            source,
+        ));
+        facts.push(fact(
+            "transduction",
+            "relative_sensitivity",
+            number(sensitivity / model.rest_capacitance(), "per_n", "%/N", 1e-2),
+            source,
+        ));
+    }
+    facts
+}
+
+fn electronics(array: &InPlaneArray<'_>) -> Vec<Fact> {
+    let board = &array.board;
+    let [low, high] = board.span();
+    vec![
+        fact(
+            "electronics",
+            "frame_period",
+            number(board.period(), "s", "ms", 1e-3),
+            "1/frame rate",
+        ),
+        fact(
+            "electronics",
+            "scan_time",
+            number(board.scan_time(), "s", "ms", 1e-3),
+            "time for all capacitors of a frame",
+        ),
+        fact(
+            "electronics",
+            "lowest_capacitance",
+            number(low, "f", "fF", 1e-15),
+            "converter range through the amplifier",
+        ),
+        fact(
+            "electronics",
+            "highest_capacitance",
+            number(high, "f", "fF", 1e-15),
+            "converter range through the amplifier",
+        ),
+        fact(
+            "electronics",
+            "noise_of_a_reading",
+            number(board.deviation(), "f", "fF", 1e-15),
+            "amplifier noise and rounding to counts",
+        ),
+    ]
+}
+
+fn estimation(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Vec<Fact> {
+    let sigma = array.board.deviation();
+    // As the estimator states it: over two standard deviations of a reading.
+    let spread = |change: f64| {
+        let [low, high] = [change - sigma, change + sigma];
+        0.5 * (inverse.force_from_change(high) - inverse.force_from_change(low))
+    };
+    vec![
+        fact(
+            "estimation",
+            "resolution_at_rest",
+            number(spread(0.0), "n", "mN", 1e-3),
+            "one standard deviation of one frame at rest",
+        ),
+        fact(
+            "estimation",
+            "resolution_at_half_range",
+            number(spread(0.5 * inverse.last().change), "n", "mN", 1e-3),
+            "the same at half of the invertible change",
+        ),
+    ]
+}

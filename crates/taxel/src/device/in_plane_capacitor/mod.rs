@@ -1,0 +1,122 @@
+//! The array of in-plane capacitive sensors (P1).
+
+mod check;
+mod drawing;
+mod facts;
+mod predict;
+mod simulated;
+
+use super::{Device, Sense};
+use crate::acquisition::{Simulated, Stream};
+use crate::calibration::{ChannelScale, InPlaneCalibration};
+use crate::drawing::Drawing;
+use crate::electronics::FrontEnd;
+use crate::estimation::{FrameError, InPlaneEstimator, InPlaneEstimatorError};
+use crate::layout::Layout;
+use crate::predict::Predictor;
+use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
+use crate::summary::Fact;
+use crate::transduction::InPlaneModel;
+
+pub use predict::{InPlaneLoadState, InPlanePrediction, InPlanePredictor};
+
+/// An array of in-plane sensors with its board.
+#[derive(Debug, Clone)]
+pub struct InPlaneArray<'a> {
+    sensor: &'a Sensor,
+    /// What one taxel is.
+    pub element: &'a InPlaneCapacitor,
+    /// The board.
+    pub board: FrontEnd,
+}
+
+impl<'a> InPlaneArray<'a> {
+    /// `None` when the board has no charge amplifier.
+    pub(crate) fn new(sensor: &'a Sensor, element: &'a InPlaneCapacitor) -> Option<Self> {
+        let array = &sensor.array;
+        Some(Self {
+            sensor,
+            element,
+            board: FrontEnd::of_single(&sensor.electronics, array.rows, array.columns)?,
+        })
+    }
+
+    /// The model of one taxel as drawn.
+    pub fn model(&self) -> InPlaneModel {
+        self.element.model()
+    }
+
+    /// Where the taxels are.
+    pub fn layout(&self) -> Layout {
+        self.sensor.layout()
+    }
+
+    /// The calibration that the drawing implies: every taxel as drawn, noise
+    /// from the board's own figures.
+    pub fn calibration(&self) -> InPlaneCalibration {
+        let (board, layout) = (&self.board, self.layout());
+        let taxels = layout.taxels();
+        let at_zero = board.capacitance(0.0);
+        InPlaneCalibration {
+            channel: ChannelScale {
+                farad_at_zero: at_zero,
+                farad_per_count: board.capacitance(1.0) - at_zero,
+                highest_code: f64::from(board.highest_code()),
+            },
+            models: vec![self.model(); taxels],
+            deviation: vec![board.deviation(); taxels],
+            masked: self.masked(),
+            layout,
+        }
+    }
+
+    /// Which taxels are masked.
+    fn masked(&self) -> Vec<bool> {
+        let array = &self.sensor.array;
+        masked_capacitors(&self.sensor.mask, array.rows, array.columns)
+            .iter()
+            .map(|capacitors| capacitors.contains(&true))
+            .collect()
+    }
+}
+
+impl Device for InPlaneArray<'_> {
+    fn check(&self) -> Result<(), Broken> {
+        check::check(self)
+    }
+
+    fn facts(&self) -> Vec<Fact> {
+        facts::facts(self)
+    }
+
+    fn predictor(&self) -> Box<dyn Predictor> {
+        Box::new(InPlanePredictor::new(self))
+    }
+
+    fn simulated(&self) -> Box<dyn Simulated> {
+        Box::new(simulated::Piece::new(self))
+    }
+
+    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+        let layout = self.layout();
+        let expected = layout.taxels();
+        if stream.channels() != expected || stream.columns != layout.columns {
+            return Err(FrameError::Channels {
+                found: stream.channels(),
+                expected,
+            });
+        }
+        match InPlaneEstimator::new(self.calibration(), stream.unit.quantity) {
+            Ok(estimator) => Ok(Sense::Signals(Box::new(estimator))),
+            Err(InPlaneEstimatorError::Frame(error)) => Err(error),
+            // `check` has refused such a device before it had frames.
+            Err(InPlaneEstimatorError::Model(_)) => Err(FrameError::Quantity {
+                found: stream.unit.quantity,
+            }),
+        }
+    }
+
+    fn drawing(&self) -> Drawing {
+        drawing::drawing(self)
+    }
+}

@@ -1,0 +1,86 @@
+//! One made array: force on each taxel to counts.
+
+use super::InPlaneArray;
+use crate::acquisition::{FaultReading, Quantity, Script, SignalUnit, Simulated, Stream};
+use crate::electronics::{FrontEnd, Noise};
+use crate::layout::Layout;
+use crate::transduction::InPlaneModel;
+
+/// One piece of fabrication. Rubber without memory: the model has no rates.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    layout: Layout,
+    models: Vec<InPlaneModel>,
+    board: FrontEnd,
+}
+
+impl Piece {
+    pub(super) fn new(array: &InPlaneArray<'_>) -> Self {
+        let layout = array.layout();
+        Self {
+            models: array.element.fabricate(layout.taxels()),
+            layout,
+            board: array.board.clone(),
+        }
+    }
+}
+
+/// Capacitance under a pressing force, F. A pull does not reach the layer, and
+/// beyond the range of the model the capacitance stays at its end.
+fn capacitance(model: &InPlaneModel, force: f64) -> f64 {
+    let last = model.largest_compression();
+    let compression = if force > 0.0 {
+        model.layer.compression_from_force(force).unwrap_or(last)
+    } else {
+        0.0
+    };
+    model
+        .respond(compression.min(last))
+        .map_or_else(|_| model.rest_capacitance(), |state| state.capacitance)
+}
+
+impl Simulated for Piece {
+    fn stream(&self) -> Stream {
+        Stream {
+            name: String::new(),
+            rows: self.layout.rows,
+            columns: self.layout.columns,
+            channels_per_taxel: 1,
+            unit: SignalUnit {
+                quantity: Quantity::Counts,
+                symbol: "counts".into(),
+                si_per_unit: 1.0,
+            },
+            pitch: Some([self.layout.pitch[1], self.layout.pitch[0]]),
+            period: Some(self.board.period()),
+            threshold: None,
+            present: vec![true; self.layout.taxels()],
+        }
+    }
+
+    fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
+        let models = self.models.iter().enumerate();
+        models
+            .map(|(taxel, model)| {
+                let time = start + self.board.delay(taxel, 0);
+                let normal = noise.normal();
+                let code = match script.fault(taxel, 0, time) {
+                    Some(FaultReading::Dead) => 0,
+                    // A stuck line has no noise of its own.
+                    Some(FaultReading::Stuck(stuck)) => self.board.read(stuck.at, 0.0).counts,
+                    None => {
+                        let [_, _, force] = script.force(taxel, time);
+                        self.board.read(capacitance(model, force), normal).counts
+                    }
+                };
+                f64::from(code)
+            })
+            .collect()
+    }
+
+    fn true_forces(&self, script: &Script<'_>, start: f64) -> Vec<[f64; 3]> {
+        (0..self.layout.taxels())
+            .map(|taxel| script.force(taxel, start + self.board.delay(taxel, 0)))
+            .collect()
+    }
+}

@@ -1,0 +1,143 @@
+//! Rules between the keys of a piezoelectric array.
+
+use super::PiezoelectricArray;
+use crate::linear::Chain;
+use crate::sensor::{
+    Broken, SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
+};
+
+/// Frames per second over the corner of the filter: at half of this rate the
+/// filter leaves a fifth, which is what folds back.
+const RATE_OVER_CORNER: f64 = 10.0;
+/// Share of the channel before that a multiplexer may leave in a reading.
+const CARRIED_OVER: f64 = 0.01;
+/// Largest scatter of the gains: three deviations of it leave a signal.
+const GAIN_DEVIATION: f64 = 0.3;
+
+pub(super) fn check(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
+    check_geometry(array)?;
+    check_preload(array)?;
+    check_scan(array)?;
+    check_rate(array)?;
+    check_output(array)
+}
+
+fn key(name: &str) -> String {
+    format!("element.piezoelectric.{name}")
+}
+
+fn check_geometry(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
+    let (side, cover) = (array.description.ceramic.side, &array.description.cover);
+    for pitch in array.sensor.array.pitch {
+        require(
+            side <= pitch + SAME_LENGTH,
+            "array.pitch",
+            || {
+                format!(
+                    "elements of {} overlap at a pitch of {}",
+                    micrometres(side),
+                    micrometres(pitch)
+                )
+            },
+            "give a larger pitch or smaller elements",
+        )?;
+    }
+    require(
+        cover.share_above > 0.0,
+        &key("cover.share_above"),
+        || "there is no silicone above the elements to spread a touch".into(),
+        "give the share of the silicone that lies above, such as 0.5",
+    )?;
+    let scatter = array.description.fabrication.gain_deviation;
+    require(
+        scatter <= GAIN_DEVIATION,
+        &key("fabrication.gain_deviation"),
+        || format!("with a scatter of {scatter} some elements would have no signal"),
+        &format!("give at most {GAIN_DEVIATION}"),
+    )
+}
+
+fn check_preload(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
+    let path = array.path();
+    let message = || match &path {
+        Err(error) => error.to_string(),
+        Ok(_) => String::new(),
+    };
+    require(
+        path.is_ok(),
+        &key("cover.preload"),
+        message,
+        "give a smaller preload, a larger area, or law = \"neo_hookean\"",
+    )?;
+    let Ok(path) = path else { return Ok(()) };
+    let chain = Chain::new(&array.output_per_displacement(path));
+    let message = || match &chain {
+        Err(error) => format!("nothing damps the element: {error}"),
+        Ok(_) => String::new(),
+    };
+    require(
+        chain.is_ok(),
+        &key("ceramic.damping_ratio"),
+        message,
+        "give a damping ratio above zero",
+    )
+}
+
+fn check_scan(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
+    check_scan_time(array.sensor, array.board.scan_time())?;
+    let carried = array.board.carried_over();
+    require(
+        carried <= CARRIED_OVER,
+        "electronics.scan",
+        || {
+            format!(
+                "a reading still holds {:.2} % of the channel before it; at most {} %",
+                carried * 100.0,
+                CARRIED_OVER * 100.0
+            )
+        },
+        &format!(
+            "give a channel time of at least {} us",
+            rounded_up(array.board.output.settling * (1.0 / CARRIED_OVER).ln() * 1e6)
+        ),
+    )
+}
+
+/// The frames must be fast enough for what the filter lets through.
+fn check_rate(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
+    let Some(time) = array.board.band.low_pass else {
+        return Ok(());
+    };
+    let corner = 1.0 / (std::f64::consts::TAU * time);
+    let (rate, least) = (1.0 / array.board.period(), RATE_OVER_CORNER * corner);
+    require(
+        rate >= least * (1.0 - 1e-9),
+        "electronics.frame_rate",
+        || {
+            format!(
+                "{} frames/s do not suffice for a filter with its corner at {} Hz: what it lets through folds back",
+                rounded_down(rate),
+                rounded_down(corner)
+            )
+        },
+        &format!(
+            "give at least {} Hz, ten times the corner, or a lower corner",
+            rounded_up(least)
+        ),
+    )
+}
+
+fn check_output(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
+    let [low, high] = array.board.span();
+    let rest = array.board.output.offset;
+    require(
+        low < rest && rest < high,
+        "electronics.converter.range",
+        || {
+            format!(
+                "the voltage at rest of {rest} V is outside what the board can read, {low} to {high} V"
+            )
+        },
+        "give a range and a limit around it",
+    )
+}

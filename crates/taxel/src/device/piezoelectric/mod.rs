@@ -1,0 +1,157 @@
+//! The array of piezoelectric elements in silicone (P3).
+
+mod check;
+mod drawing;
+mod facts;
+mod predict;
+mod simulated;
+
+use super::{Device, Sense};
+use crate::acquisition::{Quantity, Simulated, Stream};
+use crate::drawing::Drawing;
+use crate::electronics::ChargeBoard;
+use crate::estimation::{
+    ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError, SignalEstimator,
+};
+use crate::layout::Layout;
+use crate::linear::Transfer;
+use crate::mechanics::PreloadError;
+use crate::predict::Predictor;
+use crate::sensor::{Broken, Piezoelectric, Sensor, masked_capacitors};
+use crate::summary::Fact;
+use crate::transduction::{PiezoelectricElement, SiliconePath};
+
+pub use predict::{Drive, PiezoelectricPredictor, TestAnswer};
+
+/// An array of piezoelectric elements with its board.
+#[derive(Debug, Clone)]
+pub struct PiezoelectricArray<'a> {
+    sensor: &'a Sensor,
+    /// What the sensor file says of the elements.
+    pub description: &'a Piezoelectric,
+    /// The model of one element.
+    pub element: PiezoelectricElement,
+    /// The board.
+    pub board: ChargeBoard,
+}
+
+impl<'a> PiezoelectricArray<'a> {
+    /// `None` when the board takes no charge.
+    pub(crate) fn new(sensor: &'a Sensor, description: &'a Piezoelectric) -> Option<Self> {
+        let element = description.element();
+        let array = &sensor.array;
+        let board = ChargeBoard::new(
+            &sensor.electronics,
+            [array.rows, array.columns],
+            element.capacitance,
+            element.leak_resistance,
+        )?;
+        Some(Self {
+            sensor,
+            description,
+            element,
+            board,
+        })
+    }
+
+    /// Where the elements are.
+    pub fn layout(&self) -> Layout {
+        self.sensor.layout()
+    }
+
+    /// Output voltage per force on an element, V/N.
+    pub fn output_per_force(&self) -> Transfer {
+        Transfer::constant(self.element.charge_per_force).then(&self.board.band.transfer())
+    }
+
+    /// Output voltage per displacement of the surface over an element, V/m,
+    /// through the preloaded silicone `path`.
+    pub fn output_per_displacement(&self, path: SiliconePath) -> Transfer {
+        self.element
+            .charge_per_displacement(path)
+            .then(&self.board.band.transfer())
+    }
+
+    /// The silicone over one element under the preload.
+    ///
+    /// # Errors
+    /// [`PreloadError`]; never after [`Sensor::parse`].
+    pub fn path(&self) -> Result<SiliconePath, PreloadError> {
+        self.description.path()
+    }
+
+    /// Output voltage per force in the middle of the band, V/N.
+    pub fn volt_per_newton(&self) -> f64 {
+        self.board.band.gain * self.element.charge_per_force
+    }
+
+    /// Which elements are masked.
+    pub fn masked(&self) -> Vec<bool> {
+        let array = &self.sensor.array;
+        masked_capacitors(&self.sensor.mask, array.rows, array.columns)
+            .iter()
+            .map(|channels| channels.contains(&true))
+            .collect()
+    }
+
+    /// What the estimator has to know of the device as drawn.
+    pub fn model(&self) -> ChargeModel {
+        let [lowest, highest] = self.board.span();
+        let at_zero = self.board.voltage(0.0);
+        ChargeModel {
+            layout: self.layout(),
+            volt_at_zero: at_zero,
+            volt_per_count: self.board.voltage(1.0) - at_zero,
+            span: [lowest, highest],
+            rest: self.board.output.offset,
+            volt_per_newton: self.volt_per_newton(),
+            high_pass: self.board.band.high_pass,
+            low_pass: self.board.band.low_pass,
+            deviation: self.board.deviation(),
+            period: self.board.period(),
+            masked: self.masked(),
+            full_scale: self.description.full_scale,
+        }
+    }
+}
+
+impl Device for PiezoelectricArray<'_> {
+    fn check(&self) -> Result<(), Broken> {
+        check::check(self)
+    }
+
+    fn facts(&self) -> Vec<Fact> {
+        facts::facts(self)
+    }
+
+    fn predictor(&self) -> Box<dyn Predictor> {
+        Box::new(PiezoelectricPredictor::new(self))
+    }
+
+    fn simulated(&self) -> Box<dyn Simulated> {
+        Box::new(simulated::Piece::new(self))
+    }
+
+    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+        let model = self.model();
+        let expected = model.layout.taxels();
+        if stream.channels() != expected || stream.columns != model.layout.columns {
+            return Err(FrameError::Channels {
+                found: stream.channels(),
+                expected,
+            });
+        }
+        if stream.unit.quantity != Quantity::Counts {
+            return Err(FrameError::Quantity {
+                found: stream.unit.quantity,
+            });
+        }
+        let estimator = ChargeEstimator::new(model, ChargeEstimatorOptions::default());
+        let estimator: Box<dyn SignalEstimator> = Box::new(estimator);
+        Ok(Sense::Signals(estimator))
+    }
+
+    fn drawing(&self) -> Drawing {
+        drawing::drawing(self)
+    }
+}

@@ -1,0 +1,434 @@
+//! A test load on one element to its signal.
+
+use std::f64::consts::TAU;
+
+use super::PiezoelectricArray;
+use crate::electronics::ChargeBoard;
+use crate::estimation::Event;
+use crate::figure::{Axis, Chart, Figure, Series, Style};
+use crate::linear::Chain;
+use crate::mechanics::Profile;
+use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
+use crate::quantity::{FORCE, LENGTH, TIME};
+use crate::table::{Cell, Column};
+use crate::transduction::SiliconePath;
+
+/// Predicts test loads on one element as drawn.
+#[derive(Debug, Clone)]
+pub struct PiezoelectricPredictor {
+    board: ChargeBoard,
+    path: Option<SiliconePath>,
+    /// Open voltage and output per displacement of the surface.
+    by_displacement: Option<[Chain; 2]>,
+    /// Open voltage and output per force.
+    by_force: Option<[Chain; 2]>,
+}
+
+/// The answer to one test load on one element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TestAnswer {
+    /// Peak of the output in the direction of loading, V.
+    pub first: f64,
+    /// Peak in the other direction, V.
+    pub second: f64,
+    /// Kind of event that the two peaks show.
+    pub event: Event,
+    /// Whether the output or the converter is cut.
+    pub clipped: bool,
+}
+
+/// What a test load is given by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drive {
+    /// Displacement of the surface over the element, m.
+    Displacement(f64),
+    /// Force on the element, N.
+    Force(f64),
+}
+
+impl PiezoelectricPredictor {
+    /// A predictor for the elements of `array`.
+    pub fn new(array: &PiezoelectricArray<'_>) -> Self {
+        let chain = |transfer| Chain::new(&transfer).ok();
+        let path = array.path().ok();
+        let by_displacement = path.and_then(|path| {
+            Some([
+                chain(array.element.voltage_per_displacement(path))?,
+                chain(array.output_per_displacement(path))?,
+            ])
+        });
+        let by_force = chain(array.element.voltage_per_force())
+            .zip(chain(array.output_per_force()))
+            .map(|(open, output)| [open, output]);
+        Self {
+            board: array.board.clone(),
+            path,
+            by_displacement,
+            by_force,
+        }
+    }
+
+    /// Peaks of the output for `profile`; of a cyclic one those of the last
+    /// cycle.
+    ///
+    /// ```
+    /// use taxel::device::{Drive, PiezoelectricPredictor};
+    /// use taxel::mechanics::Profile;
+    /// let sensor = taxel::sensor::Sensor::shipped("piezo-1.5mm").unwrap();
+    /// let predictor = PiezoelectricPredictor::new(&sensor.piezoelectric().unwrap());
+    /// let impact = Profile::Impact { ramp: 0.01, dwell: 0.2 };
+    /// let answer = predictor.test(&impact, Drive::Displacement(46.3e-6)).unwrap();
+    /// assert!(answer.first > answer.second && answer.second > 0.0);
+    /// ```
+    pub fn test(&self, profile: &Profile, drive: Drive) -> Option<TestAnswer> {
+        let [_, output] = self.chains(drive)?;
+        let knots = profile.knots(drive.size());
+        let [from, to] = window(profile, &self.board);
+        let [lowest, highest] = output.extremes(&knots, from, to);
+        // Loading in the direction of the load, whatever the sign of the gain.
+        let pressing = drive.size() * self.board.band.gain > 0.0;
+        let (first, second) = if pressing {
+            (highest, -lowest)
+        } else {
+            (-lowest, highest)
+        };
+        let cut = |voltage: f64| self.board.read(voltage, 0.0).clipped;
+        Some(TestAnswer {
+            first,
+            second,
+            event: Event::of_peaks(first, second),
+            clipped: cut(lowest) || cut(highest),
+        })
+    }
+
+    fn chains(&self, drive: Drive) -> Option<&[Chain; 2]> {
+        match drive {
+            Drive::Displacement(_) => self.by_displacement.as_ref(),
+            Drive::Force(_) => self.by_force.as_ref(),
+        }
+    }
+
+    /// Force at the top and displacement at the top, N and m.
+    fn top(&self, drive: Drive) -> [f64; 2] {
+        let stiffness = self.path.map_or(f64::NAN, |path| path.stiffness);
+        match drive {
+            Drive::Displacement(metres) => [stiffness * metres, metres],
+            Drive::Force(newton) => [newton, newton / stiffness],
+        }
+    }
+}
+
+impl Drive {
+    /// Its amplitude in its own unit.
+    pub fn size(self) -> f64 {
+        match self {
+            Self::Displacement(size) | Self::Force(size) => size,
+        }
+    }
+
+    fn basis(self) -> &'static str {
+        match self {
+            Self::Displacement(_) => "per_displacement",
+            Self::Force(_) => "per_force",
+        }
+    }
+}
+
+/// Time constants after the last corner of a load until it has died away.
+const FADED: f64 = 8.0;
+
+/// Where the peaks are looked for, s.
+fn window(profile: &Profile, board: &ChargeBoard) -> [f64; 2] {
+    match *profile {
+        Profile::Step { ramp } => [0.0, ramp + FADED * slowest(board)],
+        Profile::Impact { ramp, dwell } => [0.0, 2.0 * ramp + dwell + FADED * slowest(board)],
+        Profile::Cyclic { period, cycles, .. } | Profile::Sine { period, cycles } => {
+            let cycles = f64::from(cycles);
+            [(cycles - 1.0) * period, cycles * period]
+        }
+    }
+}
+
+fn slowest(board: &ChargeBoard) -> f64 {
+    board.band.high_pass.max(board.band.low_pass.unwrap_or(0.0))
+}
+
+const PROFILE: usize = 0;
+const DISPLACEMENT: usize = 1;
+const FORCE_Z: usize = 2;
+const RAMP: usize = 3;
+const DWELL: usize = 4;
+const PERIOD: usize = 5;
+const CYCLES: usize = 6;
+
+/// Words of the column `profile`.
+const PROFILES: [&str; 4] = ["step", "impact", "cyclic", "sine"];
+const MOST_CYCLES: f64 = 1000.0;
+
+const fn column(
+    name: &'static str,
+    short: &'static str,
+    kind: LoadKind,
+    about: &'static str,
+) -> LoadColumn {
+    LoadColumn {
+        name,
+        short,
+        kind,
+        required: false,
+        about,
+    }
+}
+
+static LOADS: [LoadColumn; 7] = [
+    LoadColumn {
+        required: true,
+        ..column(
+            "profile",
+            "profile",
+            LoadKind::Word(&PROFILES),
+            "how the load runs",
+        )
+    },
+    column(
+        "displacement",
+        "x",
+        LoadKind::Quantity(&LENGTH, [-1e-2, 1e-2]),
+        "top displacement of the surface over an element",
+    ),
+    column(
+        "force_z",
+        "fz",
+        LoadKind::Quantity(&FORCE, [-1e3, 1e3]),
+        "top force on an element, in place of the displacement",
+    ),
+    column(
+        "ramp",
+        "ramp",
+        LoadKind::Quantity(&TIME, [1e-6, 1e3]),
+        "duration of a ramp; not of a sine",
+    ),
+    column(
+        "dwell",
+        "dwell",
+        LoadKind::Quantity(&TIME, [0.0, 1e3]),
+        "time at the top of an impact",
+    ),
+    column(
+        "period",
+        "period",
+        LoadKind::Quantity(&TIME, [1e-6, 1e3]),
+        "period of a cyclic load or a sine",
+    ),
+    column(
+        "cycles",
+        "cycles",
+        LoadKind::Number([1.0, MOST_CYCLES]),
+        "number of cycles; the peaks are those of the last one",
+    ),
+];
+
+fn refused(column: usize, message: impl Into<String>, help: &str) -> LoadRefused {
+    LoadRefused {
+        column,
+        message: message.into(),
+        help: help.to_owned(),
+    }
+}
+
+/// The number of a column that this profile cannot do without.
+fn needed(load: &Load<'_>, column: usize, profile: &str) -> Result<f64, LoadRefused> {
+    let name = LOADS[column].name;
+    load.number(column).ok_or_else(|| {
+        refused(
+            column,
+            format!("a load of the profile {profile} needs {name}"),
+            &format!("give {name}"),
+        )
+    })
+}
+
+fn profile(load: &Load<'_>) -> Result<Profile, LoadRefused> {
+    let Some(word) = load.word(PROFILE) else {
+        let help = format!("use one of: {}", PROFILES.join(", "));
+        return Err(refused(PROFILE, "this load has no profile", &help));
+    };
+    let get = |column| needed(load, column, PROFILES[word]);
+    Ok(match PROFILES[word] {
+        "step" => Profile::Step { ramp: get(RAMP)? },
+        "impact" => Profile::Impact {
+            ramp: get(RAMP)?,
+            dwell: get(DWELL)?,
+        },
+        "cyclic" => {
+            let (ramp, period) = (get(RAMP)?, get(PERIOD)?);
+            if ramp > 0.5 * period {
+                return Err(refused(
+                    RAMP,
+                    format!("a ramp of {ramp} s does not fit into half a period of {period} s"),
+                    "give a ramp of at most half the period",
+                ));
+            }
+            Profile::Cyclic {
+                ramp,
+                period,
+                cycles: cycles(load)?,
+            }
+        }
+        _ => Profile::Sine {
+            period: get(PERIOD)?,
+            cycles: cycles(load)?,
+        },
+    })
+}
+
+/// A whole number of cycles.
+fn cycles(load: &Load<'_>) -> Result<u32, LoadRefused> {
+    let number = needed(load, CYCLES, "cyclic or sine")?;
+    if number.fract() == 0.0 {
+        return Ok(number as u32);
+    }
+    let message = format!("{number} is no whole number of cycles");
+    Err(refused(CYCLES, message, "give a whole number"))
+}
+
+fn drive(load: &Load<'_>) -> Result<Drive, LoadRefused> {
+    match (load.number(DISPLACEMENT), load.number(FORCE_Z)) {
+        (Some(metres), None) => Ok(Drive::Displacement(metres)),
+        (None, Some(newton)) => Ok(Drive::Force(newton)),
+        (Some(_), Some(_)) => Err(refused(
+            FORCE_Z,
+            "displacement and force_z are both given",
+            "leave one of them open: the signal per displacement depends on the silicone, the one per force does not",
+        )),
+        (None, None) => Err(refused(
+            DISPLACEMENT,
+            "neither displacement nor force_z is given",
+            "give one of them",
+        )),
+    }
+}
+
+impl Predictor for PiezoelectricPredictor {
+    fn load_columns(&self) -> &'static [LoadColumn] {
+        &LOADS
+    }
+
+    fn combination(&self, given: &[bool]) -> Result<(), String> {
+        if given.get(DISPLACEMENT) == Some(&true) || given.get(FORCE_Z) == Some(&true) {
+            Ok(())
+        } else {
+            Err(String::from("give displacement or force_z"))
+        }
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        vec![
+            Column::plain("profile"),
+            Column::plain("basis"),
+            Column::new("displacement", "um", 1e-6, "m", 3),
+            Column::new("force_z", "mN", 1e-3, "n", 3),
+            Column::new("a1", "mV", 1e-3, "v", 3),
+            Column::new("a2", "mV", 1e-3, "v", 3),
+            Column::new("a1_plus_a2", "mV", 1e-3, "v", 3),
+            Column::new("normalised_sum", "", 1.0, "", 6),
+            Column::plain("event"),
+            Column::plain("clipped"),
+        ]
+    }
+
+    fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
+        let (profile, drive) = (profile(load)?, drive(load)?);
+        let word = load.word(PROFILE).map_or("", |word| PROFILES[word]);
+        let [force, displacement] = self.top(drive);
+        let Some(answer) = self.test(&profile, drive) else {
+            // Only a sensor file that its check refuses has no chain.
+            return Err(refused(PROFILE, "this device has no stable response", ""));
+        };
+        let sum = answer.first + answer.second;
+        row.extend([Cell::from(word), Cell::from(drive.basis())]);
+        row.extend(
+            [
+                displacement,
+                force,
+                answer.first,
+                answer.second,
+                sum,
+                sum / self.board.output.limit,
+            ]
+            .map(Cell::Number),
+        );
+        row.push(Cell::from(answer.event.name()));
+        row.push(Cell::from(if answer.clipped { "clipped" } else { "" }));
+        Ok(())
+    }
+
+    fn curves(&self, given: &[bool]) -> Vec<Curve> {
+        let by_force = given.get(FORCE_Z) == Some(&true);
+        vec![Curve {
+            title: String::from("Peaks of the output"),
+            x: if by_force { "force_z" } else { "displacement" },
+            y: vec!["a1", "a2", "a1_plus_a2"],
+            y_label: "amplitude",
+        }]
+    }
+
+    fn history(&self, load: &Load<'_>) -> Option<Figure> {
+        let (profile, drive) = (profile(load).ok()?, drive(load).ok()?);
+        let [open, output] = self.chains(drive)?;
+        let knots = profile.knots(drive.size());
+        let end = history_end(&profile, &self.board);
+        let times: Vec<f64> = (0..=HISTORY_POINTS)
+            .map(|i| end * f64::from(i) / f64::from(HISTORY_POINTS))
+            .collect();
+        let curve = |chain: &Chain, name: &str| {
+            let values = chain.respond(&knots, &times);
+            let points = times.iter().zip(values).map(|(t, v)| [*t * 1e3, v * 1e3]);
+            Series::new(name, points.collect(), Style::Line)
+        };
+        let (label, unit, scale) = match drive {
+            Drive::Displacement(_) => ("displacement", "um", 1e6),
+            Drive::Force(_) => ("force", "mN", 1e3),
+        };
+        let mut input: Vec<[f64; 2]> = knots.iter().map(|[t, x]| [t * 1e3, x * scale]).collect();
+        input.extend(knots.last().map(|[_, last]| [end * 1e3, last * scale]));
+        let chart = |title: &str, y: Axis, series| Chart {
+            title: title.to_owned(),
+            x: Axis::new("time", "ms"),
+            y,
+            series,
+        };
+        Some(Figure {
+            title: String::from("One element over time"),
+            charts: vec![
+                chart(
+                    "load",
+                    Axis::new(label, unit),
+                    vec![Series::new(label, input, Style::Line)],
+                ),
+                chart(
+                    "signal",
+                    Axis::new("voltage", "mV"),
+                    vec![curve(open, "at the element"), curve(output, "output")],
+                ),
+            ],
+            caption: format!(
+                "The load is given {}. High-pass corner {:.3} Hz; the values do not depend on a sampling rate.",
+                match drive {
+                    Drive::Displacement(_) => "as displacement of the surface over the element",
+                    Drive::Force(_) => "as force on the element",
+                },
+                1.0 / (TAU * self.board.band.high_pass),
+            ),
+        })
+    }
+}
+
+/// Points of a curve over time.
+const HISTORY_POINTS: u32 = 1500;
+
+/// End of a curve over time, s: until the signal has faded to 2 %.
+fn history_end(profile: &Profile, board: &ChargeBoard) -> f64 {
+    let last = profile.knots(1.0).last().map_or(0.0, |knot| knot[0]);
+    last + 4.0 * slowest(board)
+}

@@ -1,0 +1,156 @@
+//! One made array: forces on the cover to charge, voltage and counts.
+
+use super::PiezoelectricArray;
+use crate::acquisition::{FaultReading, Quantity, Script, SignalUnit, Simulated, Stream};
+use crate::electronics::{ChargeBoard, Noise};
+use crate::layout::Layout;
+use crate::linear::{Chain, Memory, Step};
+use crate::mechanics::{Base, Contact, ShareTable, SoftCover};
+
+/// One piece of fabrication with the charge on its elements.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    layout: Layout,
+    side: f64,
+    depth: f64,
+    gains: Vec<f64>,
+    board: ChargeBoard,
+    /// Output voltage per force on an element; none for a board that is no
+    /// stable chain, which the check of the sensor file refuses.
+    chain: Option<Chain>,
+    step: Option<Step>,
+    /// Memory of each element and the time of its last sample, s.
+    elements: Vec<(Memory, f64)>,
+    /// Shares of the contact radii that have occurred, m.
+    tables: Vec<(f64, ShareTable)>,
+    /// Output of the channel read last, V: a multiplexer may still hold it.
+    held: f64,
+}
+
+impl Piece {
+    pub(super) fn new(array: &PiezoelectricArray<'_>) -> Self {
+        let chain = Chain::new(&array.output_per_force()).ok();
+        let taxels = array.layout().taxels();
+        let rest = chain.as_ref().map(|chain| (chain.settled(0.0), 0.0));
+        Self {
+            layout: array.layout(),
+            side: array.description.ceramic.side,
+            depth: array.description.depth(),
+            gains: array.description.fabricate(taxels),
+            step: chain.as_ref().map(|chain| chain.step(array.board.period())),
+            elements: rest.map_or(Vec::new(), |rest| vec![rest; taxels]),
+            board: array.board.clone(),
+            chain,
+            tables: Vec::new(),
+            held: 0.0,
+        }
+    }
+
+    /// Makes the tables for all contacts at `time`, s.
+    fn prepare(&mut self, script: &Script<'_>, time: f64) {
+        for patch in script.patches(time) {
+            if self
+                .tables
+                .iter()
+                .all(|(radius, _)| *radius != patch.radius)
+            {
+                let table = self.cover(patch.radius).table();
+                self.tables.push((patch.radius, table));
+            }
+        }
+    }
+
+    fn cover(&self, radius: f64) -> SoftCover {
+        SoftCover {
+            thickness: self.depth,
+            base: Base::Rigid,
+            contact: Contact::Hertz(radius),
+        }
+    }
+
+    /// Normal force on an element at `time`, s, N: probes stand on it, of a
+    /// patch the cover passes on its share.
+    fn force(&self, script: &Script<'_>, taxel: usize, time: f64) -> f64 {
+        let [x, y] = self.layout.flat_position(taxel);
+        let mut force = script.probe_force(taxel, time)[2];
+        for patch in script.patches(time) {
+            let offset = [x - patch.centre[0], y - patch.centre[1]];
+            let table = self
+                .tables
+                .iter()
+                .find(|(radius, _)| *radius == patch.radius);
+            let share = match table {
+                Some((_, table)) => table.share(offset, self.side),
+                None => self.cover(patch.radius).share(offset, self.side),
+            };
+            force += share * patch.force[2];
+        }
+        force
+    }
+
+    /// Ideal output of an element at `time`, s, V.
+    fn output(&mut self, script: &Script<'_>, taxel: usize, time: f64) -> f64 {
+        let force = self.force(script, taxel, time) * self.gains[taxel];
+        let (Some(chain), Some(usual)) = (&self.chain, &self.step) else {
+            return 0.0;
+        };
+        let (memory, last) = &mut self.elements[taxel];
+        let elapsed = time - *last;
+        *last = time;
+        let period = self.board.period();
+        if (elapsed - period).abs() < 1e-9 * period {
+            chain.advance(memory, usual, force)
+        } else {
+            chain.advance(memory, &chain.step(elapsed.max(0.0)), force)
+        }
+    }
+}
+
+impl Simulated for Piece {
+    fn stream(&self) -> Stream {
+        Stream {
+            name: String::new(),
+            rows: self.layout.rows,
+            columns: self.layout.columns,
+            channels_per_taxel: 1,
+            unit: SignalUnit {
+                quantity: Quantity::Counts,
+                symbol: "counts".into(),
+                si_per_unit: 1.0,
+            },
+            pitch: Some([self.layout.pitch[1], self.layout.pitch[0]]),
+            period: Some(self.board.period()),
+            threshold: None,
+            present: vec![true; self.layout.taxels()],
+        }
+    }
+
+    fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
+        let carried = self.board.carried_over();
+        let mut values = Vec::with_capacity(self.layout.taxels());
+        for taxel in 0..self.layout.taxels() {
+            let time = start + self.board.delay(taxel);
+            self.prepare(script, time);
+            let settled = self.output(script, taxel, time);
+            let voltage = settled + carried * (self.held - settled);
+            self.held = voltage;
+            let code = self.board.read(voltage, noise.normal()).counts;
+            values.push(match script.fault(taxel, 0, time) {
+                Some(FaultReading::Dead) => 0.0,
+                // No signal comes: the rest voltage without noise.
+                Some(FaultReading::Stuck(_)) => f64::from(self.board.read(0.0, 0.0).counts),
+                None => f64::from(code),
+            });
+        }
+        values
+    }
+
+    fn true_forces(&self, script: &Script<'_>, start: f64) -> Vec<[f64; 3]> {
+        (0..self.layout.taxels())
+            .map(|taxel| {
+                let time = start + self.board.delay(taxel);
+                [0.0, 0.0, self.force(script, taxel, time)]
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,166 @@
+//! What happens at the ends of a compressed layer: the factor χ of its bottom
+//! shear.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::compressed_layer::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
+use crate::numerics::interpolate;
+use crate::quantity::{self, Checked, EndFactor, EndParameter};
+use crate::special::{beta, gamma};
+
+/// Reading of the ends of the loaded length, through which the constant Π of
+/// the pressure follows from the balance of horizontal forces.
+///
+/// P1 names two calibration factors ζ and m for it and does not define them;
+/// [`EndCondition::Tapered`] and [`EndCondition::Tail`] are two readings of
+/// them, and the others come from finite elements.
+///
+/// The factor is χ = (true total bottom shear of one half) / (that of the
+/// layer model out to the end of the loaded length).
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum EndCondition {
+    /// The layer ends with the load and its ends carry no resultant: χ = 1.
+    Free,
+    /// Free ends of a real layer on a wider base: χ = 1 − 0.25 H/L; for L/H
+    /// from 1 to 2 interpolated in
+    /// finite elements.
+    ShortLayer,
+    /// The shear tapers to zero inside the loaded length,
+    /// τ = τ_model·(1 − (x/L)^ζ)^m: χ = (2/ζ)·B(2/ζ, m+1).
+    Tapered(EndShear),
+    /// The shear goes on outside the loaded length,
+    /// τ = τ_model(L)·exp(−ζ ((x−L)/L)^m): χ = 1 + 2 Γ(1+1/m) ζ^(−1/m).
+    Tail(EndShear),
+    /// A probe on a much wider layer: χ = 1 + 2 δ/L, with δ of about 2.2, 1.8,
+    /// 1.6 H for L/H = 1, 2, 5 and above, interpolated in finite elements
+    /// (3 %).
+    WideLayer,
+    /// The factor itself.
+    Given(GivenFactor),
+}
+
+/// The two calibration factors ζ and m of an end condition.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EndShear {
+    /// ζ.
+    #[serde(deserialize_with = "quantity::one::<EndParameter, _>")]
+    #[schemars(with = "Checked<EndParameter>")]
+    pub zeta: f64,
+    /// m.
+    #[serde(deserialize_with = "quantity::one::<EndParameter, _>")]
+    #[schemars(with = "Checked<EndParameter>")]
+    pub m: f64,
+}
+
+/// A factor χ that is known from elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GivenFactor {
+    /// χ.
+    #[serde(deserialize_with = "quantity::one::<EndFactor, _>")]
+    #[schemars(with = "Checked<EndFactor>")]
+    pub chi: f64,
+}
+
+/// L/H at which the tables begin.
+const LEAST_TABULATED: f64 = 1.0;
+/// Relative compressions of [`SHORT`].
+const COMPRESSIONS: [f64; 9] = [0.01, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];
+/// χ that makes the model carry the force of finite elements with free ends on
+/// a wider base, for L/H = 1 and 2.
+const SHORT: [[f64; 9]; 2] = [
+    [
+        0.8207, 0.7575, 0.6497, 0.5447, 0.4486, 0.3719, 0.3257, 0.3129, 0.3144,
+    ],
+    [
+        0.9114, 0.8751, 0.8325, 0.8010, 0.7905, 0.7919, 0.7969, 0.8092, 0.8203,
+    ],
+];
+/// L/H of [`TAIL`].
+const TAIL_ASPECTS: [f64; 3] = [1.0, 2.0, 5.0];
+/// Relative compressions of [`TAIL`].
+const TAIL_COMPRESSIONS: [f64; 4] = [0.01, 0.05, 0.1, 0.15];
+/// δ/H of [`EndCondition::WideLayer`]. For L/H = 5 the elements stop at a
+/// compression of 0.05, and δ stays as it is there.
+const TAIL: [[f64; 4]; 3] = [
+    [2.2724, 2.1862, 1.9157, 1.6900],
+    [1.8214, 1.8325, 1.7051, 1.4335],
+    [1.6217, 1.6875, 1.6875, 1.6875],
+];
+
+/// Below this χ the force of a long layer falls again before a compression of
+/// 0.4: for χ = 0.6 it does at 0.39, for 0.7 at 0.50.
+const LEAST_FACTOR: f64 = 0.65;
+
+impl EndCondition {
+    /// χ for a layer of `aspect` L/H at a relative compression.
+    ///
+    /// # Errors
+    /// [`LayerError::AspectOutsideTable`] when the factor comes from a table
+    /// that begins at L/H = 1; [`LayerError::EndFactor`] when ζ and m give a χ
+    /// below 0.65, with which the force would not rise up to e = 0.4.
+    ///
+    /// ```
+    /// use taxel::mechanics::{EndCondition, EndShear};
+    /// // The published pair ζ = 20, m = 1 in the two readings.
+    /// let shear = EndShear { zeta: 20.0, m: 1.0 };
+    /// let tapered = EndCondition::Tapered(shear).factor(2.0, 0.1)?;
+    /// let tail = EndCondition::Tail(shear).factor(2.0, 0.1)?;
+    /// assert!((tapered - 20.0 / 22.0).abs() < 1e-14 && (tail - 1.1).abs() < 1e-14);
+    /// assert!(EndCondition::WideLayer.factor(0.9, 0.1).is_err());
+    /// # Ok::<(), taxel::mechanics::LayerError>(())
+    /// ```
+    pub fn factor(self, aspect: f64, compression: f64) -> Result<f64, LayerError> {
+        let tabulated = matches!(self, Self::ShortLayer | Self::WideLayer);
+        if tabulated && aspect < LEAST_TABULATED {
+            let least = LEAST_TABULATED;
+            return Err(LayerError::AspectOutsideTable { aspect, least });
+        }
+        Ok(match self {
+            Self::Free => 1.0,
+            Self::ShortLayer if aspect < 2.0 => {
+                let [one, two] = SHORT.map(|row| interpolate(&COMPRESSIONS, &row, compression));
+                // In H/L, the variable of the rule for longer layers.
+                one + 2.0 * (1.0 - 1.0 / aspect) * (two - one)
+            }
+            Self::ShortLayer => 1.0 - 0.25 / aspect,
+            Self::Tapered(EndShear { zeta, m }) => {
+                let chi = 2.0 / zeta * beta(2.0 / zeta, m + 1.0);
+                if chi < LEAST_FACTOR {
+                    let least = LEAST_FACTOR;
+                    return Err(LayerError::EndFactor { chi, least });
+                }
+                chi
+            }
+            Self::Tail(EndShear { zeta, m }) => {
+                1.0 + 2.0 * gamma(1.0 + 1.0 / m) * zeta.powf(-1.0 / m)
+            }
+            Self::WideLayer => {
+                let by_aspect = TAIL.map(|row| interpolate(&TAIL_COMPRESSIONS, &row, compression));
+                1.0 + 2.0 * interpolate(&TAIL_ASPECTS, &by_aspect, aspect) / aspect
+            }
+            Self::Given(GivenFactor { chi }) => chi,
+        })
+    }
+
+    /// Largest compression for which the factor was compared with finite
+    /// elements.
+    pub fn verified_compression(self, aspect: f64) -> f64 {
+        match self {
+            Self::WideLayer if aspect <= 2.0 => 0.15,
+            Self::WideLayer => 0.05,
+            _ => LARGEST_COMPRESSION,
+        }
+    }
+
+    /// Least L/H for which the force was compared with finite elements.
+    pub fn verified_aspect(self) -> f64 {
+        match self {
+            Self::ShortLayer | Self::WideLayer => LEAST_TABULATED,
+            _ => LEAST_ASPECT,
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! Two crossing layers of liquid-metal channels as a sensor file describes them.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::checks::{Broken, require};
+use crate::electronics::Noise;
+use crate::mechanics::{
+    CellGeometry, ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic,
+    LinearElastic, PressureLaw,
+};
+use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity};
+use crate::transduction::{ChannelLayer, Conductor, ThinnestPoint};
+
+/// Channels along x, one for each row of taxels, and channels along y, one for
+/// each column (P4). A taxel is where two of them cross.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LiquidMetalChannel {
+    /// Cross-section of all channels.
+    pub section: SectionDescription,
+    /// The soft solid around them.
+    pub material: Hyperelastic,
+    /// Constants for the closed form of P4 (Eq. 1), which is reported beside.
+    pub closed_form: LinearElastic,
+    /// What fills the channels.
+    pub liquid: Liquid,
+    /// Solid below the lower channels, m.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
+    #[schemars(with = "Checked<NonNegativeLength>")]
+    pub base: f64,
+    /// The channels along x.
+    pub rows: LayerDescription,
+    /// The channels along y.
+    pub columns: LayerDescription,
+    /// How far made devices differ from the drawing; used by the twin.
+    pub fabrication: ChannelFabrication,
+}
+
+/// Scatter of the made channels about their drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelFabrication {
+    /// Standard deviation of the height from channel to channel, m.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
+    #[schemars(with = "Checked<NonNegativeLength>")]
+    pub height_deviation: f64,
+    /// Seed of this scatter: the same seed is the same piece.
+    pub seed: u64,
+}
+
+/// A rectangular cross-section.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SectionDescription {
+    /// Width along the surface, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub width: f64,
+    /// Height, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub height: f64,
+}
+
+/// A conducting liquid.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Liquid {
+    /// Resistivity, Ω m.
+    #[serde(deserialize_with = "quantity::one::<PositiveResistivity, _>")]
+    #[schemars(with = "Checked<PositiveResistivity>")]
+    pub resistivity: f64,
+    /// What its pressure obeys.
+    pub pressure: PressureLaw,
+}
+
+/// One layer of equal parallel channels.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayerDescription {
+    /// All that lies above the channels, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub roof: f64,
+    /// Length of a channel from lead to lead, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub length: f64,
+    /// How a cross-section closes under net pressure.
+    pub closing: ClosingDescription,
+    /// The thinnest section for a mean one, where it is known; an empty list
+    /// is a layer whose sections are taken for equal.
+    pub thinnest: Vec<ThinnestPoint>,
+}
+
+/// Where the closing curve of a layer comes from.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ClosingDescription {
+    /// A computed plane-strain cell with the section, roof and pitch of this
+    /// layer.
+    PlaneStrainCell(PlaneStrainCell),
+    /// Points of a curve, from low to high net pressure; rest is not among
+    /// them.
+    Points(Vec<ClosingPoint>),
+}
+
+/// What a plane-strain cell has of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneStrainCell {
+    /// Thickness of its sheet, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub thickness: f64,
+}
+
+impl LiquidMetalChannel {
+    /// Cross-section at rest.
+    pub fn section(&self) -> ChannelSection {
+        ChannelSection {
+            width: self.section.width,
+            height: self.section.height,
+        }
+    }
+
+    /// Models of the row and of the column layer; `pitch` is the spacing of
+    /// the taxels along x and y, m.
+    ///
+    /// # Errors
+    /// [`ChannelError`] for a cell that is not tabulated or points that are
+    /// not monotone, after the name of the layer's section in the file.
+    pub fn layers(
+        &self,
+        pitch: [f64; 2],
+    ) -> Result<[ChannelLayer; 2], (&'static str, ChannelError)> {
+        // Channels along x lie side by side along y.
+        let rows = self
+            .layer(&self.rows, pitch[1])
+            .map_err(|error| ("rows", error))?;
+        let columns = self
+            .layer(&self.columns, pitch[0])
+            .map_err(|error| ("columns", error))?;
+        Ok([rows, columns])
+    }
+
+    fn layer(&self, layer: &LayerDescription, pitch: f64) -> Result<ChannelLayer, ChannelError> {
+        let section = self.section();
+        let closing = match &layer.closing {
+            ClosingDescription::Points(points) => ClosingCurve::from_points(points)?,
+            ClosingDescription::PlaneStrainCell(PlaneStrainCell { thickness }) => {
+                let cell = CellGeometry {
+                    section,
+                    roof: layer.roof,
+                    thickness: *thickness,
+                    pitch,
+                };
+                ClosingCurve::of_cell(&cell, self.material.shear_modulus())?
+            }
+        };
+        let conductor = Conductor {
+            resistivity: self.liquid.resistivity,
+            length: layer.length,
+            section,
+        };
+        ChannelLayer::new(
+            closing,
+            self.liquid.pressure.clone(),
+            conductor,
+            &layer.thinnest,
+        )
+    }
+
+    /// Rules that concern the models of the two layers.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    pub(super) fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
+        match self.layers(pitch) {
+            Ok(_) => Ok(()),
+            Err((layer, error)) => require(
+                false,
+                &format!("element.liquid_metal_channel.{layer}"),
+                || error.to_string(),
+                "correct this layer, or the pressure law of the liquid",
+            ),
+        }
+    }
+
+    /// The conductors of the channels of one piece of fabrication, rows first:
+    /// heights scattered about the drawing, cut at three standard deviations.
+    pub fn fabricate(&self, layers: &[ChannelLayer; 2], channels: [usize; 2]) -> Vec<Conductor> {
+        let mut scatter = Noise::seeded(self.fabrication.seed);
+        let drawn = layers.iter().zip(channels);
+        drawn
+            .flat_map(|(layer, count)| std::iter::repeat_n(layer.conductor, count))
+            .map(|mut made| {
+                made.section.height +=
+                    self.fabrication.height_deviation * scatter.normal().clamp(-3.0, 3.0);
+                made
+            })
+            .collect()
+    }
+
+    /// Thickness of the whole stack, m.
+    pub fn thickness(&self) -> f64 {
+        self.base + self.section.height + self.rows.roof.max(self.columns.roof)
+    }
+}

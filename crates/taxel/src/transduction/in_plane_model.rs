@@ -1,0 +1,380 @@
+//! The in-plane capacitive sensor (P1): compression of its layer to force and
+//! capacitance, and back where the curve allows.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::coplanar_capacitor::{Dielectric, PublishedFringe, facing_sides};
+use crate::mechanics::{
+    CompressedLayer, DeformedElectrodes, Electrodes, LARGEST_COMPRESSION, LayerError, LayerState,
+    OutsideTable, PublishedThinning,
+};
+use crate::numerics;
+
+/// Why the in-plane sensor has no answer.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InPlaneError {
+    /// The layer has none.
+    #[error(transparent)]
+    Layer(#[from] LayerError),
+    /// A table that would be needed does not reach there.
+    #[error(transparent)]
+    Table(#[from] OutsideTable),
+    /// The device has no published fit, which the published law needs.
+    #[error("the published law needs the published fit (t_min, n, q, gamma) of this device")]
+    NoPublishedFit,
+    /// The published law has no sensitivity at rest: for γ < 0 its slope is
+    /// infinite there, for γ > 0 zero.
+    #[error(
+        "the published law, change ~ U^(1 + gamma) with gamma = {exponent}, has no sensitivity at rest"
+    )]
+    NoSensitivityAtRest {
+        /// γ.
+        exponent: f64,
+    },
+    /// A capacitance above that at rest: pressing only lowers it.
+    #[error("a capacitance of {capacitance:.6e} F is above that at rest, {rest:.6e} F")]
+    AboveRest {
+        /// What was read, F.
+        capacitance: f64,
+        /// At rest, F.
+        rest: f64,
+    },
+    /// A fall of the capacitance beyond what belongs to one compression only.
+    #[error(
+        "a capacitance {change:.6e} F below that at rest is beyond {limit:.6e} F, up to which it belongs to one compression (to {compression:.4})"
+    )]
+    BeyondInvertible {
+        /// How far it fell, F.
+        change: f64,
+        /// How far it may fall, F.
+        limit: f64,
+        /// Compression there.
+        compression: f64,
+    },
+}
+
+/// Which law gives the capacitance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CapacitanceLaw {
+    /// Facing sides, coplanar strips and surroundings, on electrodes deformed
+    /// by mechanics.
+    Mechanics,
+    /// The published fit, P1 Eqs. 7 and 8: for a device calibrated that way.
+    Published,
+}
+
+/// The published fit of one device (P1 Table 1).
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedFit {
+    /// Thickness of the electrodes.
+    pub thinning: PublishedThinning,
+    /// Factor on the change of capacitance.
+    pub fringe: PublishedFringe,
+}
+
+/// One in-plane capacitive sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InPlaneModel {
+    /// The layer.
+    pub layer: CompressedLayer,
+    /// The electrodes in it.
+    pub electrodes: Electrodes,
+    /// What is between and round them.
+    pub dielectric: Dielectric,
+    /// The published fit, where there is one.
+    pub published_fit: Option<PublishedFit>,
+    /// The law of its capacitance.
+    pub law: CapacitanceLaw,
+}
+
+/// What a compression does to the sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InPlaneState {
+    /// The layer.
+    pub layer: LayerState,
+    /// The electrodes under the law of the device.
+    pub electrodes: DeformedElectrodes,
+    /// Capacitance under that law, F.
+    pub capacitance: f64,
+    /// C₀ − C under that law, F: positive when the capacitance falls.
+    pub change: f64,
+}
+
+/// Where a curve of capacitance against compression turns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turning {
+    /// Compression of the first maximum of C₀ − C.
+    pub maximum: f64,
+    /// Compression of the lowest value behind it.
+    pub minimum: f64,
+}
+
+impl InPlaneModel {
+    /// Capacitance at rest, F, under both laws.
+    pub fn rest_capacitance(&self) -> f64 {
+        self.mechanical_capacitance(&self.electrodes.at_rest(), 0.0)
+    }
+
+    /// Capacitance at rest between the facing sides alone, F: ε₀ ε_r w_e T/D.
+    pub fn rest_capacitance_without_fringe(&self) -> f64 {
+        self.dielectric.scale(self.electrodes.depth) * facing_sides(&self.electrodes.at_rest())
+    }
+
+    /// The device whose gap gives the capacitance `rest` at rest, all else as
+    /// here; `None` if that needs a gap of less than half or more than twice
+    /// this one, or one outside a table.
+    ///
+    /// The same as for any capacitor whose rest value differs from the drawing:
+    /// subtracting an offset instead would leave the curve of the drawn gap.
+    pub fn at_rest(&self, rest: f64) -> Option<Self> {
+        let with_gap = |gap: f64| {
+            let mut model = *self;
+            model.electrodes.gap = gap;
+            model
+        };
+        let drawn = self.electrodes.gap;
+        // The capacitance falls as the gap grows.
+        let range = [0.5 * drawn, 2.0 * drawn];
+        let [most, least] = range.map(|gap| with_gap(gap).rest_capacitance());
+        if !(least..=most).contains(&rest) {
+            return None;
+        }
+        let misfit = |gap: f64| rest - with_gap(gap).rest_capacitance();
+        let found = with_gap(numerics::ridders(range, misfit));
+        found.check().is_ok().then_some(found)
+    }
+
+    /// Whether the device lies in all tables that it needs.
+    ///
+    /// # Errors
+    /// The error of the first thing that is missing.
+    pub fn check(&self) -> Result<(), InPlaneError> {
+        self.dielectric.surroundings.check(
+            &self.layer,
+            &self.electrodes,
+            self.dielectric.permittivity,
+        )?;
+        self.respond(0.0).map(drop)
+    }
+
+    /// Largest compression at which the law of the device has an answer.
+    pub fn largest_compression(&self) -> f64 {
+        match self.law {
+            CapacitanceLaw::Mechanics => self.largest_mechanical(),
+            CapacitanceLaw::Published => LARGEST_COMPRESSION,
+        }
+    }
+
+    fn largest_mechanical(&self) -> f64 {
+        let table = self.dielectric.surroundings.largest_compression();
+        self.electrodes
+            .largest_compression()
+            .min(table.unwrap_or(LARGEST_COMPRESSION))
+    }
+
+    /// Force and capacitance at a relative compression e = U/H.
+    ///
+    /// # Errors
+    /// Those of [`CompressedLayer::compress`] and [`Electrodes::deform`], and
+    /// [`InPlaneError::Table`] above [`InPlaneModel::largest_compression`].
+    pub fn respond(&self, compression: f64) -> Result<InPlaneState, InPlaneError> {
+        let layer = self.layer.compress(compression)?;
+        let (electrodes, change) = match self.law {
+            CapacitanceLaw::Mechanics => self.by_mechanics(&layer)?,
+            CapacitanceLaw::Published => {
+                let fit = self.published_fit.ok_or(InPlaneError::NoPublishedFit)?;
+                let electrodes = self.as_published(&layer, &fit);
+                let change = self.published_change(&electrodes, &fit, compression);
+                (electrodes, change)
+            }
+        };
+        Ok(InPlaneState {
+            layer,
+            electrodes,
+            capacitance: self.rest_capacitance() - change,
+            change,
+        })
+    }
+
+    /// C₀ − C by mechanics, F: facing sides, coplanar strips, surroundings.
+    ///
+    /// # Errors
+    /// As [`InPlaneModel::respond`] under [`CapacitanceLaw::Mechanics`].
+    pub fn change_by_mechanics(&self, layer: &LayerState) -> Result<f64, InPlaneError> {
+        self.by_mechanics(layer).map(|(_, change)| change)
+    }
+
+    /// C₀ − C by the published law (P1's Model 1), F:
+    /// ε₀ ε_r w_e (T/D − t/d) q (U/D)^γ (P1 Eq. 7) with d = D f and t from
+    /// P1 Eq. 8; 0 at rest. `None` without a published fit.
+    pub fn change_as_published(&self, layer: &LayerState) -> Option<f64> {
+        let fit = self.published_fit?;
+        let electrodes = self.as_published(layer, &fit);
+        Some(self.published_change(&electrodes, &fit, layer.kinematics.compression()))
+    }
+
+    /// C₀ − C by parallel plates (P1's Model 2), F: ε₀ ε_r w_e (T/D − t/d) with
+    /// d and t as for Model 1. `None` without a published fit.
+    pub fn change_of_parallel_plates(&self, layer: &LayerState) -> Option<f64> {
+        let fit = self.published_fit?;
+        Some(self.facing_change(&self.as_published(layer, &fit)))
+    }
+
+    fn by_mechanics(&self, layer: &LayerState) -> Result<(DeformedElectrodes, f64), InPlaneError> {
+        let compression = layer.kinematics.compression();
+        let range = [0.0, self.largest_mechanical()];
+        OutsideTable::check("the capacitance model", "compression", compression, range)?;
+        let electrodes = self.electrodes.deform(&self.layer, &layer.kinematics)?;
+        let capacitance = self.mechanical_capacitance(&electrodes, compression);
+        Ok((electrodes, self.rest_capacitance() - capacitance))
+    }
+
+    fn mechanical_capacitance(&self, electrodes: &DeformedElectrodes, compression: f64) -> f64 {
+        let depth = self.electrodes.depth;
+        let gap = self.electrodes.gap / self.electrodes.thickness;
+        self.dielectric.uniform(electrodes, depth)
+            + self.dielectric.surroundings.offset(gap, compression, depth)
+    }
+
+    fn as_published(&self, layer: &LayerState, fit: &PublishedFit) -> DeformedElectrodes {
+        self.electrodes
+            .deform_as_published(&self.layer, &layer.kinematics, &fit.thinning)
+    }
+
+    fn published_change(
+        &self,
+        electrodes: &DeformedElectrodes,
+        fit: &PublishedFit,
+        compression: f64,
+    ) -> f64 {
+        let displacement = compression * self.layer.thickness;
+        fit.fringe.change(
+            self.facing_change(electrodes),
+            displacement / self.electrodes.gap,
+        )
+    }
+
+    fn facing_change(&self, electrodes: &DeformedElectrodes) -> f64 {
+        self.dielectric.scale(self.electrodes.depth)
+            * (facing_sides(&self.electrodes.at_rest()) - facing_sides(electrodes))
+    }
+
+    /// Fall of the capacitance per force at a compression, F/N: the slope of
+    /// C₀ − C against the force there.
+    ///
+    /// # Errors
+    /// [`InPlaneError::NoSensitivityAtRest`] for the published law at rest, and
+    /// those of [`InPlaneModel::respond`].
+    pub fn sensitivity(&self, compression: f64) -> Result<f64, InPlaneError> {
+        if let (CapacitanceLaw::Published, Some(fit)) = (self.law, self.published_fit)
+            && compression == 0.0
+            && fit.fringe.exponent != 0.0
+        {
+            let exponent = fit.fringe.exponent;
+            return Err(InPlaneError::NoSensitivityAtRest { exponent });
+        }
+        // A difference over 2e-5: its error is 1e-9 by curvature and 1e-10 by
+        // rounding; at the ends of the range one-sided, 1e-5 by curvature.
+        let low = (compression - 1e-5).max(0.0);
+        let high = (compression + 1e-5).min(self.largest_compression());
+        let (low, high) = (self.respond(low)?, self.respond(high)?);
+        Ok((high.change - low.change) / (high.layer.force - low.layer.force))
+    }
+
+    /// The way back from capacitance to force, with the range in which there
+    /// is one.
+    ///
+    /// # Errors
+    /// Those of [`InPlaneModel::check`].
+    pub fn inverse(&self) -> Result<InPlaneInverse, InPlaneError> {
+        self.check()?;
+        // Up to its largest compression a checked device always responds.
+        let change = |e: f64| self.respond(e).map_or(f64::NAN, |state| state.change);
+        let range = numerics::one_to_one(self.largest_compression(), change);
+        let turning = range.first_maximum.zip(range.later_minimum);
+        Ok(InPlaneInverse {
+            model: *self,
+            last: self.respond(range.end)?,
+            turning: turning.map(|(maximum, minimum)| Turning { maximum, minimum }),
+        })
+    }
+}
+
+/// Capacitance to compression and force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InPlaneInverse {
+    model: InPlaneModel,
+    last: InPlaneState,
+    turning: Option<Turning>,
+}
+
+impl InPlaneInverse {
+    /// The model that is inverted.
+    pub fn model(&self) -> &InPlaneModel {
+        &self.model
+    }
+
+    /// The last state whose capacitance belongs to one compression only.
+    pub fn last(&self) -> &InPlaneState {
+        &self.last
+    }
+
+    /// Where the curve turns, if that is what ends the range; otherwise the
+    /// model ends there.
+    pub fn turning(&self) -> Option<Turning> {
+        self.turning
+    }
+
+    /// The state at a capacitance, F.
+    ///
+    /// # Errors
+    /// [`InPlaneError::AboveRest`] and [`InPlaneError::BeyondInvertible`].
+    pub fn state_from_capacitance(&self, capacitance: f64) -> Result<InPlaneState, InPlaneError> {
+        let rest = self.model.rest_capacitance();
+        if capacitance > rest {
+            return Err(InPlaneError::AboveRest { capacitance, rest });
+        }
+        self.state_from_change(rest - capacitance)
+    }
+
+    /// The force at a fall C₀ − C of the capacitance, N: odd in it, so that
+    /// noise about zero has no bias; beyond the range the force at its end.
+    pub fn force_from_change(&self, change: f64) -> f64 {
+        let inside = change.abs().min(self.last.change);
+        let force = self
+            .state_from_change(inside)
+            .map_or(f64::NAN, |state| state.layer.force);
+        force.copysign(change)
+    }
+
+    /// The state at a fall C₀ − C of the capacitance, F.
+    ///
+    /// # Errors
+    /// As [`InPlaneInverse::state_from_capacitance`].
+    pub fn state_from_change(&self, change: f64) -> Result<InPlaneState, InPlaneError> {
+        let rest = self.model.rest_capacitance();
+        if change < 0.0 {
+            let capacitance = rest - change;
+            return Err(InPlaneError::AboveRest { capacitance, rest });
+        }
+        let compression = self.last.layer.kinematics.compression();
+        // A value that is not a number is beyond, too.
+        if !(0.0..=self.last.change).contains(&change) {
+            return Err(InPlaneError::BeyondInvertible {
+                change,
+                limit: self.last.change,
+                compression,
+            });
+        }
+        let misfit = |e: f64| {
+            let state = self.model.respond(e);
+            state.map_or(f64::NAN, |state| state.change) - change
+        };
+        self.model
+            .respond(numerics::ridders([0.0, compression], misfit))
+    }
+}

@@ -1,0 +1,377 @@
+//! The in-plane twin through its estimator, and the rules of its sensor file.
+#![allow(clippy::unwrap_used)]
+
+use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
+use taxel::estimation::{FrameError, InPlaneEstimator, SignalEstimator, SignalTouch, State};
+use taxel::predict::{Load, LoadValue};
+use taxel::sensor::Sensor;
+use taxel::table::Cell;
+use taxel::transduction::InPlaneModel;
+
+const REST_FRAMES: usize = 50;
+
+fn shipped(gap: u32) -> Sensor {
+    Sensor::shipped(&format!("in-plane-{gap}um")).unwrap()
+}
+
+fn edited(gap: u32, edits: &[(&str, &str)]) -> Result<Sensor, taxel::InputError> {
+    let mut text = Sensor::shipped_text(&format!("in-plane-{gap}um"))
+        .unwrap()
+        .to_owned();
+    for (from, to) in edits {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    Sensor::parse("edited.toml", &text)
+}
+
+struct Run {
+    twin: Twin,
+    estimator: InPlaneEstimator,
+}
+
+impl Run {
+    fn new(sensor: &Sensor, script: &str) -> Self {
+        Self::seeded(sensor, script, 11)
+    }
+
+    fn seeded(sensor: &Sensor, script: &str, seed: u64) -> Self {
+        let stimulus = Stimulus::parse("script", script).unwrap();
+        let twin = Twin::new(sensor, &stimulus, seed).unwrap();
+        let calibration = sensor.in_plane().unwrap().calibration();
+        let mut estimator = InPlaneEstimator::new(calibration, Quantity::Counts).unwrap();
+        estimator.begin_rest_capture(REST_FRAMES);
+        Self { twin, estimator }
+    }
+
+    fn frame(&mut self) -> Frame {
+        loop {
+            if let Delivery::Frame(frame) = self.twin.next_delivery() {
+                return frame;
+            }
+        }
+    }
+
+    /// The next frame with its true pressing force on taxel 0.
+    fn step(&mut self) -> (SignalTouch, f64, f64) {
+        let frame = self.frame();
+        let truth = self.twin.true_forces(frame.time_ns)[0][2];
+        let (touch, ended) = self.estimator.push(&frame).unwrap();
+        assert!(!matches!(ended, Some(Err(_))), "{ended:?}");
+        (touch.clone(), truth, frame.time_ns as f64 * 1e-9)
+    }
+
+    fn at(&mut self, time: f64) -> (SignalTouch, f64) {
+        loop {
+            let (touch, truth, now) = self.step();
+            if now >= time {
+                return (touch, truth);
+            }
+        }
+    }
+}
+
+fn hold(force: &str) -> String {
+    format!(
+        "schema = 1\nname = \"hold\"\nduration = \"20 s\"\n[[probe]]\ntaxel = [0, 0]\npath = [\n\
+         {{ time = \"1.5 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }},\n\
+         {{ time = \"2 s\", force = [\"0 N\", \"0 N\", \"{force}\"] }},\n\
+         {{ time = \"19 s\", force = [\"0 N\", \"0 N\", \"{force}\"] }}]\n"
+    )
+}
+
+#[test]
+fn shipped_press_is_felt_within_its_own_error_bars() {
+    for gap in [20, 50, 100] {
+        let (mut squares, mut count, mut worst) = (0.0, 0.0, 0.0_f64);
+        for seed in 0..24 {
+            let script = Stimulus::shipped_text("press").unwrap();
+            let mut run = Run::seeded(&shipped(gap), script, seed);
+            for _ in 0..1200 {
+                let (touch, truth, time) = run.step();
+                if time < 0.6 {
+                    continue;
+                }
+                let taxel = touch.taxels[0];
+                assert_eq!(taxel.state, State::Ok);
+                let off = (taxel.value - truth) / taxel.deviation;
+                squares += off * off;
+                worst = worst.max(off.abs());
+                count += 1.0;
+                assert_eq!(touch.force.unwrap(), [taxel.value, taxel.deviation]);
+            }
+        }
+        let mean = squares / count;
+        // Each run measures its noise over 50 frames, to 10 %: the mean square
+        // of a run scatters by 20 %, that of 24 by 4 %, about 49/47 (the mean of
+        // 1/s²); four of these. The largest of 27 000 normal draws is about 4.2,
+        // more by a tenth or two where the noise was measured too small.
+        assert!((mean - 49.0 / 47.0).abs() < 0.16, "gap {gap}: {mean}");
+        assert!(worst < 5.5, "gap {gap}: {worst}");
+    }
+}
+
+#[test]
+fn the_rest_capture_finds_the_made_gap() {
+    let sensor = shipped(50);
+    let device = sensor.in_plane().unwrap();
+    let made = device.element.fabricate(1)[0].electrodes.gap;
+    let drawn = device.model().electrodes.gap;
+    assert!((made - drawn).abs() > 1e-7, "the piece has no scatter");
+    let mut run = Run::new(&sensor, &hold("10 N"));
+    for _ in 0..REST_FRAMES {
+        run.step();
+    }
+    assert!(!run.estimator.capturing());
+    let found = run.estimator.calibration().models[0].electrodes.gap;
+    // 0.15 fF/√50 of 1115 fF, whose slope is about -0.5 C/D: 2e-9 m; five of them.
+    assert!((found - made).abs() < 1e-8, "{found} {made}");
+    run.estimator.clear_rest();
+    assert_eq!(run.estimator.calibration().models[0].electrodes.gap, drawn);
+}
+
+#[test]
+fn a_moving_rest_capture_is_refused_and_changes_nothing() {
+    let sensor = shipped(20);
+    let mut run = Run::new(&sensor, &hold("10 N"));
+    run.at(1.6);
+    run.estimator.begin_rest_capture(REST_FRAMES);
+    let before = run.estimator.calibration().clone();
+    let refused = (0..REST_FRAMES).find_map(|_| {
+        let frame = run.frame();
+        run.estimator.push(&frame).unwrap().1
+    });
+    let message = refused.unwrap().unwrap_err();
+    assert!(message.contains("moved during it"), "{message}");
+    assert_eq!(run.estimator.calibration(), &before);
+}
+
+#[test]
+fn what_cannot_be_read_is_a_state_with_its_limit() {
+    // By mechanics the range ends at a compression of 0.3.
+    let sensor = shipped(50);
+    let last = sensor.in_plane().unwrap().model().inverse().unwrap();
+    let mut estimator = InPlaneEstimator::new(
+        sensor.in_plane().unwrap().calibration(),
+        Quantity::Capacitance,
+    )
+    .unwrap();
+    let mut feel = |capacitance: f64| {
+        let frame = Frame {
+            sequence: 0,
+            time_ns: 0,
+            values: vec![capacitance],
+        };
+        let touch = estimator.push(&frame).unwrap().0.clone();
+        (touch.taxels[0], touch.force.unwrap())
+    };
+    let end = last.last();
+    let (taxel, total) = feel(end.capacitance - 1e-15);
+    assert_eq!(taxel.state, State::OutOfRange);
+    assert_eq!(taxel.value, end.layer.force);
+    assert_eq!(total, [0.0, 0.0]);
+    let rest = last.model().rest_capacitance();
+    assert_eq!(feel(rest + 2e-15).0.state, State::Inconsistent);
+    assert_eq!(feel(0.3 * rest).0.state, State::Faulty);
+    assert_eq!(feel(f64::NAN).0.state, State::Faulty);
+    // Noise about zero has no bias: as much pull as push.
+    let [push, pull] = [-1e-16, 1e-16].map(|off| feel(rest + off).0);
+    assert_eq!(push.state, State::Ok);
+    // A change of 1e-16 F is a difference of values near 1e-12 F.
+    assert!((push.value + pull.value).abs() < 1e-10, "{push:?} {pull:?}");
+    // The published curve of the narrow gap turns.
+    let published = edited(20, &[("law = \"mechanics\"", "law = \"published\"")]).unwrap();
+    let calibration = published.in_plane().unwrap().calibration();
+    let inverse = calibration.models[0].inverse().unwrap();
+    let mut estimator = InPlaneEstimator::new(calibration, Quantity::Capacitance).unwrap();
+    let frame = |capacitance| Frame {
+        sequence: 0,
+        time_ns: 0,
+        values: vec![capacitance],
+    };
+    let beyond = inverse.last().capacitance - 1e-15;
+    let touch = estimator.push(&frame(beyond)).unwrap().0;
+    assert_eq!(touch.taxels[0].state, State::Ambiguous);
+    // At rest its slope is infinite, yet the deviation of the force is not zero.
+    let touch = estimator
+        .push(&frame(inverse.model().rest_capacitance()))
+        .unwrap()
+        .0;
+    assert!(touch.taxels[0].deviation > 0.0);
+}
+
+#[test]
+fn a_dead_line_is_faulty_and_a_masked_taxel_is_not_used() {
+    let dead = "schema = 1\nname = \"dead\"\nduration = \"9 s\"\n[[fault]]\nchannel = { taxel = [0, 0] }\n\
+                reads = \"dead\"\nfrom = \"1 s\"\nto = \"2 s\"\n";
+    let mut run = Run::new(&shipped(20), dead);
+    let (touch, _) = run.at(1.5);
+    assert_eq!(touch.taxels[0].state, State::Faulty);
+    assert_eq!(touch.clipped, 1);
+    assert!(touch.contacts.is_empty());
+    let text =
+        Sensor::shipped_text("in-plane-20um").unwrap().to_owned() + "\n[[mask]]\ntaxel = [0, 0]\n";
+    let sensor = Sensor::parse("masked.toml", &text).unwrap();
+    let (touch, _) = Run::new(&sensor, &hold("10 N")).at(2.5);
+    assert_eq!(touch.taxels[0].state, State::Masked);
+    assert!(touch.taxels[0].value.is_nan());
+}
+
+#[test]
+fn frames_of_another_device_are_refused() {
+    let sensor = shipped(20);
+    let calibration = sensor.in_plane().unwrap().calibration();
+    assert!(InPlaneEstimator::new(calibration.clone(), Quantity::Pressure).is_err());
+    let mut estimator = InPlaneEstimator::new(calibration, Quantity::Counts).unwrap();
+    let frame = Frame {
+        sequence: 0,
+        time_ns: 0,
+        values: vec![1.0; 2],
+    };
+    let refused = estimator.push(&frame).unwrap_err();
+    assert_eq!(
+        refused,
+        FrameError::Channels {
+            found: 2,
+            expected: 1
+        }
+    );
+}
+
+#[test]
+fn same_seed_gives_the_same_frames_and_touches() {
+    let run = || Run::new(&shipped(100), &hold("5 N"));
+    let (mut a, mut b) = (run(), run());
+    for _ in 0..300 {
+        assert_eq!(format!("{:?}", a.step()), format!("{:?}", b.step()));
+    }
+}
+
+#[test]
+fn mistakes_in_the_sensor_file_are_shown_at_their_key() {
+    let element = "element.in_plane_capacitor";
+    for (from, to, key, part) in [
+        (
+            "height = \"550 um\"",
+            "height = \"900 um\"",
+            "electrodes.height",
+            "do not lie in a layer of 950 um",
+        ),
+        (
+            "contact_half_length = \"1750 um\"",
+            "contact_half_length = \"2 mm\"",
+            "layer.contact_half_length",
+            "the layer is 3500 um wide",
+        ),
+        (
+            "width = \"1 mm\"",
+            "width = \"500 um\"",
+            "electrodes",
+            "electrode width over electrode thickness = 5.0000 is outside 9.9000 to 10.1000",
+        ),
+        (
+            "end_condition = \"short_layer\"",
+            "end_condition = { tapered = { zeta = 1, m = 1 } }",
+            "layer.end_condition",
+            "an end factor of 0.333 is below 0.65",
+        ),
+        (
+            "end_condition = \"short_layer\"",
+            "end_condition = { given = { chi = 0.5 } }",
+            "layer.end_condition.given.chi",
+            "must be at least 0.65",
+        ),
+        (
+            "top = \"frictionless\"",
+            "top = \"gripped\"",
+            "electrodes",
+            "frictionless layers between base and probe",
+        ),
+        (
+            "gap_deviation = \"0.4 um\"",
+            "gap_deviation = \"1 um\"",
+            "fabrication.gap_deviation",
+            "more than a tenth of the gap of 20 um",
+        ),
+    ] {
+        let error = edited(20, &[(from, to)]).unwrap_err();
+        assert_eq!(error.key, format!("{element}.{key}"), "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+    }
+    let error = edited(20, &[("feedback = \"2.2 pF\"", "feedback = \"1 pF\"")]).unwrap_err();
+    assert_eq!(error.key, "electronics.converter.range");
+    let fit = "thinning = { least_thickness = 0.7, rate = 25 }\nfringe = { scale = 1.85, exponent = -0.4 }\n";
+    let edits = [
+        ("law = \"mechanics\"", "law = \"published\""),
+        ("[element.in_plane_capacitor.published_fit]\n", ""),
+        (fit, ""),
+    ];
+    let error = edited(20, &edits).unwrap_err();
+    assert_eq!(error.key, "element.in_plane_capacitor.law");
+    // A soft electrode needs no table, whatever its place and width.
+    let soft = [
+        (
+            "stiffness = { modulus = { youngs_modulus = \"2.1 MPa\" } }",
+            "stiffness = \"as_layer\"",
+        ),
+        ("width = \"1 mm\"", "width = \"500 um\""),
+        ("height = \"550 um\"", "height = \"300 um\""),
+        ("top = \"frictionless\"", "top = \"gripped\""),
+    ];
+    assert!(edited(20, &soft).is_ok());
+}
+
+#[test]
+fn grounded_base_shortens_what_can_be_read_back() {
+    let grounded = |gap: u32| {
+        let edit = (
+            "surroundings = \"uniform\"",
+            "surroundings = \"grounded_base\"",
+        );
+        edited(gap, &[edit]).map(|sensor| sensor.in_plane().unwrap().model())
+    };
+    // The differential capacitance of the wide gap falls, then rises again as
+    // the electrodes come nearer to the base.
+    let wide: InPlaneModel = grounded(100).unwrap();
+    let inverse = wide.inverse().unwrap();
+    assert!(inverse.turning().is_some());
+    assert!(inverse.last().layer.kinematics.compression() < 0.1);
+    assert_eq!(grounded(20).unwrap().inverse().unwrap().turning(), None);
+}
+
+#[test]
+fn the_table_of_answers_has_a_cell_for_every_column() {
+    for gap in [20, 50, 100] {
+        let sensor = shipped(gap);
+        let device = sensor.device().unwrap();
+        let predictor = device.predictor();
+        for (column, values) in [
+            (0, vec![0.0, 95e-6, 300e-6, 500e-6]),
+            (1, vec![0.0, 0.1, 0.35, 0.5, 0.9999]),
+            (2, vec![0.0, 1.0, 80.0, 1e6]),
+            (3, vec![0.0, 1e-14, 1e-10]),
+        ] {
+            for value in values {
+                let mut load = [None; 4];
+                load[column] = Some(LoadValue::Number(value));
+                let mut row = Vec::new();
+                predictor.answer(&Load(&load), &mut row).unwrap();
+                assert_eq!(row.len(), predictor.columns().len());
+                let finite = row.iter().all(|cell| match cell {
+                    Cell::Number(number) => number.is_finite(),
+                    _ => true,
+                });
+                assert!(finite, "{column} {value}: {row:?}");
+            }
+            let mut load = [None; 4];
+            load[1] = Some(LoadValue::Number(1.0));
+            assert_eq!(
+                predictor
+                    .answer(&Load(&load), &mut Vec::new())
+                    .unwrap_err()
+                    .column,
+                1
+            );
+        }
+    }
+}
