@@ -36,10 +36,10 @@ export function withDeviation(value: number, deviation: number, decimals: number
   return `${fixed(value, decimals)} ± ${fixed(deviation, decimals)}`;
 }
 
-/** As many decimals as show `size` in four digits. */
-export function decimalsFor(size: number): number {
+/** As many decimals as show `size` in this number of digits. */
+export function decimalsFor(size: number, digits = 4): number {
   if (!(size > 0) || !Number.isFinite(size)) return 2;
-  return Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(size))));
+  return Math.min(6, Math.max(0, digits - 1 - Math.floor(Math.log10(size))));
 }
 
 /** Newtons, or millinewtons below one newton: number and unit. */
@@ -72,6 +72,7 @@ const WORDS: Record<string, string> = {
 };
 
 const SIGNAL_WORDS: Record<string, string> = {
+  unchecked: "unchecked: not to be relied on yet, such as shortly after a saturated reading",
   not_converged: "not converged: no value found",
   inconsistent: "inconsistent: its readings disagree",
   faulty: "faulty: a channel does not read",

@@ -1,5 +1,6 @@
 // One value per taxel: the image of the taxels, and beside it the channels it was found from.
 
+import { ChangeMeter } from "./change";
 import type { ColourMap } from "./colour";
 import { DIVERGING, GREY, HEAT } from "./colour";
 import { create, setText } from "./dom";
@@ -28,19 +29,6 @@ const DASH = [7, 4];
 const FLOOR_PER_CENT = 1;
 const FLOOR_SHARE = 0.02;
 
-/** A change against rest, in shown numbers. */
-interface Change {
-  value: number;
-  /** Otherwise in the unit of the signal. */
-  perCent: boolean;
-}
-
-/** Against a rest value that is zero or not known, only the change in the unit of the signal has a meaning. */
-export function changeOf(signal: number, rest: number, per: number): Change {
-  if (Number.isFinite(rest) && rest !== 0) return { value: (100 * (signal - rest)) / Math.abs(rest), perCent: true };
-  return { value: signal / per, perCent: false };
-}
-
 interface Row {
   signal: HTMLElement;
   change: HTMLElement;
@@ -63,9 +51,9 @@ export class SignalsView implements View {
   private readonly picture: Picture;
   /** Whether the lines are in per cent; null before the first frame. */
   private perCent: boolean | null = null;
-  /** Largest signal and change that were seen, in shown units. */
+  /** Largest signal that was seen, in the shown unit. */
   private largestSignal = 0;
-  private largestChange = 0;
+  private readonly meter: ChangeMeter;
 
   constructor(hello: Hello, root: HTMLElement, listener: PanelListener) {
     if (hello.signals === undefined || hello.signals === null) throw new Error("the hello was not checked");
@@ -86,13 +74,16 @@ export class SignalsView implements View {
     const label = capitalised(value.quantity);
     const taxels = rows * columns === 1 ? "one taxel" : `${rows} x ${columns} taxels`;
     const note = grayscale && signed ? `${taxels}, brighter: larger of either sign` : taxels;
-    this.scale = new Scale(signed && !grayscale ? "symmetric" : "positive", fullScale / value.si_per_unit);
+    // Three digits are enough for the end of a scale, and there is room for no more.
+    const floor = Number((fullScale / value.si_per_unit).toPrecision(3));
+    this.scale = new Scale(signed && !grayscale ? "symmetric" : "positive", floor);
     this.image = new Panel(
       { testId: "image-signals", label, title: [label], note, unit: value.symbol, rows, columns, aspect, grayscale },
       this.scale,
       listener,
     );
     this.panels = [this.image];
+    this.meter = new ChangeMeter(channels.length, this.meaning.signal.si_per_unit);
     this.lines = Math.min(MOST_LINES, channels.length);
     this.history = new History(this.lines);
     const heading = create("div", { class: "panel-head" }, create("h2", {}, "Change against rest"), this.stripNote);
@@ -122,26 +113,20 @@ export class SignalsView implements View {
 
   record(frame: Frame): void {
     if (frame.kind !== 3) return;
-    const per = this.meaning.signal.si_per_unit;
+    this.meter.record(frame.signal, frame.rest);
+    const changes = this.meter.measure(frame.signal, frame.rest);
     // One unit for all lines: per cent only if every channel has a rest value to relate to.
-    const perCent = frame.rest.every((rest) => Number.isFinite(rest) && rest !== 0);
+    const perCent = changes.perCent.every((relative) => relative);
     if (perCent !== this.perCent) {
       this.perCent = perCent;
-      this.largestChange = 0;
       this.history.clear();
       this.strip.floor = FLOOR_PER_CENT;
       const unit = perCent ? "%" : this.meaning.signal.symbol;
       const all = this.lines === this.meaning.channels.length;
       setText(this.stripNote, `${unit}, last 10 s${all ? "" : `, first ${this.lines} channels`}`);
     }
-    const values: number[] = [];
-    for (let line = 0; line < this.lines; line++) {
-      const [signal, rest] = [frame.signal[line] as number, frame.rest[line] as number];
-      const change = perCent ? changeOf(signal, rest, per).value : (signal - (Number.isFinite(rest) ? rest : 0)) / per;
-      if (Math.abs(change) > this.largestChange) this.largestChange = Math.abs(change);
-      values.push(change);
-    }
-    this.history.push(frame.header.time, values);
+    const values = perCent ? changes.values : this.meter.inUnit(frame.signal, frame.rest);
+    this.history.push(frame.header.time, Array.from(values.subarray(0, this.lines)));
   }
 
   takeRest(): void {
@@ -226,12 +211,12 @@ export class SignalsView implements View {
       const size = Math.abs(signal / per);
       if (size > this.largestSignal) this.largestSignal = size;
     }
-    const decimals = decimalsFor(this.largestSignal);
+    const decimals = decimalsFor(this.largestSignal, 5);
+    const { values, perCent } = this.meter.measure(frame.signal, frame.rest);
     this.rows.forEach((row, channel) => {
-      const [signal, rest] = [frame.signal[channel] as number, frame.rest[channel] as number];
-      const { value, perCent } = changeOf(signal, rest, per);
-      setText(row.signal, fixed(signal / per, decimals));
-      setText(row.change, perCent ? `${fixed(value, 2)} %` : `${fixed(value, decimals)} ${symbol}`);
+      const value = values[channel] as number;
+      setText(row.signal, fixed((frame.signal[channel] as number) / per, decimals));
+      setText(row.change, perCent[channel] === true ? `${fixed(value, 2)} %` : `${fixed(value, decimals)} ${symbol}`);
     });
   }
 }

@@ -166,11 +166,29 @@ test("saturated and ambiguous have marks and words of their own", () => {
   assert.match(signalStateInWords("saturated"), /a bound/);
 });
 
+test("changes are in per cent, without a rest value to relate to in the unit", async () => {
+  const { ChangeMeter } = await load("change");
+  const measure = (signal, rest, per = 1) => {
+    const meter = new ChangeMeter(signal.length, per);
+    const [signals, rests] = [Float32Array.from(signal), Float32Array.from(rest)];
+    meter.record(signals, rests);
+    const { values, perCent } = meter.measure(signals, rests);
+    return [[...values], perCent];
+  };
+  assert.deepEqual(measure([5, 2, 3, 1], [4, -4, 4, 4]), [[25, 150, -25, -75], [true, true, true, true]]);
+  assert.deepEqual(measure([5, 3, 0.5], [4, Number.NaN, 0], 0.5), [[25, 6, 1], [true, false, false]]);
+  // Offsets about zero: no per cent at all; of one channel that reads something wild, per cent all the same.
+  assert.deepEqual(measure([1, -1], [2 ** -10, 0]), [[1 - 2 ** -10, -1], [false, false]]);
+  assert.deepEqual(measure([1024, 5, 4], [1, 4, 4])[1], [true, true, true]);
+  assert.ok(Number.isNaN(measure([Number.NaN], [4])[0][0]));
+});
+
 test("a force is in millinewtons below one newton, a dash where it is not known", () => {
   assert.deepEqual(newtons(0.25, 0.01), ["250.00 ± 10.00", "mN"]);
   assert.deepEqual(newtons(-1.5, 0.01), ["\u22121.500 ± 0.010", "N"]);
   assert.deepEqual(newtons(Number.NaN, Number.NaN), ["–", "mN"]);
-  assert.deepEqual([0, 1234, 200, 4.2, 1e-9].map(decimalsFor), [2, 0, 1, 3, 6]);
+  assert.deepEqual([0, 1234, 200, 4.2, 1e-9].map((size) => decimalsFor(size)), [2, 0, 1, 3, 6]);
+  assert.equal(decimalsFor(973, 5), 2);
 });
 
 test("a frame that is cut short or too long is refused with both lengths", () => {
