@@ -1,6 +1,6 @@
 // One value per taxel: the image of the taxels, and beside it the channels it was found from.
 
-import { ChangeMeter } from "./change";
+import { changeInUnit, changeOf } from "./change";
 import type { ColourMap } from "./colour";
 import { DIVERGING, GREY, HEAT } from "./colour";
 import { create, setText } from "./dom";
@@ -53,7 +53,6 @@ export class SignalsView implements View {
   private perCent: boolean | null = null;
   /** Largest signal that was seen, in the shown unit. */
   private largestSignal = 0;
-  private readonly meter: ChangeMeter;
 
   constructor(hello: Hello, root: HTMLElement, listener: PanelListener) {
     if (hello.signals === undefined || hello.signals === null) throw new Error("the hello was not checked");
@@ -83,7 +82,6 @@ export class SignalsView implements View {
       listener,
     );
     this.panels = [this.image];
-    this.meter = new ChangeMeter(channels.length, this.meaning.signal.si_per_unit);
     this.lines = Math.min(MOST_LINES, channels.length);
     this.history = new History(this.lines);
     const heading = create("div", { class: "panel-head" }, create("h2", {}, "Change against rest"), this.stripNote);
@@ -113,20 +111,24 @@ export class SignalsView implements View {
 
   record(frame: Frame): void {
     if (frame.kind !== 3) return;
-    this.meter.record(frame.signal, frame.rest);
-    const changes = this.meter.measure(frame.signal, frame.rest);
+    const changes = this.meaning.channels.map((_, channel) =>
+      changeOf(this.meaning, frame.signal[channel] as number, frame.rest[channel] as number),
+    );
     // One unit for all lines: per cent only if every channel has a rest value to relate to.
-    const perCent = changes.perCent.every((relative) => relative);
+    const perCent = changes.every((change) => change.perCent);
     if (perCent !== this.perCent) {
       this.perCent = perCent;
       this.history.clear();
-      this.strip.floor = FLOOR_PER_CENT;
+      this.strip.restart(FLOOR_PER_CENT);
       const unit = perCent ? "%" : this.meaning.signal.symbol;
       const all = this.lines === this.meaning.channels.length;
       setText(this.stripNote, `${unit}, last 10 s${all ? "" : `, first ${this.lines} channels`}`);
     }
-    const values = perCent ? changes.values : this.meter.inUnit(frame.signal, frame.rest);
-    this.history.push(frame.header.time, Array.from(values.subarray(0, this.lines)));
+    const per = this.meaning.signal.si_per_unit;
+    const values = changes.slice(0, this.lines).map(({ value }, line) =>
+      perCent ? value : changeInUnit(per, frame.signal[line] as number, frame.rest[line] as number),
+    );
+    this.history.push(frame.header.time, values);
   }
 
   takeRest(): void {
@@ -212,11 +214,11 @@ export class SignalsView implements View {
       if (size > this.largestSignal) this.largestSignal = size;
     }
     const decimals = decimalsFor(this.largestSignal, 5);
-    const { values, perCent } = this.meter.measure(frame.signal, frame.rest);
     this.rows.forEach((row, channel) => {
-      const value = values[channel] as number;
-      setText(row.signal, fixed((frame.signal[channel] as number) / per, decimals));
-      setText(row.change, perCent[channel] === true ? `${fixed(value, 2)} %` : `${fixed(value, decimals)} ${symbol}`);
+      const signal = frame.signal[channel] as number;
+      const { value, perCent } = changeOf(this.meaning, signal, frame.rest[channel] as number);
+      setText(row.signal, fixed(signal / per, decimals));
+      setText(row.change, perCent ? `${fixed(value, 2)} %` : `${fixed(value, decimals)} ${symbol}`);
     });
   }
 }

@@ -49,6 +49,12 @@ export class Strip {
     this.scale.floor = width;
   }
 
+  /** Forgets the values so far, such as those in another unit. */
+  restart(floor: number): void {
+    this.scale.release();
+    this.scale.floor = floor;
+  }
+
   /** Draws these columns; `now` in ms. */
   draw(columns: Columns, now: number): void {
     let low = Number.POSITIVE_INFINITY;

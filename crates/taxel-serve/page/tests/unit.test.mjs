@@ -167,20 +167,15 @@ test("saturated and ambiguous have marks and words of their own", () => {
 });
 
 test("changes are in per cent, without a rest value to relate to in the unit", async () => {
-  const { ChangeMeter } = await load("change");
-  const measure = (signal, rest, per = 1) => {
-    const meter = new ChangeMeter(signal.length, per);
-    const [signals, rests] = [Float32Array.from(signal), Float32Array.from(rest)];
-    meter.record(signals, rests);
-    const { values, perCent } = meter.measure(signals, rests);
-    return [[...values], perCent];
-  };
-  assert.deepEqual(measure([5, 2, 3, 1], [4, -4, 4, 4]), [[25, 150, -25, -75], [true, true, true, true]]);
-  assert.deepEqual(measure([5, 3, 0.5], [4, Number.NaN, 0], 0.5), [[25, 6, 1], [true, false, false]]);
-  // Offsets about zero: no per cent at all; of one channel that reads something wild, per cent all the same.
-  assert.deepEqual(measure([1, -1], [2 ** -10, 0]), [[1 - 2 ** -10, -1], [false, false]]);
-  assert.deepEqual(measure([1024, 5, 4], [1, 4, 4])[1], [true, true, true]);
-  assert.ok(Number.isNaN(measure([Number.NaN], [4])[0][0]));
+  const { changeOf } = await load("change");
+  const meaning = { signal: { si_per_unit: 0.5 }, signed: false };
+  assert.deepEqual(changeOf(meaning, 5, 4), { value: 25, perCent: true });
+  assert.deepEqual(changeOf(meaning, 2, -4), { value: 150, perCent: true });
+  assert.deepEqual(changeOf(meaning, 3, 0), { value: 6, perCent: false });
+  assert.deepEqual(changeOf(meaning, 3, Number.NaN), { value: 6, perCent: false });
+  assert.ok(Number.isNaN(changeOf(meaning, Number.NaN, 4).value));
+  // About zero, where the rest value is an offset.
+  assert.deepEqual(changeOf({ ...meaning, signed: true }, 3, 0.5), { value: 5, perCent: false });
 });
 
 test("a force is in millinewtons below one newton, a dash where it is not known", () => {
