@@ -3,11 +3,11 @@
 //
 //   node tests/picture.mjs [SECONDS] [FILE] [SENSOR SOURCE IMAGE ROW,COLUMN [LEAST]]
 //   node tests/picture.mjs 8 ../../../docs/images/live-piezo.png \
-//     piezo-1.5mm sim:piezo-slide image-signals 0,1 200
+//     piezo-1.5mm sim:piezo-slide image-signals 0,1 100
 //   node tests/picture.mjs 8.5 ../../../docs/images/live-liquid-metal.png \
 //     liquid-metal-2x4 sim:pad-b image-signals 0,1
 //
-// With LEAST, the display is paused after these seconds at the first image that has such a value.
+// With LEAST, the scale ends there, and the display is paused after these seconds at the first image that has 90 % of it.
 // TAXEL and CHROMIUM are as in browser.test.mjs.
 
 import { spawn } from "node:child_process";
@@ -44,9 +44,11 @@ try {
   await canvas.evaluate((element) => element.blur());
   await tab.waitForTimeout(seconds * 1000 - (Date.now() - started));
   if (least !== undefined) {
+    await tab.getByTestId(`${image}-high`).fill(least);
+    await tab.getByTestId(`${image}-high`).press("Enter");
     await tab.waitForFunction(
       ([id, wanted]) => {
-        const reached = Number(document.querySelector(`[data-testid="${id}"]`).dataset.max) >= wanted;
+        const reached = Number(document.querySelector(`[data-testid="${id}"]`).dataset.max) >= 0.9 * wanted;
         if (reached) document.getElementById("pause").click();
         return reached;
       },
