@@ -20,6 +20,26 @@ const VIRIDIS: readonly Triple[] = [
   [253, 231, 37],
 ];
 
+/** Ten colours of inferno (S. van der Walt, N. Smith; CC0). */
+const INFERNO: readonly Triple[] = [
+  [0, 0, 4],
+  [27, 12, 65],
+  [74, 12, 107],
+  [120, 28, 109],
+  [165, 44, 96],
+  [207, 68, 70],
+  [237, 105, 37],
+  [251, 155, 6],
+  [247, 209, 61],
+  [252, 255, 164],
+];
+
+/** The colours of heat, from zero upwards. */
+export const HEAT: ColourMap = table((t) => along(INFERNO, t));
+
+/** From black to white. */
+export const GREY: ColourMap = table((t) => [255 * t, 255 * t, 255 * t]);
+
 /** From zero upwards. */
 export const SEQUENTIAL: ColourMap = table((t) => along(VIRIDIS, t));
 

@@ -36,9 +36,26 @@ export function withDeviation(value: number, deviation: number, decimals: number
   return `${fixed(value, decimals)} ± ${fixed(deviation, decimals)}`;
 }
 
+/** As many decimals as show `size` in this number of digits. */
+export function decimalsFor(size: number, digits = 4): number {
+  if (!(size > 0) || !Number.isFinite(size)) return 2;
+  return Math.min(6, Math.max(0, digits - 1 - Math.floor(Math.log10(size))));
+}
+
+/** Newtons, or millinewtons below one newton: number and unit. */
+export function newtons(force: number, deviation: number): [string, string] {
+  if (Math.abs(force) >= 1) return [withDeviation(force, deviation, 3), "N"];
+  return [withDeviation(1e3 * force, 1e3 * deviation, 2), "mN"];
+}
+
 /** A state of a taxel, for people. */
 export function stateInWords(name: string): string {
   return WORDS[name] ?? name.replaceAll("_", " ");
+}
+
+/** The same for a device with one value per taxel, which need not be made of capacitors. */
+export function signalStateInWords(name: string): string {
+  return SIGNAL_WORDS[name] ?? stateInWords(name);
 }
 
 const WORDS: Record<string, string> = {
@@ -50,6 +67,15 @@ const WORDS: Record<string, string> = {
   inconsistent: "inconsistent: its capacitors disagree",
   faulty: "faulty: a capacitor does not read",
   masked: "masked: left out",
+  saturated: "saturated: at the end of what can be read, the value is a bound",
+  ambiguous: "ambiguous: one of several places that explain the readings equally well",
+};
+
+const SIGNAL_WORDS: Record<string, string> = {
+  unchecked: "unchecked: not to be relied on yet, such as shortly after a saturated reading",
+  not_converged: "not converged: no value found",
+  inconsistent: "inconsistent: its readings disagree",
+  faulty: "faulty: a channel does not read",
 };
 
 const CAPACITORS = ["11", "12", "21", "22"];

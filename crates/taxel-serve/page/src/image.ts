@@ -13,7 +13,7 @@ export interface Picture {
   /** Cells of a taxel along each side: 2 for capacitors, otherwise 1. */
   block: 1 | 2;
   values: Float64Array;
-  marks: Uint8Array;
+  marks: Uint16Array;
 }
 
 /** Extremes of a picture; NaN if it has no values at all. */
@@ -96,7 +96,7 @@ export function drawCells(
         context.fillStyle = colourOf(map, value, low, high);
         context.fillRect(box.x, box.y, box.width, box.height);
       } else {
-        drawNoValue(context, box, colours, (marks & (Mark.faulty | Mark.contact)) === 0);
+        drawNoValue(context, box, colours, (marks & (Mark.faulty | Mark.contact | Mark.ambiguous)) === 0);
       }
       if (marks !== 0) drawMarks(context, box, marks, layout.scale);
     }

@@ -1,9 +1,18 @@
 // The panel that says everything about one taxel.
 
 import { create, symbol } from "./dom";
-import { capacitorNames, compact, fixed, NONE, stateInWords, withDeviation } from "./format";
+import {
+  capacitorNames,
+  compact,
+  decimalsFor,
+  fixed,
+  NONE,
+  signalStateInWords,
+  stateInWords,
+  withDeviation,
+} from "./format";
 import type { Cell } from "./panel";
-import type { Hello, MapFrame, ThreeAxisFrame } from "./protocol";
+import type { Hello, MapFrame, SignalsFrame, SignalsMeaning, ThreeAxisFrame } from "./protocol";
 
 const CAPACITORS = ["11", "12", "21", "22"] as const;
 const AXES = ["x", "y", "z"] as const;
@@ -83,19 +92,42 @@ export class Inspector {
       : state === "masked"
         ? "no sensel here"
         : "no reading";
-    const name = quantity === "raw" ? "Value" : quantity.charAt(0).toUpperCase() + quantity.slice(1);
+    const name = quantity === "raw" ? "Value" : capitalised(quantity);
     const contact = frame.contacts.findIndex(({ peakTaxel }) => peakTaxel === taxel);
     const facts: [string, string][] = [[name, shown]];
     if (contact >= 0) facts.push(["Contact", `peak of contact ${contact + 1}`]);
     this.content.replaceChildren(stateLine(state), factList(facts));
     return `row ${cell.row}, column ${cell.column}: ${shown}, ${stateInWords(state)}`;
   }
+
+  /** Shows a taxel of a device with one value per taxel; returns the sentence for screen readers. */
+  showSignal(hello: Hello, meaning: SignalsMeaning, frame: SignalsFrame, cell: Cell): string {
+    const taxel = cell.row * hello.columns + cell.column;
+    const state = hello.states[frame.state[taxel] as number] ?? "unknown";
+    const { quantity, symbol: unit, si_per_unit: per } = meaning.value;
+    this.place.textContent = `row ${cell.row}, column ${cell.column}`;
+    const value = (frame.value[taxel] as number) / per;
+    const deviation = (frame.deviation[taxel] as number) / per;
+    const decimals = decimalsFor(meaning.full_scale / per);
+    const number = Number.isFinite(deviation) ? withDeviation(value, deviation, decimals) : fixed(value, decimals);
+    const shown = Number.isFinite(value) ? `${number} ${unit}` : "no value";
+    const contact = frame.contacts.findIndex(({ peakTaxel }) => peakTaxel === taxel);
+    const facts: [string, string][] = [[capitalised(quantity), shown]];
+    if (contact >= 0) facts.push(["Contact", `peak of contact ${contact + 1}`]);
+    this.content.replaceChildren(factList(facts), stateLine(state, signalStateInWords(state)));
+    return `row ${cell.row}, column ${cell.column}: ${shown}, ${signalStateInWords(state)}`;
+  }
 }
 
-function stateLine(state: string): HTMLElement {
+/** With a capital letter at its beginning. */
+export function capitalised(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+function stateLine(state: string, words = stateInWords(state)): HTMLElement {
   const good = state === "ok";
   const line = create("p", { class: good ? "state good" : "state", "data-testid": "inspect-state" });
-  line.append(stateInWords(state));
+  line.append(words);
   return line;
 }
 

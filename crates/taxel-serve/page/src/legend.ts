@@ -1,12 +1,14 @@
 // What the marks mean, drawn by the same functions as in the images.
 
+import type { ColourMap } from "./colour";
 import { colourOf, SEQUENTIAL } from "./colour";
-import { create, cssValue } from "./dom";
+import { create } from "./dom";
 import { drawArrow, drawCentreOfPressure, drawEllipse, drawPlus } from "./image";
-import type { Box } from "./marks";
-import { drawHatch, drawMarks, drawNoValue, Mark } from "./marks";
+import type { Box, MarkColours } from "./marks";
+import { drawHatch, drawMarks, drawNoValue, Mark, markColours } from "./marks";
+import type { Hello } from "./protocol";
 
-type Draw = (context: CanvasRenderingContext2D, box: Box, scale: number) => void;
+type Draw = (context: CanvasRenderingContext2D, box: Box, scale: number, colours: MarkColours) => void;
 
 const SIZE = 18;
 
@@ -15,20 +17,20 @@ const over =
   (context, box, scale) =>
     drawMarks(context, box, marks, scale);
 
-const colours = (): { none: string; hatch: string } => ({
-  none: cssValue("--none"),
-  hatch: cssValue("--hatch"),
-});
-
 const STATES: [string, Draw][] = [
-  ["no value", (context, box) => drawNoValue(context, box, colours(), true)],
-  ["masked", (context, box, scale) => drawHatch(context, box, colours(), scale)],
+  ["no value", (context, box, _, colours) => drawNoValue(context, box, colours, true)],
+  ["masked", (context, box, scale, colours) => drawHatch(context, box, colours, scale)],
   ["faulty", over(Mark.faulty)],
   ["electrodes touch", over(Mark.contact)],
   ["out of range", over(Mark.outOfRange)],
   ["not converged", over(Mark.notConverged)],
   ["inconsistent", over(Mark.inconsistent)],
   ["unchecked", over(Mark.unchecked)],
+];
+
+const SIGNALS: [string, Draw][] = [
+  ["saturated: a bound", over(Mark.saturated)],
+  ["ambiguous: one of several places that explain the readings equally well", over(Mark.ambiguous)],
 ];
 
 const SHEAR: [string, Draw] = [
@@ -57,15 +59,24 @@ const CONTACTS: [string, Draw][] = [
 export class Legend {
   readonly root: HTMLElement;
   private readonly samples: [HTMLCanvasElement, Draw][] = [];
+  private readonly map: ColourMap;
+  private readonly grayscale: boolean;
 
-  constructor(kind: "three_axis" | "pressure_map") {
-    const map: [string, Draw][] = [
+  /** `map` is that of the image whose marks are explained. */
+  constructor(kind: Hello["kind"], map = SEQUENTIAL, grayscale = false) {
+    this.map = map;
+    this.grayscale = grayscale;
+    const sensels: [string, Draw][] = [
       ["no reading", STATES[0]?.[1] as Draw],
       ["no sensel", STATES[1]?.[1] as Draw],
       ["faulty", over(Mark.faulty)],
       ["out of range", over(Mark.outOfRange)],
     ];
-    const entries = kind === "three_axis" ? [...STATES, SHEAR, ...CONTACTS] : [...map, ...CONTACTS];
+    const entries = {
+      three_axis: [...STATES, SHEAR, ...CONTACTS],
+      pressure_map: [...sensels, ...CONTACTS],
+      signals: [...STATES, ...CONTACTS, ...SIGNALS],
+    }[kind];
     this.root = create("ul", { class: "legend", "aria-label": "Legend" });
     for (const [words, draw] of entries) {
       const canvas = create("canvas", { "aria-hidden": "true" });
@@ -77,6 +88,7 @@ export class Legend {
 
   /** Draws the samples in the colours of the theme. */
   draw(): void {
+    const colours = markColours(this.grayscale);
     for (const [canvas, draw] of this.samples) {
       const scale = devicePixelRatio;
       const size = Math.round(SIZE * scale);
@@ -84,9 +96,9 @@ export class Legend {
       canvas.height = size;
       const context = canvas.getContext("2d");
       if (context === null) continue;
-      context.fillStyle = colourOf(SEQUENTIAL, 0.3, 0, 1);
+      context.fillStyle = colourOf(this.map, 0.3, 0, 1);
       context.fillRect(0, 0, size, size);
-      draw(context, { x: 0, y: 0, width: size, height: size }, scale);
+      draw(context, { x: 0, y: 0, width: size, height: size }, scale, colours);
     }
   }
 }

@@ -2,6 +2,7 @@
 
 import { Connection } from "./connection";
 import { byId, setText } from "./dom";
+import { Drawing } from "./drawing";
 import { LastSecond } from "./history";
 import type { LinkState, Socket } from "./link";
 import { linkInWords, linkState } from "./link";
@@ -10,6 +11,7 @@ import { PressureMapView } from "./pressure_map";
 import type { Frame, FrameHeader, Hello, Status } from "./protocol";
 import { decodeFrame, ProtocolError } from "./protocol";
 import { Readout } from "./readout";
+import { SignalsView } from "./signals";
 import { ThemeSwitch } from "./theme";
 import { ThreeAxisView } from "./three_axis";
 import type { View } from "./view";
@@ -74,6 +76,8 @@ const controls = {
   pause: byId<HTMLButtonElement>("pause"),
   lock: byId<HTMLButtonElement>("lock"),
 };
+
+const drawing = new Drawing(location);
 
 const theme = new ThemeSwitch(byId<HTMLButtonElement>("theme"), () => {
   view?.recolour();
@@ -156,8 +160,9 @@ function greet(message: Hello): void {
     columns,
     sensor_hash: hash,
     unit,
+    signals = null,
     total_force_known: known,
-  }: Hello): string => JSON.stringify([kind, name, rows, columns, hash, unit, known]);
+  }: Hello): string => JSON.stringify([kind, name, rows, columns, hash, unit, signals, known]);
   const same = hello !== null && view !== null && identity(hello) === identity(message);
   hello = message;
   status = null;
@@ -170,6 +175,7 @@ function greet(message: Hello): void {
   ].join("\n");
   document.title = `${message.name} – taxel live`;
   document.body.dataset["kind"] = message.kind;
+  drawing.show(message);
   if (same) return;
   newest = null;
   shown = null;
@@ -177,10 +183,8 @@ function greet(message: Hello): void {
   hovered = null;
   const main = byId("main");
   readout = new Readout(byId("readout"), message);
-  view =
-    message.kind === "three_axis"
-      ? new ThreeAxisView(message, main, panelListener)
-      : new PressureMapView(message, main, panelListener);
+  const views = { three_axis: ThreeAxisView, pressure_map: PressureMapView, signals: SignalsView };
+  view = new views[message.kind](message, main, panelListener);
   if (locked) setLocked(false);
 }
 
@@ -193,6 +197,10 @@ function takeFrame(bytes: ArrayBuffer, now: number): void {
       throw new ProtocolError(
         `a frame has ${frame.header.taxels} taxels, not ${hello.rows} x ${hello.columns}`,
       );
+    }
+    const channels = hello.signals?.channels.length ?? 0;
+    if (frame.header.channels !== channels) {
+      throw new ProtocolError(`a frame has ${frame.header.channels} channels, not ${channels}`);
     }
   } catch (error) {
     if (!(error instanceof ProtocolError)) throw error;
@@ -337,10 +345,13 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
   if (target instanceof HTMLInputElement) return;
   const key = event.key.toLowerCase();
+  // Over the drawing, keys do nothing to the images behind it.
+  if (drawing.open && key !== "d") return;
   // On a button, space presses that button.
   if (key === "p" || (key === " " && !(target instanceof HTMLButtonElement))) controls.pause.click();
   else if (key === "t") controls.tare.click();
   else if (key === "l") controls.lock.click();
+  else if (key === "d" && drawing.exists) drawing.toggle();
   else return;
   event.preventDefault();
 });

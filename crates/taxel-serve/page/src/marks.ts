@@ -1,5 +1,7 @@
 // The marks of a cell's state. Each has a shape of its own, so that colour alone never tells a state.
 
+import { cssValue } from "./dom";
+
 /** What is marked in one cell; bits. */
 export const Mark = {
   none: 0,
@@ -10,6 +12,8 @@ export const Mark = {
   notConverged: 16,
   inconsistent: 32,
   unchecked: 64,
+  saturated: 128,
+  ambiguous: 256,
 } as const;
 
 const MARK_OF_STATE: Record<string, number> = {
@@ -20,6 +24,8 @@ const MARK_OF_STATE: Record<string, number> = {
   not_converged: Mark.notConverged,
   inconsistent: Mark.inconsistent,
   unchecked: Mark.unchecked,
+  saturated: Mark.saturated,
+  ambiguous: Mark.ambiguous,
 };
 
 /** Marks by state code, for the list of states of the server. */
@@ -40,6 +46,12 @@ export interface MarkColours {
   none: string;
   /** Lines on that ground. */
   hatch: string;
+}
+
+/** Those of the theme. In a picture in grey they are blue, since every grey is a value there. */
+export function markColours(grayscale: boolean): MarkColours {
+  const suffix = grayscale ? "-in-grey" : "";
+  return { none: cssValue(`--none${suffix}`), hatch: cssValue(`--hatch${suffix}`) };
 }
 
 /** A cell without a value: never the colour of zero. */
@@ -103,9 +115,11 @@ export function drawMarks(context: CanvasRenderingContext2D, box: Box, marks: nu
       context.lineTo(box.x + inset, box.y + box.height - inset);
     });
   }
-  if (!(marks & (Mark.outOfRange | Mark.notConverged | Mark.inconsistent | Mark.unchecked))) return;
+  if (marks & Mark.ambiguous) drawAmbiguous(context, box, scale);
+  if (!(marks & IN_CORNER)) return;
   // One small sign in the upper right corner, where the arrow from the centre rarely reaches.
-  const radius = Math.max(2.5 * scale, Math.min(4.5 * scale, size * 0.14));
+  const largest = Math.max(4.5 * scale, Math.min(9 * scale, size * 0.05));
+  const radius = Math.max(2.5 * scale, Math.min(largest, size * 0.14));
   const x = box.x + box.width - radius - 2.5 * scale;
   const y = box.y + radius + 2.5 * scale;
   if (marks & Mark.unchecked) {
@@ -126,7 +140,50 @@ export function drawMarks(context: CanvasRenderingContext2D, box: Box, marks: nu
       context.lineTo(x - radius, y);
       context.closePath();
     }
+    if (marks & Mark.saturated) {
+      // An arrow against a stop.
+      context.moveTo(x - radius, y - radius);
+      context.lineTo(x + radius, y - radius);
+      context.moveTo(x, y + radius);
+      context.lineTo(x, y - radius * 0.4);
+      context.moveTo(x - radius * 0.7, y + radius * 0.3);
+      context.lineTo(x, y - radius * 0.4);
+      context.lineTo(x + radius * 0.7, y + radius * 0.3);
+    }
   });
+}
+
+const IN_CORNER = Mark.outOfRange | Mark.notConverged | Mark.inconsistent | Mark.unchecked | Mark.saturated;
+
+/** A question mark on a dark disc in a broken frame: plain to see on every colour, and without one. */
+function drawAmbiguous(context: CanvasRenderingContext2D, box: Box, scale: number): void {
+  const size = Math.min(box.width, box.height);
+  const inset = Math.max(1.5 * scale, size * 0.07);
+  const dash = Math.max(2 * scale, Math.min(8 * scale, size * 0.16));
+  path(context, scale, size > 30 * scale ? 2 : 1.25, () => {
+    context.setLineDash([dash, 1.6 * dash]);
+    context.rect(box.x + inset, box.y + inset, box.width - 2 * inset, box.height - 2 * inset);
+  });
+  const radius = Math.max(5 * scale, Math.min(26 * scale, size * 0.3));
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  path(context, scale, radius > 12 * scale ? 2 : 1, () => context.arc(x, y, radius, 0, 2 * Math.PI));
+  context.save();
+  context.fillStyle = "#0a0c10";
+  context.beginPath();
+  context.arc(x, y, radius - scale / 2, 0, 2 * Math.PI);
+  context.fill();
+  context.strokeStyle = "#fff";
+  context.fillStyle = "#fff";
+  context.lineWidth = Math.max(1.25 * scale, radius * 0.16);
+  context.lineCap = "round";
+  context.beginPath();
+  context.arc(x, y - radius * 0.26, radius * 0.32, -Math.PI, Math.PI * 0.25);
+  context.lineTo(x, y + radius * 0.24);
+  context.stroke();
+  context.beginPath();
+  context.arc(x, y + radius * 0.58, Math.max(0.8 * scale, radius * 0.11), 0, 2 * Math.PI);
+  context.fill();
+  context.restore();
 }
 
 /** The brackets around the inspected cell. */

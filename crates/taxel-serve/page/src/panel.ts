@@ -2,10 +2,11 @@
 
 import type { ColourMap } from "./colour";
 import { gradientOf } from "./colour";
-import { create, cssValue } from "./dom";
+import { create } from "./dom";
 import { limit, parseLimit } from "./format";
 import type { Picture } from "./image";
 import { drawCells, drawSelected, extremes, Layout } from "./image";
+import { markColours } from "./marks";
 import type { Scale } from "./scale";
 
 /** A taxel of the array; row 0 is at the top, column 0 at the left. */
@@ -25,6 +26,8 @@ export interface PanelOptions {
   columns: number;
   /** Height of the image over its width. */
   aspect: number;
+  /** Whether the image is in grey, so that cells without a value need a colour. */
+  grayscale?: boolean;
 }
 
 /** What happens to a panel. */
@@ -126,7 +129,7 @@ export class Panel {
       picture.rows,
       picture.columns,
     );
-    const colours = { none: cssValue("--none"), hatch: cssValue("--hatch") };
+    const colours = markColours(this.options.grayscale === true);
     drawCells(context, layout, picture, { map, low: this.scale.low, high: this.scale.high, colours });
     over?.(context, layout);
     if (selected !== null) drawSelected(context, layout, picture, selected.row, selected.column);

@@ -39,7 +39,7 @@ export class PressureMapView implements View {
       columns,
       block: 1,
       values: new Float64Array(rows * columns),
-      marks: new Uint8Array(rows * columns),
+      marks: new Uint16Array(rows * columns),
     };
     const [rowPitch, columnPitch] = hello.pitch_m ?? [1, 1];
     const aspect = (rows * rowPitch) / (columns * columnPitch);

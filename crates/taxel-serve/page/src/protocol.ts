@@ -1,9 +1,32 @@
 // The live protocol, version 1 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
 
+/** A quantity and the unit in which it is shown: shown = SI / `si_per_unit`. */
+export interface Unit {
+  quantity: string;
+  symbol: string;
+  si_per_unit: number;
+}
+
+/** What the numbers of a device with one value per taxel are. */
+export interface SignalsMeaning {
+  /** Names in the order of a frame. */
+  channels: string[];
+  /** What a channel carries. */
+  signal: Unit;
+  /** What a taxel feels. */
+  value: Unit;
+  /** Value at the end of the colour scale, SI. */
+  full_scale: number;
+  /** Whether values of either sign occur in normal use. */
+  signed: boolean;
+  /** Whether the image runs from black to white by the size of the value. */
+  grayscale: boolean;
+}
+
 /** First message of a connection. */
 export interface Hello {
   protocol: number;
-  kind: "three_axis" | "pressure_map";
+  kind: "three_axis" | "pressure_map" | "signals";
   name: string;
   source: string;
   version: string;
@@ -15,7 +38,9 @@ export interface Hello {
   pitch_m: [number, number] | null;
   mount: { kind: string; radius_m?: number };
   /** Of the raw image: shown = SI / `si_per_unit`. */
-  unit: { quantity: string; symbol: string; si_per_unit: number };
+  unit: Unit;
+  /** Of a device with one value per taxel; otherwise null, or not there. */
+  signals?: SignalsMeaning | null;
   full_scale_n: number | null;
   usable_force_n: number | null;
   period_s: number | null;
@@ -59,7 +84,7 @@ export interface Contact {
 
 /** What every frame begins with, whatever its kind. */
 export interface FrameHeader {
-  kind: 1 | 2;
+  kind: 1 | 2 | 3;
   contacts: number;
   sequence: bigint;
   /** Device time, s. */
@@ -80,6 +105,8 @@ export interface FrameHeader {
   centre: [number, number];
   centreCovariance: [number, number, number];
   taxels: number;
+  /** Channels of a device with one value per taxel; 0 for other kinds. */
+  channels: number;
   tared: boolean;
   tareRunning: boolean;
   clipped: boolean;
@@ -111,7 +138,22 @@ export interface MapFrame {
   state: Uint8Array;
 }
 
-export type Frame = ThreeAxisFrame | MapFrame;
+export interface SignalsFrame {
+  kind: 3;
+  header: FrameHeader;
+  contacts: Contact[];
+  /** Of each channel, SI; NaN for no reading. */
+  signal: Float32Array;
+  /** The same at rest; NaN where a channel has no rest value. */
+  rest: Float32Array;
+  /** Of each taxel, SI; NaN for none. */
+  value: Float32Array;
+  /** NaN where it is not known. */
+  deviation: Float32Array;
+  state: Uint8Array;
+}
+
+export type Frame = ThreeAxisFrame | MapFrame | SignalsFrame;
 
 /** A message that is not what the protocol says. */
 export class ProtocolError extends Error {}
@@ -119,8 +161,11 @@ export class ProtocolError extends Error {}
 const MAGIC = 0x314c5854;
 const HEADER_LENGTH = 184;
 const CONTACT_LENGTH = 88;
-/** Bytes for each taxel: kind 1 has 11 f32 and 3 u8, kind 2 has one f32 and one u8. */
-const TAXEL_LENGTH = { 1: 11 * 4 + 3, 2: 4 + 1 } as const;
+/** Bytes for each taxel: kind 1 has 11 f32 and 3 u8, kind 2 one f32 and one u8, kind 3 two f32 and one u8. */
+const TAXEL_LENGTH = { 1: 11 * 4 + 3, 2: 4 + 1, 3: 2 * 4 + 1 } as const;
+/** Kind 3: number of channels, and bytes for each: signal and rest. */
+const CHANNELS_LENGTH = 4;
+const CHANNEL_LENGTH = 2 * 4;
 
 /** Reads a text message of the server. */
 export function parseMessage(text: string): Message {
@@ -145,7 +190,7 @@ function checkedHello(message: Record<string, unknown>): Hello {
   if (hello.protocol !== 1) {
     throw new ProtocolError(`the server speaks protocol ${String(hello.protocol)}, this page speaks 1`);
   }
-  if (hello.kind !== "three_axis" && hello.kind !== "pressure_map") {
+  if (!KINDS.includes(hello.kind)) {
     throw new ProtocolError(`this page cannot show a device of kind ${String(hello.kind)}`);
   }
   for (const key of ["rows", "columns"] as const) {
@@ -155,7 +200,23 @@ function checkedHello(message: Record<string, unknown>): Hello {
   }
   if (!Array.isArray(hello.states)) throw new ProtocolError("hello has no list of states");
   if (!(hello.unit?.si_per_unit > 0)) throw new ProtocolError("hello has no unit of the raw image");
+  if (hello.kind === "signals") checkSignals(hello.signals);
   return hello;
+}
+
+const KINDS: readonly string[] = ["three_axis", "pressure_map", "signals"];
+
+function checkSignals(signals: SignalsMeaning | null | undefined): void {
+  const channels: unknown = signals?.channels;
+  if (!Array.isArray(channels) || !channels.every((name) => typeof name === "string")) {
+    throw new ProtocolError("hello has no names of the channels");
+  }
+  for (const key of ["signal", "value"] as const) {
+    if (!((signals?.[key]?.si_per_unit ?? 0) > 0)) throw new ProtocolError(`hello has no unit of the ${key}s`);
+  }
+  if (!((signals?.full_scale ?? 0) > 0)) {
+    throw new ProtocolError(`full_scale is ${String(signals?.full_scale)}, not a positive number`);
+  }
 }
 
 /** Reads the fixed part of a binary message and checks its length. Cheap enough for every frame at 1000/s. */
@@ -167,14 +228,23 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
   const magic = view.getUint32(0, true);
   if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL1`);
   const kind = view.getUint16(4, true);
-  if (kind !== 1 && kind !== 2) throw new ProtocolError(`a frame is of kind ${kind}; known are 1 and 2`);
+  if (kind !== 1 && kind !== 2 && kind !== 3) {
+    throw new ProtocolError(`a frame is of kind ${kind}; known are 1, 2 and 3`);
+  }
   const contacts = view.getUint16(6, true);
   const taxels = view.getUint32(176, true);
-  const length = HEADER_LENGTH + contacts * CONTACT_LENGTH + taxels * TAXEL_LENGTH[kind];
+  let length = HEADER_LENGTH + contacts * CONTACT_LENGTH;
+  let channels = 0;
+  let parts = `${taxels} taxels and ${contacts} contacts`;
+  if (kind === 3) {
+    // The number of channels stands behind the contacts; a frame that ends before it is too short anyway.
+    if (bytes.byteLength >= length + CHANNELS_LENGTH) channels = view.getUint32(length, true);
+    parts = `${channels} channels, ${parts}`;
+    length += CHANNELS_LENGTH + channels * CHANNEL_LENGTH;
+  }
+  length += taxels * TAXEL_LENGTH[kind];
   if (bytes.byteLength !== length) {
-    throw new ProtocolError(
-      `a frame has ${bytes.byteLength} bytes; ${taxels} taxels and ${contacts} contacts need ${length}`,
-    );
+    throw new ProtocolError(`a frame has ${bytes.byteLength} bytes; ${parts} need ${length}`);
   }
   const flags = view.getUint32(180, true);
   return {
@@ -193,6 +263,7 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
     centre: [view.getFloat64(136, true), view.getFloat64(144, true)],
     centreCovariance: triple(view, 152),
     taxels,
+    channels,
     tared: (flags & 1) !== 0,
     tareRunning: (flags & 2) !== 0,
     clipped: (flags & 4) !== 0,
@@ -218,6 +289,19 @@ export function decodeFrame(bytes: ArrayBuffer): Frame {
     return array;
   };
   if (header.kind === 2) return { kind: 2, header, contacts, value: floats(n), state: octets(n) };
+  if (header.kind === 3) {
+    offset += CHANNELS_LENGTH;
+    return {
+      kind: 3,
+      header,
+      contacts,
+      signal: floats(header.channels),
+      rest: floats(header.channels),
+      value: floats(n),
+      deviation: floats(n),
+      state: octets(n),
+    };
+  }
   return {
     kind: 1,
     header,

@@ -1,10 +1,13 @@
 // The numbers below the header: totals, rate, latency, losses.
 
 import { create, setText } from "./dom";
-import { compact, fixed, NONE, withDeviation } from "./format";
+import { compact, fixed, newtons, NONE, withDeviation } from "./format";
 import type { FrameHeader, Hello, Status } from "./protocol";
 
 const AXES = ["x", "y", "z"] as const;
+
+/** Below this spacing of taxels places are given to the micrometre, m. */
+const SMALL_PITCH = 5e-4;
 
 /** Numbers that come from the connection and not from the shown frame. */
 export interface Counts {
@@ -31,6 +34,9 @@ export class Readout {
       this.group("Total force", "total-force", ["x", "y", "z"], "mN", true);
       this.group("Moment", "moment", ["x", "y", "z"], "µN·m");
       this.group("Centre of pressure", "centre", ["x", "y"], "mm");
+    } else if (hello.kind === "signals") {
+      this.group("Total force", "total-force", ["z"], "mN", true);
+      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
     } else if (hello.total_force_known) {
       this.group("Total force", "total-force", ["z"], "N", true);
       this.group("Centre of pressure", "centre", ["x", "y"], "mm");
@@ -56,14 +62,19 @@ export class Readout {
         this.set(`total-force ${axis}`, withDeviation(1e3 * force, 1e3 * deviation, 2));
         this.set(`moment ${axis}`, fixed(1e6 * (header.moment[index] as number), 1));
       });
+    } else if (hello.kind === "signals") {
+      const [text, unit] = newtons(header.force[2], header.forceDeviation[2]);
+      this.set("total-force z", text);
+      this.set("total-force unit", unit);
     } else if (hello.total_force_known) {
       this.set("total-force z", withDeviation(header.force[2], header.forceDeviation[2], 3));
     } else {
       this.set("total-force z", compact(sum));
     }
     const [xx, , yy] = header.centreCovariance;
-    this.set("centre x", centre(header.centre[0], xx));
-    this.set("centre y", centre(header.centre[1], yy));
+    const decimals = Math.min(...(hello.pitch_m ?? [1])) < SMALL_PITCH ? 3 : 2;
+    this.set("centre x", centre(header.centre[0], xx, decimals));
+    this.set("centre y", centre(header.centre[1], yy, decimals));
   }
 
   /** Numbers that go on while the display is paused. */
@@ -102,7 +113,11 @@ export class Readout {
       this.cells.set(`${testId} ${part}`, cell);
       values.append(cell);
     }
-    if (unit !== "") values.append(create("span", { class: "unit" }, unit));
+    if (unit !== "") {
+      const cell = create("span", { class: "unit" }, unit);
+      this.cells.set(`${testId} unit`, cell);
+      values.append(cell);
+    }
     const group = create(
       "div",
       { class: `group group-${testId}` },
@@ -114,8 +129,8 @@ export class Readout {
 }
 
 /** mm, with the standard deviation where it is known. */
-function centre(position: number, variance: number): string {
+function centre(position: number, variance: number, decimals: number): string {
   const deviation = 1e3 * Math.sqrt(variance);
-  if (!Number.isFinite(deviation)) return fixed(1e3 * position, 2);
-  return withDeviation(1e3 * position, deviation, 2);
+  if (!Number.isFinite(deviation)) return fixed(1e3 * position, decimals);
+  return withDeviation(1e3 * position, deviation, decimals);
 }

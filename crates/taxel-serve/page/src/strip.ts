@@ -10,6 +10,8 @@ export interface StripSeries {
   /** CSS custom property of its colour. */
   colour: string;
   width: number;
+  /** Lengths of dashes and gaps, px. */
+  dash?: number[];
 }
 
 export class Strip {
@@ -40,6 +42,17 @@ export class Strip {
       const [width, height] = [frame.clientWidth, frame.clientHeight];
       if (width > 0 && height > 0) this.plot.setSize({ width, height });
     }).observe(frame);
+  }
+
+  /** Smallest width of the scale that is taken by itself. */
+  set floor(width: number) {
+    this.scale.floor = width;
+  }
+
+  /** Forgets the values so far, such as those in another unit. */
+  restart(floor: number): void {
+    this.scale.release();
+    this.scale.floor = floor;
   }
 
   /** Draws these columns; `now` in ms. */
@@ -97,9 +110,10 @@ export class Strip {
       ],
       series: [
         {},
-        ...series.map(({ label, colour, width }) => ({
+        ...series.map(({ label, colour, width, dash }) => ({
           label,
           width,
+          ...(dash === undefined ? {} : { dash }),
           stroke: () => cssValue(colour),
           points: { show: false },
           spanGaps: false,

@@ -232,6 +232,6 @@ function emptyPicture(rows: number, columns: number, block: 1 | 2): Picture {
     columns: block * columns,
     block,
     values: new Float64Array(cells),
-    marks: new Uint8Array(cells),
+    marks: new Uint16Array(cells),
   };
 }

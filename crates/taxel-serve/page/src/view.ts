@@ -1,4 +1,4 @@
-// What the two kinds of device have in common on the screen.
+// What the kinds of device have in common on the screen.
 
 import type { Cell, Panel } from "./panel";
 import type { Frame } from "./protocol";

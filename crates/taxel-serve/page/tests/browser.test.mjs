@@ -28,6 +28,8 @@ const CASES = {
   finger: { source: () => `sim:${script("finger")}`, mock: ["--scene", "all-states"] },
   quiet: { source: () => `sim:${script("quiet")}`, options: ["--no-tare"], mock: ["--scene", "quiet"] },
   outage: { source: () => `sim:${script("outage")}`, mock: ["--outage", "3:6"] },
+  heat: { mock: ["--kind", "3", "--scene", "all-states"], mockOnly: true },
+  grey: { mock: ["--kind", "3", "--grayscale"], mockOnly: true },
   map: { source: () => `replay:${recording()}`, mock: ["--kind", "2"], describesItself: true },
 };
 
@@ -84,8 +86,8 @@ function sensor() {
 
 /** Starts the server of a case; gives its URL, and a function that ends it. */
 async function serve(name, context) {
-  const { source, options = [], mock: mockArguments, describesItself } = CASES[name];
-  const [command, ...commandArguments] = mock
+  const { source, options = [], mock: mockArguments, describesItself, mockOnly } = CASES[name];
+  const [command, ...commandArguments] = mock || mockOnly
     ? [process.execPath, join(tests, "mock-server.mjs"), ...mockArguments]
     : [program(), "live", ...(describesItself ? [] : [sensor()]), "--port", "0", "--source", source(), ...options];
   const server = spawn(command, commandArguments, { stdio: ["ignore", "pipe", "pipe"] });
@@ -403,6 +405,150 @@ test("a pressure map is one image with its unit; missing sensels are not drawn a
   assert.deepEqual(complaints, []);
 });
 
+/** Mean colour of a square of a taxel, its place and size in parts of the taxel. */
+const colourAt = (tab, [row, column], [x, y, size], [rows, columns] = [2, 4]) =>
+  byTestId(tab, "image-signals").evaluate(
+    (canvas, at) => {
+      const [width, height] = [canvas.width / at.columns, canvas.height / at.rows];
+      const side = Math.max(1, Math.floor(at.size * Math.min(width, height)));
+      const left = Math.round((at.column + at.x) * width - side / 2);
+      const top = Math.round((at.row + at.y) * height - side / 2);
+      const { data } = canvas.getContext("2d").getImageData(left, top, side, side);
+      const sum = [0, 0, 0];
+      data.forEach((value, index) => index % 4 < 3 && (sum[index % 4] += value));
+      return sum.map((value) => (4 * value) / data.length);
+    },
+    { row, column, x, y, size, rows, columns },
+  );
+
+test("signals: image in colours of heat, channels with their change, ambiguous taxels plain to see", async (context) => {
+  const { url } = await serve("heat", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await byTestId(tab, "image-signals").waitFor();
+  const channels = await byTestId(tab, "channels").innerText();
+  assert.match(channels, /ohm\s+change/);
+  for (const name of ["row 0", "row 1", "column 0", "column 3"]) {
+    assert.match(channels, new RegExp(`${name}\\s+\\d\\.\\d+\\s+[\u2212\\d.]+ %`));
+  }
+  assert.match(await byTestId(tab, "strip-note").innerText(), /^%, last 10 s$/);
+  // Someone presses: a row and its numbers grow, and the force is in millinewtons.
+  await tab.waitForFunction(() => Number(document.querySelector('[data-testid="image-signals"]').dataset.max) > 20);
+  assert.match(await byTestId(tab, "total-force").innerText(), /[\d.]+ ± [\d.]+\s*mN/);
+  assert.match(await tab.locator(".legend").innerText(), /one of several places that explain the readings equally well/);
+  await byTestId(tab, "pause").click();
+  await drawn(tab);
+  // The disc of the mark is dark, its question mark bright; without a value the ground is not a colour of the map.
+  const ground = await colourAt(tab, [1, 1], [0.2, 0.8, 0.08]);
+  const disc = await colourAt(tab, [1, 1], [0.5, 0.5, 0.3]);
+  assert.ok(Math.min(...ground) > 180, `ground ${ground}`);
+  assert.ok(ground[0] - disc[0] > 60, `mark ${disc} on ${ground}`);
+  await byTestId(tab, "image-signals").focus();
+  for (const key of ["Home", "ArrowDown", "ArrowRight"]) await tab.keyboard.press(key);
+  await byTestId(tab, "inspect").getByText("row 1, column 1").waitFor();
+  assert.match(await inspected(tab), /Pressure no value .*ambiguous: one of several places/);
+  for (const key of ["ArrowRight", "ArrowUp"]) await tab.keyboard.press(key);
+  await byTestId(tab, "inspect").getByText("row 0, column 2").waitFor();
+  assert.match(await inspected(tab), /Pressure [\d.]+ kPa .*saturated: .* a bound/);
+  await tab.keyboard.press("ArrowRight");
+  assert.match(await inspected(tab), /row 0, column 3 Pressure [\d.]+ ± [\d.]+ kPa .*ok/);
+  await tab.screenshot({ path: join(screenshots, "signals-heat.png") });
+  assert.deepEqual(complaints, []);
+});
+
+test("signals in grey: black is nothing, white the full scale of either sign", async (context) => {
+  const { url } = await serve("grey", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await byTestId(tab, "image-signals").waitFor();
+  // Until a taxel reads a large negative value, which is as bright as a positive one.
+  await byTestId(tab, "image-signals").focus();
+  await tab.keyboard.press("Home");
+  await tab.keyboard.press("PageDown");
+  await tab.keyboard.press("ArrowRight");
+  await tab.waitForFunction(() =>
+    /Change of force\u2212(\d+\.\d+) ±/.exec(document.querySelector('[data-testid="inspect"]').textContent)?.[1] > 0.4,
+  );
+  await byTestId(tab, "pause").click();
+  await drawn(tab);
+  const bright = await colourAt(tab, [1, 1], [0.12, 0.88, 0.06]);
+  const dark = await colourAt(tab, [0, 3], [0.12, 0.88, 0.06]);
+  for (const colour of [bright, dark]) {
+    assert.ok(Math.max(...colour) - Math.min(...colour) < 2, `${colour} is not a grey`);
+  }
+  assert.ok(bright[0] > 25 && dark[0] < 25, `bright ${bright}, dark ${dark}`);
+  assert.match(await byTestId(tab, "total-force").innerText(), /^\s*z?\s*–/);
+  assert.match(await byTestId(tab, "strip-note").innerText(), /^mV, last 10 s$/);
+  assert.match(await byTestId(tab, "channels").innerText(), /sensel 8\s+[\u2212\d.]+\s+[\u2212\d.]+ mV/);
+  await tab.screenshot({ path: join(screenshots, "signals-grey.png") });
+  assert.deepEqual(complaints, []);
+});
+
+test("signals fit on the screen, light and dark", async (context) => {
+  const { url } = await serve("grey", context);
+  const { tab } = await open(url, context);
+  await badge(tab, "live");
+  await byTestId(tab, "image-signals").focus();
+  await tab.keyboard.press("ArrowDown");
+  for (const [width, height, colorScheme] of [
+    [1366, 768, "light"],
+    [1366, 650, "dark"],
+    [1920, 1080, "dark"],
+    [1180, 820, "light"],
+    [820, 1180, "light"],
+  ]) {
+    await tab.emulateMedia({ colorScheme });
+    await tab.setViewportSize({ width, height });
+    await moreFrames(tab, 3);
+    await drawn(tab);
+    const found = await tab.evaluate(() => {
+      const { scrollWidth, scrollHeight } = document.documentElement;
+      const parts = [...document.querySelectorAll(".panel, .readout, header")];
+      const cut = parts.filter((part) => part.scrollHeight > part.clientHeight + 1 || part.scrollWidth > part.clientWidth + 1);
+      return { scrollWidth, scrollHeight, cut: cut.map((part) => part.getAttribute("aria-label") ?? part.className) };
+    });
+    assert.deepEqual(found, { scrollWidth: width, scrollHeight: height, cut: [] }, `${width} x ${height}`);
+    await tab.screenshot({ path: join(screenshots, `signals-${colorScheme}-${width}x${height}.png`) });
+  }
+});
+
+test("the drawing of the device opens by button and key, and a recording without one has no button", async (context) => {
+  for (const name of ["finger", "heat"]) {
+    const { url } = await serve(name, context);
+    const { tab, complaints } = await open(url, context);
+    await badge(tab, "live");
+    const dialog = byTestId(tab, "drawing-dialog");
+    assert.equal(await dialog.isVisible(), false);
+    await byTestId(tab, "drawing").click();
+    await dialog.waitFor();
+    const image = byTestId(tab, "drawing-image");
+    await tab.waitForFunction(() => document.getElementById("drawing-image").naturalWidth > 0);
+    const device = await byTestId(tab, "name").innerText();
+    assert.ok((await image.getAttribute("alt")).includes(device));
+    const { width, height } = await image.boundingBox();
+    assert.ok(width > 300 && height > 300, `the drawing is ${width} x ${height}`);
+    await drawn(tab);
+    await tab.screenshot({ path: join(screenshots, `drawing-${name}.png`) });
+    // Other keys do nothing behind it.
+    await tab.keyboard.press("p");
+    assert.equal(await byTestId(tab, "pause").getAttribute("aria-pressed"), "false");
+    await tab.keyboard.press("Escape");
+    await dialog.waitFor({ state: "hidden" });
+    await tab.keyboard.press("d");
+    await dialog.waitFor();
+    await byTestId(tab, "drawing-close").click();
+    await dialog.waitFor({ state: "hidden" });
+    assert.deepEqual(complaints, []);
+  }
+  const { url } = await serve("map", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  assert.equal(await byTestId(tab, "drawing").isVisible(), false);
+  await tab.keyboard.press("d");
+  assert.equal(await byTestId(tab, "drawing-dialog").isVisible(), false);
+  assert.deepEqual(complaints, []);
+});
+
 test("pause freezes the images while counting goes on", async (context) => {
   const { url } = await serve("finger", context);
   const { tab, complaints } = await open(url, context);
@@ -467,7 +613,7 @@ test("every control is reached by key with a visible focus", async (context) => 
   await rested(tab);
   await byTestId(tab, "image-fz").waitFor();
   const reached = new Set();
-  for (let step = 0; step < 40; step++) {
+  for (let step = 0; step < 44; step++) {
     await tab.keyboard.press("Tab");
     const focus = await tab.evaluate(() => {
       const { activeElement } = document;
@@ -481,7 +627,7 @@ test("every control is reached by key with a visible focus", async (context) => 
     assert.notEqual(focus.name, "", `${focus.id} has no name`);
     if (focus.id !== undefined) reached.add(focus.id);
   }
-  const wanted = ["tare", "clear-tare", "pause", "lock", "theme", "raw-absolute", "raw-change", ...IMAGES];
+  const wanted = ["tare", "clear-tare", "pause", "lock", "drawing", "theme", "raw-absolute", "raw-change", ...IMAGES];
   const missing = [...wanted, "image-fz-low", "image-fz-high"].filter((id) => !reached.has(id));
   assert.deepEqual(missing, []);
 });

@@ -6,7 +6,8 @@ const CONTACT_NUMBERS = 11;
 export function encodeFrame(frame) {
   const contacts = frame.contacts ?? [];
   const n = frame.state.length;
-  const length = 184 + 88 * contacts.length + n * (frame.kind === 1 ? 47 : 5);
+  const channels = frame.kind === 3 ? 4 + 8 * frame.signal.length : 0;
+  const length = 184 + 88 * contacts.length + channels + n * { 1: 47, 2: 5, 3: 9 }[frame.kind];
   const view = new DataView(new ArrayBuffer(length));
   let offset = 0;
   const put = (method, size, value) => {
@@ -41,6 +42,10 @@ export function encodeFrame(frame) {
   if (frame.kind === 1) {
     for (const values of [frame.capacitance, frame.force, frame.deviation, frame.residual]) floats(values);
     for (const values of [frame.state, frame.touching, frame.faulty]) octets(values);
+  } else if (frame.kind === 3) {
+    put("setUint32", 4, frame.signal.length);
+    for (const values of [frame.signal, frame.rest, frame.value, frame.deviation]) floats(values);
+    octets(frame.state);
   } else {
     floats(frame.value);
     octets(frame.state);

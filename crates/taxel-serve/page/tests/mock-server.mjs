@@ -1,6 +1,6 @@
 // A small server with synthetic frames, for working on the page and its tests without the real server.
 //
-//   node tests/mock-server.mjs [--port 0] [--kind 1|2] [--rate 100] [--scene finger|quiet|all-states]
+//   node tests/mock-server.mjs [--port 0] [--kind 1|2|3] [--grayscale] [--rate 100] [--scene finger|quiet|all-states]
 //                              [--outage 3:6] [--end 5] [--drop-after 4]
 //
 // The first line on stdout names the URL with its token, like that of `taxel live`.
@@ -19,6 +19,7 @@ const { values: options } = parseArgs({
   options: {
     port: { type: "string", default: "0" },
     kind: { type: "string", default: "1" },
+    grayscale: { type: "boolean", default: false },
     rate: { type: "string", default: "100" },
     scene: { type: "string", default: "finger" },
     outage: { type: "string", default: "" },
@@ -36,13 +37,16 @@ const STATES = [
   "inconsistent",
   "faulty",
   "masked",
+  "saturated",
+  "ambiguous",
 ];
 const STALE_AFTER = 0.3;
 const CSP = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self'";
 const kind = Number(options.kind);
 const rate = Number(options.rate);
-const size = kind === 1 ? 8 : 28;
-const pitch = kind === 1 ? 2e-3 : 1.27e-3;
+const size = { 1: 8, 2: 28, 3: 4 }[kind];
+const rows = kind === 3 ? 2 : size;
+const pitch = { 1: 2e-3, 2: 1.27e-3, 3: 5e-3 }[kind];
 const token = randomBytes(16).toString("hex");
 
 /** Repeatable noise with unit standard deviation (xorshift, sum of four). */
@@ -61,13 +65,13 @@ function noise() {
 /** Centre of a taxel, m. */
 const place = (taxel) => [
   ((taxel % size) - (size - 1) / 2) * pitch,
-  ((size - 1) / 2 - Math.floor(taxel / size)) * pitch,
+  ((rows - 1) / 2 - Math.floor(taxel / size)) * pitch,
 ];
 
 /** Where is pressed at `time`, how hard and with which shear. */
 function fingers(time) {
   if (options.scene === "quiet") return [];
-  const half = (size * pitch) / 2;
+  const half = ((kind === 3 ? 0.7 : 1) * size * pitch) / 2;
   const grown = Math.min(1, Math.max(0, (time - 1) / 1.5));
   const moving = {
     centre: [0.45 * half * Math.cos(0.9 * time), 0.4 * half * Math.sin(1.3 * time)],
@@ -92,7 +96,7 @@ function load(finger, taxel) {
 
 function contactsOf(pressed) {
   return pressed.map((finger) => {
-    const loads = Array.from({ length: size * size }, (_, taxel) => load(finger, taxel));
+    const loads = Array.from({ length: rows * size }, (_, taxel) => load(finger, taxel));
     const total = loads.reduce((sum, value) => sum + value, 0);
     const peak = Math.max(...loads);
     const variance = finger.width ** 2;
@@ -178,15 +182,46 @@ function mapFrame(pressed) {
   return frame;
 }
 
+/** Crossed channels, whose rows and columns know no single taxel; or, in grey, one channel for each taxel. */
+function signalsFrame(time, pressed) {
+  const n = rows * size;
+  const loads = Array.from({ length: n }, (_, taxel) => pressed.reduce((sum, finger) => sum + load(finger, taxel), 0));
+  const signed = options.grayscale ? Math.cos(5 * time) : 1;
+  const scale = options.grayscale ? 0.1 : 12e6;
+  const frame = { value: [], deviation: [], state: [] };
+  loads.forEach((force, taxel) => {
+    const state =
+      options.scene !== "all-states"
+        ? "ok"
+        : (["ambiguous", "ok", "saturated", "ok", "masked", "ambiguous", "faulty", "out_of_range"][taxel] ?? "ok");
+    const none = state === "masked" || state === "faulty" || (state === "ambiguous" && taxel === 5);
+    frame.value.push(none ? Number.NaN : scale * force * signed);
+    frame.deviation.push(none || state === "saturated" ? Number.NaN : 0.004 * scale * 0.017);
+    frame.state.push(STATES.indexOf(state));
+  });
+  const sums = options.grayscale
+    ? loads.map((force) => 2 * force * signed)
+    : [
+        ...Array.from({ length: rows }, (_, row) => loads.slice(row * size, (row + 1) * size)),
+        ...Array.from({ length: size }, (_, column) => loads.filter((_, taxel) => taxel % size === column)),
+      ].map((line) => line.reduce((sum, force) => sum + force, 0));
+  frame.rest = sums.map((_, channel) => (options.grayscale ? Number.NaN : 4.2 + 0.37 * channel));
+  frame.signal = sums.map((sum, channel) =>
+    options.grayscale ? sum + 1e-5 * noise() : frame.rest[channel] * (1 + 14 * sum) + 2e-3 * noise(),
+  );
+  return frame;
+}
+
 function frameAt(time, sequence) {
   const pressed = fingers(time);
   const contacts = contactsOf(pressed);
-  const body = kind === 1 ? threeAxisFrame(time, pressed) : mapFrame(pressed);
+  const body =
+    kind === 1 ? threeAxisFrame(time, pressed) : kind === 2 ? mapFrame(pressed) : signalsFrame(time, pressed);
   const force = [0, 0, 0];
   const moment = [0, 0, 0];
   const weighted = [0, 0];
   let total = 0;
-  for (let taxel = 0; taxel < size * size; taxel++) {
+  for (let taxel = 0; taxel < rows * size; taxel++) {
     const [x, y] = place(taxel);
     const [fx, fy, fz] = kind === 1 ? body.force.slice(3 * taxel, 3 * taxel + 3) : [0, 0, body.value[taxel]];
     if (Number.isNaN(fz)) continue;
@@ -200,14 +235,17 @@ function frameAt(time, sequence) {
   }
   const nothing = [Number.NaN, Number.NaN, Number.NaN];
   const pressing = total > 0.003;
+  // In grey no force is known; otherwise that of pressures on an electrode of 1 mm2 each.
+  const totals = { 1: force, 2: nothing, 3: options.grayscale ? nothing : [NaN, NaN, 1e-6 * force[2]] }[kind];
+  const deviations = { 1: [4e-4, 4e-4, 4e-4], 2: nothing, 3: [NaN, NaN, 2e-3] }[kind];
   return encodeFrame({
     kind,
     sequence,
     timeNs: BigInt(Math.round(time * 1e9)),
     rate,
     latency: 4e-4 + 2e-4 * Math.abs(noise()),
-    totalForce: kind === 1 ? force : nothing,
-    totalDeviation: kind === 1 ? [4e-4, 4e-4, 4e-4] : nothing,
+    totalForce: totals,
+    totalDeviation: deviations,
     moment: kind === 1 ? moment : nothing,
     centre: pressing ? weighted.map((value) => value / total) : nothing.slice(1),
     centreCovariance: pressing && kind === 1 ? [4e-9, 0, 4e-9] : nothing,
@@ -220,13 +258,13 @@ function frameAt(time, sequence) {
 const hello = {
   type: "hello",
   protocol: 1,
-  kind: kind === 1 ? "three_axis" : "pressure_map",
-  name: kind === 1 ? "three-axis capacitive array 8x8" : "fingertip map 28x28",
-  source: kind === 1 ? "sim:finger.toml" : "replay:fingertip.csv",
+  kind: { 1: "three_axis", 2: "pressure_map", 3: "signals" }[kind],
+  name: { 1: "three-axis capacitive array 8x8", 2: "fingertip map 28x28", 3: "signals 2x4" }[kind],
+  source: kind === 2 ? "replay:fingertip.csv" : "sim:finger.toml",
   version: "0.0.0",
   commit: "mock",
-  sensor_hash: kind === 1 ? "0123456789abcdef" : "",
-  rows: size,
+  sensor_hash: kind === 2 ? "" : "0123456789abcdef",
+  rows,
   columns: size,
   pitch_m: [pitch, pitch],
   mount: { kind: "flat" },
@@ -234,12 +272,32 @@ const hello = {
     kind === 1
       ? { quantity: "capacitance", symbol: "fF", si_per_unit: 1e-15 }
       : { quantity: "raw", symbol: "counts", si_per_unit: 1 },
+  signals:
+    kind !== 3
+      ? null
+      : options.grayscale
+        ? {
+            channels: Array.from({ length: rows * size }, (_, taxel) => `sensel ${taxel + 1}`),
+            signal: { quantity: "voltage", symbol: "mV", si_per_unit: 1e-3 },
+            value: { quantity: "change of force", symbol: "mN", si_per_unit: 1e-3 },
+            full_scale: 2e-3,
+            signed: true,
+            grayscale: true,
+          }
+        : {
+            channels: ["row 0", "row 1", "column 0", "column 1", "column 2", "column 3"],
+            signal: { quantity: "resistance", symbol: "ohm", si_per_unit: 1 },
+            value: { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 },
+            full_scale: 200e3,
+            signed: false,
+            grayscale: false,
+          },
   full_scale_n: kind === 1 ? 0.01 : null,
   usable_force_n: kind === 1 ? 0.015 : null,
   period_s: 1 / rate,
   stale_after_s: STALE_AFTER,
   states: STATES,
-  total_force_known: kind === 1,
+  total_force_known: kind !== 2,
 };
 
 const tare = { state: "none", timeNs: null, message: "" };
@@ -271,11 +329,18 @@ const types = {
   "app.css": "text/css",
   "index.html": "text/html; charset=utf-8",
 };
+const DRAWING = `<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="20mm" viewBox="0 0 40 20">
+<rect x="1" y="1" width="38" height="18" fill="#e8ecf2" stroke="#223" stroke-width="0.3"/>
+<circle cx="12" cy="10" r="6" fill="none" stroke="#0072b2" stroke-width="0.4"/></svg>`;
 const server = createServer(async (request, response) => {
   const url = new URL(request.url, "http://localhost");
   const name = url.pathname === "/" ? "index.html" : url.pathname.slice(1);
-  if (name === "index.html" && url.searchParams.get("token") !== token) {
+  if ((name === "index.html" || name === "drawing.svg") && url.searchParams.get("token") !== token) {
     response.writeHead(401, { "content-type": "text/plain" }).end("wrong token\n");
+    return;
+  }
+  if (name === "drawing.svg" && kind !== 2) {
+    response.writeHead(200, { "content-type": "image/svg+xml" }).end(DRAWING);
     return;
   }
   if (types[name] === undefined) {

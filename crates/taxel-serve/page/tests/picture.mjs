@@ -1,6 +1,14 @@
-// Makes the picture of the README: the shipped finger script while two fingers push against each other.
+// Makes the picture of the README: the shipped finger script while two fingers push against each other. With a
+// sensor, its source, the image to point at and a taxel of it, that of another device.
 //
-//   node tests/picture.mjs [SECONDS] [FILE]      (TAXEL and CHROMIUM as in browser.test.mjs)
+//   node tests/picture.mjs [SECONDS] [FILE] [SENSOR SOURCE IMAGE ROW,COLUMN [LEAST]]
+//   node tests/picture.mjs 8 ../../../docs/images/live-piezo.png \
+//     piezo-1.5mm sim:piezo-slide image-signals 0,1 100
+//   node tests/picture.mjs 8.5 ../../../docs/images/live-liquid-metal.png \
+//     liquid-metal-2x4 sim:pad-b image-signals 0,1
+//
+// With LEAST, the scale ends there, and the display is paused after these seconds at the first image that has 90 % of it.
+// TAXEL and CHROMIUM are as in browser.test.mjs.
 
 import { spawn } from "node:child_process";
 import { dirname, join } from "node:path";
@@ -13,7 +21,10 @@ const seconds = Number(process.argv[2] ?? 16.2);
 const file = process.argv[3] ?? join(repository, "docs/images/live.png");
 const program = process.env.TAXEL ?? join(repository, "target/release/taxel");
 
-const server = spawn(program, ["live", "--port", "0"], { stdio: ["ignore", "pipe", "inherit"] });
+const [sensor, source, image = "image-fz", taxel = "3,1", least] = process.argv.slice(4);
+const device = sensor === undefined ? [] : [sensor, "--source", source];
+
+const server = spawn(program, ["live", ...device, "--port", "0"], { stdio: ["ignore", "pipe", "inherit"] });
 try {
   const started = Date.now();
   const url = await new Promise((resolve) => createInterface({ input: server.stdout }).once("line", resolve));
@@ -23,9 +34,28 @@ try {
   });
   const tab = await browser.newPage({ viewport: { width: 1366, height: 768 }, colorScheme: "light" });
   await tab.goto(url);
-  const box = await tab.getByTestId("image-fz").boundingBox();
-  await tab.mouse.move(box.x + (1.5 / 8) * box.width, box.y + (3.5 / 8) * box.height);
+  const canvas = tab.getByTestId(image);
+  await canvas.focus();
+  // The first key selects the first taxel.
+  const [row, column] = taxel.split(",").map(Number);
+  for (const key of ["Home", ...Array(row).fill("ArrowDown"), ...Array(column).fill("ArrowRight")]) {
+    await canvas.press(key);
+  }
+  await canvas.evaluate((element) => element.blur());
   await tab.waitForTimeout(seconds * 1000 - (Date.now() - started));
+  if (least !== undefined) {
+    await tab.getByTestId(`${image}-high`).fill(least);
+    await tab.getByTestId(`${image}-high`).press("Enter");
+    await tab.waitForFunction(
+      ([id, wanted]) => {
+        const reached = Number(document.querySelector(`[data-testid="${id}"]`).dataset.max) >= 0.9 * wanted;
+        if (reached) document.getElementById("pause").click();
+        return reached;
+      },
+      [image, Number(least)],
+    );
+    await tab.waitForTimeout(300);
+  }
   await tab.screenshot({ path: file });
   await browser.close();
 } finally {

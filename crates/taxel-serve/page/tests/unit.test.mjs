@@ -25,8 +25,10 @@ const { decodeFrame, decodeHeader, parseMessage, ProtocolError } = await load("p
 const { linkState } = await load("link");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
-const { capacitorNames, fixed, parseLimit, withDeviation } = await load("format");
-const { colourOf, DIVERGING, SEQUENTIAL } = await load("colour");
+const { capacitorNames, decimalsFor, fixed, newtons, parseLimit, signalStateInWords, withDeviation } =
+  await load("format");
+const { colourOf, DIVERGING, GREY, HEAT, SEQUENTIAL } = await load("colour");
+const { marksOfStates } = await load("marks");
 const { RestValues } = await load("rest");
 
 const HELLO = {
@@ -104,6 +106,86 @@ test("a pressure map keeps its missing sensels as NaN", () => {
   assert.ok(Number.isNaN(frame.header.force[2]));
 });
 
+const SIGNALS = {
+  kind: 3,
+  totalForce: [Number.NaN, Number.NaN, 0.25],
+  totalDeviation: [Number.NaN, Number.NaN, 0.01],
+  contacts: [[1, 0.1, 0.2, 1, 2, 3, 0, 0, 0.25, 7, 1]],
+  signal: [1.5, Number.NaN, 2.5],
+  rest: [1, 2, Number.NaN],
+  value: [0, 12.5, -3, Number.NaN],
+  deviation: [0.5, 0.5, Number.NaN, Number.NaN],
+  state: [0, 0, 8, 9],
+};
+
+test("signals are read: channels, then taxels", () => {
+  // An odd number of taxels and channels, with and without contacts: the arrays of numbers stay aligned.
+  for (const contacts of [SIGNALS.contacts, []]) {
+    const frame = decodeFrame(encodeFrame({ ...SIGNALS, contacts }));
+    assert.equal(frame.kind, 3);
+    assert.deepEqual([frame.header.channels, frame.header.taxels], [3, 4]);
+    assert.deepEqual([frame.header.force[2], frame.header.forceDeviation[2]], [0.25, 0.01]);
+    assert.equal(frame.contacts.length, contacts.length);
+    for (const name of ["signal", "rest", "value", "deviation", "state"]) {
+      assert.deepEqual([...frame[name]], SIGNALS[name], name);
+    }
+  }
+});
+
+test("signals of a wrong length are refused, also when the number of channels does not fit", () => {
+  const bytes = encodeFrame(SIGNALS);
+  assert.equal(bytes.byteLength, 184 + 88 + 4 + 3 * 8 + 4 * 9);
+  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /335 bytes; 3 channels, 4 taxels and 1 contacts need 336/);
+  assert.throws(() => decodeFrame(bytes.slice(0, 184 + 88 + 3)), ProtocolError);
+  for (const channels of [2, 4, 2 ** 32 - 1]) {
+    const other = bytes.slice(0);
+    new DataView(other).setUint32(184 + 88, channels, true);
+    assert.throws(() => decodeFrame(other), ProtocolError);
+  }
+});
+
+test("a hello of signals must say what the numbers are", () => {
+  const unit = { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 };
+  const signals = { channels: ["row 0"], signal: unit, value: unit, full_scale: 1, signed: false, grayscale: true };
+  const hello = (change) =>
+    parseMessage(JSON.stringify({ ...HELLO, kind: "signals", signals: { ...signals, ...change } })).hello;
+  assert.equal(hello({}).signals.grayscale, true);
+  assert.throws(() => hello({ channels: "row 0" }), /names of the channels/);
+  assert.throws(() => hello({ signal: { ...unit, si_per_unit: 0 } }), /unit of the signals/);
+  assert.throws(() => hello({ value: null }), /unit of the values/);
+  assert.throws(() => hello({ full_scale: 0 }), /full_scale is 0/);
+  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, kind: "signals" })), ProtocolError);
+  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, kind: "sound" })), /kind sound/);
+});
+
+test("saturated and ambiguous have marks and words of their own", () => {
+  const [ok, saturated, ambiguous] = marksOfStates(["ok", "saturated", "ambiguous"]);
+  assert.equal(ok, 0);
+  assert.ok(saturated > 0 && ambiguous > 0 && saturated !== ambiguous && ambiguous < 2 ** 16);
+  assert.match(signalStateInWords("ambiguous"), /one of several places that explain the readings equally well/);
+  assert.match(signalStateInWords("saturated"), /a bound/);
+});
+
+test("changes are in per cent, without a rest value to relate to in the unit", async () => {
+  const { changeOf } = await load("change");
+  const meaning = { signal: { si_per_unit: 0.5 }, signed: false };
+  assert.deepEqual(changeOf(meaning, 5, 4), { value: 25, perCent: true });
+  assert.deepEqual(changeOf(meaning, 2, -4), { value: 150, perCent: true });
+  assert.deepEqual(changeOf(meaning, 3, 0), { value: 6, perCent: false });
+  assert.deepEqual(changeOf(meaning, 3, Number.NaN), { value: 6, perCent: false });
+  assert.ok(Number.isNaN(changeOf(meaning, Number.NaN, 4).value));
+  // About zero, where the rest value is an offset.
+  assert.deepEqual(changeOf({ ...meaning, signed: true }, 3, 0.5), { value: 5, perCent: false });
+});
+
+test("a force is in millinewtons below one newton, a dash where it is not known", () => {
+  assert.deepEqual(newtons(0.25, 0.01), ["250.00 ± 10.00", "mN"]);
+  assert.deepEqual(newtons(-1.5, 0.01), ["\u22121.500 ± 0.010", "N"]);
+  assert.deepEqual(newtons(Number.NaN, Number.NaN), ["–", "mN"]);
+  assert.deepEqual([0, 1234, 200, 4.2, 1e-9].map((size) => decimalsFor(size)), [2, 0, 1, 3, 6]);
+  assert.equal(decimalsFor(973, 5), 2);
+});
+
 test("a frame that is cut short or too long is refused with both lengths", () => {
   const bytes = encodeFrame(THREE_AXIS);
   assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /365 bytes.*need 366/);
@@ -115,8 +197,8 @@ test("a frame that is cut short or too long is refused with both lengths", () =>
 
 test("a foreign magic and an unknown kind are refused", () => {
   const bytes = encodeFrame(THREE_AXIS);
-  new DataView(bytes).setUint16(4, 3, true);
-  assert.throws(() => decodeFrame(bytes), /kind 3/);
+  new DataView(bytes).setUint16(4, 4, true);
+  assert.throws(() => decodeFrame(bytes), /kind 4/);
   new DataView(bytes).setUint32(0, 0, true);
   assert.throws(() => decodeFrame(bytes), /TXL1/);
 });
@@ -236,7 +318,8 @@ test("lightness of the maps is monotonic: up along one, down and up along the ot
   };
   const rises = (map) =>
     map.every((colour, index) => index === 0 || lightness(colour) >= lightness(map[index - 1]) - 2e-3);
-  assert.ok(rises(SEQUENTIAL));
+  assert.ok(rises(SEQUENTIAL) && rises(HEAT) && rises(GREY));
+  assert.deepEqual([GREY[0], GREY[255]], ["rgb(0, 0, 0)", "rgb(255, 255, 255)"]);
   assert.ok(rises(DIVERGING.light.slice(0, 128)) && rises(DIVERGING.light.slice(128).reverse()));
   assert.ok(rises(DIVERGING.dark.slice(0, 128).reverse()) && rises(DIVERGING.dark.slice(128)));
   assert.equal(colourOf(SEQUENTIAL, 99, 0, 1), SEQUENTIAL[255]);
