@@ -161,6 +161,43 @@ impl InPlanePredictor {
     }
 }
 
+impl InPlanePredictor {
+    /// Where the range ends that a load is beyond; empty for a load within.
+    fn limit(&self, answer: &InPlanePrediction, by_force: bool) -> String {
+        let invertible = || {
+            let last = self.inverse.as_ref().map(InPlaneInverse::last);
+            last.map_or_else(String::new, |last| {
+                format!(
+                    "C0 - C up to {:.2} fF, compression up to {:.4}",
+                    last.change * 1e15,
+                    last.layer.kinematics.compression()
+                )
+            })
+        };
+        match (answer.state, &answer.layer) {
+            (InPlaneLoadState::Ok, _) => String::new(),
+            (InPlaneLoadState::ForceUnverified, Some(layer)) => match layer.range {
+                LayerRange::CompressionAbove { limit } => format!("compression up to {limit}"),
+                LayerRange::AspectBelow { limit, .. } => {
+                    format!("contact half length from {limit} thicknesses on")
+                }
+                LayerRange::Within => String::new(),
+            },
+            (InPlaneLoadState::BeyondCapacitance, _) => {
+                format!("compression up to {}", self.model.largest_compression())
+            }
+            (InPlaneLoadState::OutOfRange, _) if by_force => {
+                let largest = self.model.layer.compress(LARGEST_COMPRESSION);
+                largest.map_or_else(
+                    |_| String::new(),
+                    |layer| format!("force up to {:.2} N", layer.force),
+                )
+            }
+            _ => invertible(),
+        }
+    }
+}
+
 fn nothing() -> InPlanePrediction {
     InPlanePrediction {
         layer: None,
@@ -251,6 +288,7 @@ impl Predictor for InPlanePredictor {
             Column::new("voltage", "mV", 1e-3, "v", 4),
             Column::plain("counts"),
             Column::plain("state"),
+            Column::plain("limit"),
         ]
     }
 
@@ -279,6 +317,7 @@ impl Predictor for InPlanePredictor {
             _ => self.at_change(value).map_err(|e| refused(e.to_string())),
         }?;
         fill(&answer, row);
+        row.push(Cell::from(self.limit(&answer, column == 2)));
         Ok(())
     }
 
