@@ -108,8 +108,8 @@ pub(crate) struct Live {
     /// itself needs none
     #[arg(default_value = "three-axis-8x8")]
     pub(crate) sensor: PathBuf,
-    /// Where frames come from: sim: (the twin under the shipped script
-    /// finger), sim:SCRIPT.toml, or replay:RECORDING
+    /// Where frames come from: sim: (the twin under a shipped script that fits
+    /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING
     #[arg(long, default_value = "sim:")]
     pub(crate) source: String,
     /// Device seconds per second; "max" is as fast as possible

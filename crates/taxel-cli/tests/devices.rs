@@ -69,10 +69,13 @@ fn a_load_beyond_closure_has_a_state_and_bounds() {
     for layer in ["row", "column"] {
         assert_eq!(answer[format!("{layer}_state")], "beyond_curve", "{answer}");
         assert_eq!(answer[format!("{layer}_change")], "", "{answer}");
-        // The bounds: the last point of the closing curve.
+        // The bound, and where the curve ends.
         assert!(answer[format!("{layer}_area_ratio")].as_f64().unwrap() > 0.0);
+        let number = |name: &str| answer[format!("{layer}_{name}_pa")].as_f64().unwrap();
+        assert!(number("net_pressure") > number("curve_ends_at_net_pressure"));
     }
     assert_eq!(answer["closed_form_change"], "closed");
+    assert!(answer["closed_form_ends_at_pressure_pa"].as_f64().unwrap() < 500e3);
     // Three-axis: every tile touches, and the row says which.
     let answer = row("three-axis-8x8", "fz=90 mN");
     assert_eq!(answer["state"], "contact", "{answer}");
@@ -84,31 +87,29 @@ fn a_capacitance_that_no_load_gives_names_the_limit() {
     let answer = row("in-plane-20um", "capacitance_change=900 fF");
     assert_eq!(answer["state"], "out_of_range");
     assert_eq!(answer["force_z_n"], "");
-    // 740.30 fF, as `taxel check` prints it.
-    assert!(answer["limit"].as_str().unwrap().contains("740.30 fF"));
+    // As `taxel check` prints it.
+    let limit = answer["invertible_change_f"].as_f64().unwrap();
+    assert_eq!(format!("{:.2} fF", limit * 1e15), "740.30 fF");
 
     // Under the published law the curve turns before.
     let law = ("law = \"mechanics\"", "law = \"published\"");
     let published = changed("published", "in-plane-20um", law.0, law.1);
     let answer = row(&published, "capacitance_change=900 fF");
     assert_eq!(answer["state"], "ambiguous");
-    assert!(answer["limit"].as_str().unwrap().contains("up to 0.06"));
-    assert_eq!(row(&published, "capacitance_change=100 fF")["limit"], "");
+    let limit = answer["invertible_change_f"].as_f64().unwrap();
+    let row_at = |change: f64| row(&published, &format!("dc={change} fF"))["state"].clone();
+    assert_eq!(row_at(0.99 * limit * 1e15), "ok");
+    assert_eq!(row_at(1.01 * limit * 1e15), "ambiguous");
 }
 
 #[test]
-fn every_in_plane_state_names_its_limit() {
-    for (load, limit) in [
-        ("e=0.35", "compression up to 0.3"),
-        ("e=0.5", "compression up to 0.4"),
-        ("fz=1000 N", "force up to"),
-    ] {
-        let answer = row("in-plane-50um", load);
-        assert!(
-            answer["limit"].as_str().unwrap().contains(limit),
-            "{answer}"
-        );
-    }
+fn a_force_beyond_the_layer_names_the_largest() {
+    let answer = row("in-plane-50um", "fz=1000 N");
+    assert_eq!(answer["state"], "out_of_range");
+    assert_eq!(answer["compression"], "");
+    let largest = answer["largest_force_n"].as_f64().unwrap();
+    let within = row("in-plane-50um", &format!("fz={} N", 0.999 * largest));
+    assert_ne!(within["compression"], "", "{within}");
 }
 
 #[test]

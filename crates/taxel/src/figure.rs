@@ -225,8 +225,9 @@ impl Scale {
             low.abs().max(1.0)
         };
         let step = nice_step(span / 6.0);
-        let first = (low / step).floor();
-        let last = (high / step).ceil().max(first + 1.0);
+        // What rounding left just beyond a tick needs no further one.
+        let first = (low / step + 1e-6).floor();
+        let last = (high / step - 1e-6).ceil().max(first + 1.0);
         let ticks = (0..=(last - first) as usize).map(|i| (first + i as f64) * step);
         Self {
             low: first * step,

@@ -98,7 +98,8 @@ fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
 
 fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<Session, Stop> {
     let named = files::sensor(&arguments.sensor)?;
-    let name = if script.is_empty() { "finger" } else { script };
+    let usual = named.sensor.element.usual_script();
+    let name = if script.is_empty() { usual } else { script };
     let text = match Stimulus::shipped_text(name) {
         Some(text) if !Path::new(name).exists() => text.to_owned(),
         _ => files::text(Path::new(name))?,

@@ -124,8 +124,11 @@ impl Verdict {
 /// What our value rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Basis {
-    /// Our model, or the shipped sensor file.
+    /// Our model.
     Ours,
+    /// The shipped sensor file took the printed number over: it agrees by
+    /// construction, and is counted apart.
+    Input,
     /// Arithmetic on other printed numbers only.
     Printed,
 }
@@ -154,6 +157,8 @@ pub struct Entry {
     pub difference: Option<f64>,
     /// What became of it.
     pub verdict: Verdict,
+    /// Whether ours is an input taken over from the paper.
+    pub input: bool,
     /// The reason, the other printed number, the assumption; may be empty.
     pub note: String,
 }
@@ -213,14 +218,17 @@ impl Ledger {
     ) -> Explain<'_> {
         let number = Printed::parse(printed);
         let verdict = match (number.is_some_and(|number| number.agrees(ours)), basis) {
-            (true, Basis::Ours) => Verdict::Reproduced,
+            (true, Basis::Ours | Basis::Input) => Verdict::Reproduced,
             (true, Basis::Printed) => Verdict::Follows,
             (false, _) => Verdict::Unexplained,
         };
+        let input = basis == Basis::Input && verdict == Verdict::Reproduced;
         let difference = number
             .filter(|number| number.value != 0.0)
             .map(|number| ours / number.value - 1.0);
-        self.push(place, what, printed, Some(ours), difference, verdict)
+        let explain = self.push(place, what, printed, Some(ours), difference, verdict);
+        explain.0.input = input;
+        explain
     }
 
     /// An equation or a statement in words: `holds` is computed.
@@ -233,7 +241,7 @@ impl Ledger {
         basis: Basis,
     ) -> Explain<'_> {
         let verdict = match (holds, basis) {
-            (true, Basis::Ours) => Verdict::Reproduced,
+            (true, Basis::Ours | Basis::Input) => Verdict::Reproduced,
             (true, Basis::Printed) => Verdict::Follows,
             (false, _) => Verdict::Unexplained,
         };
@@ -251,6 +259,11 @@ impl Ledger {
             place: place.to_owned(),
             figure,
         });
+    }
+
+    /// How many reproduced entries are inputs taken over from the paper.
+    pub fn inputs(&self) -> usize {
+        self.entries.iter().filter(|entry| entry.input).count()
     }
 
     /// How many entries have each verdict, in the order of [`Verdict::ALL`].
@@ -278,6 +291,7 @@ impl Ledger {
             ours,
             difference,
             verdict,
+            input: false,
             note: String::new(),
         });
         Explain(&mut self.entries[index])

@@ -387,21 +387,16 @@ fn device_numbers(ledger: &mut Ledger, models: &[InPlaneModel; 3]) {
             models[0].dielectric.permittivity,
         ),
     ] {
-        let note = "input of the shipped sensor files";
-        ledger
-            .number(place, what, printed, ours, Basis::Ours)
-            .note(note);
+        ledger.number(place, what, printed, ours, Basis::Input);
     }
     for (model, gap) in models.iter().zip(GAPS) {
-        ledger
-            .number(
-                "3",
-                "gap D",
-                &format!("{gap} um"),
-                model.electrodes.gap * 1e6,
-                Basis::Ours,
-            )
-            .note("input of the shipped sensor files");
+        ledger.number(
+            "3",
+            "gap D",
+            &format!("{gap} um"),
+            model.electrodes.gap * 1e6,
+            Basis::Input,
+        );
     }
     ledger
         .number(
@@ -442,9 +437,9 @@ fn table_1(ledger: &mut Ledger, models: &[InPlaneModel; 3]) {
             ("gamma", gamma, fit.fringe.exponent),
         ] {
             let what = format!("{what}, D = {gap} um");
-            let note = "input; the measurements it was fitted to are not printed";
+            let note = "the measurements it was fitted to are not printed";
             ledger
-                .number("Table 1", &what, printed, ours, Basis::Ours)
+                .number("Table 1", &what, printed, ours, Basis::Input)
                 .note(note);
         }
         ledger

@@ -6,7 +6,7 @@ use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::sensor::Sensor;
 use crate::transduction::UnitModel;
 
-use Basis::{Ours, Printed};
+use Basis::{Input, Ours, Printed};
 
 const MILLINEWTON: f64 = 1e-3;
 const CAPACITORS: [&str; 4] = ["C11", "C12", "C21", "C22"];
@@ -155,7 +155,7 @@ fn structure(ledger: &mut Ledger, array: &ThreeAxisArray<'_>) {
         ),
         ("height of the bump", "300 um", outline.bump_height * um),
     ] {
-        ledger.number(section, what, printed, ours, Ours);
+        ledger.number(section, what, printed, ours, Input);
     }
     let corners = near(outline.bump_base, element.suspension.centre_distance);
     ledger.statement(
@@ -170,7 +170,7 @@ fn structure(ledger: &mut Ledger, array: &ThreeAxisArray<'_>) {
         "size of the unit",
         "1300 um",
         outline.unit_side * um,
-        Ours,
+        Input,
     );
     ledger
         .number("4.1", "l, height of the bump", "700 um", outline.bump_height * um, Ours)
@@ -184,7 +184,7 @@ fn structure(ledger: &mut Ledger, array: &ThreeAxisArray<'_>) {
         "l, distance of the centres of the capacitors",
         "700 um",
         element.suspension.centre_distance * um,
-        Ours,
+        Input,
     );
     ledger
         .number(
@@ -197,12 +197,12 @@ fn structure(ledger: &mut Ledger, array: &ThreeAxisArray<'_>) {
         .contradicts("the definition of the effective gap, which has the insulation of 6 um in it; only differences count");
     let units = layout.taxels();
     ledger
-        .number("3, Fig. 4", "units", "64", units as f64, Ours)
+        .number("3, Fig. 4", "units", "64", units as f64, Input)
         .note("printed as 8x8");
     ledger
         .number("3, Fig. 4", "capacitors", "256", 4.0 * units as f64, Ours)
         .note("printed as 16x16");
-    ledger.number("3", "pitch", "2 mm", layout.pitch[0] * 1e3, Ours);
+    ledger.number("3", "pitch", "2 mm", layout.pitch[0] * 1e3, Input);
     let outer = layout.pitch[0] * (layout.columns as f64 - 1.0) + outline.unit_side;
     ledger
         .number(

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use super::Basis::{Ours, Printed};
+use super::Basis::{Input, Ours, Printed};
 use super::Ledger;
 use crate::device::{Drive, PiezoelectricArray, PiezoelectricPredictor};
-use crate::electronics::{ChargeMode, FirstOrderFilter, Output};
+use crate::electronics::{ChargeMode, FirstOrderFilter, Output, Readout};
 use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::linear::{Chain, Transfer};
 use crate::mechanics::{Base, Contact, Plate, Profile, SoftCover, bending_stiffness};
@@ -53,6 +53,8 @@ struct Prototype<'a> {
     predictor: PiezoelectricPredictor,
     path: SiliconePath,
     thickness: f64,
+    /// The filter that section 2.4 names.
+    filter: FirstOrderFilter,
 }
 
 impl<'a> Prototype<'a> {
@@ -61,6 +63,10 @@ impl<'a> Prototype<'a> {
             predictor: PiezoelectricPredictor::new(array),
             path: array.path().ok()?,
             thickness: array.description.preloaded().ok()?.thickness,
+            filter: match array.readout() {
+                Readout::VoltageAmplifier(stage) => stage.filter?,
+                _ => return None,
+            },
             array,
         })
     }
@@ -443,9 +449,9 @@ fn table_1(ledger: &mut Ledger, prototype: &Prototype<'_>) {
             "damping ratio Z",
             "1",
             prototype.array.description.ceramic.damping_ratio,
-            Ours,
+            Input,
         )
-        .note("read as zeta; an input. The maker's Q of 32 would be 0.0156");
+        .note("read as zeta. The maker's Q of 32 would be 0.0156");
     let w = (element.stiffness / element.mass).sqrt();
     ledger
         .number("Table 1", "natural frequency w_n", "63", w, Printed)
@@ -465,18 +471,16 @@ fn table_1(ledger: &mut Ledger, prototype: &Prototype<'_>) {
             "M",
             "10",
             prototype.array.description.cover.viscosity,
-            Ours,
+            Input,
         )
-        .note("read as the viscosity mu, Pa s; an input");
-    ledger
-        .number(
-            "Table 1",
-            "area A_e",
-            "4e-6 m^2",
-            prototype.array.description.cover.column_area,
-            Ours,
-        )
-        .note("an input");
+        .note("read as the viscosity mu, Pa s");
+    ledger.number(
+        "Table 1",
+        "area A_e",
+        "4e-6 m^2",
+        prototype.array.description.cover.column_area,
+        Input,
+    );
     ledger
         .statement(
             "Table 1",
@@ -592,7 +596,7 @@ fn inputs(ledger: &mut Ledger, [thin, thick]: &[Prototype<'_>; 2]) {
     let (array, cover) = (&thin.array, &thin.array.description.cover);
     let layout = array.layout();
     let limit = thin.limit();
-    let filter = PRINTED_FILTER;
+    let filter = thin.filter;
     for (place, what, printed, ours) in [
         (
             "Section 1",
@@ -662,25 +666,16 @@ fn inputs(ledger: &mut Ledger, [thin, thick]: &[Prototype<'_>; 2]) {
             limit,
         ),
     ] {
-        ledger
-            .number(place, what, printed, ours, Ours)
-            .note("an input");
+        ledger.number(place, what, printed, ours, Input);
     }
 }
 
-/// The parts that section 2.4 names.
-const PRINTED_FILTER: FirstOrderFilter = FirstOrderFilter {
-    input_resistance: 82e3,
-    feedback_resistance: 390e3,
-    feedback_capacitance: 47e-9,
-};
-
 fn conditioning(ledger: &mut Ledger, prototype: &Prototype<'_>) {
     let element = &prototype.array.element;
-    let filter = PRINTED_FILTER;
+    let filter = prototype.filter;
     let charge_mode = ChargeMode {
-        feedback_resistance: 390e3,
-        feedback_capacitance: 47e-9,
+        feedback_resistance: filter.feedback_resistance,
+        feedback_capacitance: filter.feedback_capacitance,
         open_loop_gain: 1e4,
         filter: None,
         output: Output::IDEAL,
@@ -699,17 +694,15 @@ fn conditioning(ledger: &mut Ledger, prototype: &Prototype<'_>) {
             Ours,
         )
         .note("above the corner of the leak, 0.66 Hz");
-    ledger
-        .number(
-            "Section 2.4",
-            "capacitance of the element C_p",
-            "875 pF",
-            element.capacitance * 1e12,
-            Ours,
-        )
-        .note("an input");
+    ledger.number(
+        "Section 2.4",
+        "capacitance of the element C_p",
+        "875 pF",
+        element.capacitance * 1e12,
+        Input,
+    );
     let band = charge_mode.band(element.capacitance, element.leak_resistance);
-    let above = band.transfer().at_frequency(1e3 * 8.68).norm() * 47e-9;
+    let above = band.transfer().at_frequency(1e3 * 8.68).norm() * filter.feedback_capacitance;
     ledger
         .statement("Eq. 26", "charge mode", "V_s = -Q_p/C_f", (above - 1.0).abs() < 1e-3, Ours)
         .note("above its corner; a gain of 1e4 changes it by 0.01 %. It would give a signal 250 times smaller than the voltage mode");

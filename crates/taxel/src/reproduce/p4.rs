@@ -11,7 +11,7 @@ use crate::mechanics::{
 use crate::sensor::Sensor;
 use crate::transduction::mean_inverse_area_ratio;
 
-use Basis::{Ours, Printed};
+use Basis::{Input, Ours, Printed};
 
 const KILOPASCAL: f64 = 1e3;
 
@@ -240,19 +240,19 @@ fn simulation_inputs(ledger: &mut Ledger, array: &ChannelArray<'_>) {
         "Poisson's ratio",
         "0.5",
         array.element.closed_form.poisson_ratio,
-        Ours,
+        Input,
     );
     ledger
         .number(place, "shear modulus", "250 kPa", 500.0 / 3.0, Printed)
         .contradicts("E = 500 kPa and nu = 0.5 give E/3 = 166.7 kPa; C10 and C01 give 162.4 kPa");
     let crate::mechanics::Hyperelastic::MooneyRivlin(solid) = array.element.material;
     ledger
-        .number(place, "C10", "75.5 kPa", solid.c10 / KILOPASCAL, Ours)
+        .number(place, "C10", "75.5 kPa", solid.c10 / KILOPASCAL, Input)
         .note("in incompressible plane strain only C10 + C01 matters");
-    ledger.number(place, "C01", "5.7 kPa", solid.c01 / KILOPASCAL, Ours);
+    ledger.number(place, "C01", "5.7 kPa", solid.c01 / KILOPASCAL, Input);
     if let PressureLaw::Paper(law) = &array.element.liquid.pressure {
         ledger
-            .number(place, "expansion factor eta", "0.2", law.expansion, Ours)
+            .number(place, "expansion factor eta", "0.2", law.expansion, Input)
             .note("P_atm is not printed; the standard atmosphere gives eta P_atm = 20.265 kPa");
     }
     ledger.number(
@@ -320,10 +320,10 @@ fn single_channel(ledger: &mut Ledger) {
                 cell.increase(25.0),
                 Ours,
             )
-            .note(format!(
-                "160 um under 200 um at 25 kPa, the stiffest of these; it changes by 3.6 % at {:.1} kPa. A second \
-                 finite-element program confirmed the closing curves of such cells; what the paper did otherwise is \
-                 not known",
+            .contradicts(format!(
+                "C10, C01, Eq. 2 and the printed geometry: 160 um under 200 um, the stiffest of these, changes by 3.6 % \
+                 at {:.1} kPa. Two finite-element programs agree on the closing curves of such cells; what the paper did \
+                 otherwise is not known",
                 cell.pressure_at(1.0 / 1.036)
             ));
     }

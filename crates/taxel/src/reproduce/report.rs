@@ -18,23 +18,34 @@ fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
     sums
 }
 
-/// The counts as one line for people: `120 reproduced within the printed
+/// The counts of `ledgers` as one line for people: `120 reproduced within the printed
 /// digits, 31 follow ...`.
-fn line(counts: [usize; Verdict::ALL.len()]) -> String {
+fn line(ledgers: &[Ledger]) -> String {
+    let inputs: usize = ledgers.iter().map(Ledger::inputs).sum();
     let parts: Vec<String> = Verdict::ALL
         .iter()
-        .zip(counts)
+        .zip(counts(ledgers))
         .filter(|(verdict, count)| *count > 0 || **verdict != Verdict::Unexplained)
-        .map(|(verdict, count)| format!("{count} {}", verdict.name()))
+        .map(|(verdict, count)| match verdict {
+            Verdict::Reproduced => {
+                format!("{count} {} ({inputs} of them inputs)", verdict.name())
+            }
+            _ => format!("{count} {}", verdict.name()),
+        })
         .collect();
     parts.join(", ")
 }
 
 /// The counts as text: over all, then of each paper.
 pub fn text(ledgers: &[Ledger]) -> String {
-    let mut text = format!("{}\n", line(counts(ledgers)));
+    let mut text = format!("{}\n", line(ledgers));
     for ledger in ledgers {
-        let _ = writeln!(text, "{}: {}", ledger.paper.name(), line(ledger.counts()));
+        let _ = writeln!(
+            text,
+            "{}: {}",
+            ledger.paper.name(),
+            line(std::slice::from_ref(ledger))
+        );
     }
     text
 }
@@ -49,7 +60,7 @@ pub fn html(ledgers: &[Ledger], about: &[(&str, &str)]) -> String {
     );
     page += STYLE;
     page += "</style>\n</head>\n<body>\n";
-    let _ = writeln!(page, "<p class=\"counts\">{}</p>", line(counts(ledgers)));
+    let _ = writeln!(page, "<p class=\"counts\">{}</p>", line(ledgers));
     page += "<h1>Published numbers beside ours</h1>\n<p>";
     for (name, value) in about {
         let _ = write!(page, "{} <code>{}</code> ", escape(name), escape(value));
@@ -71,7 +82,7 @@ fn section(ledger: &Ledger, page: &mut String) {
          <thead><tr><th>Place</th><th>What</th><th>Printed</th><th>Ours</th><th>Difference</th>\
          <th>Verdict</th></tr></thead>\n<tbody>",
         escape(ledger.paper.title()),
-        line(ledger.counts())
+        line(std::slice::from_ref(ledger))
     );
     for entry in &ledger.entries {
         row(entry, page);
@@ -109,6 +120,11 @@ fn row(entry: &Entry, page: &mut String) {
     } else {
         format!("<br><small>{}</small>", escape(&entry.note))
     };
+    let verdict = if entry.input {
+        "reproduced: an input of the sensor file"
+    } else {
+        entry.verdict.name()
+    };
     let _ = writeln!(
         page,
         "<tr class=\"{}\"><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{ours}</td><td class=\"n\">{difference}</td>\
@@ -117,7 +133,7 @@ fn row(entry: &Entry, page: &mut String) {
         escape(&entry.place),
         escape(&entry.what),
         escape(&entry.printed),
-        entry.verdict.name()
+        verdict
     );
 }
 
@@ -163,6 +179,7 @@ pub fn json(ledgers: &[Ledger], about: &[(&str, &str)]) -> Value {
         let paper = json!({
             "title": ledger.paper.title(),
             "verdicts": keyed(ledger.counts()),
+            "inputs": ledger.inputs(),
             "entries": entries,
             "figures": figures,
         });
@@ -179,6 +196,7 @@ fn entry(entry: &Entry) -> Value {
         "ours": entry.ours,
         "relative_difference": entry.difference,
         "verdict": entry.verdict.key(),
+        "input": entry.input,
         "note": entry.note,
     })
 }

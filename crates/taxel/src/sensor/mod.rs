@@ -121,6 +121,16 @@ pub struct Unreadable {
 }
 
 impl Element {
+    /// Name of the shipped script that shows the element in use.
+    pub fn usual_script(&self) -> &'static str {
+        match self {
+            Self::ThreeAxisCapacitor(_) => "finger",
+            Self::InPlaneCapacitor(_) => "press",
+            Self::Piezoelectric(_) => "piezo-slide",
+            Self::LiquidMetalChannel(_) => "pad-b",
+        }
+    }
+
     /// Key of the element in a sensor file.
     pub fn key(&self) -> &'static str {
         match self {

@@ -101,7 +101,7 @@ fn section(array: &ChannelArray<'_>) -> View {
         title: String::from("cut along the middle of a row"),
         shapes,
         dimensions: vec![
-            Dimension::new([reach, 0.0], [reach, thickness], 40.0, "stack"),
+            Dimension::new([reach, 0.0], [reach, thickness], 130.0, "stack"),
             Dimension::new([0.0, column], [0.0, thickness], -14.0, "column roof"),
             Dimension::new([reach, row], [reach, thickness], 14.0, "row roof"),
             Dimension::new([left, thickness], [left + width, thickness], 14.0, "width"),

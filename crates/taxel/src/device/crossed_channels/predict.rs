@@ -248,8 +248,16 @@ impl Predictor for ChannelPredictor {
                 Column::new(of("voltage"), "mV", 1e-3, "v", 3),
                 Column::plain(of("counts")),
                 Column::plain(of("state")),
+                Column::new(of("curve_ends_at_net_pressure"), "kPa", 1e3, "pa", 4),
             ]);
         }
+        columns.push(Column::new(
+            "closed_form_ends_at_pressure",
+            "kPa",
+            1e3,
+            "pa",
+            4,
+        ));
         columns
     }
 
@@ -270,7 +278,7 @@ impl Predictor for ChannelPredictor {
             Ok(ratio) => Cell::Number(share * (1.0 / ratio - 1.0)),
             Err(_) => Cell::from("closed"),
         });
-        for layer in &answer.layers {
+        for (layer, drawn) in answer.layers.iter().zip(&self.layers) {
             row.extend(
                 [
                     layer.loaded.net_pressure,
@@ -294,7 +302,10 @@ impl Predictor for ChannelPredictor {
                 ]
             });
             row.push(Cell::from(layer.state.name()));
+            row.push(Cell::Number(drawn.closing.end()[0]));
         }
+        let closing = self.section.closing_pressure(&self.closed_form);
+        row.push(Cell::Number(closing));
         Ok(())
     }
 
@@ -303,7 +314,13 @@ impl Predictor for ChannelPredictor {
             Curve {
                 title: String::from("Relative change of resistance against pressure"),
                 x: "pressure",
-                y: vec!["row_change", "column_change", "closed_form_change"],
+                y: vec!["row_change", "column_change"],
+                y_label: "R/R0 - 1",
+            },
+            Curve {
+                title: String::from("The same by P4 Eq. 1, up to its closing pressure"),
+                x: "pressure",
+                y: vec!["closed_form_change"],
                 y_label: "R/R0 - 1",
             },
             Curve {

@@ -65,6 +65,8 @@ pub struct InPlanePredictor {
     model: InPlaneModel,
     /// `None` only for a device that its own check refuses.
     inverse: Option<InPlaneInverse>,
+    /// Force at the largest compression that a force is read back to, N.
+    largest_force: Option<f64>,
     board: FrontEnd,
 }
 
@@ -75,6 +77,10 @@ impl InPlanePredictor {
         Self {
             model,
             inverse: model.inverse().ok(),
+            largest_force: match model.layer.compression_from_force(f64::MAX) {
+                Err(LayerError::Force { limit, .. }) => Some(limit),
+                _ => None,
+            },
             board: array.board.clone(),
         }
     }
@@ -157,43 +163,6 @@ impl InPlanePredictor {
             InPlaneLoadState::Ambiguous
         } else {
             InPlaneLoadState::Ok
-        }
-    }
-}
-
-impl InPlanePredictor {
-    /// Where the range ends that a load is beyond; empty for a load within.
-    fn limit(&self, answer: &InPlanePrediction, by_force: bool) -> String {
-        let invertible = || {
-            let last = self.inverse.as_ref().map(InPlaneInverse::last);
-            last.map_or_else(String::new, |last| {
-                format!(
-                    "C0 - C up to {:.2} fF, compression up to {:.4}",
-                    last.change * 1e15,
-                    last.layer.kinematics.compression()
-                )
-            })
-        };
-        match (answer.state, &answer.layer) {
-            (InPlaneLoadState::Ok, _) => String::new(),
-            (InPlaneLoadState::ForceUnverified, Some(layer)) => match layer.range {
-                LayerRange::CompressionAbove { limit } => format!("compression up to {limit}"),
-                LayerRange::AspectBelow { limit, .. } => {
-                    format!("contact half length from {limit} thicknesses on")
-                }
-                LayerRange::Within => String::new(),
-            },
-            (InPlaneLoadState::BeyondCapacitance, _) => {
-                format!("compression up to {}", self.model.largest_compression())
-            }
-            (InPlaneLoadState::OutOfRange, _) if by_force => {
-                let largest = self.model.layer.compress(LARGEST_COMPRESSION);
-                largest.map_or_else(
-                    |_| String::new(),
-                    |layer| format!("force up to {:.2} N", layer.force),
-                )
-            }
-            _ => invertible(),
         }
     }
 }
@@ -288,7 +257,9 @@ impl Predictor for InPlanePredictor {
             Column::new("voltage", "mV", 1e-3, "v", 4),
             Column::plain("counts"),
             Column::plain("state"),
-            Column::plain("limit"),
+            change("invertible_change"),
+            Column::new("invertible_force", "N", 1.0, "n", 5),
+            Column::new("largest_force", "N", 1.0, "n", 5),
         ]
     }
 
@@ -317,7 +288,13 @@ impl Predictor for InPlanePredictor {
             _ => self.at_change(value).map_err(|e| refused(e.to_string())),
         }?;
         fill(&answer, row);
-        row.push(Cell::from(self.limit(&answer, column == 2)));
+        // What the states refer to: where the way back ends, and the layer.
+        let last = self.inverse.as_ref().map(InPlaneInverse::last);
+        row.extend([
+            cell(last.map(|last| last.change)),
+            cell(last.map(|last| last.layer.force)),
+            cell(self.largest_force),
+        ]);
         Ok(())
     }
 
@@ -348,8 +325,11 @@ impl Predictor for InPlanePredictor {
     }
 }
 
+fn cell(value: Option<f64>) -> Cell {
+    value.map_or_else(|| Cell::from(""), Cell::Number)
+}
+
 fn fill(answer: &InPlanePrediction, row: &mut Vec<Cell>) {
-    let cell = |value: Option<f64>| value.map_or_else(|| Cell::from(""), Cell::Number);
     let (layer, response) = (answer.layer, answer.response);
     let kinematics = layer.map(|layer| layer.kinematics);
     row.extend([

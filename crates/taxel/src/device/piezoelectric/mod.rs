@@ -9,7 +9,7 @@ mod simulated;
 use super::{Device, Sense};
 use crate::acquisition::{Quantity, Simulated, Stream};
 use crate::drawing::Drawing;
-use crate::electronics::ChargeBoard;
+use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
     ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError, SignalEstimator,
 };
@@ -36,6 +36,11 @@ pub struct PiezoelectricArray<'a> {
 }
 
 impl<'a> PiezoelectricArray<'a> {
+    /// The first stage of the board.
+    pub fn readout(&self) -> &'a Readout {
+        &self.sensor.electronics.readout
+    }
+
     /// `None` when the board takes no charge.
     pub(crate) fn new(sensor: &'a Sensor, description: &'a Piezoelectric) -> Option<Self> {
         let element = description.element();
