@@ -123,6 +123,22 @@ fn a_voltage_above_the_output_is_clipped_at_a_named_limit() {
 }
 
 #[test]
+fn a_supply_above_what_the_board_takes_saturates() {
+    // At 6 V the channels pass 1.97 V, from which they count as saturated.
+    let higher = changed(
+        "higher",
+        "liquid-metal-2x4",
+        "supply = \"2 V\"",
+        "supply = \"6 V\"",
+    );
+    let answer = row(&higher, "pressure=25 kPa");
+    for layer in ["row", "column"] {
+        assert_eq!(answer[format!("{layer}_state")], "saturated", "{answer}");
+        assert!(answer[format!("{layer}_voltage_v")].as_f64().unwrap() > 1.97);
+    }
+}
+
+#[test]
 fn a_file_that_cannot_work_is_refused_with_what_would() {
     let rate = ("frame_rate = \"1 kHz\"", "frame_rate = \"5 Hz\"");
     let preload = ("preload = \"2.68 N\"", "preload = \"8 N\"");

@@ -128,10 +128,10 @@ impl<'a> Page<'a> {
 
     /// Rows of what is written in braces or brackets behind `key`.
     fn inner_rows(&mut self, section: &str, key: &str, shape: &'a Value, below: &mut Below<'a>) {
-        if let Some(entry) = self.entries(shape) {
-            if !section.is_empty() {
-                self.rows(section, &format!("{key}[]."), entry, below);
-            }
+        if let Some(entry) = self.entries(shape)
+            && !section.is_empty()
+        {
+            self.rows(section, &format!("{key}[]."), entry, below);
         }
         for (name, content) in self.variants(shape).filter_map(|variant| variant.1) {
             if let Some(entry) = self.entries(content) {
