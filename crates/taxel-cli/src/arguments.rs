@@ -33,7 +33,8 @@ pub(crate) enum Command {
     Reproduce(Reproduce),
     /// Frames to touch, on a page in the browser or as a summary
     Live(Live),
-    /// Print the JSON schema of the sensor file or of the stimulus script
+    /// Print the JSON schema of the sensor file or of the stimulus script, or
+    /// the reference of the sensor file
     Schema(Schema),
 }
 
@@ -198,6 +199,8 @@ pub(crate) struct Schema {
 pub(crate) enum SchemaOf {
     /// Sensor file
     Sensor,
+    /// Sensor file, as a page for people (Markdown)
+    Reference,
     /// Stimulus script
     Stimulus,
 }

@@ -12,6 +12,10 @@ use std::marker::PhantomData;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer, SeqAccess, Visitor};
 
+/// Key under which a schema says what a value is; a field's own description
+/// stands in the place of `description`.
+pub(crate) const VALUE: &str = "x-value";
+
 /// Marks the start of the advice inside an error text; serde carries only text.
 pub(crate) const HELP: &str = "\u{1}help:";
 
@@ -66,6 +70,11 @@ dimensions! {
     AREA = "an area", "m2": ["um2" = 1e-12, "mm2" = 1e-6, "cm2" = 1e-4, "m2" = 1.0];
     /// Voltage, V.
     VOLTAGE = "a voltage", "V": ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
+}
+
+/// All dimensions that files know.
+pub(crate) fn dimensions() -> impl Iterator<Item = &'static Dimension> {
+    ALL.iter().copied()
 }
 
 impl Dimension {
@@ -295,10 +304,20 @@ fn in_range<R: Rule>(value: f64, shown: &str) -> Result<f64, String> {
 fn range_text<R: Rule>() -> String {
     let unit = R::DIMENSION.map_or(String::new(), |dimension| format!(" {}", dimension.si));
     let low = if R::OPEN { "greater than" } else { "at least" };
+    let (lowest, highest) = (limit(R::LOWEST), limit(R::HIGHEST));
     match (R::LOWEST.is_finite(), R::HIGHEST.is_finite()) {
-        (true, true) => format!("{low} {}{unit} and at most {}{unit}", R::LOWEST, R::HIGHEST),
-        (true, false) => format!("{low} {}{unit}", R::LOWEST),
+        (true, true) => format!("{low} {lowest}{unit} and at most {highest}{unit}"),
+        (true, false) => format!("{low} {lowest}{unit}"),
         _ => String::from("finite"),
+    }
+}
+
+/// A limit without its zeros: `1e9`, `0.65`.
+fn limit(value: f64) -> String {
+    if value >= 1e5 {
+        format!("{value:e}")
+    } else {
+        value.to_string()
     }
 }
 
@@ -379,20 +398,23 @@ impl<R: Rule> JsonSchema for Checked<R> {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        match R::DIMENSION {
-            Some(dimension) => {
-                let units: Vec<_> = dimension.units.iter().map(|(symbol, _)| *symbol).collect();
-                let pattern = format!(r"^\s*[-+0-9.eE]+\s*({})\s*$", units.join("|"));
-                let text = format!(
-                    "{} with its unit ({}), {}",
-                    dimension.name,
-                    units.join(", "),
-                    range_text::<R>()
-                );
-                json_schema!({"type": "string", "pattern": pattern, "description": text})
-            }
-            None => json_schema!({"type": "number", "description": range_text::<R>()}),
-        }
+        let kind = R::DIMENSION.map_or("a number", |dimension| dimension.name);
+        let value = match range_text::<R>().as_str() {
+            "finite" => kind.to_owned(),
+            range => format!("{kind}, {range}"),
+        };
+        let Some(dimension) = R::DIMENSION else {
+            return json_schema!({"type": "number", "description": range_text::<R>(), VALUE: value});
+        };
+        let units: Vec<_> = dimension.units.iter().map(|(symbol, _)| *symbol).collect();
+        let pattern = format!(r"^\s*[-+0-9.eE]+\s*({})\s*$", units.join("|"));
+        let text = format!(
+            "{} with its unit ({}), {}",
+            dimension.name,
+            units.join(", "),
+            range_text::<R>()
+        );
+        json_schema!({"type": "string", "pattern": pattern, "description": text, VALUE: value})
     }
 }
 

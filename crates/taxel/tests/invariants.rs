@@ -151,16 +151,28 @@ fn no_unsafe_code_anywhere() {
 
 #[test]
 fn committed_schemas_are_current() {
-    let sensors = crates().parent().unwrap().join("sensors");
-    for (file, schema) in [
-        ("sensor.schema.json", Sensor::json_schema()),
-        ("stimulus.schema.json", Stimulus::json_schema()),
+    let root = crates().parent().unwrap().to_owned();
+    for (of, file, printed) in [
+        (
+            "sensor",
+            "sensors/sensor.schema.json",
+            Sensor::json_schema(),
+        ),
+        (
+            "stimulus",
+            "sensors/stimulus.schema.json",
+            Stimulus::json_schema(),
+        ),
+        (
+            "reference",
+            "docs/book/sensor-file-reference.md",
+            Sensor::reference(),
+        ),
     ] {
-        let committed = fs::read_to_string(sensors.join(file)).unwrap();
+        let committed = fs::read_to_string(root.join(file)).unwrap();
         assert!(
-            committed.replace("\r\n", "\n") == schema,
-            "sensors/{file} is stale: run `cargo run -- schema {} > sensors/{file}`",
-            file.split('.').next().unwrap()
+            committed.replace("\r\n", "\n") == printed,
+            "{file} is stale: run `cargo run -- schema {of} > {file}`"
         );
     }
 }

@@ -9,6 +9,7 @@ use crate::{Done, Stop, files};
 pub(crate) fn run(arguments: &Schema) -> Result<Done, Stop> {
     let text = match arguments.of {
         SchemaOf::Sensor => Sensor::json_schema(),
+        SchemaOf::Reference => Sensor::reference(),
         SchemaOf::Stimulus => Stimulus::json_schema(),
     };
     files::write(None, &text)

@@ -23,7 +23,7 @@ pub struct Electronics {
 }
 
 /// First stage of the board; the header in the file names it. Each kind of
-/// element has its own kinds of stage ([`crate::sensor::Element`]).
+/// element has its own kinds of stage.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Readout {

@@ -13,8 +13,8 @@ use crate::special::{beta, gamma};
 /// the pressure follows from the balance of horizontal forces.
 ///
 /// P1 names two calibration factors ζ and m for it and does not define them;
-/// [`EndCondition::Tapered`] and [`EndCondition::Tail`] are two readings of
-/// them, and the others come from finite elements.
+/// `tapered` and `tail` are two readings of them, and the others come from
+/// finite elements.
 ///
 /// The factor is χ = (true total bottom shear of one half) / (that of the
 /// layer model out to the end of the loaded length).

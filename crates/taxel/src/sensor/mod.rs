@@ -5,6 +5,7 @@ mod in_plane_capacitor;
 mod liquid_metal_channel;
 mod mask;
 mod piezoelectric;
+mod reference;
 mod three_axis_capacitor;
 
 use schemars::JsonSchema;
@@ -266,5 +267,11 @@ impl Sensor {
         let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();
         text.push('\n');
         text
+    }
+
+    /// The reference of the sensor file, Markdown: every key with its meaning,
+    /// unit and range, from the same types as [`Self::json_schema`].
+    pub fn reference() -> String {
+        reference::page(schemars::schema_for!(Self).as_value())
     }
 }

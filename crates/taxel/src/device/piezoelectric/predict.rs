@@ -359,7 +359,12 @@ impl Predictor for PiezoelectricPredictor {
             .map(Cell::Number),
         );
         row.push(Cell::from(answer.event.name()));
-        row.push(Cell::from(if answer.clipped { "clipped" } else { "" }));
+        row.push(Cell::from(if answer.clipped {
+            let [lowest, highest] = self.board.span();
+            format!("clipped beyond {lowest} to {highest} V")
+        } else {
+            String::new()
+        }));
         Ok(())
     }
 

@@ -1,0 +1,186 @@
+//! Loads and files at the edge of what each device takes: one clear message
+//! and exit code 2, or a state with its limit; never a number that is none.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use taxel::sensor::Sensor;
+
+fn taxel(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// The one row that answers `load`, as JSON; no output may say NaN.
+#[track_caller]
+fn row(sensor: &str, load: &str) -> Value {
+    for format in ["table", "csv"] {
+        let output = taxel(&["predict", sensor, "--load", load, "--format", format]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let printed = String::from_utf8(output.stdout).unwrap();
+        for word in ["NaN", "nan", "inf"] {
+            assert!(!printed.contains(word), "{printed}");
+        }
+    }
+    let output = taxel(&["predict", sensor, "--load", load, "--format", "json"]);
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    answer["rows"][0].clone()
+}
+
+#[track_caller]
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = taxel(arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(output.stdout.is_empty(), "something was written");
+    assert_eq!(message.matches("error:").count(), 1, "{message}");
+    for part in parts {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}
+
+/// A shipped sensor file with one text replaced, in a folder of its own.
+fn changed(test: &str, name: &str, from: &str, to: &str) -> String {
+    let shipped = Sensor::shipped_text(name).unwrap();
+    assert!(shipped.contains(from), "{name} has no {from}");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("devices");
+    fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(format!("{test}.toml"));
+    fs::write(&path, shipped.replace(from, to)).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_layer_cannot_be_pressed_to_nothing() {
+    for load in ["compression=1.2", "e=1", "e=-0.1", "u=2 mm"] {
+        let arguments = ["predict", "in-plane-50um", "--load", load];
+        refused(&arguments, &["0", "1"]);
+    }
+}
+
+#[test]
+fn a_load_beyond_closure_has_a_state_and_bounds() {
+    let answer = row("liquid-metal-2x4", "pressure=500 kPa");
+    for layer in ["row", "column"] {
+        assert_eq!(answer[format!("{layer}_state")], "beyond_curve", "{answer}");
+        assert_eq!(answer[format!("{layer}_change")], "", "{answer}");
+        // The bound, and where the curve ends.
+        assert!(answer[format!("{layer}_area_ratio")].as_f64().unwrap() > 0.0);
+        let number = |name: &str| answer[format!("{layer}_{name}_pa")].as_f64().unwrap();
+        assert!(number("net_pressure") > number("curve_ends_at_net_pressure"));
+    }
+    assert_eq!(answer["closed_form_change"], "closed");
+    assert!(answer["closed_form_ends_at_pressure_pa"].as_f64().unwrap() < 500e3);
+    // Three-axis: every tile touches, and the row says which.
+    let answer = row("three-axis-8x8", "fz=90 mN");
+    assert_eq!(answer["state"], "contact", "{answer}");
+    assert_eq!(answer["touching"], "11 12 21 22", "{answer}");
+}
+
+#[test]
+fn a_capacitance_that_no_load_gives_names_the_limit() {
+    let answer = row("in-plane-20um", "capacitance_change=900 fF");
+    assert_eq!(answer["state"], "out_of_range");
+    assert_eq!(answer["force_z_n"], "");
+    // As `taxel check` prints it.
+    let limit = answer["invertible_change_f"].as_f64().unwrap();
+    assert_eq!(format!("{:.2} fF", limit * 1e15), "740.30 fF");
+
+    // Under the published law the curve turns before.
+    let law = ("law = \"mechanics\"", "law = \"published\"");
+    let published = changed("published", "in-plane-20um", law.0, law.1);
+    let answer = row(&published, "capacitance_change=900 fF");
+    assert_eq!(answer["state"], "ambiguous");
+    let limit = answer["invertible_change_f"].as_f64().unwrap();
+    let row_at = |change: f64| row(&published, &format!("dc={change} fF"))["state"].clone();
+    assert_eq!(row_at(0.99 * limit * 1e15), "ok");
+    assert_eq!(row_at(1.01 * limit * 1e15), "ambiguous");
+}
+
+#[test]
+fn a_force_beyond_the_layer_names_the_largest() {
+    let answer = row("in-plane-50um", "fz=1000 N");
+    assert_eq!(answer["state"], "out_of_range");
+    assert_eq!(answer["compression"], "");
+    let largest = answer["largest_force_n"].as_f64().unwrap();
+    let within = row("in-plane-50um", &format!("fz={} N", 0.999 * largest));
+    assert_ne!(within["compression"], "", "{within}");
+}
+
+#[test]
+fn a_voltage_above_the_output_is_clipped_at_a_named_limit() {
+    let answer = row("piezo-1.5mm", "profile=step, ramp=10 ms, fz=20 N");
+    assert_eq!(answer["clipped"], "clipped beyond -3 to 3 V");
+    assert_eq!(
+        row("piezo-1.5mm", "profile=step, ramp=10 ms, fz=20 mN")["clipped"],
+        ""
+    );
+}
+
+#[test]
+fn a_supply_above_what_the_board_takes_saturates() {
+    // At 6 V the channels pass 1.97 V, from which they count as saturated.
+    let higher = changed(
+        "higher",
+        "liquid-metal-2x4",
+        "supply = \"2 V\"",
+        "supply = \"6 V\"",
+    );
+    let answer = row(&higher, "pressure=25 kPa");
+    for layer in ["row", "column"] {
+        assert_eq!(answer[format!("{layer}_state")], "saturated", "{answer}");
+        assert!(answer[format!("{layer}_voltage_v")].as_f64().unwrap() > 1.97);
+    }
+}
+
+#[test]
+fn a_file_that_cannot_work_is_refused_with_what_would() {
+    let rate = ("frame_rate = \"1 kHz\"", "frame_rate = \"5 Hz\"");
+    let preload = ("preload = \"2.68 N\"", "preload = \"8 N\"");
+    let supply = ("saturation = \"1.97 V\"", "saturation = \"2.5 V\"");
+    for (test, name, (from, to), parts) in [
+        ("slow", "piezo-1.5mm", rate, ["corner", "at least 86.8"]),
+        (
+            "flat",
+            "piezo-1.5mm",
+            preload,
+            ["no thickness", "below 8 N"],
+        ),
+        (
+            "supply",
+            "liquid-metal-2x4",
+            supply,
+            ["2.5 V", "the supply is 2 V"],
+        ),
+    ] {
+        let file = changed(test, name, from, to);
+        refused(&["check", &file], &parts);
+        refused(&["live", &file, "--headless", "--frames", "1"], &parts);
+    }
+}
+
+#[test]
+fn a_load_word_of_another_device_is_answered_with_ours() {
+    for (sensor, load, names) in [
+        ("three-axis-unit", "p=1 kPa", "fx"),
+        ("in-plane-50um", "fx=1 N", "dc (fall of the capacitance"),
+        ("piezo-1.5mm", "p=1 kPa", "profile (how the load runs)"),
+        ("liquid-metal-2x4", "e=0.1", "area (area under the force)"),
+    ] {
+        refused(&["predict", sensor, "--load", load], &["names:", names]);
+    }
+    let force = ["predict", "liquid-metal-2x4", "--load", "fz=10 N"];
+    refused(&force, &["give the area too"]);
+}
+
+#[test]
+fn the_reference_is_printed() {
+    let output = taxel(&["schema", "reference"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.stdout, Sensor::reference().into_bytes());
+}
