@@ -34,6 +34,9 @@ interface Row {
   change: HTMLElement;
 }
 
+/** The scale of a grey image shrinks no further than to this part of the full scale. */
+const GREY_FLOOR = 0.1;
+
 export class SignalsView implements View {
   readonly panels: readonly Panel[];
   private readonly hello: Hello;
@@ -73,8 +76,10 @@ export class SignalsView implements View {
     const label = capitalised(value.quantity);
     const taxels = rows * columns === 1 ? "one taxel" : `${rows} x ${columns} taxels`;
     const note = grayscale && signed ? `${taxels}, brighter: larger of either sign` : taxels;
+    // Grey shows how sensels compare, and light touches are most of what they feel.
+    const least = grayscale ? GREY_FLOOR * fullScale : fullScale;
     // Three digits are enough for the end of a scale, and there is room for no more.
-    const floor = Number((fullScale / value.si_per_unit).toPrecision(3));
+    const floor = Number((least / value.si_per_unit).toPrecision(3));
     this.scale = new Scale(signed && !grayscale ? "symmetric" : "positive", floor);
     this.image = new Panel(
       { testId: "image-signals", label, title: [label], note, unit: value.symbol, rows, columns, aspect, grayscale },
