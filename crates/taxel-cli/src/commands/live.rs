@@ -217,6 +217,11 @@ fn saved_provenance(provenance: &Provenance, seed: u64) -> Vec<String> {
 fn about(session: &Session, seed: u64) -> Map<String, Value> {
     let stream = session.source.stream();
     let provenance = &session.provenance;
+    // The frames of crossing channels are one row of channels; people count taxels.
+    let [rows, columns] = match session.sense.meaning() {
+        Some(meaning) => [meaning.rows, meaning.columns],
+        None => [stream.rows, stream.columns],
+    };
     let seed = if provenance.source.starts_with("sim:") {
         Value::from(seed)
     } else {
@@ -225,8 +230,8 @@ fn about(session: &Session, seed: u64) -> Map<String, Value> {
     let pairs = [
         ("name", Value::from(provenance.device.clone())),
         ("source", Value::from(provenance.source.clone())),
-        ("rows", Value::from(stream.rows)),
-        ("columns", Value::from(stream.columns)),
+        ("rows", Value::from(rows)),
+        ("columns", Value::from(columns)),
         ("channels", Value::from(stream.channels())),
         ("channel_unit", Value::from(stream.unit.symbol.clone())),
         (
