@@ -80,7 +80,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         |line, [x, y, z]| write!(line, "{x:.4},{y:.4},{z:.4}"),
     );
     measure("three-axis-8x8", &three_axis, &text, |load| {
-        let force = [0, 1, 2].map(|axis| load(axis));
+        let force = [0, 1, 2].map(load);
         black_box(three_axis.predict(force));
     })?;
 
