@@ -31,7 +31,10 @@ impl Scene {
         let script = Stimulus::shipped_text("finger").expect("is shipped");
         let stimulus = Stimulus::parse("finger", script).expect("is shipped and tested");
         let mut twin = Twin::new(&sensor, &stimulus, 1).expect("the script fits the array");
-        let calibration = sensor.three_axis().expect("is a three-axis array").calibration();
+        let calibration = sensor
+            .three_axis()
+            .expect("is a three-axis array")
+            .calibration();
         let mut estimator =
             Estimator::new(calibration, Quantity::Counts, EstimatorOptions::default())
                 .expect("the array gives counts");
@@ -70,4 +73,19 @@ impl Default for Scene {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Time that the calling thread has computed, s: unlike the clock it leaves
+/// out what others do on its core. Linux counts it, in steps of some ms.
+///
+/// # Panics
+/// On other systems.
+#[must_use]
+pub fn computed() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").expect("runs on Linux");
+    let nanoseconds = text
+        .split(' ')
+        .next()
+        .and_then(|word| word.parse::<f64>().ok());
+    nanoseconds.expect("begins with a number") * 1e-9
 }

@@ -250,6 +250,24 @@ impl Chain {
         output
     }
 
+    /// What [`Chain::advance`] over `duration` ≥ 0, s, would return, for a
+    /// single look.
+    fn peek(&self, memory: &Memory, duration: f64, input: f64) -> f64 {
+        let before = memory.input;
+        let mut output = self.static_gain * input;
+        for (mode, z) in self.real.iter().zip(&memory.real) {
+            let step = Factors::new((mode.pole * duration).into()).real();
+            let z = step.decay * *z + step.first * before + step.last * input;
+            output += mode.weight * (z - input);
+        }
+        for (mode, z) in self.pairs.iter().zip(&memory.pairs) {
+            let step = Factors::new(mode.pole * duration);
+            let z = step.decay * *z + step.first * before + step.last * input;
+            output += (mode.weight * (z - input)).re;
+        }
+        output
+    }
+
     /// Outputs at `times` (ascending, s) for the input through `knots`
     /// (ascending time in s, value), joined by straight lines, constant before
     /// and after.
@@ -268,14 +286,13 @@ impl Chain {
         let mut walk = Walk::new(self, knots);
         walk.to(from);
         let inner = knots.iter().map(|knot| knot[0]);
-        let mut corners: Vec<f64> = inner.filter(|time| (from..to).contains(time)).collect();
+        let mut corners: Vec<f64> = inner.filter(|time| *time > from && *time < to).collect();
         corners.push(to);
         let mut found = [0.0_f64; 2];
         for corner in corners {
-            let start = walk.clone();
-            let at = |time: f64| start.clone().to(time);
-            found[0] = found[0].min(-greatest(|time| -at(time), start.time, corner));
-            found[1] = found[1].max(greatest(at, start.time, corner));
+            let [least, most] = least_and_greatest(|time| walk.at(time), walk.time, corner);
+            found[0] = found[0].min(least);
+            found[1] = found[1].max(most);
             walk.to(corner);
         }
         found
@@ -389,6 +406,15 @@ impl<'a> Walk<'a> {
         self.straight(time, input)
     }
 
+    /// The output at `time` without going there.
+    fn at(&self, time: f64) -> f64 {
+        if self.knots.first().is_some_and(|knot| knot[0] <= time) {
+            return self.clone().to(time);
+        }
+        let duration = (time - self.time).max(0.0);
+        self.chain.peek(&self.memory, duration, self.input_at(time))
+    }
+
     fn input_at(&self, time: f64) -> f64 {
         let here = self.memory.input;
         match self.knots.first() {
@@ -412,8 +438,8 @@ const EVEN: i32 = 64;
 /// Points that halve the distance to the start of the stretch.
 const HALVING: i32 = 40;
 
-/// The greatest value of `f` from `from` to `to`.
-fn greatest(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
+/// The least and the greatest value of `f` from `from` to `to`.
+fn least_and_greatest(f: impl Fn(f64) -> f64, from: f64, to: f64) -> [f64; 2] {
     let length = to - from;
     let halving = (1..=HALVING)
         .rev()
@@ -425,10 +451,14 @@ fn greatest(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
         .map(|share| from + length * share)
         .collect();
     let values: Vec<f64> = grid.iter().map(|&time| f(time)).collect();
-    let best = (0..grid.len()).fold(0, |best, i| if values[i] > values[best] { i } else { best });
-    let low = grid[best.saturating_sub(1)];
-    let high = grid[(best + 1).min(grid.len() - 1)];
-    values[best].max(golden_section(f, low, high))
+    let greatest = |sign: f64| {
+        let value = |i: usize| sign * values[i];
+        let best = (0..grid.len()).fold(0, |best, i| if value(i) > value(best) { i } else { best });
+        let low = grid[best.saturating_sub(1)];
+        let high = grid[(best + 1).min(grid.len() - 1)];
+        value(best).max(golden_section(|time| sign * f(time), low, high))
+    };
+    [-greatest(-1.0), greatest(1.0)]
 }
 
 /// The value at the peak of `f` between `low` and `high`, to about 1e-12 of it

@@ -100,13 +100,9 @@ impl Column {
         }
     }
 
-    /// SI to the unit for people; the reciprocal of a decimal is exact.
+    /// SI to the unit for people.
     pub(crate) fn shown(&self, value: f64) -> f64 {
-        if self.scale < 1.0 {
-            value * (1.0 / self.scale).round()
-        } else {
-            value / self.scale
-        }
+        Shown::new(self.scale).of(value)
     }
 }
 
@@ -126,7 +122,7 @@ pub fn render(
             let frame = Frame::new(format, about, columns);
             let mut text = frame.head.clone();
             for (index, row) in rows.iter().enumerate() {
-                frame.row(index == 0, columns, row, &mut text);
+                frame.row(index == 0, row, &mut text);
             }
             text + frame.tail
         }
@@ -143,6 +139,35 @@ pub struct Frame {
     pub tail: &'static str,
     /// JSON keys of the columns with their quotes and colons.
     keys: Vec<String>,
+    /// How the columns of CSV show their numbers.
+    units: Vec<Shown>,
+}
+
+/// SI to the unit for people; the reciprocal of a decimal is exact.
+#[derive(Debug, Clone, Copy)]
+enum Shown {
+    /// Multiplied by this.
+    Times(f64),
+    /// Divided by this.
+    Over(f64),
+}
+
+impl Shown {
+    /// For a unit of the SI value `scale`.
+    fn new(scale: f64) -> Self {
+        if scale < 1.0 {
+            Self::Times((1.0 / scale).round())
+        } else {
+            Self::Over(scale)
+        }
+    }
+
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Times(factor) => value * factor,
+            Self::Over(scale) => value / scale,
+        }
+    }
 }
 
 impl Frame {
@@ -155,6 +180,7 @@ impl Frame {
                 head: csv_header(columns),
                 tail: "",
                 keys: Vec::new(),
+                units: columns.iter().map(|c| Shown::new(c.scale)).collect(),
             };
         }
         let mut head = String::from("{\n");
@@ -170,17 +196,18 @@ impl Frame {
             head,
             tail: "\n  ]\n}\n",
             keys: keys.collect(),
+            units: Vec::new(),
         }
     }
 
     /// Appends a row; `first` is the very first of the table.
-    pub fn row(&self, first: bool, columns: &[Column], row: &[Cell], text: &mut String) {
+    pub fn row(&self, first: bool, row: &[Cell], text: &mut String) {
         if self.format == Format::Json {
             text.push_str(if first { "\n    {" } else { ",\n    {" });
             json_fields(&self.keys, row, text);
             text.push('}');
         } else {
-            csv_row(columns, row, text);
+            csv_row(&self.units, row, text);
         }
     }
 }
@@ -198,9 +225,7 @@ fn json_fields(keys: &[String], row: &[Cell], text: &mut String) {
             }
             // JSON has no NaN: what is unknown is `null`.
             Cell::Number(_) => text.push_str("null"),
-            Cell::Whole(value) => {
-                let _ = write!(text, "{value}");
-            }
+            Cell::Whole(value) => whole(*value, text),
             Cell::Text(value) => {
                 let _ = write!(text, "{}", Value::from(value.as_ref()));
             }
@@ -296,23 +321,37 @@ fn csv_header(columns: &[Column]) -> String {
 
 /// Appends one line of a CSV file: numbers in the unit for people, in as many
 /// digits as tell them apart; nothing for what is not known.
-fn csv_row(columns: &[Column], row: &[Cell], text: &mut String) {
+fn csv_row(units: &[Shown], row: &[Cell], text: &mut String) {
     let mut digits = zmij::Buffer::new();
-    for (index, (column, cell)) in columns.iter().zip(row).enumerate() {
+    for (index, (unit, cell)) in units.iter().zip(row).enumerate() {
         separate(index, text);
         match cell {
             Cell::Number(value) if value.is_finite() => {
-                let shown = digits.format_finite(column.shown(*value));
+                let shown = digits.format_finite(unit.of(*value));
                 text.push_str(shown.strip_suffix(".0").unwrap_or(shown));
             }
             Cell::Number(_) => (),
-            Cell::Whole(value) => {
-                let _ = write!(text, "{value}");
-            }
+            Cell::Whole(value) => whole(*value, text),
             Cell::Text(value) => quoted(value, text),
         }
     }
     text.push('\n');
+}
+
+/// Appends the digits of a whole number, without the machinery of `write!`,
+/// which a table of counts would notice.
+fn whole(mut value: u64, text: &mut String) {
+    let mut digits = [b'0'; 20];
+    let mut first = digits.len();
+    loop {
+        first -= 1;
+        digits[first] += (value % 10) as u8;
+        value /= 10;
+        if value == 0 {
+            break;
+        }
+    }
+    text.push_str(std::str::from_utf8(&digits[first..]).expect("digits are ASCII"));
 }
 
 fn separate(index: usize, line: &mut String) {

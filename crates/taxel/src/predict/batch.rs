@@ -6,8 +6,8 @@ use serde_json::{Map, Value};
 use super::{LoadRefused, Loads, Predictor};
 use crate::table::{self, Cell, Column, Format};
 
-/// Loads that one core answers at a time.
-const PIECE: usize = 4096;
+/// Loads that one core answers at a time: their text stays within its cache.
+const PIECE: usize = 512;
 /// Pieces that are held in memory at a time.
 const PIECES: usize = 64;
 
@@ -81,31 +81,36 @@ impl<'a> Answers<'a> {
         }
         let frame = table::Frame::new(format, about, &columns);
         sink(&frame.head).map_err(Refusal::Sink)?;
-        let pieces: Vec<usize> = (0..self.loads.len()).step_by(PIECE).collect();
-        for starts in pieces.chunks(PIECES) {
-            let texts: Vec<Result<String, (usize, LoadRefused)>> = starts
+        let starts: Vec<usize> = (0..self.loads.len()).step_by(PIECE).collect();
+        // Used again and again: fresh memory costs more than the digits in it.
+        let mut texts = vec![String::new(); PIECES.min(starts.len())];
+        for starts in starts.chunks(PIECES) {
+            let answered: Vec<Result<(), (usize, LoadRefused)>> = starts
                 .par_iter()
-                .map(|start| self.piece(&frame, &columns, *start))
+                .zip(&mut texts)
+                .map(|(start, text)| self.piece(&frame, *start, text))
                 .collect();
-            for text in texts {
-                let text = text.map_err(|(index, why)| Refusal::Load(index, why))?;
-                sink(&text).map_err(Refusal::Sink)?;
+            for (answered, text) in answered.into_iter().zip(&texts) {
+                answered.map_err(|(index, why)| Refusal::Load(index, why))?;
+                sink(text).map_err(Refusal::Sink)?;
             }
         }
         sink(frame.tail).map_err(Refusal::Sink)
     }
 
+    /// Replaces `text` by the rows of a piece.
     fn piece(
         &self,
         frame: &table::Frame,
-        columns: &[Column],
         start: usize,
-    ) -> Result<String, (usize, LoadRefused)> {
-        let (mut text, mut row) = (String::new(), Vec::new());
+        text: &mut String,
+    ) -> Result<(), (usize, LoadRefused)> {
+        text.clear();
+        let mut row = Vec::new();
         for index in start..(start + PIECE).min(self.loads.len()) {
             self.row(index, &mut row)?;
-            frame.row(index == 0, columns, &row, &mut text);
+            frame.row(index == 0, &row, text);
         }
-        Ok(text)
+        Ok(())
     }
 }

@@ -48,18 +48,21 @@ impl Loads {
         let text = text.trim_start_matches('\u{feff}');
         let mut reader = csv::ReaderBuilder::new()
             .flexible(true)
-            .trim(csv::Trim::All)
+            // Fields are trimmed where they are read, which copies nothing.
+            .trim(csv::Trim::Headers)
             .from_reader(text.as_bytes());
         let header: Vec<String> = match reader.headers() {
             Ok(header) => header.iter().map(str::to_owned).collect(),
             Err(error) => return Err(InputError::whole(file, error.to_string())),
         };
         let places = find_columns(file, text, &header, columns)?;
+        let given = Given::new(&header, &places, columns.len());
+        let lines = text.bytes().filter(|byte| *byte == b'\n').count();
         let mut loads = Self {
-            given: Given::new(&header, &places, columns.len()),
-            lines: Vec::new(),
-            values: Vec::new(),
-            others: Vec::new(),
+            lines: Vec::with_capacity(lines),
+            values: Vec::with_capacity(lines * columns.len()),
+            others: Vec::with_capacity(lines * given.others.len()),
+            given,
         };
         let mut record = csv::StringRecord::new();
         while reader
@@ -206,9 +209,9 @@ fn example(columns: &[LoadColumn]) -> String {
     })
 }
 
-/// Reads a value; `unit` is the SI value of the unit in a column's title, or
-/// none where the text carries its own unit.
-fn parse(kind: LoadKind, text: &str, unit: Option<f64>) -> Result<LoadValue, String> {
+/// Reads a value; `unit` is the unit in a column's title, or none where the
+/// text carries its own unit.
+fn parse(kind: LoadKind, text: &str, unit: Option<Unit>) -> Result<LoadValue, String> {
     let number = || {
         let value: Option<f64> = text.parse().ok();
         value.ok_or_else(|| {
@@ -222,7 +225,8 @@ fn parse(kind: LoadKind, text: &str, unit: Option<f64>) -> Result<LoadValue, Str
             return Ok(LoadValue::Number(value));
         }
         Err(format!(
-            "{text} is out of range: must be from {low} to {high}{unit}{HELP}correct or remove it"
+            "{text} is out of range: must be from {low} to {high}{}{unit}{HELP}correct or remove it",
+            if unit.is_empty() { "" } else { " " }
         ))
     };
     match kind {
@@ -239,11 +243,11 @@ fn parse(kind: LoadKind, text: &str, unit: Option<f64>) -> Result<LoadValue, Str
         LoadKind::Number(range) => within(number()?, range, ""),
         LoadKind::Quantity(dimension, range) => {
             let value = match unit {
-                Some(unit) if unit < 1.0 => number()? / (1.0 / unit).round(),
-                Some(unit) => number()? * unit,
+                Some(Unit::Part(parts)) => number()? / parts,
+                Some(Unit::Multiple(unit)) => number()? * unit,
                 None => dimension.parse(text)?,
             };
-            within(value, range, &format!(" {}", dimension.si))
+            within(value, range, dimension.si)
         }
     }
 }
@@ -253,8 +257,29 @@ fn parse(kind: LoadKind, text: &str, unit: Option<f64>) -> Result<LoadValue, Str
 struct Found {
     /// Index among the device's load columns.
     load: usize,
-    /// SI value of its unit.
-    unit: Option<f64>,
+    /// Its unit.
+    unit: Option<Unit>,
+}
+
+/// The unit of a column.
+#[derive(Debug, Clone, Copy)]
+enum Unit {
+    /// So many of it are an SI unit: dividing by a whole number is exact where
+    /// multiplying by its reciprocal is not.
+    Part(f64),
+    /// It is so many SI units.
+    Multiple(f64),
+}
+
+impl Unit {
+    /// The unit of the SI value `scale`.
+    fn new(scale: f64) -> Self {
+        if scale < 1.0 {
+            Self::Part((1.0 / scale).round())
+        } else {
+            Self::Multiple(scale)
+        }
+    }
 }
 
 /// For each column of the file the load column that it is, if it is one.
@@ -298,7 +323,7 @@ fn find_columns(
                         .error(at, &message)
                         .help(format!("use one of: {}", dimension.symbols())));
                 };
-                Some(scale)
+                Some(Unit::new(scale))
             }
             (_, Some(_)) => {
                 return Err(row
@@ -372,6 +397,7 @@ impl Row<'_> {
         let first = loads.values.len();
         loads.values.resize(first + columns.len(), None);
         for (at, (field, place)) in record.iter().zip(places).enumerate() {
+            let field = field.trim();
             match place {
                 None => loads.others.push(field.to_owned()),
                 // What a table leaves open is not given in this row.
