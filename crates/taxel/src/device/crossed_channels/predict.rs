@@ -258,6 +258,8 @@ impl Predictor for ChannelPredictor {
             "pa",
             4,
         ));
+        let ohm = "ohm";
+        columns.push(Column::new("saturates_at_resistance", ohm, 1.0, ohm, 4));
         columns
     }
 
@@ -306,6 +308,9 @@ impl Predictor for ChannelPredictor {
         }
         let closing = self.section.closing_pressure(&self.closed_form);
         row.push(Cell::Number(closing));
+        let divider = &self.board.divider;
+        let saturated = divider.resistance(divider.saturation);
+        row.push(saturated.map_or(Cell::from(""), Cell::Number));
         Ok(())
     }
 
