@@ -60,8 +60,8 @@ pub enum ChannelSignal {
     Impossible,
 }
 
-/// Points of a pressure curve: the closing curve bends at the first touch, and
-/// 200 straight steps would be within 1e-3 of the pressure there.
+/// Points of a pressure curve: close enough that the bend of the closing curve
+/// at the first touch lies between near neighbours.
 const POINTS: u32 = 200;
 
 impl ChannelModel {

@@ -2,7 +2,7 @@
 //! capture.
 
 use super::ChannelScale;
-use super::rest::{MOVING, Running, TOLERATED_SHARE, deviation};
+use super::rest::{Against, RestReadings, deviation};
 use crate::layout::Layout;
 use crate::transduction::InPlaneModel;
 
@@ -23,11 +23,7 @@ pub struct InPlaneCalibration {
 
 /// Collects readings at rest and turns them into a calibration.
 #[derive(Debug, Clone)]
-pub struct InPlaneRestCapture {
-    wanted: usize,
-    frames: usize,
-    readings: Vec<Running>,
-}
+pub struct InPlaneRestCapture(RestReadings);
 
 /// Why a rest capture was refused; the calibration stays as it was.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -65,21 +61,13 @@ pub enum InPlaneRestRefused {
 impl InPlaneRestCapture {
     /// Averages over `frames` frames of `taxels` taxels.
     pub fn new(taxels: usize, frames: usize) -> Self {
-        Self {
-            wanted: frames.max(2),
-            frames: 0,
-            readings: vec![Running::default(); taxels],
-        }
+        Self(RestReadings::new(taxels, frames))
     }
 
     /// Adds the capacitances of one frame, F; `NaN` for no reading. Returns
     /// whether the capture is complete.
     pub fn push(&mut self, capacitance: &[f64]) -> bool {
-        for (running, value) in self.readings.iter_mut().zip(capacitance) {
-            running.push(*value);
-        }
-        self.frames += 1;
-        self.frames >= self.wanted
+        self.0.push(capacitance.iter().copied())
     }
 
     /// The calibration with the gaps and the noise that the capture found.
@@ -95,21 +83,16 @@ impl InPlaneRestCapture {
         calibration: &InPlaneCalibration,
     ) -> Result<InPlaneCalibration, InPlaneRestRefused> {
         let taxels = calibration.models.len();
-        let tolerated = (TOLERATED_SHARE * taxels as f64) as usize;
+        let tolerated = Against::tolerated(taxels);
         let mut found = calibration.clone();
-        let (mut moving, mut most) = (0, (0, 0.0));
-        let mut impossible = Vec::new();
-        for (taxel, running) in self.readings.iter().enumerate().take(taxels) {
+        let mut against = Against::default();
+        for (taxel, running) in self.0.channels().iter().enumerate().take(taxels) {
             let noise = calibration.deviation[taxel];
             let ratio = running.deviation() / noise;
             if calibration.masked[taxel] || ratio.is_nan() {
                 continue;
             }
-            if ratio > MOVING {
-                moving += 1;
-                if ratio > most.1 {
-                    most = (taxel, ratio);
-                }
+            if against.moved(taxel, ratio) {
                 continue;
             }
             let rest = running.mean_or_nan();
@@ -118,26 +101,25 @@ impl InPlaneRestCapture {
                     found.models[taxel] = model;
                     found.deviation[taxel] = deviation(running, noise);
                 }
-                None => impossible.push((taxel, rest)),
+                None => against.cannot_be(taxel, rest),
             }
         }
-        if moving > tolerated {
+        if against.moving > tolerated {
             return Err(InPlaneRestRefused::Moving {
-                moving,
+                moving: against.moving,
                 taxels,
-                taxel: most.0,
-                ratio: most.1,
+                taxel: against.most.0,
+                ratio: against.most.1,
             });
         }
-        match impossible.first() {
-            Some((taxel, rest)) if impossible.len() > tolerated => {
-                Err(InPlaneRestRefused::Impossible {
-                    taxel: *taxel,
-                    femtofarad: 1e15 * rest,
-                    micrometres: 1e6 * calibration.models[*taxel].electrodes.gap,
-                })
-            }
-            _ => Ok(found),
+        if against.impossible > tolerated {
+            let (taxel, reading) = against.first;
+            return Err(InPlaneRestRefused::Impossible {
+                taxel,
+                femtofarad: 1e15 * reading,
+                micrometres: 1e6 * calibration.models[taxel].electrodes.gap,
+            });
         }
+        Ok(found)
     }
 }

@@ -13,7 +13,7 @@ use crate::transduction::UnitModel;
 
 pub use channels::{ChannelCalibration, ChannelModel, ChannelSignal, DividerScale};
 pub use in_plane::{InPlaneCalibration, InPlaneRestCapture, InPlaneRestRefused};
-pub use rest::{RestCapture, RestRefused};
+pub use rest::{MOVING, RestCapture, RestReadings, RestRefused, Running};
 pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
 pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};
 

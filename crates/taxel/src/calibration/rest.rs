@@ -1,23 +1,89 @@
-//! Rest capture (tare): the capacitances of the mounted, unloaded device.
+//! Rest capture (tare): the readings of the mounted, unloaded device.
 
 use super::Calibration;
 
 /// Collects readings at rest and turns them into a calibration.
 #[derive(Debug, Clone)]
-pub struct RestCapture {
+pub struct RestCapture(RestReadings);
+
+/// Mean and scatter of every channel over the frames of a rest capture, of any
+/// device.
+#[derive(Debug, Clone)]
+pub struct RestReadings {
     wanted: usize,
     frames: usize,
-    /// Running mean and sum of squared deviations of every capacitor, F, F²,
-    /// with the number of its readings (Welford).
-    readings: Vec<[Running; 4]>,
+    channels: Vec<Running>,
 }
 
-/// Running mean and sum of squared deviations (Welford).
+/// Running mean and sum of squared deviations of one channel (Welford).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Running {
+pub struct Running {
     count: f64,
     mean: f64,
     squares: f64,
+}
+
+impl RestReadings {
+    /// Collects over `frames` frames (at least two) of `channels` channels.
+    pub fn new(channels: usize, frames: usize) -> Self {
+        Self {
+            wanted: frames.max(2),
+            frames: 0,
+            channels: vec![Running::default(); channels],
+        }
+    }
+
+    /// Adds one frame; `NaN` for no reading. Returns whether the capture is
+    /// complete.
+    pub fn push(&mut self, values: impl IntoIterator<Item = f64>) -> bool {
+        for (running, value) in self.channels.iter_mut().zip(values) {
+            running.push(value);
+        }
+        self.frames += 1;
+        self.frames >= self.wanted
+    }
+
+    /// What each channel read.
+    pub fn channels(&self) -> &[Running] {
+        &self.channels
+    }
+}
+
+/// Taxels that stand against a capture: those that moved, and those whose mean
+/// belongs to no unloaded device.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Against {
+    pub(super) moving: usize,
+    /// The taxel that moved most, and its scatter over its noise.
+    pub(super) most: (usize, f64),
+    pub(super) impossible: usize,
+    /// The first impossible taxel and its reading, F.
+    pub(super) first: (usize, f64),
+}
+
+impl Against {
+    /// Whether a taxel moved by `ratio` times its noise; then it is counted.
+    pub(super) fn moved(&mut self, taxel: usize, ratio: f64) -> bool {
+        let moved = ratio > MOVING;
+        self.moving += usize::from(moved);
+        if moved && ratio > self.most.1 {
+            self.most = (taxel, ratio);
+        }
+        moved
+    }
+
+    /// Counts a taxel whose mean reading, F, is impossible at rest.
+    pub(super) fn cannot_be(&mut self, taxel: usize, reading: f64) {
+        if self.impossible == 0 {
+            self.first = (taxel, reading);
+        }
+        self.impossible += 1;
+    }
+
+    /// How many of `taxels` may stand against a capture.
+    pub(super) fn tolerated(taxels: usize) -> usize {
+        (TOLERATED_SHARE * taxels as f64) as usize
+    }
 }
 
 /// Why a rest capture was refused; the calibration stays as it was.
@@ -52,31 +118,21 @@ pub enum RestRefused {
 
 /// Scatter over noise above which a taxel counts as moving. With 50 readings
 /// the ratio of a quiet taxel stays below 1.4 in all but one of 10⁵ captures.
-pub(super) const MOVING: f64 = 3.0;
+pub const MOVING: f64 = 3.0;
 /// Taxels that may move or be impossible before the capture is refused: a few
 /// broken ones must not block the others.
-pub(super) const TOLERATED_SHARE: f64 = 0.1;
+const TOLERATED_SHARE: f64 = 0.1;
 
 impl RestCapture {
     /// Averages over `frames` frames of `taxels` taxels; the paper uses 50.
     pub fn new(taxels: usize, frames: usize) -> Self {
-        Self {
-            wanted: frames.max(2),
-            frames: 0,
-            readings: vec![[Running::default(); 4]; taxels],
-        }
+        Self(RestReadings::new(4 * taxels, frames))
     }
 
     /// Adds the capacitances of one frame, F; `NaN` for no reading. Returns
     /// whether the capture is complete.
     pub fn push(&mut self, capacitance: impl Iterator<Item = [f64; 4]>) -> bool {
-        for (running, values) in self.readings.iter_mut().zip(capacitance) {
-            for (running, value) in running.iter_mut().zip(values) {
-                running.push(value);
-            }
-        }
-        self.frames += 1;
-        self.frames >= self.wanted
+        self.0.push(capacitance.flatten())
     }
 
     /// The calibration with the air gaps and the noise that the capture found.
@@ -88,21 +144,17 @@ impl RestCapture {
     /// [`RestRefused`], and then nothing has changed.
     pub fn finish(&self, calibration: &Calibration) -> Result<Calibration, RestRefused> {
         let taxels = calibration.units.len();
-        let tolerated = (TOLERATED_SHARE * taxels as f64) as usize;
+        let tolerated = Against::tolerated(taxels);
         let mut found = calibration.clone();
-        let (mut moving, mut most) = (0, (0, 0.0));
-        let mut impossible = Vec::new();
-        for (taxel, running) in self.readings.iter().enumerate().take(taxels) {
+        let mut against = Against::default();
+        let readings = self.0.channels().as_chunks::<4>().0;
+        for (taxel, running) in readings.iter().enumerate().take(taxels) {
             let noise = calibration.deviation[taxel];
             let ratio = (0..4)
                 .filter(|i| !calibration.masked[taxel][*i] && running[*i].count > 1.0)
                 .map(|i| running[i].deviation() / noise[i])
                 .fold(0.0, f64::max);
-            if ratio > MOVING {
-                moving += 1;
-                if ratio > most.1 {
-                    most = (taxel, ratio);
-                }
+            if against.moved(taxel, ratio) {
                 continue;
             }
             let rest: [f64; 4] = std::array::from_fn(|i| {
@@ -117,27 +169,24 @@ impl RestCapture {
                     found.units[taxel] = unit;
                     found.deviation[taxel] = deviations(running, noise);
                 }
-                None => impossible.push((taxel, rest)),
+                None => against.cannot_be(taxel, rest.iter().copied().fold(0.0, f64::max)),
             }
         }
-        if moving > tolerated {
+        if against.moving > tolerated {
             return Err(RestRefused::Moving {
-                moving,
+                moving: against.moving,
                 taxels,
-                taxel: most.0,
-                ratio: most.1,
+                taxel: against.most.0,
+                ratio: against.most.1,
             });
         }
-        match impossible.first() {
-            Some((taxel, rest)) if impossible.len() > tolerated => {
-                let femtofarad = 1e15 * rest.iter().copied().fold(0.0, f64::max);
-                Err(RestRefused::Impossible {
-                    taxel: *taxel,
-                    femtofarad,
-                })
-            }
-            _ => Ok(found),
+        if against.impossible > tolerated {
+            return Err(RestRefused::Impossible {
+                taxel: against.first.0,
+                femtofarad: 1e15 * against.first.1,
+            });
         }
+        Ok(found)
     }
 }
 
@@ -158,7 +207,7 @@ pub(super) fn deviation(running: &Running, promised: f64) -> f64 {
 }
 
 impl Running {
-    pub(super) fn push(&mut self, value: f64) {
+    fn push(&mut self, value: f64) {
         if value.is_finite() {
             self.count += 1.0;
             let before = value - self.mean;
@@ -167,11 +216,13 @@ impl Running {
         }
     }
 
-    pub(super) fn deviation(&self) -> f64 {
+    /// Standard deviation of the readings; `NaN` for fewer than two.
+    pub fn deviation(&self) -> f64 {
         (self.squares / (self.count - 1.0)).sqrt()
     }
 
-    pub(super) fn mean_or_nan(&self) -> f64 {
+    /// Mean of the readings; `NaN` without any.
+    pub fn mean_or_nan(&self) -> f64 {
         if self.count > 0.0 {
             self.mean
         } else {

@@ -7,6 +7,7 @@ use super::{
     TaxelValue,
 };
 use crate::acquisition::Frame;
+use crate::calibration::{MOVING, RestReadings};
 use crate::layout::Layout;
 use crate::linear::{Chain, Memory, Step, Transfer};
 
@@ -86,24 +87,13 @@ pub struct ChargeEstimator {
     wrong_until_ns: Vec<u64>,
     last_time_ns: Option<u64>,
     deviation: f64,
-    capture: Option<Capture>,
+    capture: Option<RestReadings>,
     segmentation: Segmentation,
     touch: SignalTouch,
 }
 
-/// A rest capture under way: sums for each element.
-#[derive(Debug, Clone)]
-struct Capture {
-    wanted: usize,
-    taken: usize,
-    sums: Vec<[f64; 2]>,
-}
-
 /// Pause that counts, as a share of the time constant of the high-pass.
 const PAUSE: f64 = 0.1;
-/// Scatter over noise above which an element counts as moving during a rest
-/// capture.
-const MOVING: f64 = 3.0;
 
 impl ChargeEstimator {
     /// An estimator for the elements of `model`.
@@ -230,36 +220,28 @@ impl ChargeEstimator {
 
     fn capture_frame(&mut self) -> RestEnd {
         let capture = self.capture.as_mut()?;
-        for (sums, volts) in capture.sums.iter_mut().zip(&self.touch.signals) {
-            sums[0] += volts;
-            sums[1] += volts * volts;
-        }
-        capture.taken += 1;
-        if capture.taken < capture.wanted {
+        if !capture.push(self.touch.signals.iter().copied()) {
             return None;
         }
         let ended = self.capture.take()?;
         Some(self.end_capture(&ended))
     }
 
-    fn end_capture(&mut self, capture: &Capture) -> Result<(), String> {
-        let frames = capture.taken as f64;
-        let mean = |sums: &[f64; 2]| sums[0] / frames;
-        let used = |index: &usize| !self.model.masked[*index];
-        for index in (0..capture.sums.len()).filter(used) {
-            let sums = &capture.sums[index];
-            let variance = (sums[1] / frames - mean(sums).powi(2)).max(0.0);
-            let ratio = variance.sqrt() / self.model.deviation;
-            if ratio > MOVING {
+    fn end_capture(&mut self, capture: &RestReadings) -> Result<(), String> {
+        let channels = capture.channels();
+        for (index, running) in channels.iter().enumerate() {
+            let ratio = running.deviation() / self.model.deviation;
+            if ratio > MOVING && !self.model.masked[index] {
                 return Err(format!(
                     "rest capture refused: element {index} moved by {ratio:.0} times its noise; lift off and try again"
                 ));
             }
         }
-        for (rest, sums) in self.rest.iter_mut().zip(&capture.sums) {
+        for (rest, running) in self.rest.iter_mut().zip(channels) {
+            let mean = running.mean_or_nan();
             // A channel without readings keeps its rest.
-            if sums[0].is_finite() {
-                *rest = mean(sums);
+            if mean.is_finite() {
+                *rest = mean;
             }
         }
         self.forget();
@@ -309,11 +291,7 @@ impl SignalEstimator for ChargeEstimator {
     }
 
     fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(Capture {
-            wanted: frames.max(2),
-            taken: 0,
-            sums: vec![[0.0; 2]; self.rest.len()],
-        });
+        self.capture = Some(RestReadings::new(self.rest.len(), frames));
     }
 
     fn capturing(&self) -> bool {

@@ -11,7 +11,7 @@ use super::{
     TaxelValue,
 };
 use crate::acquisition::Frame;
-use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal};
+use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal, MOVING, RestReadings};
 use crate::mechanics::OnCurve;
 
 /// What one channel feels.
@@ -102,15 +102,10 @@ pub enum ChannelRestRefused {
     },
 }
 
-/// Scatter over noise above which a channel counts as moving.
-const MOVING: f64 = 3.0;
-
 #[derive(Debug, Clone)]
 struct Capture {
-    wanted: usize,
-    taken: usize,
-    /// Σ R and Σ (R − R of the first frame)² of each channel.
-    sums: Vec<[f64; 3]>,
+    readings: RestReadings,
+    /// The first channel that gave no resistance.
     broken: Option<usize>,
 }
 
@@ -223,21 +218,15 @@ impl CrossedChannels {
 
     fn capture_frame(&mut self, values: &[f64]) -> RestEnd {
         let capture = self.capture.as_mut()?;
-        for (channel, (sums, counts)) in capture.sums.iter_mut().zip(values).enumerate() {
-            let ChannelSignal::Resistance(resistance) = self.calibration.scale.signal(*counts)
-            else {
-                capture.broken.get_or_insert(channel);
-                continue;
-            };
-            if capture.taken == 0 {
-                sums[2] = resistance;
-            }
-            let off = resistance - sums[2];
-            sums[0] += off;
-            sums[1] += off * off;
+        let scale = &self.calibration.scale;
+        let resistances = values.iter().map(|counts| match scale.signal(*counts) {
+            ChannelSignal::Resistance(resistance) => resistance,
+            _ => f64::NAN,
+        });
+        if let Some(channel) = resistances.clone().position(f64::is_nan) {
+            capture.broken.get_or_insert(channel);
         }
-        capture.taken += 1;
-        if capture.taken < capture.wanted {
+        if !capture.readings.push(resistances) {
             return None;
         }
         let capture = self.capture.take()?;
@@ -248,21 +237,16 @@ impl CrossedChannels {
         if let Some(channel) = capture.broken {
             return Err(ChannelRestRefused::NoReading { channel });
         }
-        let frames = capture.taken as f64;
         let scale = &self.calibration.scale;
-        for (channel, (model, [sum, squares, _])) in
-            models(&self.calibration).zip(&capture.sums).enumerate()
-        {
-            let scatter = ((squares - sum * sum / frames) / (frames - 1.0).max(1.0))
-                .max(0.0)
-                .sqrt();
+        let channels = capture.readings.channels();
+        for (channel, (model, running)) in models(&self.calibration).zip(channels).enumerate() {
             let noise = model.deviation * scale.slope(model.rest_resistance);
-            if scatter > MOVING * noise {
+            if running.deviation() > MOVING * noise {
                 return Err(ChannelRestRefused::Moving { channel });
             }
         }
-        for (rest, [sum, _, first]) in self.touch.rest.iter_mut().zip(&capture.sums) {
-            *rest = first + sum / frames;
+        for (rest, running) in self.touch.rest.iter_mut().zip(channels) {
+            *rest = running.mean_or_nan();
         }
         Ok(())
     }
@@ -293,9 +277,7 @@ impl SignalEstimator for CrossedChannels {
 
     fn begin_rest_capture(&mut self, frames: usize) {
         self.capture = Some(Capture {
-            wanted: frames.max(1),
-            taken: 0,
-            sums: vec![[0.0; 3]; self.channels.len()],
+            readings: RestReadings::new(self.channels.len(), frames),
             broken: None,
         });
     }
