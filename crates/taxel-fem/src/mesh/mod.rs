@@ -1,0 +1,146 @@
+//! Meshes of quadratic cells with named regions, named surfaces and named points.
+//!
+//! Every cell carries the nodes that a linear, discontinuous pressure needs beside
+//! it to be stable: 9 on a quadrilateral, 7 on a triangle, 27 on a hexahedron, 15
+//! on a tetrahedron. Local numbers follow VTK.
+
+mod cell;
+
+pub use cell::{CellShape, FacetShape};
+
+use std::collections::BTreeMap;
+
+/// One side of one cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Facet {
+    /// Number of the cell.
+    pub cell: u32,
+    /// Side of the cell, in the order of [`CellShape::sides`].
+    pub side: u8,
+}
+
+/// A mesh. Coordinates in m (or any one unit of length, used throughout).
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Positions of the nodes; the third number is zero in two dimensions.
+    pub points: Vec<[f64; 3]>,
+    shapes: Vec<CellShape>,
+    regions_of_cells: Vec<u16>,
+    first_nodes: Vec<u32>,
+    nodes: Vec<u32>,
+    /// Names of the regions that cells refer to by number.
+    pub regions: Vec<String>,
+    /// Named parts of the boundary, or of interfaces inside.
+    pub surfaces: BTreeMap<String, Vec<Facet>>,
+    /// Named sets of nodes.
+    pub node_sets: BTreeMap<String, Vec<u32>>,
+}
+
+impl Mesh {
+    /// Number of space dimensions, 2 or 3; zero without cells.
+    pub fn dimension(&self) -> usize {
+        self.shapes.first().map_or(0, |shape| shape.dimension())
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.shapes.len()
+    }
+
+    /// Number of a region by its name; a new one when there is none.
+    pub fn region(&mut self, name: &str) -> u16 {
+        let known = self.regions.iter().position(|known| known == name);
+        known.unwrap_or_else(|| {
+            self.regions.push(name.to_owned());
+            self.regions.len() - 1
+        }) as u16
+    }
+
+    /// Adds a cell of a region and returns its number.
+    ///
+    /// # Panics
+    /// When the number of nodes is not that of the shape.
+    pub fn add_cell(&mut self, shape: CellShape, region: u16, nodes: &[u32]) -> u32 {
+        assert_eq!(nodes.len(), shape.node_count(), "nodes of a {shape:?}");
+        self.first_nodes.push(self.nodes.len() as u32);
+        self.shapes.push(shape);
+        self.regions_of_cells.push(region);
+        self.nodes.extend_from_slice(nodes);
+        self.shapes.len() as u32 - 1
+    }
+
+    /// Shape of a cell.
+    pub fn shape(&self, cell: usize) -> CellShape {
+        self.shapes[cell]
+    }
+
+    /// Number of the region of a cell.
+    pub fn region_of(&self, cell: usize) -> usize {
+        usize::from(self.regions_of_cells[cell])
+    }
+
+    /// Nodes of a cell, in VTK's order.
+    pub fn cell(&self, cell: usize) -> &[u32] {
+        let first = self.first_nodes[cell] as usize;
+        &self.nodes[first..first + self.shapes[cell].node_count()]
+    }
+
+    /// Nodes of a facet in the order of its [`FacetShape`], the outward normal by the
+    /// right hand (in two dimensions: outside lies to the right).
+    pub fn facet_nodes(&self, facet: Facet) -> impl Iterator<Item = u32> + '_ {
+        let cell = facet.cell as usize;
+        let local = self.shapes[cell].sides()[usize::from(facet.side)];
+        let nodes = self.cell(cell);
+        local.iter().map(move |&n| nodes[usize::from(n)])
+    }
+
+    /// Nodes of a named surface or node set, sorted, each once; none without such a name.
+    pub fn nodes_of(&self, name: &str) -> Option<Vec<u32>> {
+        if let Some(set) = self.node_sets.get(name) {
+            return Some(set.clone());
+        }
+        let mut nodes: Vec<u32> = self
+            .surfaces
+            .get(name)?
+            .iter()
+            .flat_map(|&facet| self.facet_nodes(facet))
+            .collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Some(nodes)
+    }
+
+    /// Sides of cells that belong to one cell only.
+    pub fn boundary(&self) -> Vec<Facet> {
+        let mut seen: BTreeMap<Vec<u32>, Option<Facet>> = BTreeMap::new();
+        for cell in 0..self.cell_count() {
+            for side in 0..self.shapes[cell].sides().len() {
+                let facet = Facet {
+                    cell: cell as u32,
+                    side: side as u8,
+                };
+                let mut key: Vec<u32> = self.facet_nodes(facet).collect();
+                key.sort_unstable();
+                seen.entry(key)
+                    .and_modify(|once| *once = None)
+                    .or_insert(Some(facet));
+            }
+        }
+        let mut facets: Vec<Facet> = seen.into_values().flatten().collect();
+        facets.sort_unstable();
+        facets
+    }
+
+    /// Names the part of the boundary whose nodes all satisfy a condition.
+    pub fn name_boundary(&mut self, name: &str, condition: impl Fn([f64; 3]) -> bool) {
+        let facets = self
+            .boundary()
+            .into_iter()
+            .filter(|&facet| {
+                self.facet_nodes(facet)
+                    .all(|node| condition(self.points[node as usize]))
+            })
+            .collect();
+        self.surfaces.insert(name.to_owned(), facets);
+    }
+}

@@ -1,0 +1,210 @@
+//! One arithmetic for single numbers, for several points at once, and for
+//! automatic derivatives: a material law is written once, over [`Scalar`].
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What a material law computes with.
+pub trait Scalar:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// A constant.
+    fn constant(value: f64) -> Self;
+    /// Applies a function that has no arithmetic of its own here, lane by lane.
+    #[must_use]
+    fn power(self, exponent: f64) -> Self;
+    /// The reciprocal of the cube root, for positive numbers.
+    #[must_use]
+    fn inverse_cube_root(self) -> Self;
+    /// Natural logarithm, for positive numbers.
+    #[must_use]
+    fn logarithm(self) -> Self;
+    /// Square root, for numbers not negative.
+    #[must_use]
+    fn root(self) -> Self;
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn power(self, exponent: f64) -> Self {
+        libm::pow(self, exponent)
+    }
+    #[inline(always)]
+    fn inverse_cube_root(self) -> Self {
+        1.0 / libm::cbrt(self)
+    }
+    #[inline(always)]
+    fn logarithm(self) -> Self {
+        libm::log(self)
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+/// As many points as one wide register holds; all operations act on each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct Lanes(pub [f64; Lanes::COUNT]);
+
+impl Lanes {
+    /// Points treated at once.
+    pub const COUNT: usize = 8;
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self(std::array::from_fn(|lane| f(self.0[lane], other.0[lane])))
+    }
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(f))
+    }
+}
+
+impl Add for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+impl Sub for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+impl Mul for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+impl Div for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+}
+impl Neg for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+impl Scalar for Lanes {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self([value; Self::COUNT])
+    }
+    #[inline(always)]
+    fn power(self, exponent: f64) -> Self {
+        self.map(|a| libm::pow(a, exponent))
+    }
+    #[inline(always)]
+    fn inverse_cube_root(self) -> Self {
+        // Volume ratios are near one: Newton on y^-3 = a from the secant start
+        // stays in the registers. Numbers far from one take the scalar way.
+        if self.0.iter().all(|&a| (a - 1.0).abs() < 0.3) {
+            let mut y = self.map(|a| (4.0 - a) / 3.0);
+            for _ in 0..5 {
+                y = self.zip(y, |a, y| y * (4.0 - a * y * y * y) / 3.0);
+            }
+            y
+        } else {
+            self.map(|a| 1.0 / libm::cbrt(a))
+        }
+    }
+    #[inline(always)]
+    fn logarithm(self) -> Self {
+        self.map(libm::log)
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.map(f64::sqrt)
+    }
+}
+
+/// A 3 x 3 tensor, row first.
+pub type Tensor<S> = [[S; 3]; 3];
+
+/// A symmetric tensor in the order 11, 22, 33, 12, 23, 13.
+pub type Symmetric<S> = [S; 6];
+
+/// Rows and columns of the six entries of a [`Symmetric`].
+pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+
+/// Place of entry `(row, column)` in a [`Symmetric`].
+pub const PLACE: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+
+/// Determinant.
+#[inline(always)]
+pub fn determinant<S: Scalar>(a: &Tensor<S>) -> S {
+    a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1])
+        - a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0])
+        + a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0])
+}
+
+/// Inverse by cofactors, given the determinant.
+#[inline(always)]
+pub fn inverse<S: Scalar>(a: &Tensor<S>, determinant: S) -> Tensor<S> {
+    let r = S::constant(1.0) / determinant;
+    let m = |i: usize, j: usize, k: usize, l: usize| (a[i][j] * a[k][l] - a[i][l] * a[k][j]) * r;
+    [
+        [m(1, 1, 2, 2), m(0, 2, 2, 1), m(0, 1, 1, 2)],
+        [m(1, 2, 2, 0), m(0, 0, 2, 2), m(0, 2, 1, 0)],
+        [m(1, 0, 2, 1), m(0, 1, 2, 0), m(0, 0, 1, 1)],
+    ]
+}
+
+/// `b = F F^T`, the left Cauchy-Green tensor.
+#[inline(always)]
+pub fn left_cauchy_green<S: Scalar>(f: &Tensor<S>) -> Symmetric<S> {
+    std::array::from_fn(|v| {
+        let (i, j) = PAIRS[v];
+        f[i][0] * f[j][0] + f[i][1] * f[j][1] + f[i][2] * f[j][2]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inverse_times_its_tensor_is_the_identity() {
+        let f = [[1.2, 0.3, -0.1], [0.05, 0.8, 0.2], [-0.3, 0.1, 1.5]];
+        let g = inverse(&f, determinant(&f));
+        for i in 0..3 {
+            for j in 0..3 {
+                let entry: f64 = (0..3).map(|k| g[i][k] * f[k][j]).sum();
+                assert!((entry - f64::from(u8::from(i == j))).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn the_lanes_take_the_cube_root_of_each() {
+        let near = Lanes([0.71, 0.8, 0.9, 1.0, 1.1, 1.2, 1.25, 1.29]);
+        let far = Lanes([0.1, 0.8, 0.9, 1.0, 1.1, 1.2, 5.0, 50.0]);
+        for numbers in [near, far] {
+            let found = numbers.inverse_cube_root();
+            for lane in 0..Lanes::COUNT {
+                let expected = 1.0 / libm::cbrt(numbers.0[lane]);
+                assert!((found.0[lane] / expected - 1.0).abs() < 1e-15);
+            }
+        }
+    }
+}
