@@ -4,6 +4,16 @@
 //! loads and contact; Newton's method finds the deformed shape step by step; static
 //! fields are then read off that shape.
 
+// Laws and kernels run inside loops that are compiled for the widest registers of
+// the machine at hand: what is not inlined there runs at the narrowest.
+#![allow(clippy::inline_always)]
+// Tensors read best with the indices of their equations.
+#![allow(clippy::needless_range_loop)]
+// Tabulated points keep the digits of their source.
+#![allow(clippy::excessive_precision)]
+// Numbers of nodes, cells and dimensions are far below 2^31.
+#![allow(clippy::cast_possible_wrap)]
+
 pub mod material;
 pub mod mesh;
 pub mod scalar;
