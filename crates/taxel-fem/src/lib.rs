@@ -17,3 +17,4 @@
 pub mod material;
 pub mod mesh;
 pub mod scalar;
+pub mod solver;
