@@ -64,6 +64,12 @@ impl Lanes {
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self(std::array::from_fn(|lane| f(self.0[lane], other.0[lane])))
     }
+    /// `self * factor + other`, fused.
+    #[inline(always)]
+    #[must_use]
+    pub fn times_plus(self, factor: f64, other: Self) -> Self {
+        self.zip(other, |a, b| a.mul_add(factor, b))
+    }
     #[inline(always)]
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self(self.0.map(f))
