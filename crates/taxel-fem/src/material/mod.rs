@@ -6,7 +6,13 @@
 //! (`Pi = W(F) + p (J - 1) - U*(p)`), so that the limit of no compressibility is
 //! an ordinary case.
 
+#[cfg(test)]
+mod dual;
 mod invariants;
+#[cfg(test)]
+mod tests;
+
+use invariants::Slopes;
 
 use crate::scalar::{Scalar, Symmetric, Tensor};
 
@@ -74,9 +80,20 @@ impl Law {
     /// Energy, stress and tangent at the deformation gradient `f`.
     #[inline(always)]
     pub fn response<S: Scalar>(&self, f: &Tensor<S>) -> Response<S> {
-        match *self {
-            Self::MooneyRivlin { c10, c01 } => invariants::mooney_rivlin(f, c10, c01),
-        }
+        let k = S::constant;
+        let at = invariants::isochoric(f);
+        let (x, y) = (at.first - k(3.0), at.second - k(3.0));
+        let (slopes, c2) = match *self {
+            Self::MooneyRivlin { c10, c01 } => (
+                Slopes {
+                    energy: k(c10) * x + k(c01) * y,
+                    first: k(c10),
+                    curvature: k(0.0),
+                },
+                c01,
+            ),
+        };
+        invariants::response(&at, &slopes, c2)
     }
 }
 
