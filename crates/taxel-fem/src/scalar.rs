@@ -26,6 +26,12 @@ pub trait Scalar:
     /// Square root, for numbers not negative.
     #[must_use]
     fn root(self) -> Self;
+    /// Applies a function of a single point to each point, for what has no arithmetic
+    /// in lanes (principal values, say).
+    fn per_point<const IN: usize, const OUT: usize>(
+        numbers: &[Self; IN],
+        function: impl Fn(&[f64; IN]) -> [f64; OUT],
+    ) -> [Self; OUT];
 }
 
 impl Scalar for f64 {
@@ -48,6 +54,13 @@ impl Scalar for f64 {
     #[inline(always)]
     fn root(self) -> Self {
         self.sqrt()
+    }
+    #[inline(always)]
+    fn per_point<const IN: usize, const OUT: usize>(
+        numbers: &[Self; IN],
+        function: impl Fn(&[f64; IN]) -> [f64; OUT],
+    ) -> [Self; OUT] {
+        function(numbers)
     }
 }
 
@@ -136,7 +149,31 @@ impl Scalar for Lanes {
     }
     #[inline(always)]
     fn root(self) -> Self {
-        self.map(f64::sqrt)
+        let a = self.0;
+        Self([
+            a[0].sqrt(),
+            a[1].sqrt(),
+            a[2].sqrt(),
+            a[3].sqrt(),
+            a[4].sqrt(),
+            a[5].sqrt(),
+            a[6].sqrt(),
+            a[7].sqrt(),
+        ])
+    }
+    #[inline(always)]
+    fn per_point<const IN: usize, const OUT: usize>(
+        numbers: &[Self; IN],
+        function: impl Fn(&[f64; IN]) -> [f64; OUT],
+    ) -> [Self; OUT] {
+        let mut answers = [Self::constant(0.0); OUT];
+        for lane in 0..Self::COUNT {
+            let answer = function(&std::array::from_fn(|n| numbers[n].0[lane]));
+            for n in 0..OUT {
+                answers[n].0[lane] = answer[n];
+            }
+        }
+        answers
     }
 }
 

@@ -64,7 +64,6 @@ impl Mul for Dual {
 }
 impl Div for Dual {
     type Output = Self;
-    #[expect(clippy::suspicious_arithmetic_impl, reason = "a / b = a b^-1")]
     fn div(self, other: Self) -> Self {
         self * other.power(-1.0)
     }
@@ -91,5 +90,13 @@ impl Scalar for Dual {
     }
     fn root(self) -> Self {
         self.power(0.5)
+    }
+    /// Values without derivatives: what asks for those gets no number.
+    fn per_point<const IN: usize, const OUT: usize>(
+        numbers: &[Self; IN],
+        function: impl Fn(&[f64; IN]) -> [f64; OUT],
+    ) -> [Self; OUT] {
+        function(&numbers.map(|number| number.value))
+            .map(|value| Self::constant(value).through(value, f64::NAN, f64::NAN))
     }
 }

@@ -51,8 +51,8 @@ pub(super) fn isochoric<S: Scalar>(f: &Tensor<S>) -> Isochoric<S> {
 ///
 /// With `s = dev b`, `T = 2 (w' b + c2 (I1 b - b^2))` and `tau = dev T`:
 /// `c = 4 w'' s x s + dev [4 c2 (b x b - b.b)] + 2/3 tr T (Is - 1 x 1 / 3)
-///    - 2/3 (tau x 1 + 1 x tau)` (Holzapfel 2000, eqs. 6.91 and 6.168, moved to
-/// space), where `(b.b)_ijkl = (b_ik b_jl + b_il b_jk) / 2` and its deviator on both
+///    - 2/3 (tau x 1 + 1 x tau)` (Holzapfel 2000, section 6.6, moved
+/// to space), where `(b.b)_ijkl = (b_ik b_jl + b_il b_jk) / 2` and its deviator on both
 /// sides is `b.b - (b^2 x 1 + 1 x b^2) / 3 + tr b^2 / 9 1 x 1`.
 #[inline(always)]
 pub(super) fn response<S: Scalar>(at: &Isochoric<S>, w: &Slopes<S>, c2: f64) -> Response<S> {

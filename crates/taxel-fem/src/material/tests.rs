@@ -1,36 +1,106 @@
 //! What must hold for every law: one list of laws, one test for each property.
 
 use super::dual::Dual;
-use super::{Law, Response};
-use crate::scalar::{Lanes, PAIRS, PLACE, Tensor, determinant, inverse};
+use super::{Law, Material, MaterialError, OgdenTerm, Response, Volumetric};
+use crate::scalar::{
+    Lanes, PAIRS, PLACE, Scalar, Symmetric, Tensor, determinant, inverse, left_cauchy_green,
+};
 use proptest::prelude::*;
 
 /// Every law, with constants far from special; shear modulus near one.
-const LAWS: [Law; 2] = [
+pub(super) const LAWS: [Law; 5] = [
     Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
     Law::MooneyRivlin { c10: 0.4, c01: 0.1 },
+    Law::Yeoh {
+        c10: 0.5,
+        c20: -0.02,
+        c30: 0.003,
+    },
+    Law::Ogden {
+        terms: [
+            term(0.6, 1.3),
+            term(0.01, 5.0),
+            term(-0.2, -2.0),
+            term(0.3, -0.7),
+        ],
+    },
+    Law::LinearElastic { shear: 1.1 },
 ];
 
+const fn term(modulus: f64, exponent: f64) -> OgdenTerm {
+    OgdenTerm { modulus, exponent }
+}
+
 /// Energy with its derivatives, by a way that does not use stress or tangent.
-fn energy(law: &Law, f: &Tensor<Dual>) -> Dual {
+pub(super) fn energy(law: &Law, f: &Tensor<Dual>) -> Dual {
+    if let Law::Ogden { terms } = law {
+        let b = left_cauchy_green(f);
+        let r = determinant(f).inverse_cube_root();
+        return terms.iter().fold(Dual::constant(0.0), |sum, t| {
+            let trace = trace_of_power(&b.map(|x| x * r * r), t.exponent / 2.0);
+            sum + Dual::constant(t.modulus / t.exponent) * (trace - Dual::constant(3.0))
+        });
+    }
     law.response(f).energy
 }
 
-fn tensor(entry: impl Fn(usize, usize) -> f64) -> Tensor<f64> {
+/// `tr b^s` by the binomial series of `m^s (1 + (b / m - 1))^s`: no principal values, so
+/// that it may be derived where they are equal.
+fn trace_of_power(b: &Symmetric<Dual>, s: f64) -> Dual {
+    let zero = Dual::constant(0.0);
+    // Half of an upper bound of the largest principal value: the series converges.
+    let m = 0.5 * (b[0] + b[1] + b[2]).value;
+    let x: Tensor<Dual> = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let unit = Dual::constant(f64::from(u8::from(i == j)));
+            b[PLACE[i][j]] * Dual::constant(1.0 / m) - unit
+        })
+    });
+    let mut power: Tensor<Dual> = std::array::from_fn(|i| {
+        std::array::from_fn(|j| Dual::constant(f64::from(u8::from(i == j))))
+    });
+    let mut sum = zero;
+    for n in 0..4000 {
+        sum = sum + power[0][0] + power[1][1] + power[2][2];
+        let next = Dual::constant((s - f64::from(n)) / f64::from(n + 1));
+        power = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let product = (0..3).fold(zero, |sum, k| sum + power[i][k] * x[k][j]);
+                next * product
+            })
+        });
+        let left = power.iter().flatten().fold(0.0, |most: f64, x| {
+            most.max(x.value.abs())
+                .max(x.first.abs())
+                .max(x.second.abs())
+                .max(x.mixed.abs())
+        });
+        if left < 1e-18 {
+            break;
+        }
+    }
+    sum * Dual::constant(m.powf(s))
+}
+
+pub(super) fn tensor(entry: impl Fn(usize, usize) -> f64) -> Tensor<f64> {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
-fn product(a: &Tensor<f64>, b: &Tensor<f64>) -> Tensor<f64> {
+pub(super) fn product(a: &Tensor<f64>, b: &Tensor<f64>) -> Tensor<f64> {
     tensor(|i, j| (0..3).map(|k| a[i][k] * b[k][j]).sum())
 }
 
-fn transposed(a: &Tensor<f64>) -> Tensor<f64> {
+pub(super) fn transposed(a: &Tensor<f64>) -> Tensor<f64> {
     tensor(|i, j| a[j][i])
+}
+
+pub(super) fn tensor_of_stress(stress: &Symmetric<f64>) -> Tensor<f64> {
+    tensor(|i, j| stress[PLACE[i][j]])
 }
 
 /// First Piola-Kirchhoff stress `P = tau F^-T`.
 fn nominal(response: &Response<f64>, f: &Tensor<f64>) -> Tensor<f64> {
-    let tau = tensor(|i, j| response.stress[PLACE[i][j]]);
+    let tau = tensor_of_stress(&response.stress);
     product(&tau, &transposed(&inverse(f, determinant(f))))
 }
 
@@ -44,7 +114,7 @@ fn size(response: &Response<f64>) -> f64 {
 }
 
 /// Rotation of a quaternion that need not be of unit length.
-fn rotation(q: [f64; 4]) -> Tensor<f64> {
+pub(super) fn rotation(q: [f64; 4]) -> Tensor<f64> {
     let n = q.iter().map(|x| x * x).sum::<f64>();
     let [w, x, y, z] = q;
     let s = 2.0 / n;
@@ -83,8 +153,13 @@ fn gradients() -> impl Strategy<Value = Tensor<f64>> {
         .prop_map(|(left, l, right)| product(&left, &tensor(|i, j| l[i] * right[i][j])))
 }
 
-/// Energy and its derivatives for two entries of the deformation gradient.
-fn derivatives(law: &Law, f: &Tensor<f64>, one: (usize, usize), other: (usize, usize)) -> Dual {
+/// A potential and its derivatives for two entries of the deformation gradient.
+pub(super) fn derivatives_of(
+    potential: &dyn Fn(&Tensor<Dual>) -> Dual,
+    f: &Tensor<f64>,
+    one: (usize, usize),
+    other: (usize, usize),
+) -> Dual {
     let at: Tensor<Dual> = std::array::from_fn(|i| {
         std::array::from_fn(|j| Dual {
             value: f[i][j],
@@ -93,7 +168,11 @@ fn derivatives(law: &Law, f: &Tensor<f64>, one: (usize, usize), other: (usize, u
             mixed: 0.0,
         })
     });
-    energy(law, &at)
+    potential(&at)
+}
+
+fn derivatives(law: &Law, f: &Tensor<f64>, one: (usize, usize), other: (usize, usize)) -> Dual {
+    derivatives_of(&|f| energy(law, f), f, one, other)
 }
 
 // Each answer is a sum of some tens of products, none much larger than the size of
@@ -236,4 +315,133 @@ fn at_small_strain_the_stress_is_that_of_linear_elasticity() {
             );
         }
     }
+}
+
+/// Ogden's law of one term with this shear modulus.
+fn one_term(exponent: f64) -> Law {
+    Law::ogden(&[term(2.0 / exponent, exponent)]).expect("constants in range")
+}
+
+#[test]
+fn ogden_of_exponents_two_and_minus_two_is_mooney_and_rivlin() {
+    let pairs = [
+        (one_term(2.0), Law::MooneyRivlin { c10: 0.5, c01: 0.0 }),
+        (one_term(-2.0), Law::MooneyRivlin { c10: 0.0, c01: 0.5 }),
+    ];
+    let q = rotation([0.3, -0.5, 0.7, 0.2]);
+    // Equal stretches, nearly equal ones down to nothing, and a fair spread.
+    let differences = [0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-6, 1e-4, 1e-3, 0.1, 1.0];
+    for (spectral, invariant) in pairs {
+        for (start, small) in differences.into_iter().flat_map(|d| [(1.0, d), (0.7, d)]) {
+            for stretches in [
+                [start, start + small, start],
+                [start, start + small, start + 2.0 * small],
+                [start + 1.0, start, start + small],
+            ] {
+                let f = product(&q, &tensor(|i, j| stretches[i] * q[j][i]));
+                let (found, exact) = (spectral.response(&f), invariant.response(&f));
+                // As for two ways of summing the same: no loss where stretches meet.
+                let close = |a: f64, b: f64| (a - b).abs() < 2e-14 * size(&exact);
+                assert!(close(found.energy, exact.energy), "{stretches:?}");
+                for v in 0..6 {
+                    assert!(close(found.stress[v], exact.stress[v]), "{stretches:?}");
+                    for w in 0..6 {
+                        assert!(
+                            close(found.tangent[v][w], exact.tangent[v][w]),
+                            "{stretches:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_linear_law_is_hookes_at_any_rotation() {
+    // E = 1/2 (F^T F - 1) of a stretch of 1e-7 and a large rotation.
+    let small = 1e-7;
+    let q = rotation([0.3, -0.5, 0.7, 0.2]);
+    let f = product(
+        &q,
+        &tensor(|i, j| {
+            f64::from(u8::from(i == j))
+                + if (i, j) == (0, 1) || (i, j) == (1, 0) {
+                    small
+                } else {
+                    0.0
+                }
+        }),
+    );
+    let response = Law::LinearElastic { shear: 1.0 }.response(&f);
+    let tau = tensor(|i, j| response.stress[PLACE[i][j]]);
+    let back = product(&transposed(&q), &product(&tau, &q));
+    for (i, j) in PAIRS {
+        let exact = if (i, j) == (0, 1) { 2.0 * small } else { 0.0 };
+        assert!(
+            (back[i][j] - exact).abs() < 4.0 * small * small + 1e-15,
+            "{back:?}"
+        );
+    }
+}
+
+#[test]
+fn constants_out_of_range_are_named() {
+    let message = |found: Result<Material, MaterialError>| found.unwrap_err().to_string();
+    let kept = Volumetric::Incompressible;
+    assert!(message(Material::mooney_rivlin(1.0, -1.0, 0.0)).starts_with("c10 + c01 [Pa] = 0.0"));
+    assert!(message(Material::mooney_rivlin(f64::NAN, 1.0, 0.0)).starts_with("c10 [Pa] = NaN"));
+    assert!(message(Material::mooney_rivlin(1.0, 0.0, -1.0)).starts_with("d1 [1/Pa] = -1.0"));
+    assert!(message(Material::neo_hookean(1e6, 0.51)).starts_with("Poisson's ratio = 0.51"));
+    assert!(message(Material::neo_hookean(0.0, 0.5)).starts_with("Young's modulus [Pa] = 0.0"));
+    let law = Law::neo_hookean(1.0);
+    assert!(message(Material::new(law, Volumetric::Quadratic(0.0))).starts_with("bulk modulus"));
+    let law = Law::LinearElastic {
+        shear: f64::INFINITY,
+    };
+    assert!(message(Material::new(law, kept)).starts_with("shear modulus [Pa] = inf"));
+    assert!(
+        Law::ogden(&[term(1.0, 0.0)])
+            .unwrap_err()
+            .to_string()
+            .contains("exponent")
+    );
+    assert!(Law::ogden(&[]).unwrap_err().to_string().contains("0 terms"));
+    assert!(
+        Law::ogden(&[term(1.0, 2.0); 5])
+            .unwrap_err()
+            .to_string()
+            .contains("1 to 4")
+    );
+}
+
+#[test]
+fn moduli_follow_from_constants() {
+    let soft = Material::neo_hookean(3e5, 0.5).expect("in range");
+    assert_eq!(soft.volumetric, Volumetric::Incompressible);
+    assert!((soft.law.shear_modulus() / 1e5 - 1.0).abs() < 1e-15);
+    let stiff = Material::linear_elastic(70e9, 0.3).expect("in range");
+    assert!((stiff.law.shear_modulus() / (70e9 / 2.6) - 1.0).abs() < 1e-15);
+    let bulk = stiff.volumetric.bulk_modulus().expect("compressible");
+    assert!((bulk / (70e9 / 1.2) - 1.0).abs() < 1e-15);
+    let rubber = Material::mooney_rivlin(1e5, 1e4, 1e-9).expect("in range");
+    assert_eq!(rubber.volumetric.bulk_modulus(), Some(2.0 / 1e-9));
+}
+
+#[test]
+fn a_solver_refuses_what_is_not_stable_in_its_range() {
+    let law = Law::Yeoh {
+        c10: 1e5,
+        c20: -1e4,
+        c30: 0.0,
+    };
+    let material = Material::new(law, Volumetric::Incompressible).expect("in range");
+    material.require_stable(0.9, 1.1).expect("stable");
+    let message = material.require_stable(0.3, 3.0).unwrap_err().to_string();
+    assert!(
+        message.starts_with("the material loses stability at stretch 1.9"),
+        "{message}"
+    );
+    assert!(material.require_stable(1.2, 3.0).is_err());
+    assert!(material.require_stable(0.5, f64::NAN).is_err());
 }
