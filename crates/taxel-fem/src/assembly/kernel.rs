@@ -318,13 +318,14 @@ impl Kernel {
             }
             let inward = inverse(&undeformed, volume);
             let back = inverse(&deformed, determinant(&deformed));
-            let f: Tensor<Lanes> = std::array::from_fn(|i| {
-                std::array::from_fn(|k| {
-                    deformed[i][0] * inward[0][k]
+            let mut f: Tensor<Lanes> = [[Lanes::constant(0.0); 3]; 3];
+            for i in 0..3 {
+                for k in 0..3 {
+                    f[i][k] = deformed[i][0] * inward[0][k]
                         + deformed[i][1] * inward[1][k]
-                        + deformed[i][2] * inward[2][k]
-                })
-            });
+                        + deformed[i][2] * inward[2][k];
+                }
+            }
             let mut response = input.material.law.response(&f);
             if let Some(memory) = &input.memory {
                 self.remember(group, memory, &f, &mut response);
@@ -367,9 +368,17 @@ impl Kernel {
             }
             for lane in 0..Lanes::COUNT.min(self.points - group * Lanes::COUNT) {
                 let state = &mut self.states[group * Lanes::COUNT + lane];
-                state.back = back.map(|row| row.map(|x| x.0[lane]));
-                state.stress = stress.map(|x| x.0[lane] * weight.0[lane]);
-                state.volume = functions.map(|x| x.0[lane] * size_ratio.0[lane] * weight.0[lane]);
+                for i in 0..3 {
+                    for k in 0..3 {
+                        state.back[i][k] = back[i][k].0[lane];
+                    }
+                }
+                for v in 0..6 {
+                    state.stress[v] = stress[v].0[lane] * weight.0[lane];
+                }
+                for m in 0..MAX_PRESSURES {
+                    state.volume[m] = functions[m].0[lane] * size_ratio.0[lane] * weight.0[lane];
+                }
             }
         }
         Ok(compliance)
@@ -383,13 +392,14 @@ impl Kernel {
         let mut gradient = [[Lanes::constant(0.0); 3]; 3];
         let mut place = [Lanes::constant(0.0); 3];
         let count = nodes.len();
-        for (node, x) in nodes.iter().enumerate() {
+        for node in 0..count {
+            let x = nodes[node];
             let value = self.values[group * count + node];
-            let slopes = &self.gradients[(group * count + node) * dimension..][..dimension];
+            let first = (group * count + node) * dimension;
             for i in 0..dimension {
                 place[i] = value.times_plus(x[i], place[i]);
-                for (k, slope) in slopes.iter().enumerate() {
-                    gradient[i][k] = slope.times_plus(x[i], gradient[i][k]);
+                for k in 0..dimension {
+                    gradient[i][k] = self.gradients[first + k].times_plus(x[i], gradient[i][k]);
                 }
             }
         }
@@ -656,31 +666,59 @@ fn multiply<const ROWS: usize, const WIDE: usize>(
     pairs: [(&[Lanes], &[Lanes]); 2],
 ) {
     let rows = target.len() / columns;
-    for row in (0..rows).step_by(ROWS) {
+    let mut row = 0;
+    while row < rows {
         let (group, offset) = (row / Lanes::COUNT, row % Lanes::COUNT);
-        for column in (0..columns).step_by(WIDE) {
+        let mut column = 0;
+        while column < columns {
             let mut panel = [[Lanes::constant(0.0); WIDE]; ROWS];
-            for (left, right) in pairs {
-                for (left, right) in left.chunks_exact(columns).zip(right.chunks_exact(columns)) {
-                    let factors = &left[group].0[offset..offset + ROWS];
-                    let right = &right[column..column + WIDE];
-                    for r in 0..ROWS {
-                        for c in 0..WIDE {
-                            panel[r][c] = right[c].times_plus(factors[r], panel[r][c]);
-                        }
+            // Plain loops: an iterator that is not inlined here would not be compiled
+            // for the registers of this function.
+            let mut number = 0;
+            while number < pairs.len() {
+                let (left, right) = pairs[number];
+                let mut at = 0;
+                while at < left.len() {
+                    let factors = left[at + group].0;
+                    let mut wide = [Lanes::constant(0.0); WIDE];
+                    let mut c = 0;
+                    while c < WIDE {
+                        wide[c] = right[at + column + c];
+                        c += 1;
                     }
+                    let mut r = 0;
+                    while r < ROWS {
+                        let factor = factors[offset + r];
+                        let mut c = 0;
+                        while c < WIDE {
+                            panel[r][c] = wide[c].times_plus(factor, panel[r][c]);
+                            c += 1;
+                        }
+                        r += 1;
+                    }
+                    at += columns;
                 }
+                number += 1;
             }
-            for r in 0..ROWS {
-                target[(row + r) * columns + column..][..WIDE].copy_from_slice(&panel[r]);
+            let mut r = 0;
+            while r < ROWS {
+                let mut c = 0;
+                while c < WIDE {
+                    target[(row + r) * columns + column + c] = panel[r][c];
+                    c += 1;
+                }
+                r += 1;
             }
+            column += WIDE;
         }
+        row += ROWS;
     }
 }
 
 #[inline(always)]
 fn sum(lanes: Lanes) -> f64 {
-    lanes.0.iter().sum()
+    let a = lanes.0;
+    ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]))
 }
 
 /// Inverse of a small positive definite matrix given by its lower triangle.
