@@ -4,9 +4,16 @@
 //! it to be stable: 9 on a quadrilateral, 7 on a triangle, 27 on a hexahedron, 15
 //! on a tetrahedron. Local numbers follow VTK.
 
+mod axis;
 mod cell;
+mod error;
+pub mod quality;
+mod structured;
 
+pub use axis::{Axis, Grading, Growth};
 pub use cell::{CellShape, FacetShape};
+pub use error::MeshError;
+pub use structured::{Grid, Grid2, Grid3, Part};
 
 use std::collections::BTreeMap;
 
