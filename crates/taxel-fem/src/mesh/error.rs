@@ -40,6 +40,14 @@ pub enum MeshError {
         /// Largest value allowed.
         high: f64,
     },
+    /// The void leaves no solid beside it.
+    #[error("a void of width {width} does not fit in a pitch of {pitch}; the pitch must be larger")]
+    NoWall {
+        /// Width of the void.
+        width: f64,
+        /// Distance from one void to the next.
+        pitch: f64,
+    },
     /// The grid would be larger than the numbers of its nodes can count.
     #[error(
         "the mesh would have {cells} cells, allowed are {limit}; make the smallest cells larger or their growth faster"

@@ -6,14 +6,19 @@
 
 mod axis;
 mod cell;
+mod crossing_voids;
 mod error;
+mod patchwork;
 pub mod quality;
 mod structured;
+mod void_cell;
 
 pub use axis::{Axis, Grading, Growth};
 pub use cell::{CellShape, FacetShape};
+pub use crossing_voids::CrossingVoids;
 pub use error::MeshError;
 pub use structured::{Grid, Grid2, Grid3, Part};
+pub use void_cell::{CornerDivision, VoidCell};
 
 use std::collections::BTreeMap;
 

@@ -215,7 +215,7 @@ impl<'a> Cells<'a> {
     fn neighbour(&self, cell: usize, side: usize) -> Option<usize> {
         let mut at = self.at(cell);
         let axis = side / 2;
-        at[axis] = if side % 2 == 0 {
+        at[axis] = if side.is_multiple_of(2) {
             at[axis].checked_sub(1)?
         } else {
             at[axis] + 1
@@ -342,49 +342,33 @@ impl<'a> Cells<'a> {
         } else {
             CellShape::Hex27
         };
-        // Nodes lie on a lattice twice as fine as the cells.
-        let extent: [usize; 3] = std::array::from_fn(|axis| {
-            self.axes
-                .get(axis)
-                .map_or(1, |axis| 2 * axis.cell_count() + 1)
-        });
+        let lattice = Lattice::new(self.axes);
         let places: Vec<[f64; 3]> = (0..shape.node_count()).map(|n| shape.node_at(n)).collect();
-        let lattice_nodes = |cell: usize| -> Vec<usize> {
+        let nodes_of = |cell: usize| -> Vec<usize> {
             let at = self.at(cell);
-            let node = |place: &[f64; 3]| {
-                let on: [usize; 3] = std::array::from_fn(|axis| match self.axes.get(axis) {
-                    Some(_) => 2 * at[axis] + (place[axis] + 1.0) as usize,
-                    None => 0,
-                });
-                (on[2] * extent[1] + on[1]) * extent[0] + on[0]
-            };
-            places.iter().map(node).collect()
+            places
+                .iter()
+                .map(|place| lattice.index(at, place))
+                .collect()
         };
         let solid: Vec<usize> = (0..self.owners.len())
-            .filter(|&c| !self.is_void(c))
+            .filter(|&cell| !self.is_void(cell))
             .collect();
-        let mut node_numbers = vec![u32::MAX; extent.iter().product()];
-        for node in solid.iter().flat_map(|&cell| lattice_nodes(cell)) {
-            node_numbers[node] = 0;
+        let mut node_numbers: Vec<Option<u32>> = vec![None; lattice.len()];
+        for node in solid.iter().flat_map(|&cell| nodes_of(cell)) {
+            node_numbers[node] = Some(0);
         }
-        for (lattice, number) in node_numbers
-            .iter_mut()
-            .enumerate()
-            .filter(|(_, n)| **n == 0)
-        {
-            *number = mesh.points.len() as u32;
-            let [x, y, _] = extent;
-            let on = [lattice % x, lattice / x % y, lattice / (x * y)];
-            mesh.points.push(std::array::from_fn(|axis| {
-                let line = self.axes.get(axis).map(Axis::positions);
-                line.map_or(0.0, |line| lattice_place(line, on[axis]))
-            }));
+        for (index, number) in node_numbers.iter_mut().enumerate() {
+            if let Some(number) = number {
+                *number = mesh.points.len() as u32;
+                mesh.points.push(lattice.point(index));
+            }
         }
         let mut numbers = vec![None; self.owners.len()];
         for cell in solid {
-            let nodes: Vec<u32> = lattice_nodes(cell)
+            let nodes: Vec<u32> = nodes_of(cell)
                 .into_iter()
-                .map(|node| node_numbers[node])
+                .filter_map(|node| node_numbers[node])
                 .collect();
             let region = mesh.region(&self.names[self.owners[cell]].1);
             numbers[cell] = Some(mesh.add_cell(shape, region, &nodes));
@@ -412,9 +396,42 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Position on a lattice twice as fine as the line.
-fn lattice_place(line: &[f64], index: usize) -> f64 {
-    0.5 * (line[index / 2] + line[index.div_ceil(2)])
+/// The places of nodes: a lattice twice as fine as the cells, x running first.
+struct Lattice<'a> {
+    axes: &'a [Axis],
+    extent: [usize; 3],
+}
+
+impl<'a> Lattice<'a> {
+    fn new(axes: &'a [Axis]) -> Self {
+        let extent = |axis: Option<&Axis>| axis.map_or(1, |axis| 2 * axis.cell_count() + 1);
+        Self {
+            axes,
+            extent: std::array::from_fn(|axis| extent(axes.get(axis))),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.extent.iter().product()
+    }
+
+    /// Number of the node at a place (-1, 0, 1 on each axis) of a cell.
+    fn index(&self, cell: [usize; 3], place: &[f64; 3]) -> usize {
+        (0..self.axes.len()).rev().fold(0, |index, axis| {
+            index * self.extent[axis] + 2 * cell[axis] + (place[axis] + 1.0) as usize
+        })
+    }
+
+    fn point(&self, index: usize) -> [f64; 3] {
+        let [x, y, _] = self.extent;
+        let on = [index % x, index / x % y, index / (x * y)];
+        let mut point = [0.0; 3];
+        for ((axis, value), half) in self.axes.iter().zip(&mut point).zip(on) {
+            let line = axis.positions();
+            *value = 0.5 * (line[half / 2] + line[half.div_ceil(2)]);
+        }
+        point
+    }
 }
 
 #[cfg(test)]
