@@ -115,6 +115,102 @@ pub enum MeshError {
         /// Middle of the first cell of the second piece.
         place: [f64; 3],
     },
+    /// A cell has a number of nodes that its shape does not know.
+    #[error("cell {cell} has {found} nodes; its shape takes {allowed:?}")]
+    NodeCount {
+        /// Number of the cell.
+        cell: usize,
+        /// Nodes given.
+        found: usize,
+        /// Nodes allowed.
+        allowed: [usize; 3],
+    },
+    /// A cell names a node that is not there.
+    #[error("cell {cell} has node {node}, but there are {count} nodes, counted from 0")]
+    NoSuchNode {
+        /// Number of the cell.
+        cell: usize,
+        /// Number of the node.
+        node: u32,
+        /// Number of nodes.
+        count: usize,
+    },
+    /// A cell names a region that is not there.
+    #[error("cell {cell} is of region {region}, but there are {count} regions, counted from 0")]
+    NoSuchRegion {
+        /// Number of the cell.
+        cell: usize,
+        /// Number of the region.
+        region: u16,
+        /// Number of regions.
+        count: usize,
+    },
+    /// Two cells disagree about the middle of a common edge or face.
+    #[error(
+        "cell {cell} has node {second} in the middle of an edge or face where its neighbour has node {first}; give both one node"
+    )]
+    TwoMiddles {
+        /// Number of the later cell.
+        cell: usize,
+        /// Node of the earlier cell.
+        first: u32,
+        /// Node of the later cell.
+        second: u32,
+    },
+    /// Two cells have the same corners.
+    #[error("cell {cell} has the corners of cell {other}; leave one of them out")]
+    TwinCell {
+        /// Number of the later cell.
+        cell: usize,
+        /// Number of the earlier cell.
+        other: usize,
+    },
+    /// A cell is inside out or flat.
+    #[error(
+        "cell {cell} of region \"{region}\" is inside out or flat at {place:?} (relative determinant {relative:.2e}, at least 1e-6 is needed), as are {cells} cells in all; move its nodes or turn its order"
+    )]
+    Distorted {
+        /// Number of the worst cell.
+        cell: usize,
+        /// Name of its region.
+        region: String,
+        /// Its worst place.
+        place: [f64; 3],
+        /// Determinant of the map over the lengths of its columns.
+        relative: f64,
+        /// Number of such cells.
+        cells: usize,
+    },
+    /// A node belongs to no cell.
+    #[error("node {node} at {place:?} belongs to no cell, as {nodes} nodes in all; leave them out")]
+    Unreferenced {
+        /// Number of the first such node.
+        node: u32,
+        /// Where it is.
+        place: [f64; 3],
+        /// Number of such nodes.
+        nodes: usize,
+    },
+    /// Two nodes lie at one place.
+    #[error(
+        "nodes {first} and {second} both lie at {place:?}, one of {pairs} such pairs; make them one unless the solid is cut there"
+    )]
+    Coincident {
+        /// One node.
+        first: u32,
+        /// The other.
+        second: u32,
+        /// Where they are.
+        place: [f64; 3],
+        /// Number of such pairs.
+        pairs: usize,
+    },
+    /// A region has no cells.
+    #[error("region \"{name}\" has no cells")]
+    EmptyRegion {
+        /// Name of the region.
+        name: String,
+    },
 }
 
 /// A number between two limits, both allowed.

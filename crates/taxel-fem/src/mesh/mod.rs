@@ -9,6 +9,7 @@ mod cell;
 mod crossing_voids;
 mod error;
 mod patchwork;
+mod promote;
 pub mod quality;
 mod structured;
 mod void_cell;
@@ -17,6 +18,7 @@ pub use axis::{Axis, Grading, Growth};
 pub use cell::{CellShape, FacetShape};
 pub use crossing_voids::CrossingVoids;
 pub use error::MeshError;
+pub use promote::LowerCell;
 pub use structured::{Grid, Grid2, Grid3, Part};
 pub use void_cell::{CornerDivision, VoidCell};
 
