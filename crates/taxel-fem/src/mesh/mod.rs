@@ -8,6 +8,7 @@ mod axis;
 mod cell;
 mod crossing_voids;
 mod error;
+pub mod gmsh;
 mod patchwork;
 mod promote;
 pub mod quality;
