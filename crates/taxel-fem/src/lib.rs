@@ -16,4 +16,5 @@
 
 pub mod material;
 pub mod mesh;
+pub mod output;
 pub mod scalar;
