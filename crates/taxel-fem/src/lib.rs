@@ -17,6 +17,8 @@
 pub mod assembly;
 pub mod material;
 pub mod mesh;
+pub mod output;
 pub mod problem;
 pub mod scalar;
 pub mod solver;
+pub mod study;

@@ -4,7 +4,8 @@ use super::failure::{Failure, Reason};
 use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 use super::state::State;
 use crate::assembly::kernel::MAX_PRESSURES;
-use crate::assembly::system::{Assembled, System};
+use crate::assembly::system::{Assembled, ContactProbe, System};
+use crate::solver::stress::{StressPoint, stress_points};
 use crate::problem::{Problem, ProblemError, Quantity, Rule};
 
 /// How a solution is sought. The defaults suit rubber.
@@ -164,6 +165,19 @@ impl Solver {
         self.system
             .assemble(&self.problem, &self.state, false)
             .map_err(|error| Failure::at_start(error.into()))
+    }
+
+    /// Gaps and pressures of a contact, by its number, at the accepted state.
+    pub fn contact(&self, number: usize) -> ContactProbe {
+        let places = self.state.places(&self.problem.mesh);
+        self.system
+            .contact(&self.problem, &self.state, &places, number)
+    }
+
+    /// The point of the greatest von Mises stress at the accepted state.
+    pub fn greatest_stress(&self) -> Option<StressPoint> {
+        stress_points(&self.problem, &self.state)
+            .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))
     }
 
     /// Values of the quantities that the rules name at the present state.

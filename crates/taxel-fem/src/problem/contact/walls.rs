@@ -94,6 +94,11 @@ impl WallPoint {
         }
     }
 
+    /// Distance between the points of the pair, m; negative where they overlap.
+    pub fn gap(&self, places: &[[f64; 3]]) -> f64 {
+        self.energy(places, 0.0, 0.0).gap
+    }
+
     /// Difference and sum at these places of the nodes.
     pub(crate) fn vectors(&self, places: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
         let mut vectors = ([0.0; 3], [0.0; 3]);
