@@ -5,8 +5,8 @@ use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 use super::state::State;
 use crate::assembly::kernel::MAX_PRESSURES;
 use crate::assembly::system::{Assembled, ContactProbe, System};
-use crate::solver::stress::{StressPoint, stress_points};
 use crate::problem::{Problem, ProblemError, Quantity, Rule};
+use crate::solver::stress::{StressPoint, stress_points};
 
 /// How a solution is sought. The defaults suit rubber.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,8 +176,7 @@ impl Solver {
 
     /// The point of the greatest von Mises stress at the accepted state.
     pub fn greatest_stress(&self) -> Option<StressPoint> {
-        stress_points(&self.problem, &self.state)
-            .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))
+        stress_points(&self.problem, &self.state).max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))
     }
 
     /// Values of the quantities that the rules name at the present state.
@@ -499,8 +498,10 @@ impl Solver {
         for (column, &k) in free.iter().enumerate() {
             parameters[k] = found[column];
             axpy(found[column], &responses[column], &mut unknowns);
+            axpy(-found[column], &assembled.couplings[k], &mut right);
         }
         Ok(Change {
+            // du' K du, all loads of the change on the right.
             energy: dot(&right, &unknowns),
             given_only: free.is_empty(),
             unknowns,

@@ -119,11 +119,8 @@ impl VoidStudy {
             Ok((top, inside))
         };
         let (top, inside) = pose().map_err(problem_error)?;
-        let rest = problem.cavities[0].volume(
-            &problem.mesh,
-            problem.kinematics,
-            &problem.mesh.points,
-        );
+        let rest =
+            problem.cavities[0].volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
         problem.set_rule(
             inside,
             match filling {
@@ -152,13 +149,11 @@ impl VoidStudy {
             problem.contacts.push(Contact::Walls(walls));
         }
         let roof_on_floor = problem.contacts.len();
-        problem
-            .contacts
-            .push(Contact::Walls(roof_on_floor_walls(
-                &problem.mesh,
-                shear,
-                contact,
-            )));
+        problem.contacts.push(Contact::Walls(roof_on_floor_walls(
+            &problem.mesh,
+            shear,
+            contact,
+        )));
         let mut solver = Solver::new(problem)?;
         solver.settings = Settings {
             first_step: 0.1,
@@ -232,7 +227,10 @@ impl VoidStudy {
             area_ratio: area / self.rest,
             gap,
             fold,
-            stress: self.solver.greatest_stress().map_or(0.0, |peak| peak.von_mises),
+            stress: self
+                .solver
+                .greatest_stress()
+                .map_or(0.0, |peak| peak.von_mises),
         })
     }
 }
@@ -308,9 +306,16 @@ fn fold_pair(
                 -quadrature.at[0]
             };
             let values = FacetShape::Line3.shapes([xi, 0.0, 0.0]).values;
-            nodes.iter().copied().zip(values).collect::<Vec<(u32, f64)>>()
+            nodes
+                .iter()
+                .copied()
+                .zip(values)
+                .collect::<Vec<(u32, f64)>>()
         });
-        let arm: f64 = at[0].iter().map(|&(node, value)| value * distance(node)).sum();
+        let arm: f64 = at[0]
+            .iter()
+            .map(|&(node, value)| value * distance(node))
+            .sum();
         let mut pair = WallPoint::new(
             &at[0],
             &at[1],
