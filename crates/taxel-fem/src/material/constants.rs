@@ -135,12 +135,35 @@ impl Material {
         Self::new(Law::LinearElastic { shear }, volumetric)
     }
 
-    /// Refuses a law that is not stable at all stretches of a range, see [`stability`].
+    /// Refuses a law that is not stable at the stretches `smallest <= 1` to `largest >= 1`
+    /// of an incompressible solid in uniaxial and equibiaxial stretching and pure shear.
+    ///
+    /// Asked for are a positive shear modulus at small strain, [`Criterion::Drucker`] and
+    /// [`Criterion::BakerEricksen`]. Stretches are tried from one outwards in steps of
+    /// half a per cent; a loss within less than that may be missed.
     ///
     /// # Errors
-    /// [`MaterialError::Unstable`] with the first stretch where stability is lost;
-    /// [`MaterialError::OutOfRange`] for a range without one, or with a limit that is
-    /// not positive.
+    /// [`MaterialError::Unstable`] with the loss that is nearest to the undeformed state, by
+    /// the largest logarithm of its principal stretches; [`MaterialError::OutOfRange`] for
+    /// a range without one, or with a limit that is not positive.
+    ///
+    /// # Example
+    /// ```
+    /// use taxel_fem::material::{Law, Material, Volumetric};
+    ///
+    /// // Softening that nothing stops.
+    /// let law = Law::Yeoh { c10: 1e5, c20: -1e4, c30: 0.0 };
+    /// let material = Material::new(law, Volumetric::Incompressible)?;
+    /// assert!(material.require_stable(0.9, 1.2).is_ok());
+    ///
+    /// let error = material.require_stable(0.5, 4.0).unwrap_err();
+    /// let start = "the material loses stability at stretch 1.9081 in pure shear";
+    /// assert!(error.to_string().starts_with(start));
+    /// # Ok::<(), taxel_fem::material::MaterialError>(())
+    /// ```
+    ///
+    /// [`Criterion::Drucker`]: stability::Criterion::Drucker
+    /// [`Criterion::BakerEricksen`]: stability::Criterion::BakerEricksen
     pub fn require_stable(&self, smallest: f64, largest: f64) -> Result<(), MaterialError> {
         let contains_one = smallest > 0.0 && smallest <= 1.0;
         within(

@@ -136,11 +136,17 @@ impl History {
     }
 
     /// Second Piola-Kirchhoff stress, Pa, that the past adds at a point in this step.
+    ///
+    /// # Panics
+    /// Where there is no such point.
     pub fn carried(&self, point: usize) -> &Symmetric<f64> {
         &self.carried[point]
     }
 
     /// Ends the step at a point, once, at its deformation gradient `f`.
+    ///
+    /// # Panics
+    /// Where there is no such point.
     pub fn end_step(&mut self, point: usize, law: &Law, f: &Tensor<f64>) {
         let elastic = pulled_back(&law.response(f).stress, f);
         let terms = self.step.len();
