@@ -135,8 +135,8 @@ impl Material {
         Self::new(Law::LinearElastic { shear }, volumetric)
     }
 
-    /// Refuses a law that is not stable at the stretches `smallest <= 1` to `largest >= 1`
-    /// of an incompressible solid in uniaxial and equibiaxial stretching and pure shear.
+    /// Refuses a law that is not stable at the stretches `smallest` (0.05 to 1) to `largest`
+    /// (1 to 20) of an incompressible solid in uniaxial and equibiaxial stretching and pure shear.
     ///
     /// Asked for are a positive shear modulus at small strain, [`Criterion::Drucker`] and
     /// [`Criterion::BakerEricksen`]. Stretches are tried from one outwards in steps of
@@ -145,7 +145,7 @@ impl Material {
     /// # Errors
     /// [`MaterialError::Unstable`] with the loss that is nearest to the undeformed state, by
     /// the largest logarithm of its principal stretches; [`MaterialError::OutOfRange`] for
-    /// a range without one, or with a limit that is not positive.
+    /// other ranges.
     ///
     /// # Example
     /// ```
@@ -165,20 +165,11 @@ impl Material {
     /// [`Criterion::Drucker`]: stability::Criterion::Drucker
     /// [`Criterion::BakerEricksen`]: stability::Criterion::BakerEricksen
     pub fn require_stable(&self, smallest: f64, largest: f64) -> Result<(), MaterialError> {
-        let contains_one = smallest > 0.0 && smallest <= 1.0;
-        within(
-            "smallest stretch",
-            smallest,
-            "greater than 0, at most 1",
-            contains_one,
-        )?;
-        let holds = largest >= 1.0 && largest.is_finite();
-        within(
-            "largest stretch",
-            largest,
-            "1 or greater, and finite",
-            holds,
-        )?;
+        let allowed = "0.05 to 1";
+        let holds = (0.05..=1.0).contains(&smallest);
+        within("smallest stretch", smallest, allowed, holds)?;
+        let holds = (1.0..=20.0).contains(&largest);
+        within("largest stretch", largest, "1 to 20", holds)?;
         Ok(stability::over_range(&self.law, smallest, largest)?)
     }
 }
