@@ -455,7 +455,7 @@ mod tests {
             }
             assert!((found - exact.mixed).abs() < 1e-12, "{found} {exact:?}");
         }
-        // The tensor helpers themselves.
+        // Pulling back and pushing forward undo each other.
         let back = pushed_forward(&pulled_back(&response.stress, &STRETCHED), &STRETCHED);
         close(&back, &response.stress, 1e-13);
         assert_eq!(tensor(|i, j| tau[j][i]), tau);
