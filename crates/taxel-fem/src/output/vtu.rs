@@ -368,8 +368,8 @@ mod tests {
             let bits = four
                 .iter()
                 .fold(0_u32, |bits, &l| bits << 6 | u32::from(value(l)));
-            let padding = four.iter().filter(|&&letter| letter == b'=').count();
-            bytes.extend(&bits.to_be_bytes()[1..4 - padding]);
+            let letters = four.iter().position(|&letter| letter == b'=').unwrap_or(4);
+            bytes.extend(&bits.to_be_bytes()[1..letters]);
         }
         bytes
     }
