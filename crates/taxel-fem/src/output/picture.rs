@@ -304,7 +304,7 @@ impl<'a> Picture<'a> {
             }
         }
         // A thin line in the same colour closes the seams between neighbours.
-        text.push_str("<g stroke-width=\"0.6\" stroke-linejoin=\"round\">\n");
+        text.push_str("<g stroke-width=\"1.2\" stroke-linejoin=\"round\">\n");
         for (fill, path) in paths {
             let _ = writeln!(
                 text,
