@@ -168,6 +168,20 @@ fn lengths_that_make_no_cell_are_refused() {
         .mesh(),
         Err(MeshError::OutOfRange { value: 20.0, .. })
     ));
+    assert!(refused(VoidCell {
+        pitch: 1e10,
+        ..SAMPLE
+    }));
+    let thin = CornerDivision {
+        growth: 1.0,
+        segments: 64,
+        ..SAMPLE.division
+    };
+    assert!(refused(VoidCell {
+        cover: 1.0,
+        division: thin,
+        ..SAMPLE
+    }));
     for division in [
         CornerDivision {
             smallest: 0.0,

@@ -1,7 +1,8 @@
 //! Pictures by what must be in them.
 
+use super::bars::{number, round_step};
 use super::*;
-use crate::mesh::{Axis, CornerDivision, Grid2, Grid3, VoidCell};
+use crate::mesh::{Axis, CornerDivision, CrossingVoids, Grid2, Grid3, VoidCell};
 
 fn plate() -> Mesh {
     let axis = |n| Axis::uniform(0.0, 1.0, n).unwrap();
@@ -184,4 +185,36 @@ fn a_void_cell_to_look_at() {
         println!("{} cells, {} bytes", mesh.cell_count(), svg.len());
         std::fs::write(format!("{folder}/fillet-{fillet}.svg"), svg).unwrap();
     }
+    // The outer side of a cell with crossing voids, by cells.
+    let layer = CrossingVoids {
+        width: 400.0,
+        pitch: 600.0,
+        base: 100.0,
+        lower: 20.0,
+        between: 140.0,
+        upper: 20.0,
+        cover: 140.0,
+        smallest: 10.0,
+        growth: 2.0,
+        largest: 80.0,
+    };
+    let mesh = layer.mesh().unwrap();
+    let distance: Vec<f64> = (0..mesh.cell_count())
+        .map(|cell| mesh.points[*mesh.cell(cell).last().unwrap() as usize])
+        .map(|x| (x[1] - 150.0) * (x[2] - 210.0) * 1e-3)
+        .collect();
+    let svg = Picture::surface(&mesh, "left")
+        .unwrap()
+        .length_unit("um", 1.0)
+        .colours(Colours {
+            title: "product",
+            unit: "",
+            values: Values::Cells(&distance),
+            range: Some([-30.0, 30.0]),
+            map: ColourMap::Diverging,
+        })
+        .unwrap()
+        .svg()
+        .unwrap();
+    std::fs::write(format!("{folder}/crossing.svg"), svg).unwrap();
 }
