@@ -90,6 +90,15 @@ impl Axis {
                 axis.positions.push(position);
             }
             axis.positions.push(end);
+            let first = axis.breakpoints[interval];
+            if !axis.positions[first..].windows(2).all(|w| w[0] < w[1]) {
+                // The cells are finer than the digits of their places.
+                return Err(MeshError::Interval {
+                    interval,
+                    start,
+                    end,
+                });
+            }
             axis.breakpoints.push(axis.positions.len() - 1);
         }
         Ok(axis)
@@ -230,6 +239,7 @@ mod tests {
             Err(MeshError::Interval { interval: 1, .. })
         ));
         assert!(Axis::new(&[0.0, f64::NAN], &[uniform]).is_err());
+        assert!(Axis::uniform(1e16, 1e16 + 4.0, 8).is_err());
         assert!(Axis::uniform(0.0, 1.0, 0).is_err());
         for smallest in [0.0, -1.0, 1e-9, f64::NAN] {
             assert!(of(Growth::doubling(smallest)).is_err(), "{smallest}");

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::cell::Shapes;
 use super::{CellShape, Mesh, MeshError};
 use crate::scalar::{determinant, inverse};
 
@@ -52,12 +53,15 @@ impl Quality {
             empty_regions: empty_regions(mesh),
             ..Self::default()
         };
+        let mut probes = HashMap::new();
         for cell in 0..mesh.cell_count() {
-            let aspect = aspect(mesh, cell);
+            let shape = mesh.shape(cell);
+            let probes = probes.entry(shape).or_insert_with(|| Probes::new(shape));
+            let aspect = probes.aspect(mesh, cell);
             if cell == 0 || aspect > quality.aspect.0 {
                 quality.aspect = (aspect, cell);
             }
-            let distortion = distortion(mesh, cell);
+            let distortion = probes.distortion(mesh, cell);
             if distortion.relative <= DEGENERATE {
                 quality.inverted.push(distortion.clone());
             }
@@ -111,19 +115,22 @@ impl Quality {
 /// Measure of a cell: its area or volume, negative when inverted.
 pub fn measure(mesh: &Mesh, cell: usize) -> f64 {
     let points = mesh.shape(cell).quadrature();
-    let part = |at, weight: f64| weight * determinant(&map(mesh, cell, at));
+    let part = |at, weight: f64| weight * determinant(&map_at(mesh, cell, at));
     points
         .iter()
         .map(|point| part(point.at, point.weight))
         .sum()
 }
 
+/// Gradient of the place in reference coordinates at a point of the reference cell.
+pub(crate) fn map_at(mesh: &Mesh, cell: usize, at: [f64; 3]) -> [[f64; 3]; 3] {
+    map(mesh, cell, &mesh.shape(cell).shapes(at))
+}
+
 /// Gradient of the place in reference coordinates; in the plane the third direction is
 /// kept.
-pub(crate) fn map(mesh: &Mesh, cell: usize, at: [f64; 3]) -> [[f64; 3]; 3] {
-    let shape = mesh.shape(cell);
+fn map(mesh: &Mesh, cell: usize, shapes: &Shapes) -> [[f64; 3]; 3] {
     let mut map = [[0.0; 3]; 3];
-    let shapes = shape.shapes(at);
     for (gradient, &node) in shapes.gradients.iter().zip(mesh.cell(cell)) {
         let point = mesh.points[node as usize];
         for i in 0..3 {
@@ -132,73 +139,87 @@ pub(crate) fn map(mesh: &Mesh, cell: usize, at: [f64; 3]) -> [[f64; 3]; 3] {
             }
         }
     }
-    if shape.dimension() == 2 {
+    if mesh.shape(cell).dimension() == 2 {
         map[2][2] = 1.0;
     }
     map
 }
 
-fn distortion(mesh: &Mesh, cell: usize) -> Distortion {
-    let shape = mesh.shape(cell);
-    let nodes = (0..shape.node_count()).map(|node| shape.node_at(node));
-    let points = shape.quadrature().into_iter().map(|point| point.at);
-    let mut worst = Distortion {
-        cell,
-        region: mesh
-            .regions
-            .get(mesh.region_of(cell))
-            .cloned()
-            .unwrap_or_default(),
-        place: [0.0; 3],
-        determinant: f64::INFINITY,
-        relative: f64::INFINITY,
-    };
-    for at in nodes.chain(points) {
-        let map = map(mesh, cell, at);
-        let determinant = determinant(&map);
-        let column = |j: usize| map.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
-        let span = column(0) * column(1) * column(2);
-        // Places that are no numbers make a cell as useless as a flat one.
-        let sound = span > 0.0 && determinant.is_finite();
-        let relative = if sound { determinant / span } else { 0.0 };
-        if relative < worst.relative {
-            worst.place = place(mesh, cell, at);
-            worst.determinant = determinant;
-            worst.relative = relative;
-        }
-    }
-    worst
+/// Functions of a shape at its nodes and points of quadrature: the same for all cells.
+struct Probes {
+    /// The last node is the middle.
+    nodes: Vec<Shapes>,
+    points: Vec<Shapes>,
+    /// From the regular cell to the reference cell.
+    from_regular: [[f64; 3]; 3],
 }
 
-fn place(mesh: &Mesh, cell: usize, at: [f64; 3]) -> [f64; 3] {
+impl Probes {
+    fn new(shape: CellShape) -> Self {
+        let nodes = (0..shape.node_count()).map(|node| shape.shapes(shape.node_at(node)));
+        let points = shape.quadrature().into_iter();
+        let regular = regular_map(shape);
+        Self {
+            nodes: nodes.collect(),
+            points: points.map(|point| shape.shapes(point.at)).collect(),
+            from_regular: inverse(&regular, determinant(&regular)),
+        }
+    }
+
+    fn distortion(&self, mesh: &Mesh, cell: usize) -> Distortion {
+        let mut worst: Option<(f64, f64, &Shapes)> = None;
+        for shapes in self.nodes.iter().chain(&self.points) {
+            let map = map(mesh, cell, shapes);
+            let determinant = determinant(&map);
+            let column = |j: usize| map.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
+            let span = column(0) * column(1) * column(2);
+            // Places that are no numbers make a cell as useless as a flat one.
+            let sound = span > 0.0 && determinant.is_finite();
+            let relative = if sound { determinant / span } else { 0.0 };
+            if worst.is_none_or(|(least, ..)| relative < least) {
+                worst = Some((relative, determinant, shapes));
+            }
+        }
+        let region = mesh.regions.get(mesh.region_of(cell)).cloned();
+        let (relative, determinant, place) = worst.map_or((0.0, 0.0, [0.0; 3]), |worst| {
+            (worst.0, worst.1, place(mesh, cell, worst.2))
+        });
+        Distortion {
+            cell,
+            region: region.unwrap_or_default(),
+            place,
+            determinant,
+            relative,
+        }
+    }
+
+    /// Ratio of the largest to the smallest stretch of the map from the regular cell.
+    fn aspect(&self, mesh: &Mesh, cell: usize) -> f64 {
+        let map = map(mesh, cell, &self.nodes[self.nodes.len() - 1]);
+        let back = &self.from_regular;
+        let stretch: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..3).map(|k| map[i][k] * back[k][j]).sum())
+        });
+        let mut square: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..3).map(|k| stretch[k][i] * stretch[k][j]).sum())
+        });
+        if mesh.shape(cell).dimension() == 2 {
+            // Between the two others, so that it is neither the largest nor the smallest.
+            square[2][2] = f64::midpoint(square[0][0], square[1][1]);
+        }
+        let [least, most] = extreme_eigenvalues(&square);
+        (most / least.max(f64::MIN_POSITIVE)).sqrt()
+    }
+}
+
+fn place(mesh: &Mesh, cell: usize, shapes: &Shapes) -> [f64; 3] {
     let mut place = [0.0; 3];
-    let values = mesh.shape(cell).shapes(at).values;
-    for (value, &node) in values.iter().zip(mesh.cell(cell)) {
+    for (value, &node) in shapes.values.iter().zip(mesh.cell(cell)) {
         for (sum, x) in place.iter_mut().zip(mesh.points[node as usize]) {
             *sum += value * x;
         }
     }
     place
-}
-
-/// Ratio of the largest to the smallest stretch of the map from the regular cell.
-fn aspect(mesh: &Mesh, cell: usize) -> f64 {
-    let shape = mesh.shape(cell);
-    let map = map(mesh, cell, shape.node_at(shape.node_count() - 1));
-    let regular = regular_map(shape);
-    let back = inverse(&regular, determinant(&regular));
-    let stretch: [[f64; 3]; 3] = std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..3).map(|k| map[i][k] * back[k][j]).sum())
-    });
-    let mut square: [[f64; 3]; 3] = std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..3).map(|k| stretch[k][i] * stretch[k][j]).sum())
-    });
-    if shape.dimension() == 2 {
-        // Between the two others, so that it is neither the largest nor the smallest.
-        square[2][2] = 0.5 * (square[0][0] + square[1][1]);
-    }
-    let [least, most] = extreme_eigenvalues(&square);
-    (most / least.max(f64::MIN_POSITIVE)).sqrt()
 }
 
 /// Gradient of the map from the reference cell to the regular one.
@@ -268,23 +289,23 @@ fn coincident(mesh: &Mesh) -> Vec<[u32; 2]> {
         .flatten()
         .fold(0.0, |most: f64, x| most.max(x.abs()));
     let near = (1e-9 * size).max(f64::MIN_POSITIVE);
+    // Boxes far larger than the distance: a node seldom has to look into a second one.
+    let number = |x: f64| (x / (1e3 * near)).floor() as i64;
     let mut boxes: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
     let mut pairs = Vec::new();
     for (node, point) in mesh.points.iter().enumerate() {
-        let home = point.map(|x| (x / near).floor() as i64);
-        for step in 0..27 {
-            let side = [
-                home[0] + step % 3 - 1,
-                home[1] + step / 3 % 3 - 1,
-                home[2] + step / 9 - 1,
-            ];
-            for &other in boxes.get(&side).into_iter().flatten() {
-                let at = mesh.points[other as usize];
-                if (0..3).all(|k| (at[k] - point[k]).abs() <= near) {
-                    pairs.push([other, node as u32]);
+        let range = |axis: usize| number(point[axis] - near)..=number(point[axis] + near);
+        for x in range(0) {
+            for (y, z) in range(1).flat_map(|y| range(2).map(move |z| (y, z))) {
+                for &other in boxes.get(&[x, y, z]).into_iter().flatten() {
+                    let at = mesh.points[other as usize];
+                    if (0..3).all(|k| (at[k] - point[k]).abs() <= near) {
+                        pairs.push([other, node as u32]);
+                    }
                 }
             }
         }
+        let home = point.map(number);
         boxes.entry(home).or_default().push(node as u32);
     }
     pairs
@@ -334,7 +355,10 @@ mod tests {
                 nodes,
             };
             let mesh = Mesh::from_lower_cells(points, &[cell], &["solid"]).unwrap();
-            assert!((aspect(&mesh, 0) - 1.0).abs() < 1e-6, "{shape:?}");
+            assert!(
+                (Quality::of(&mesh).aspect.0 - 1.0).abs() < 1e-6,
+                "{shape:?}"
+            );
             // All edges have length one.
             let [a, b] = [1, corners - 1].map(|n| mesh.points[n]);
             let length: f64 = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum();

@@ -5,6 +5,9 @@ use super::error::{MeshError, in_range};
 use super::patchwork::{Patchwork, between};
 use super::{Facet, Mesh};
 
+/// Most cells round the corners' squares.
+const MOST_CELLS: usize = 2_000_000;
+
 /// A layer with a row of voids of one shape: the half between the middle of a void
 /// (x = 0) and the middle of the solid beside it. Lengths in one unit of choice.
 ///
@@ -65,7 +68,8 @@ pub struct VoidCell {
 /// Sizes of the cells round corners and away from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerDivision {
-    /// Size of the smallest cell over the height of the void, 1e-6 to 0.5; at a fillet
+    /// Size of the smallest cell over the height of the void, 1e-6 to 0.5 (in very large cells
+    /// 1e-8 of their extent); at a fillet
     /// the thickness of the cells on the arc. Default 0.01.
     pub smallest: f64,
     /// Cells on half a side of the square round a corner, 1 to 64; a fillet has twice as
@@ -139,6 +143,14 @@ impl VoidCell {
         let below = line(0.0, self.base - reach, Grading::FromEnd(growth))?;
         let beside = line(self.base + reach, roof - reach, Grading::FromBoth(growth))?;
         let above = line(roof + reach, top, Grading::FromStart(growth))?;
+        let across = left.len() + over.len() + right.len();
+        let cells = across * (below.len() + beside.len() + above.len());
+        if cells > MOST_CELLS {
+            return Err(MeshError::TooManyCells {
+                cells,
+                limit: MOST_CELLS,
+            });
+        }
         for x in [&left, &over, &right] {
             patches.product(x, &below);
             patches.product(x, &above);
@@ -247,6 +259,7 @@ impl Corner {
                 pitch: cell.pitch,
             });
         }
+        let extent = cell.pitch + cell.base + cell.height + cell.cover;
         let CornerDivision {
             smallest,
             segments,
@@ -256,7 +269,8 @@ impl Corner {
         in_range(
             "smallest cell over the height of the void",
             smallest,
-            1e-6,
+            // Places of nodes must tell cells apart anywhere in the mesh.
+            f64::max(1e-6, 1e-8 * extent / cell.height),
             0.5,
         )?;
         in_range(

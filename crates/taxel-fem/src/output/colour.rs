@@ -14,7 +14,7 @@ impl ColourMap {
     pub fn colour(self, share: f64) -> [u8; 3] {
         let share = share.clamp(0.0, 1.0);
         let (lightness, chroma, hue) = match self {
-            Self::Sequential => (0.25 + 0.68 * share, 0.14, 300.0 - 195.0 * share),
+            Self::Sequential => (0.35 + 0.59 * share, 0.14, 295.0 - 190.0 * share),
             Self::Diverging => {
                 let side = 2.0 * share - 1.0;
                 let hue = if side < 0.0 { 255.0 } else { 28.0 };
@@ -23,12 +23,12 @@ impl ColourMap {
         };
         // The screen shows less colour at some lightnesses: as much as it can.
         let mut chroma: f64 = chroma;
-        for _ in 0..40 {
+        for _ in 0..200 {
             let linear = linear_rgb(lightness, chroma, hue);
             if linear.iter().all(|x| (-1e-4..=1.0001).contains(x)) {
                 break;
             }
-            chroma *= 0.95;
+            chroma *= 0.98;
         }
         linear_rgb(lightness, chroma, hue).map(encoded)
     }

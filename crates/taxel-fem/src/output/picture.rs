@@ -1,9 +1,11 @@
 //! A deformed plane mesh, or a plane surface of a mesh in space, as a drawing (SVG).
 
+mod bars;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::{ColourMap, OutputError, check_length, escape};
+use super::{ColourMap, OutputError, check_length};
 use crate::mesh::{CellShape, FacetShape, Mesh};
 
 /// Widest and highest drawing of the mesh, in px.
@@ -283,27 +285,39 @@ impl<'a> Picture<'a> {
     }
 
     fn draw_faces(&self, view: &View, text: &mut String) {
-        text.push_str("<g stroke-width=\"0.6\" stroke-linejoin=\"round\">\n");
+        // One path for each colour keeps the file small.
+        let mut paths: BTreeMap<String, String> = BTreeMap::new();
+        let mut add = |fill: String, path: &str| paths.entry(fill).or_default().push_str(path);
+        let range = self.colours.map(|colours| self.range(&colours));
         for face in &self.faces {
-            match self.colours {
-                None => self.draw_face(view, text, face, "#e8ebf0"),
-                Some(colours) => match colours.values {
+            match (self.colours, range) {
+                (Some(colours), Some(range)) => match colours.values {
                     Values::Cells(values) => {
-                        let range = self.range(&colours);
                         let fill = fill(&colours, range, values[face.cell]);
-                        self.draw_face(view, text, face, &fill);
+                        add(fill, &self.whole_face(view, face));
                     }
                     Values::Nodes(values) => {
-                        self.draw_patches(view, text, face, &colours, values);
+                        for (value, path) in self.patches(view, face, values) {
+                            add(fill(&colours, range, value), &path);
+                        }
                     }
                 },
+                _ => add("#e8ebf0".to_owned(), &self.whole_face(view, face)),
             }
+        }
+        // A thin line in the same colour closes the seams between neighbours.
+        text.push_str("<g stroke-width=\"1.2\" stroke-linejoin=\"round\">\n");
+        for (fill, path) in paths {
+            let _ = writeln!(
+                text,
+                "<path fill=\"{fill}\" stroke=\"{fill}\" d=\"{path}\"/>"
+            );
         }
         text.push_str("</g>\n");
     }
 
-    /// A whole face in one colour, with its curved edges.
-    fn draw_face(&self, view: &View, text: &mut String, face: &Face, fill: &str) {
+    /// A whole face with its curved edges.
+    fn whole_face(&self, view: &View, face: &Face) -> String {
         let mut path = String::new();
         for (k, side) in face.shape.sides().iter().enumerate() {
             let curve = self.curve(view, face, side, true);
@@ -312,35 +326,30 @@ impl<'a> Picture<'a> {
             }
             let _ = write!(path, "Q{} {}", pair(curve[1]), pair(curve[2]));
         }
-        let _ = writeln!(
-            text,
-            "<path fill=\"{fill}\" stroke=\"{fill}\" d=\"{path}Z\"/>"
-        );
+        path.push('Z');
+        path
     }
 
-    /// A face in small patches, each in the colour of its middle.
-    fn draw_patches(
-        &self,
-        view: &View,
-        text: &mut String,
-        face: &Face,
-        colours: &Colours<'_>,
-        values: &[f64],
-    ) {
-        let range = self.range(colours);
+    /// A face in small patches, each with the value in its middle.
+    fn patches(&self, view: &View, face: &Face, values: &[f64]) -> Vec<(f64, String)> {
         let at: Vec<[f64; 2]> = face
             .nodes
             .iter()
             .map(|&node| view.put(self.place(node, true)))
             .collect();
-        let spans = [0, 1].map(|k| extent(at.iter().map(|place| place[k])));
-        let span = spans
-            .iter()
-            .map(|[low, high]| high - low)
-            .fold(0.0, f64::max);
-        // Patches of 8 px look smooth, and few make small files.
-        let count = (span / 8.0).ceil().clamp(1.0, 16.0) as usize;
-        for patch in patches(face.shape, count) {
+        // Patches of 6 px look smooth; long cells have more of them along than across.
+        let count = |from: [usize; 2], to: [usize; 2]| {
+            let length = |k: usize| {
+                let [a, b] = [at[from[k]], at[to[k]]];
+                (a[0] - b[0]).hypot(a[1] - b[1])
+            };
+            (length(0).max(length(1)) / 6.0).ceil().clamp(1.0, 64.0) as usize
+        };
+        let counts = match face.shape {
+            CellShape::Tri7 => [count([0, 1], [1, 2]).max(count([2, 2], [0, 0])); 2],
+            _ => [count([0, 3], [1, 2]), count([0, 1], [3, 2])],
+        };
+        let patch_and_value = |patch: Vec<[f64; 2]>| {
             let middle = [0, 1]
                 .map(|k| patch.iter().map(|corner| corner[k]).sum::<f64>() / patch.len() as f64);
             let shapes = face.shape.shapes([middle[0], middle[1], 0.0]).values;
@@ -348,22 +357,22 @@ impl<'a> Picture<'a> {
             let value = value
                 .map(|(shape, &node)| shape * values[node as usize])
                 .sum();
-            let fill = fill(colours, range, value);
-            let mut points = String::new();
-            for corner in patch {
+            let mut path = String::new();
+            for (k, corner) in patch.iter().enumerate() {
                 let shapes = face.shape.shapes([corner[0], corner[1], 0.0]).values;
                 let place = [0, 1].map(|k| {
                     let places = shapes.iter().zip(&at);
                     places.map(|(shape, place)| shape * place[k]).sum()
                 });
-                let _ = write!(points, "{} ", pair(place));
+                let _ = write!(path, "{}{}", if k == 0 { 'M' } else { 'L' }, pair(place));
             }
-            let points = points.trim_end();
-            let _ = writeln!(
-                text,
-                "<polygon fill=\"{fill}\" stroke=\"{fill}\" points=\"{points}\"/>"
-            );
-        }
+            path.push('Z');
+            (value, path)
+        };
+        patches(face.shape, counts)
+            .into_iter()
+            .map(patch_and_value)
+            .collect()
     }
 
     /// Start, control point and end of a side: the quadratic curve through its nodes.
@@ -397,7 +406,7 @@ impl<'a> Picture<'a> {
             }
         };
         draw(
-            "stroke=\"#000\" stroke-opacity=\"0.3\" stroke-width=\"0.5\"",
+            "stroke=\"#000\" stroke-opacity=\"0.45\" stroke-width=\"0.6\"",
             false,
             true,
         );
@@ -406,68 +415,6 @@ impl<'a> Picture<'a> {
             draw(faint, true, false);
         }
         draw("stroke=\"#111\" stroke-width=\"1.3\"", true, true);
-    }
-
-    /// A bar of a round length, about a fifth of the drawing.
-    fn draw_scale_bar(&self, view: &View, text: &mut String) {
-        let (name, unit) = self.unit;
-        let per_unit = view.scale * unit;
-        let length = round_step(view.size[0].max(60.0) / 5.0 / per_unit);
-        let (x, y) = (MARGIN, view.size[1] + 2.0 * MARGIN + 6.0);
-        let end = x + length * per_unit;
-        let label = escape(&format!("{} {name}", number(length, length)));
-        let _ = writeln!(
-            text,
-            "<path fill=\"none\" stroke=\"#222\" stroke-width=\"1.5\" \
-             d=\"M{x:.2} {:.2}v8m0 -4H{end:.2}m0 -4v8\"/>\n\
-             <text x=\"{:.2}\" y=\"{:.2}\">{label}</text>",
-            y - 4.0,
-            end + 8.0,
-            y + 4.5,
-        );
-    }
-
-    fn draw_colour_bar(&self, view: &View, text: &mut String) {
-        const STEPS: usize = 64;
-        let Some(colours) = self.colours else { return };
-        let [low, high] = self.range(&colours);
-        let x = view.size[0] + 2.0 * MARGIN + 16.0;
-        let (top, height) = (MARGIN + 24.0, (view.size[1] - 24.0).max(120.0));
-        let title = match colours.unit {
-            "" => escape(colours.title),
-            unit => escape(&format!("{} [{unit}]", colours.title)),
-        };
-        let _ = writeln!(
-            text,
-            "<text x=\"{x:.2}\" y=\"{:.2}\">{title}</text>",
-            MARGIN + 10.0
-        );
-        let step = height / STEPS as f64;
-        for k in 0..STEPS {
-            let fill = colours.map.hex((k as f64 + 0.5) / STEPS as f64);
-            let y = top + height - (k + 1) as f64 * step;
-            let _ = writeln!(
-                text,
-                "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"16\" height=\"{:.2}\" fill=\"{fill}\"/>",
-                // Overlap hides the seams.
-                step + if k == 0 { 0.0 } else { 0.5 },
-            );
-        }
-        let tick = round_step((high - low) / 5.0);
-        let mut k = (low / tick - 1e-9).ceil();
-        while k * tick <= high + 1e-9 * tick {
-            let y = top + height * (1.0 - (k * tick - low) / (high - low));
-            let label = number(k * tick, tick);
-            let _ = writeln!(
-                text,
-                "<path stroke=\"#222\" d=\"M{:.2} {y:.2}h5\"/>\
-                 <text x=\"{:.2}\" y=\"{:.2}\">{label}</text>",
-                x + 16.0,
-                x + 25.0,
-                y + 4.5,
-            );
-            k += 1.0;
-        }
     }
 }
 
@@ -506,58 +453,35 @@ fn pair([x, y]: [f64; 2]) -> String {
 
 fn fill(colours: &Colours<'_>, [low, high]: [f64; 2], value: f64) -> String {
     if value.is_finite() {
-        colours.map.hex((value - low) / (high - low))
+        // As many colours as the eye tells apart.
+        let share = (value - low) / (high - low);
+        colours.map.hex((share * 128.0).round() / 128.0)
     } else {
         "#bbbbbb".to_owned()
     }
 }
 
-/// Corners of the patches of a face in its reference coordinates.
-fn patches(shape: CellShape, count: usize) -> Vec<Vec<[f64; 2]>> {
+/// Corners of the patches of a face in its reference coordinates; triangles are divided
+/// by the first count.
+fn patches(shape: CellShape, counts: [usize; 2]) -> Vec<Vec<[f64; 2]>> {
     let mut patches = Vec::new();
-    for i in 0..count {
-        for j in 0..count {
-            let at = |di: usize, dj: usize| [i + di, j + dj].map(|k| k as f64 / count as f64);
-            if shape == CellShape::Tri7 {
-                if i + j < count {
-                    patches.push(vec![at(0, 0), at(1, 0), at(0, 1)]);
-                }
-                if i + j + 1 < count {
-                    patches.push(vec![at(1, 0), at(1, 1), at(0, 1)]);
-                }
-            } else {
-                let corners = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+    let at = |i: usize, j: usize| [i as f64 / counts[0] as f64, j as f64 / counts[1] as f64];
+    for i in 0..counts[0] {
+        for j in 0..counts[1] {
+            let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if shape != CellShape::Tri7 {
                 patches.push(corners.map(|x| x.map(|x| 2.0 * x - 1.0)).to_vec());
+                continue;
+            }
+            if i + j < counts[0] {
+                patches.push(vec![corners[0], corners[1], corners[3]]);
+            }
+            if i + j + 1 < counts[0] {
+                patches.push(corners[1..].to_vec());
             }
         }
     }
     patches
-}
-
-/// The nearest of 1, 2, 5, 10, ... below.
-fn round_step(length: f64) -> f64 {
-    if !(length.is_finite() && length > 0.0) {
-        return 1.0;
-    }
-    let power = libm::pow(10.0, length.log10().floor());
-    // Rounding must not turn 1.9999999 into 1.
-    let lead = length * (1.0 + 1e-9) / power;
-    let round = [5.0, 2.0].into_iter().find(|&round| lead >= round);
-    power * round.unwrap_or(1.0)
-}
-
-/// A number with the digits that its step needs.
-fn number(value: f64, step: f64) -> String {
-    let value = if value.abs() < 1e-9 * step {
-        0.0
-    } else {
-        value
-    };
-    if value != 0.0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
-        return format!("{value:.1e}");
-    }
-    let digits = (-step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
-    format!("{value:.digits$}")
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ pub enum Encoding {
 /// Cells are biquadratic quadrilaterals (28), biquadratic triangles (34), triquadratic
 /// hexahedra (29) and quadratic tetrahedra (24; their nodes inside and on faces carry
 /// data but no cell). The number of its region is the field `region` of each cell; the
-/// names stand in the field data `region_names`.
+/// names stand in comments at the beginning.
 ///
 /// # Example
 /// ```
@@ -252,22 +252,13 @@ struct File {
 }
 
 impl File {
-    /// Names as codes of their letters, each ended by a zero, as VTK keeps strings.
+    /// Names in a comment: not every program reads fields of text.
     fn region_names(&mut self, names: &[String]) {
-        let mut codes = String::new();
-        for name in names {
-            for byte in name.bytes() {
-                let _ = write!(codes, "{byte} ");
-            }
-            codes.push_str("0 ");
+        for (number, name) in names.iter().enumerate() {
+            // Two dashes would end the comment.
+            let name = escape(name).replace('-', "\u{2010}");
+            let _ = writeln!(self.text, "<!-- region {number}: {name} -->");
         }
-        let _ = writeln!(
-            self.text,
-            "<FieldData>\n<Array type=\"String\" Name=\"region_names\" NumberOfTuples=\"{}\" \
-             format=\"ascii\">\n{}\n</Array>\n</FieldData>",
-            names.len(),
-            codes.trim_end()
-        );
     }
 
     fn group(&mut self, tag: &str, arrays: &[Array]) {
@@ -341,7 +332,7 @@ mod tests {
             let name = tag.split_whitespace().next().unwrap().to_owned();
             if let Some(name) = name.strip_prefix('/') {
                 assert_eq!(open.pop().as_deref(), Some(name));
-            } else if !tag.ends_with('/') && !tag.starts_with('?') {
+            } else if !tag.ends_with('/') && !tag.starts_with(['?', '!']) {
                 open.push(name);
             }
             all.push(tag);
@@ -368,8 +359,8 @@ mod tests {
             let bits = four
                 .iter()
                 .fold(0_u32, |bits, &l| bits << 6 | u32::from(value(l)));
-            let padding = four.iter().filter(|&&letter| letter == b'=').count();
-            bytes.extend(&bits.to_be_bytes()[1..4 - padding]);
+            let letters = four.iter().position(|&letter| letter == b'=').unwrap_or(4);
+            bytes.extend(&bits.to_be_bytes()[1..letters]);
         }
         bytes
     }
@@ -444,7 +435,7 @@ mod tests {
             .filter(|tag| tag.starts_with("Piece"))
             .count();
         assert_eq!(names, 1);
-        assert!(text.contains("115 111 108 105 100 32 38 32 34"));
+        assert!(text.contains("<!-- region 0: solid &amp; &quot;co&quot; -->"));
     }
 
     #[test]

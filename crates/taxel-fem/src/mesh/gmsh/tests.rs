@@ -1,7 +1,7 @@
 //! Small files of each version and type.
 
 use super::*;
-use crate::mesh::quality::{Quality, map, measure};
+use crate::mesh::quality::{Quality, map_at, measure};
 use crate::scalar::{determinant, inverse};
 
 /// A file of format 2.2 from lines of nodes and elements.
@@ -87,7 +87,7 @@ fn cells_of_every_type_keep_volume_and_the_gradient_of_a_linear_field() {
         // u = 1 + 2 x - 3 y + 5 z at the nodes.
         let slope = [2.0, -3.0, 5.0];
         for point in shape.quadrature() {
-            let map = map(&mesh, 0, point.at);
+            let map = map_at(&mesh, 0, point.at);
             let back = inverse(&map, determinant(&map));
             let shapes = shape.shapes(point.at);
             let mut reference = [0.0; 3];

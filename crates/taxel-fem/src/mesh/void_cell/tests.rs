@@ -1,7 +1,7 @@
 //! The half cell: its area, its walls, its sizes.
 
 use super::*;
-use crate::mesh::quality::{map, measure};
+use crate::mesh::quality::{map_at, measure};
 use crate::scalar::determinant;
 use proptest::prelude::*;
 
@@ -50,7 +50,7 @@ fn check(cell: &VoidCell, tolerance: f64) -> Mesh {
     for number in 0..mesh.cell_count() {
         let shape = mesh.shape(number);
         for node in 0..shape.node_count() {
-            let determinant = determinant(&map(&mesh, number, shape.node_at(node)));
+            let determinant = determinant(&map_at(&mesh, number, shape.node_at(node)));
             assert!(determinant > 0.0, "cell {number} node {node} of {cell:?}");
         }
     }
@@ -168,6 +168,20 @@ fn lengths_that_make_no_cell_are_refused() {
         .mesh(),
         Err(MeshError::OutOfRange { value: 20.0, .. })
     ));
+    assert!(refused(VoidCell {
+        pitch: 1e10,
+        ..SAMPLE
+    }));
+    let thin = CornerDivision {
+        growth: 1.0,
+        segments: 64,
+        ..SAMPLE.division
+    };
+    assert!(refused(VoidCell {
+        cover: 1.0,
+        division: thin,
+        ..SAMPLE
+    }));
     for division in [
         CornerDivision {
             smallest: 0.0,

@@ -1,7 +1,8 @@
 //! Pictures by what must be in them.
 
+use super::bars::{number, round_step};
 use super::*;
-use crate::mesh::{Axis, CornerDivision, Grid2, Grid3, VoidCell};
+use crate::mesh::{Axis, CornerDivision, CrossingVoids, Grid2, Grid3, VoidCell};
 
 fn plate() -> Mesh {
     let axis = |n| Axis::uniform(0.0, 1.0, n).unwrap();
@@ -51,8 +52,11 @@ fn patches_cover_the_reference_cell() {
             .sum::<f64>()
             / 2.0
     };
-    for (shape, whole) in [(CellShape::Quad9, 4.0), (CellShape::Tri7, 0.5)] {
-        let sum: f64 = patches(shape, 5).iter().map(|patch| area(patch)).sum();
+    for (shape, counts, whole) in [
+        (CellShape::Quad9, [5, 2], 4.0),
+        (CellShape::Tri7, [5, 5], 0.5),
+    ] {
+        let sum: f64 = patches(shape, counts).iter().map(|patch| area(patch)).sum();
         assert!((sum - whole).abs() < 1e-12);
     }
 }
@@ -137,7 +141,7 @@ fn steps_and_numbers_are_round() {
 #[ignore = "writes files to look at"]
 fn a_void_cell_to_look_at() {
     let folder = std::env::var("TAXEL_PICTURES").unwrap();
-    for fillet in [0.0, 8.0] {
+    for fillet in [0.0, 6.0] {
         let cell = VoidCell {
             width: 400.0,
             height: 40.0,
@@ -147,13 +151,14 @@ fn a_void_cell_to_look_at() {
             fillet,
             division: CornerDivision {
                 segments: 3,
+                largest: 1.0,
                 ..CornerDivision::default()
             },
         };
         let mesh = cell.mesh().unwrap();
         // A made-up sinking of the cover, and its strength as the colour.
         let sinking = |x: [f64; 3]| {
-            let over = (1.0 + (std::f64::consts::PI * x[0] / 300.0).cos()) / 2.0;
+            let over = (std::f64::consts::PI * x[0] / 600.0).cos().powi(2);
             -14.0 * over * (x[1] / 260.0).powi(2)
         };
         let displacement: Vec<f64> = mesh
@@ -180,4 +185,36 @@ fn a_void_cell_to_look_at() {
         println!("{} cells, {} bytes", mesh.cell_count(), svg.len());
         std::fs::write(format!("{folder}/fillet-{fillet}.svg"), svg).unwrap();
     }
+    // The outer side of a cell with crossing voids, by cells.
+    let layer = CrossingVoids {
+        width: 400.0,
+        pitch: 600.0,
+        base: 100.0,
+        lower: 20.0,
+        between: 140.0,
+        upper: 20.0,
+        cover: 140.0,
+        smallest: 10.0,
+        growth: 2.0,
+        largest: 80.0,
+    };
+    let mesh = layer.mesh().unwrap();
+    let distance: Vec<f64> = (0..mesh.cell_count())
+        .map(|cell| mesh.points[*mesh.cell(cell).last().unwrap() as usize])
+        .map(|x| (x[1] - 150.0) * (x[2] - 210.0) * 1e-3)
+        .collect();
+    let svg = Picture::surface(&mesh, "left")
+        .unwrap()
+        .length_unit("um", 1.0)
+        .colours(Colours {
+            title: "product",
+            unit: "",
+            values: Values::Cells(&distance),
+            range: Some([-30.0, 30.0]),
+            map: ColourMap::Diverging,
+        })
+        .unwrap()
+        .svg()
+        .unwrap();
+    std::fs::write(format!("{folder}/crossing.svg"), svg).unwrap();
 }
