@@ -75,8 +75,66 @@ fn net_pressure_error(height: f64, cover: f64, smallest: f64, least: f64) -> f64
 
 #[test]
 fn net_pressures_are_those_of_the_converged_cell() {
-    for (height, cover, smallest) in [(20.0, 140.0, 1.0 / 30.0), (40.0, 120.0, 1.0 / 32.0)] {
+    for (height, cover, smallest) in [(20.0, 140.0, 1.0 / 30.0), (40.0, 140.0, 1.0 / 32.0)] {
         let error = net_pressure_error(height, cover, smallest, 0.3);
         assert!(error < 2e-3, "{height}/{cover}: {error}");
+    }
+}
+
+#[test]
+#[ignore = "all designs of the table: minutes"]
+fn all_net_pressures() {
+    for (height, cover) in [
+        (20.0, 100.0),
+        (20.0, 140.0),
+        (20.0, 200.0),
+        (40.0, 100.0),
+        (40.0, 140.0),
+        (60.0, 60.0),
+        (60.0, 120.0),
+        (60.0, 160.0),
+        (100.0, 100.0),
+        (100.0, 140.0),
+        (160.0, 120.0),
+        (160.0, 200.0),
+    ] {
+        let smallest = if height <= 60.0 { 1.0 / 30.0 } else { 0.01 };
+        let start = std::time::Instant::now();
+        let error = net_pressure_error(height, cover, smallest, 0.3);
+        println!("{height}/{cover}: {error:.1e} {:?}", start.elapsed());
+    }
+}
+
+#[test]
+#[ignore = "scratch"]
+fn scratch() {
+    let get = |name: &str, or: f64| std::env::var(name).map_or(or, |v| v.parse().unwrap());
+    let mut c = cell(get("H", 100.0), get("S", 100.0), get("SM", 0.01));
+    c.division.segments = get("SEG", 2.0) as usize;
+    let contact = WallContact {
+        folding: get("FOLD", 30.0),
+        ..WallContact::default()
+    };
+    let mut study = VoidStudy::new(&c, RUBBER, &Filling::Vented, contact).unwrap();
+    println!("{} cells", study.solver.problem().mesh.cell_count());
+    for row in rows(
+        include_str!("reference/p4_net_pressure.csv"),
+        c.height,
+        c.cover,
+    ) {
+        if row[5] < 0.3 {
+            break;
+        }
+        let before = study.solver.iterations;
+        let found = study.close(row[5]).unwrap();
+        let error = found.pressure / row[6] - 1.0;
+        println!(
+            "a {:.3} error {error:.1e} gap {:.3} ref {:.3} fold {:.3} its {}",
+            row[5],
+            found.gap,
+            row[8],
+            found.fold,
+            study.solver.iterations - before
+        );
     }
 }

@@ -300,26 +300,21 @@ fn fold_pair(
     let length = (distance(sides[0][1]) - distance(sides[0][0])).abs();
     for quadrature in FacetShape::Line3.quadrature() {
         let at = sides.clone().map(|nodes| {
-            let xi = if away(&nodes) {
-                quadrature.at[0]
-            } else {
-                -quadrature.at[0]
-            };
-            let values = FacetShape::Line3.shapes([xi, 0.0, 0.0]).values;
-            nodes
-                .iter()
-                .copied()
-                .zip(values)
-                .collect::<Vec<(u32, f64)>>()
+            let along = if away(&nodes) { 1.0 } else { -1.0 };
+            let shapes = FacetShape::Line3.shapes([along * quadrature.at[0], 0.0, 0.0]);
+            // Slopes by the distance from the vertex.
+            let slope = |n: usize| along * shapes.gradients[n][0] * 2.0 / length;
+            (0..nodes.len())
+                .map(|n| (nodes[n], shapes.values[n], slope(n)))
+                .collect::<Vec<_>>()
         });
         let arm: f64 = at[0]
             .iter()
-            .map(|&(node, value)| value * distance(node))
+            .map(|&(node, value, _)| value * distance(node))
             .sum();
         let mut pair = WallPoint::new(
             &at[0],
             &at[1],
-            Some(vertex),
             quadrature.weight * length / 2.0,
             Pairing::Folding {
                 arm,
@@ -357,12 +352,11 @@ fn roof_on_floor_walls(mesh: &Mesh, shear: f64, contact: WallContact) -> Walls {
                 continue;
             };
             let over = FacetShape::Line3.shapes([at, 0.0, 0.0]).values;
-            let lower: Vec<(u32, f64)> = below.iter().copied().zip(values).collect();
-            let upper: Vec<(u32, f64)> = above.into_iter().zip(over).collect();
+            let lower: Vec<_> = (0..3).map(|n| (below[n], values[n], 0.0)).collect();
+            let upper: Vec<_> = (0..3).map(|n| (above[n], over[n], 0.0)).collect();
             let pair = WallPoint::new(
                 &lower,
                 &upper,
-                None,
                 quadrature.weight * length / 2.0,
                 Pairing::Opposite([0.0, 1.0, 0.0]),
             );
