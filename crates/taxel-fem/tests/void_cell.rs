@@ -112,7 +112,7 @@ fn scratch() {
     let mut c = cell(get("H", 100.0), get("S", 100.0), get("SM", 0.01));
     c.division.segments = get("SEG", 2.0) as usize;
     let contact = WallContact {
-        folding: get("FOLD", 30.0),
+        folding: get("FOLD", 100.0),
         ..WallContact::default()
     };
     let mut study = VoidStudy::new(&c, RUBBER, &Filling::Vented, contact).unwrap();

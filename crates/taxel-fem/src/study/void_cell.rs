@@ -37,7 +37,7 @@ pub struct WallContact {
 impl Default for WallContact {
     fn default() -> Self {
         Self {
-            folding: 30.0,
+            folding: 100.0,
             opposite: 100.0,
             overlap: 1e-3,
         }
@@ -235,6 +235,17 @@ impl VoidStudy {
     }
 }
 
+/// Gauss points of an edge: more than its own three, since the end of the fold lies
+/// somewhere within an edge.
+const EDGE_POINTS: [(f64, f64); 6] = [
+    (-0.932_469_514_203_152, 0.171_324_492_379_170_35),
+    (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (-0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_35),
+];
+
 /// Pairs of points at equal distance from a corner on the two walls that meet there.
 fn folding_walls(mesh: &Mesh, stiffness: f64) -> Option<Walls> {
     let mut points = Vec::new();
@@ -298,10 +309,10 @@ fn fold_pair(
     let sides = [first, second].map(|facet| mesh.facet_nodes(facet).collect::<Vec<u32>>());
     let away = |nodes: &[u32]| distance(nodes[0]) < distance(nodes[1]);
     let length = (distance(sides[0][1]) - distance(sides[0][0])).abs();
-    for quadrature in FacetShape::Line3.quadrature() {
+    for (place, share) in EDGE_POINTS {
         let at = sides.clone().map(|nodes| {
             let along = if away(&nodes) { 1.0 } else { -1.0 };
-            let shapes = FacetShape::Line3.shapes([along * quadrature.at[0], 0.0, 0.0]);
+            let shapes = FacetShape::Line3.shapes([along * place, 0.0, 0.0]);
             // Slopes by the distance from the vertex.
             let slope = |n: usize| along * shapes.gradients[n][0] * 2.0 / length;
             (0..nodes.len())
@@ -315,7 +326,7 @@ fn fold_pair(
         let mut pair = WallPoint::new(
             &at[0],
             &at[1],
-            quadrature.weight * length / 2.0,
+            share * length / 2.0,
             Pairing::Folding {
                 arm,
                 turn: 1.0,
