@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use taxel_fem::material::{Law, Material, Volumetric};
-use taxel_fem::mesh::{CornerDivision, VoidCell};
+use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell};
+use taxel_fem::study::crossing_voids::CrossingStudy;
 use taxel_fem::study::void_cell::{Filling, VoidStudy, WallContact};
 
 const RUBBER: Material = Material {
@@ -136,5 +137,48 @@ fn scratch() {
             found.fold,
             study.solver.iterations - before
         );
+    }
+}
+
+/// The stack of two crossing rows of the reference (um, kPa).
+fn crossing(smallest: f64, growth: f64, largest: f64) -> CrossingVoids {
+    CrossingVoids {
+        width: 400.0,
+        pitch: 600.0,
+        base: 100.0,
+        lower: 20.0,
+        between: 140.0,
+        upper: 20.0,
+        cover: 140.0,
+        smallest,
+        growth,
+        largest,
+    }
+}
+
+#[test]
+fn crossing_voids_close_as_in_space() {
+    let cell = crossing(20.0, 2.0, 150.0);
+    let mut study =
+        CrossingStudy::new(&cell, RUBBER, &Filling::Gas(20.265), WallContact::default()).unwrap();
+    println!(
+        "{} cells {} unknowns",
+        study.solver.problem().mesh.cell_count(),
+        study.solver.unknowns()
+    );
+    for line in include_str!("reference/p4_two_layer_3d.csv")
+        .lines()
+        .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()))
+    {
+        let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let found = study.press(row[0]).unwrap();
+        println!("{row:?}\n{found:.5?} {}", study.solver.iterations);
+        for (number, column) in [(0, 1), (1, 2)] {
+            let error = found.volume_ratio[number] / row[column] - 1.0;
+            assert!(error.abs() < 5e-3, "volume {error}");
+            assert!((found.thinnest[number] - row[column + 2]).abs() < 0.01);
+            assert!((found.thickest[number] - row[column + 4]).abs() < 0.01);
+            assert!((found.gap[number] - row[column + 8]).abs() < 0.05, "gap");
+        }
     }
 }
