@@ -14,6 +14,7 @@
 // Numbers of nodes, cells and dimensions are far below 2^31.
 #![allow(clippy::cast_possible_wrap)]
 
+pub mod field;
 pub mod material;
 pub mod mesh;
 pub mod scalar;

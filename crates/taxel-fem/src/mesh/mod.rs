@@ -6,7 +6,7 @@
 
 mod cell;
 
-pub use cell::{CellShape, FacetShape};
+pub use cell::{CellShape, FacetShape, QuadraturePoint, Shapes};
 
 use std::collections::BTreeMap;
 

@@ -1,0 +1,216 @@
+//! The field between terminals: everything else is eliminated once.
+//!
+//! With the potentials of the terminals `t` and of the free nodes `f` the system is
+//! `[K_ff K_ft; K_tf K_tt]`. The response to terminal `j` at one and the others at
+//! zero is `x_j = -K_ff^-1 K_ft e_j`. Its flux through terminal `i`, the sum of the
+//! rows of `K phi` over the nodes of `i`, is `K_tt + K_tf x`; the product of the
+//! energies of `i` and `j` is `phi_i^T K phi_j`. Solved exactly they are equal.
+
+use super::FieldError;
+use super::cholesky::Factor;
+use super::laplace::{Coefficient, Domain};
+
+/// Nodes of one potential.
+pub(super) struct Terminal {
+    pub(super) name: String,
+    pub(super) nodes: Vec<u32>,
+}
+
+/// Square matrix between the terminals, row first.
+pub(super) type Square = Vec<Vec<f64>>;
+
+/// What the terminals see of the field.
+pub(super) struct Response {
+    /// From the energies; symmetric, its error is the square of that of the potential.
+    pub(super) by_energy: Square,
+    /// From the consistent nodal fluxes.
+    pub(super) by_flux: Square,
+    /// Potential of each node for each terminal at one; zero outside the field.
+    pub(super) potentials: Vec<Vec<f64>>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    /// In no cell of the field.
+    Absent,
+    Zero,
+    Terminal(usize),
+    Free(u32),
+}
+
+/// Entries of the matrix by the roles of their row and column.
+struct Blocks {
+    free: Vec<(u32, u32, f64)>,
+    /// Free row, terminal column.
+    mixed: Vec<(u32, u32, f64)>,
+    terminal: Square,
+}
+
+/// Solves for each terminal at one with the others, and the nodes `zero`, at zero.
+pub(super) fn respond(
+    domain: &Domain,
+    coefficients: &[Option<Coefficient>],
+    terminals: &[Terminal],
+    zero: &Terminal,
+) -> Result<Response, FieldError> {
+    domain.check()?;
+    let (roles, unknowns) = roles(domain, coefficients, terminals, zero)?;
+    let blocks = assemble(domain, coefficients, &roles, terminals.len())?;
+    let columns = solve(&blocks, unknowns, terminals.len())?;
+    let potentials = (0..terminals.len())
+        .map(|terminal| spread(&roles, terminal, &columns[terminal]))
+        .collect();
+    let (by_energy, by_flux) = matrices(&blocks, &columns);
+    Ok(Response {
+        by_energy,
+        by_flux,
+        potentials,
+    })
+}
+
+fn roles(
+    domain: &Domain,
+    coefficients: &[Option<Coefficient>],
+    terminals: &[Terminal],
+    zero: &Terminal,
+) -> Result<(Vec<Role>, usize), FieldError> {
+    let mesh = domain.mesh;
+    let mut present = vec![false; mesh.points.len()];
+    for cell in 0..mesh.cell_count() {
+        if coefficients[mesh.region_of(cell)].is_some() {
+            for &node in mesh.cell(cell) {
+                present[node as usize] = true;
+            }
+        }
+    }
+    let mut roles = vec![Role::Absent; mesh.points.len()];
+    let all = terminals.iter().enumerate();
+    let named = all.map(|(i, terminal)| (terminal, Role::Terminal(i)));
+    for (terminal, role) in named.chain([(zero, Role::Zero)]) {
+        for &node in &terminal.nodes {
+            let known = &mut roles[node as usize];
+            if *known != Role::Absent && *known != role {
+                let Role::Terminal(first) = *known else {
+                    continue;
+                };
+                return Err(FieldError::Touching {
+                    first: terminals[first].name.clone(),
+                    second: terminal.name.clone(),
+                    node,
+                    at: mesh.points[node as usize],
+                });
+            }
+            *known = role;
+        }
+        let seen = terminal.nodes.iter().any(|&node| present[node as usize]);
+        if role != Role::Zero && !seen {
+            return Err(FieldError::Empty {
+                name: terminal.name.clone(),
+            });
+        }
+    }
+    let mut unknowns = 0;
+    for (role, present) in roles.iter_mut().zip(&present) {
+        if *role == Role::Absent && *present {
+            *role = Role::Free(unknowns);
+            unknowns += 1;
+        }
+    }
+    Ok((roles, unknowns as usize))
+}
+
+fn assemble(
+    domain: &Domain,
+    coefficients: &[Option<Coefficient>],
+    roles: &[Role],
+    terminals: usize,
+) -> Result<Blocks, FieldError> {
+    let mut blocks = Blocks {
+        free: Vec::new(),
+        mixed: Vec::new(),
+        terminal: vec![vec![0.0; terminals]; terminals],
+    };
+    domain.for_each_cell(coefficients, &mut |nodes, matrix| {
+        for (a, &row) in nodes.iter().enumerate() {
+            for (b, &column) in nodes.iter().enumerate() {
+                let value = matrix[a * nodes.len() + b];
+                match (roles[row as usize], roles[column as usize]) {
+                    (Role::Free(i), Role::Free(j)) if i >= j => blocks.free.push((i, j, value)),
+                    (Role::Free(i), Role::Terminal(t)) => {
+                        blocks.mixed.push((i, t as u32, value));
+                    }
+                    (Role::Terminal(s), Role::Terminal(t)) => blocks.terminal[s][t] += value,
+                    _ => {}
+                }
+            }
+        }
+    })?;
+    Ok(blocks)
+}
+
+fn solve(blocks: &Blocks, unknowns: usize, terminals: usize) -> Result<Vec<Vec<f64>>, FieldError> {
+    if unknowns == 0 {
+        return Ok(vec![Vec::new(); terminals]);
+    }
+    let factor = Factor::new(unknowns, &blocks.free)?;
+    (0..terminals)
+        .map(|terminal| {
+            let mut right = vec![0.0; unknowns];
+            for &(i, t, value) in &blocks.mixed {
+                if t as usize == terminal {
+                    right[i as usize] -= value;
+                }
+            }
+            factor.solve(&right)
+        })
+        .collect()
+}
+
+fn spread(roles: &[Role], terminal: usize, free: &[f64]) -> Vec<f64> {
+    roles
+        .iter()
+        .map(|role| match *role {
+            Role::Free(i) => free[i as usize],
+            Role::Terminal(t) if t == terminal => 1.0,
+            _ => 0.0,
+        })
+        .collect()
+}
+
+fn matrices(blocks: &Blocks, columns: &[Vec<f64>]) -> (Square, Square) {
+    let mut by_flux = blocks.terminal.clone();
+    for &(i, t, value) in &blocks.mixed {
+        for (j, column) in columns.iter().enumerate() {
+            by_flux[t as usize][j] += value * column[i as usize];
+        }
+    }
+    // phi_i^T K phi_j = flux_ij + x_i^T (K_ft + K_ff x_j).
+    let count = columns.len();
+    let mut by_energy = by_flux.clone();
+    for &(i, t, value) in &blocks.mixed {
+        for (s, column) in columns.iter().enumerate() {
+            by_energy[s][t as usize] += value * column[i as usize];
+        }
+    }
+    for &(i, j, value) in &blocks.free {
+        let (i, j) = (i as usize, j as usize);
+        for s in 0..count {
+            for t in 0..count {
+                let (x, y) = (&columns[s], &columns[t]);
+                by_energy[s][t] += value * x[i] * y[j];
+                // The other half of a symmetric matrix.
+                if i != j {
+                    by_energy[s][t] += value * x[j] * y[i];
+                }
+            }
+        }
+    }
+    for s in 0..count {
+        for t in 0..s {
+            let mean = f64::midpoint(by_energy[s][t], by_energy[t][s]);
+            by_energy[s][t] = mean;
+            by_energy[t][s] = mean;
+        }
+    }
+    (by_energy, by_flux)
+}
