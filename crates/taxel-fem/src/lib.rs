@@ -18,3 +18,4 @@ pub mod field;
 pub mod material;
 pub mod mesh;
 pub mod scalar;
+pub mod solver;

@@ -1,0 +1,3 @@
+//! Linear and nonlinear solution.
+
+pub mod sparse;
