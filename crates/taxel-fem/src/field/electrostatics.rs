@@ -179,7 +179,11 @@ impl Capacitance {
 
     /// Largest difference between energies and fluxes, relative to the largest entry.
     pub fn mismatch(&self) -> f64 {
-        let all = self.matrix.iter().flatten().zip(self.by_flux.iter().flatten());
+        let all = self
+            .matrix
+            .iter()
+            .flatten()
+            .zip(self.by_flux.iter().flatten());
         let (mut difference, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
         for (energy, flux) in all {
             difference = difference.max((energy - flux).abs());

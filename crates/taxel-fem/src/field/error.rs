@@ -106,24 +106,16 @@ pub enum FieldError {
     },
     /// A part of the field that no conductor reaches.
     #[error(
-        "the potential of {unknowns} nodes is not determined; each connected part of the field \
+        "the potentials of {unknowns} nodes are not determined; each connected part of the field \
          needs a conductor or a surface at zero"
     )]
     Undetermined {
         /// Number of unknown potentials.
         unknowns: usize,
     },
-    /// A solution that does not satisfy its equations.
-    #[error(
-        "the potentials satisfy their equations to {residual:.1e} only, allowed is {allowed:.0e}; \
-         avoid cells of extreme sizes or coefficients"
-    )]
-    Inaccurate {
-        /// Residual relative to the right-hand side.
-        residual: f64,
-        /// Largest residual allowed.
-        allowed: f64,
-    },
+    /// The linear system has no answer.
+    #[error("the potentials: {0}")]
+    Linear(#[from] crate::solver::sparse::LinearError),
     /// The image of the unbounded space was moved.
     #[error("node {node} of the unbounded part moves by {distance:.3e}; it must stay at rest")]
     OutsideMoves {

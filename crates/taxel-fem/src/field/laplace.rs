@@ -144,9 +144,7 @@ fn interpolate(
 }
 
 fn times(a: &Tensor<f64>, b: &Tensor<f64>) -> Tensor<f64> {
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum::<f64>())
-    })
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum::<f64>()))
 }
 
 fn transposed(a: &Tensor<f64>) -> Tensor<f64> {

@@ -5,10 +5,11 @@
 //! reference mesh with the motion pulled back; [`exterior`] adds the unbounded rest
 //! of space; [`electrostatics`] and [`conduction`] name what the potential means.
 
-mod cholesky;
 mod error;
+mod system;
 mod terminals;
 
+pub mod cases;
 pub mod conduction;
 pub mod electrostatics;
 pub mod exterior;

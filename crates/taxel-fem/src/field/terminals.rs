@@ -7,8 +7,8 @@
 //! energies of `i` and `j` is `phi_i^T K phi_j`. Solved exactly they are equal.
 
 use super::FieldError;
-use super::cholesky::Factor;
 use super::laplace::{Coefficient, Domain};
+use super::system::{Entry, System};
 
 /// Nodes of one potential.
 pub(super) struct Terminal {
@@ -40,9 +40,9 @@ enum Role {
 
 /// Entries of the matrix by the roles of their row and column.
 struct Blocks {
-    free: Vec<(u32, u32, f64)>,
+    free: Vec<Entry>,
     /// Free row, terminal column.
-    mixed: Vec<(u32, u32, f64)>,
+    mixed: Vec<Entry>,
     terminal: Square,
 }
 
@@ -116,7 +116,50 @@ fn roles(
             unknowns += 1;
         }
     }
+    reached(domain, coefficients, &roles)?;
     Ok((roles, unknowns as usize))
+}
+
+/// Checks that each connected part of the field has a node of known potential.
+fn reached(
+    domain: &Domain,
+    coefficients: &[Option<Coefficient>],
+    roles: &[Role],
+) -> Result<(), FieldError> {
+    fn root(parents: &mut [u32], mut node: u32) -> u32 {
+        while parents[node as usize] != node {
+            let next = parents[parents[node as usize] as usize];
+            parents[node as usize] = next;
+            node = next;
+        }
+        node
+    }
+    let mesh = domain.mesh;
+    let mut parents: Vec<u32> = (0..roles.len() as u32).collect();
+    for cell in 0..mesh.cell_count() {
+        if coefficients[mesh.region_of(cell)].is_some() {
+            let nodes = mesh.cell(cell);
+            let first = root(&mut parents, nodes[0]);
+            for &node in nodes {
+                let other = root(&mut parents, node);
+                parents[other as usize] = first;
+            }
+        }
+    }
+    let mut known = vec![false; roles.len()];
+    for (node, role) in roles.iter().enumerate() {
+        if matches!(role, Role::Zero | Role::Terminal(_)) {
+            known[root(&mut parents, node as u32) as usize] = true;
+        }
+    }
+    let mut lost = |&node: &usize| {
+        matches!(roles[node], Role::Free(_)) && !known[root(&mut parents, node as u32) as usize]
+    };
+    let unknowns = (0..roles.len()).filter(&mut lost).count();
+    if unknowns == 0 {
+        return Ok(());
+    }
+    Err(FieldError::Undetermined { unknowns })
 }
 
 fn assemble(
@@ -152,7 +195,7 @@ fn solve(blocks: &Blocks, unknowns: usize, terminals: usize) -> Result<Vec<Vec<f
     if unknowns == 0 {
         return Ok(vec![Vec::new(); terminals]);
     }
-    let factor = Factor::new(unknowns, &blocks.free)?;
+    let mut system = System::new(unknowns, &blocks.free)?;
     (0..terminals)
         .map(|terminal| {
             let mut right = vec![0.0; unknowns];
@@ -161,7 +204,7 @@ fn solve(blocks: &Blocks, unknowns: usize, terminals: usize) -> Result<Vec<Vec<f
                     right[i as usize] -= value;
                 }
             }
-            factor.solve(&right)
+            system.solve(&right)
         })
         .collect()
 }
