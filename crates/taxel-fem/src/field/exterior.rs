@@ -121,10 +121,22 @@ pub fn add_exterior(
     })
 }
 
+/// Layers of cells between a surface and a ball around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Shell<'a> {
+    /// The ball.
+    pub ball: Ball,
+    /// Number of layers.
+    pub layers: usize,
+    /// Growth of their thickness outward, from layer to layer.
+    pub growth: f64,
+    /// Region of the cells; none for that of the cell which each continues.
+    pub region: Option<&'a str>,
+}
+
 /// Surrounds a mesh by layers of cells between its surface of this name, seen from
-/// the centre of the ball, and the ball. The layers grow outward by the factor
-/// `growth`, each cell in the region of the cell that it continues. Names the ball's
-/// surface `name`.
+/// the centre of the ball, and the ball, whose surface gets the name `outer`. Half or a
+/// quarter of a box, cut through the centre, gives half or a quarter of the shell.
 ///
 /// # Errors
 /// [`FieldError`]: unknown surface, triangular sides, a node on or outside the ball
@@ -132,13 +144,12 @@ pub fn add_exterior(
 pub fn surround(
     mesh: &mut Mesh,
     surface: &str,
-    ball: Ball,
-    layers: usize,
-    growth: f64,
-    name: &str,
+    shell: Shell,
+    outer: &str,
 ) -> Result<(), FieldError> {
+    let Shell { ball, layers, .. } = shell;
     positive("number of layers around the box", layers as f64)?;
-    positive("growth of the layers", growth)?;
+    positive("growth of the layers", shell.growth)?;
     let facets = facets_of(mesh, surface)?;
     for node in named_nodes(mesh, surface)? {
         let distance = length(from(ball.centre, mesh.points[node as usize]));
@@ -150,11 +161,12 @@ pub fn surround(
             });
         }
     }
-    let shares = shares(layers, growth);
+    let shares = shares(layers, shell.growth);
+    let region = shell.region.map(|name| mesh.region(name));
     let mut columns = Columns::default();
-    let mut outer = Vec::new();
+    let mut sides = Vec::new();
     for facet in facets {
-        let region = mesh.region_of(facet.cell as usize) as u16;
+        let own = mesh.region_of(facet.cell as usize) as u16;
         let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
         for &node in &nodes {
             columns.fill(mesh, node, |start| {
@@ -166,11 +178,16 @@ pub fn surround(
                 shares.iter().map(step).collect()
             });
         }
-        let cell = columns.cells(mesh, region, &facing(&nodes, Way::Outward), layers);
+        let cell = columns.cells(
+            mesh,
+            region.unwrap_or(own),
+            &facing(&nodes, Way::Outward),
+            layers,
+        );
         let side = if nodes.len() == 3 { 2 } else { 5 };
-        outer.push(Facet { cell, side });
+        sides.push(Facet { cell, side });
     }
-    mesh.surfaces.insert(name.to_owned(), outer);
+    mesh.surfaces.insert(outer.to_owned(), sides);
     Ok(())
 }
 

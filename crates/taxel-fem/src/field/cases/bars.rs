@@ -75,7 +75,7 @@ pub struct Surroundings {
 
 /// Bars in a layer, lengths in any one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Side {
+pub struct Bars {
     /// Gap between the bars.
     pub gap: f64,
     /// Width of a bar.
@@ -89,13 +89,13 @@ pub struct Side {
 }
 
 /// Two bars in a layer on a base plane, from half of the section: the differential
-/// capacitance and the mutual one, `C'/eps0`; both are equal without a plane at zero
-/// up to the charge that far away takes.
+/// capacitance, the mutual one, both `C'/eps0`, and the number of cells. Without a plane
+/// at zero the two are one: nothing else takes charge.
 ///
 /// # Errors
 /// [`FieldError`] for lengths not positive or of extreme ratio.
 pub fn bars_above_base(
-    shape: Side,
+    shape: Bars,
     surroundings: Surroundings,
     level: u32,
 ) -> Result<(f64, f64, usize), FieldError> {
@@ -158,16 +158,14 @@ pub fn bars_above_base(
         )
         .map(|found| found.matrix[0][0])
     };
+    // Half of the section carries one bar, at half the voltage.
+    let cells = mesh.cell_count();
     if !grounded {
-        let differential = with(&["odd"])?;
-        return Ok((differential, differential, mesh.cell_count()));
+        let differential = with(&["odd"])? / 2.0;
+        return Ok((differential, differential, cells));
     }
-    let differential = with(&["odd", "base"])?;
-    let to_base = with(&["base"])?;
+    let differential = with(&["odd", "base"])? / 2.0;
     // Both bars alike at 1 V carry what each has to the base.
-    Ok((
-        differential,
-        differential - to_base / 2.0,
-        mesh.cell_count(),
-    ))
+    let to_base = with(&["base"])?;
+    Ok((differential, differential - to_base / 2.0, cells))
 }

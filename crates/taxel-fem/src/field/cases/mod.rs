@@ -10,14 +10,14 @@ mod grid;
 mod round;
 mod strips;
 
-pub use bars::{Side, Surroundings, bars, bars_above_base};
+pub use bars::{Bars, Surroundings, bars, bars_above_base};
 pub use conductor::corner_square;
-pub use round::{coaxial_discs, cube, disc, sphere};
-pub use strips::{coplanar_strips, opposed_strips};
+pub use round::{COAXIAL_DISCS, coaxial_discs, cube, disc, sphere};
+pub use strips::{COPLANAR_STRIPS, OPPOSED_STRIPS, coplanar_strips, opposed_strips};
 
 use super::FieldError;
 use super::electrostatics::{Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY};
-use super::exterior::{Ball, Exterior, add_exterior, surround};
+use super::exterior::{Ball, Exterior, Shell, add_exterior, surround};
 use super::laplace::{Coefficient, Domain, Geometry, Motion};
 use crate::mesh::Mesh;
 
@@ -61,7 +61,13 @@ fn open(mesh: &mut Mesh, radius: f64, level: u32) -> Result<Exterior, FieldError
         radius,
     };
     let layers = 2 * level.max(1) as usize;
-    surround(mesh, "box", ball, layers, 1.0, "ball")?;
+    let shell = Shell {
+        ball,
+        layers,
+        growth: 1.0,
+        region: None,
+    };
+    surround(mesh, "box", shell, "ball")?;
     add_exterior(mesh, "ball", ball, layers)
 }
 

@@ -4,7 +4,7 @@ use super::grid::{Sizes, line, name_nodes, plane, solid};
 use super::{Case, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
-use crate::field::exterior::{Ball, add_exterior, surround};
+use crate::field::exterior::{Ball, Shell, add_exterior, surround};
 use crate::field::laplace::Geometry;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -143,10 +143,14 @@ pub fn cube(level: u32) -> Result<Case, FieldError> {
         radius: 1.5,
     };
     let layers = side.len() + level as usize;
-    let region = mesh.region("space");
-    surround(&mut mesh, "face", ball, layers, growth(level), "ball")?;
+    let shell = Shell {
+        ball,
+        layers,
+        growth: growth(level),
+        region: Some("space"),
+    };
+    surround(&mut mesh, "face", shell, "ball")?;
     let exterior = add_exterior(&mut mesh, "ball", ball, 1 + level as usize)?;
-    let _ = region;
     let found = solve(
         &mesh,
         Geometry::Solid,
