@@ -17,3 +17,6 @@ pub mod laplace;
 pub mod sections;
 
 pub use error::FieldError;
+
+#[cfg(test)]
+mod tests;

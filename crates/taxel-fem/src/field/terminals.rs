@@ -75,6 +75,29 @@ fn roles(
     zero: &Terminal,
 ) -> Result<(Vec<Role>, usize), FieldError> {
     let mesh = domain.mesh;
+    let present = present(domain, coefficients);
+    let mut roles = known_roles(domain, terminals, zero)?;
+    for terminal in terminals {
+        if !terminal.nodes.iter().any(|&node| present[node as usize]) {
+            return Err(FieldError::Empty {
+                name: terminal.name.clone(),
+            });
+        }
+    }
+    let mut unknowns = 0;
+    for node in 0..mesh.points.len() {
+        if roles[node] == Role::Absent && present[node] {
+            roles[node] = Role::Free(unknowns);
+            unknowns += 1;
+        }
+    }
+    reached(domain, coefficients, &roles)?;
+    Ok((roles, unknowns as usize))
+}
+
+/// Nodes of cells that carry a field.
+fn present(domain: &Domain, coefficients: &[Option<Coefficient>]) -> Vec<bool> {
+    let mesh = domain.mesh;
     let mut present = vec![false; mesh.points.len()];
     for cell in 0..mesh.cell_count() {
         if coefficients[mesh.region_of(cell)].is_some() {
@@ -83,41 +106,36 @@ fn roles(
             }
         }
     }
-    let mut roles = vec![Role::Absent; mesh.points.len()];
-    let all = terminals.iter().enumerate();
-    let named = all.map(|(i, terminal)| (terminal, Role::Terminal(i)));
-    for (terminal, role) in named.chain([(zero, Role::Zero)]) {
+    present
+}
+
+/// Roles of the nodes whose potential is known; no node has two.
+fn known_roles(
+    domain: &Domain,
+    terminals: &[Terminal],
+    zero: &Terminal,
+) -> Result<Vec<Role>, FieldError> {
+    let points = &domain.mesh.points;
+    let mut roles = vec![Role::Absent; points.len()];
+    let numbered = terminals.iter().enumerate();
+    let all = numbered.map(|(number, terminal)| (terminal, Role::Terminal(number)));
+    for (terminal, role) in all.chain([(zero, Role::Zero)]) {
         for &node in &terminal.nodes {
             let known = &mut roles[node as usize];
-            if *known != Role::Absent && *known != role {
-                let Role::Terminal(first) = *known else {
-                    continue;
-                };
+            if let Role::Terminal(first) = *known
+                && *known != role
+            {
                 return Err(FieldError::Touching {
                     first: terminals[first].name.clone(),
                     second: terminal.name.clone(),
                     node,
-                    at: mesh.points[node as usize],
+                    at: points[node as usize],
                 });
             }
             *known = role;
         }
-        let seen = terminal.nodes.iter().any(|&node| present[node as usize]);
-        if role != Role::Zero && !seen {
-            return Err(FieldError::Empty {
-                name: terminal.name.clone(),
-            });
-        }
     }
-    let mut unknowns = 0;
-    for (role, present) in roles.iter_mut().zip(&present) {
-        if *role == Role::Absent && *present {
-            *role = Role::Free(unknowns);
-            unknowns += 1;
-        }
-    }
-    reached(domain, coefficients, &roles)?;
-    Ok((roles, unknowns as usize))
+    Ok(roles)
 }
 
 /// Checks that each connected part of the field has a node of known potential.

@@ -8,8 +8,8 @@ use crate::field::laplace::Geometry;
 
 /// Size of the cells at an edge of a bar, where the field grows as `r^-1/3`: the energy
 /// of a cell there falls as the power 4/3 of its size.
-fn at_edge(scale: f64, level: u32) -> Option<f64> {
-    Some(scale * 5e-3 * 4.0_f64.powi(-(level as i32)))
+fn at_edge(scale: f64, level: u32) -> f64 {
+    scale * 5e-3 * 4.0_f64.powi(-(level as i32))
 }
 
 /// Two bars of a thickness and width, a gap apart, in unbounded space; a quarter of
@@ -26,7 +26,7 @@ pub fn bars(
 ) -> Result<Case, FieldError> {
     let (inner, top) = (gap / 2.0, thickness / 2.0);
     let outer = inner + width;
-    let edge = at_edge(gap.min(thickness).min(width), level);
+    let edge = Some(at_edge(gap.min(thickness).min(width), level));
     let size = 1.6 * outer.max(top);
     let sizes = Sizes {
         growth: growth(level),
@@ -65,9 +65,11 @@ pub fn bars(
 /// What lies round the bars in a layer on a base plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Relative permittivity of the layer, which is unbounded sideways.
+    /// Relative permittivity of the layer.
     pub layer: f64,
-    /// Relative permittivity above the layer.
+    /// Where the layer ends sideways, from the middle; none when it is unbounded.
+    pub layer_end: Option<f64>,
+    /// Relative permittivity above the layer, and beside it where it ends.
     pub above: f64,
     /// Relative permittivity below the base plane; none when the plane is at zero.
     pub below: Option<f64>,
@@ -105,16 +107,21 @@ pub fn bars_above_base(
     // Where the layer ends in the blend to the circle the field has fallen to that of
     // a dipole: what it holds there falls as the cube of this size.
     let size = 25.0 * shape.layer.max(outer);
-    let edge = at_edge(shape.gap.min(shape.thickness).min(shape.width), level);
+    let edge = Some(at_edge(
+        shape.gap.min(shape.thickness).min(shape.width),
+        level,
+    ));
     let sizes = Sizes {
         growth: growth(level),
         largest: 0.3 * size / f64::from(level),
     };
     let near = Some(0.3 * shape.layer / f64::from(level));
-    let xs = line(
-        sizes,
-        &[(0.0, None), (inner, edge), (outer, edge), (size, None)],
-    );
+    let mut across = vec![(0.0, None), (inner, edge), (outer, edge), (size, None)];
+    let layer_end = surroundings.layer_end.unwrap_or(f64::INFINITY);
+    if layer_end < size {
+        across.insert(3, (layer_end, near));
+    }
+    let xs = line(sizes, &across);
     let mut marks = vec![
         (0.0, near),
         (bottom, edge),
@@ -131,7 +138,7 @@ pub fn bars_above_base(
         Some(match p[1] {
             _ if bar => "bar",
             y if y < 0.0 => "below",
-            y if y < shape.layer => "layer",
+            y if y < shape.layer && p[0] < layer_end => "layer",
             _ => "above",
         })
     });

@@ -4,17 +4,17 @@ use crate::mesh::{CellShape, Mesh};
 
 /// Sizes of the cells of a line.
 #[derive(Clone, Copy)]
-pub(super) struct Sizes {
+pub(in crate::field) struct Sizes {
     /// Growth from cell to cell.
-    pub(super) growth: f64,
+    pub(in crate::field) growth: f64,
     /// Largest size.
-    pub(super) largest: f64,
+    pub(in crate::field) largest: f64,
 }
 
 impl Sizes {
     /// Appends the ends of cells from the last coordinate of `line` to `to`, small at
     /// the ends with a given size and growing away from them.
-    pub(super) fn extend(
+    pub(in crate::field) fn extend(
         self,
         line: &mut Vec<f64>,
         to: f64,
@@ -46,7 +46,7 @@ impl Sizes {
 }
 
 /// Ends of cells through several marks, small at all of them (or at none but these).
-pub(super) fn line(sizes: Sizes, marks: &[(f64, Option<f64>)]) -> Vec<f64> {
+pub(in crate::field) fn line(sizes: Sizes, marks: &[(f64, Option<f64>)]) -> Vec<f64> {
     let mut line = vec![marks[0].0];
     for pair in marks.windows(2) {
         sizes.extend(&mut line, pair[1].0, pair[0].1, pair[1].1);
@@ -65,7 +65,7 @@ fn with_middles(line: &[f64]) -> Vec<f64> {
 }
 
 /// A grid in a plane; `region` names the region at a place, none where there is a hole.
-pub(super) fn plane(
+pub(in crate::field) fn plane(
     xs: &[f64],
     ys: &[f64],
     region: &dyn Fn([f64; 2]) -> Option<&'static str>,
@@ -93,7 +93,7 @@ pub(super) fn plane(
 }
 
 /// A grid of one region in space.
-pub(super) fn solid(axes: [&[f64]; 3], name: &str) -> Mesh {
+pub(in crate::field) fn solid(axes: [&[f64]; 3], name: &str) -> Mesh {
     let points = axes.map(with_middles);
     let counts = axes.map(|axis| axis.len() - 1);
     let mut mesh = Mesh::default();
@@ -120,7 +120,11 @@ pub(super) fn solid(axes: [&[f64]; 3], name: &str) -> Mesh {
 }
 
 /// Names the nodes that satisfy a condition.
-pub(super) fn name_nodes(mesh: &mut Mesh, name: &str, condition: &dyn Fn([f64; 3]) -> bool) {
+pub(in crate::field) fn name_nodes(
+    mesh: &mut Mesh,
+    name: &str,
+    condition: &dyn Fn([f64; 3]) -> bool,
+) {
     let nodes = (0..mesh.points.len() as u32)
         .filter(|&node| condition(mesh.points[node as usize]))
         .collect();

@@ -6,7 +6,7 @@
 
 mod bars;
 mod conductor;
-mod grid;
+pub(super) mod grid;
 mod round;
 mod strips;
 

@@ -32,8 +32,8 @@ pub const OPPOSED_STRIPS: [(f64, f64); 5] = [
 
 /// Size of the cells at an edge where the field grows as `r^-1/2`: the energy of a cell
 /// there is in proportion to its size.
-fn at_edge(scale: f64, level: u32) -> Option<f64> {
-    Some(scale * 1e-3 * 4.0_f64.powi(-(level as i32)))
+fn at_edge(scale: f64, level: u32) -> f64 {
+    scale * 1e-3 * 4.0_f64.powi(-(level as i32))
 }
 
 /// Two coplanar strips, width over gap `ratio`; a quarter of the plane, whose vertical
@@ -44,7 +44,7 @@ fn at_edge(scale: f64, level: u32) -> Option<f64> {
 pub fn coplanar_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
     let (half_gap, width) = (0.5 / ratio, 1.0);
     let outer = half_gap + width;
-    let edge = at_edge((2.0 * half_gap).min(width), level);
+    let edge = Some(at_edge((2.0 * half_gap).min(width), level));
     let size = 1.6 * outer;
     let sizes = Sizes {
         growth: growth(level),
@@ -87,7 +87,7 @@ pub fn coplanar_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, F
 /// [`FieldError`] for ratios not positive or extreme.
 pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
     let (half_width, height) = (0.5 * ratio, 0.5);
-    let edge = at_edge(ratio.min(1.0), level);
+    let edge = Some(at_edge(ratio.min(1.0), level));
     let size = 1.5 * half_width.max(height) + height;
     let sizes = Sizes {
         growth: growth(level),
