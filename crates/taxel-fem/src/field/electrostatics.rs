@@ -118,7 +118,7 @@ impl Electrostatics<'_> {
 fn float(response: &mut Response, last: usize) -> Result<(), FieldError> {
     let own = response.by_energy[last][last];
     // A conductor whose potential nothing fixes has only rounding left here.
-    if own.is_nan() || own <= 1e-12 * VACUUM_PERMITTIVITY * f64::EPSILON {
+    if own.is_nan() || own <= 1e-12 * response.stiffness[last] {
         return Err(FieldError::Undetermined { unknowns: 1 });
     }
     let follows: Vec<f64> = (0..last)

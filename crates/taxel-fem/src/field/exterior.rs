@@ -16,12 +16,14 @@
 //! and planes through the centre stay planes. The centre is the point at infinity.
 //!
 //! The image lies over the inner mesh and is joined to it by the nodes of the circle.
-//! A tensor coefficient would be mirrored by the inversion; let the media outside be
-//! isotropic.
+//!
+//! Up to the scale `s` the gradient of the mapping is the mirror `Q = 1 - 2 n n^T` with
+//! the direction `n` of the radius: a tensor coefficient is seen as `Q k Q`.
 
 use super::FieldError;
-use super::laplace::{Geometry, length, named_nodes};
+use super::laplace::{Geometry, length, named_nodes, times};
 use crate::mesh::{CellShape, Facet, Mesh};
+use crate::scalar::Tensor;
 use std::collections::BTreeMap;
 
 /// A circle or sphere about a centre.
@@ -58,6 +60,16 @@ impl Exterior {
         }
         let y = length(std::array::from_fn(|i| at[i] - self.ball.centre[i]));
         (self.ball.radius / y).powi(2)
+    }
+
+    /// A coefficient as the inversion shows it at a place of the image.
+    pub(super) fn mirrored(&self, k: &Tensor<f64>, at: [f64; 3]) -> Tensor<f64> {
+        let y: [f64; 3] = std::array::from_fn(|i| at[i] - self.ball.centre[i]);
+        let n = y.map(|component| component / length(y));
+        let mirror: Tensor<f64> = std::array::from_fn(|i| {
+            std::array::from_fn(|j| f64::from(u8::from(i == j)) - 2.0 * n[i] * n[j])
+        });
+        times(&times(&mirror, k), &mirror)
     }
 }
 

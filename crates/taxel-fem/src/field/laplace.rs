@@ -143,7 +143,7 @@ fn interpolate(
     (value, gradient)
 }
 
-fn times(a: &Tensor<f64>, b: &Tensor<f64>) -> Tensor<f64> {
+pub(super) fn times(a: &Tensor<f64>, b: &Tensor<f64>) -> Tensor<f64> {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum::<f64>()))
 }
 
@@ -305,7 +305,7 @@ impl Domain<'_> {
         let ratio = determinant(&jacobian);
         self.upright(cell, at, ratio)?;
         let to_reference = inverse(&jacobian, ratio);
-        let mut k = *k;
+        let mut k = self.seen_outside(cell, k, at);
         if let Motion::PulledBack(u) = self.motion {
             let (moved, gradient) = interpolate(u, nodes, shapes, dimension);
             let f = self.deformation_gradient(at, moved, &times(&gradient, &to_reference));
@@ -359,13 +359,21 @@ impl Domain<'_> {
             Geometry::Axisymmetric => std::f64::consts::TAU * at[0],
             Geometry::Plane | Geometry::Solid => 1.0,
         };
-        let outside = match self.exterior {
-            Some(exterior) if exterior.inside_of(self.mesh.region_of(cell)).is_some() => {
-                exterior.weight(self.geometry, at)
-            }
-            _ => 1.0,
-        };
-        Ok(turn * outside)
+        let outside = self.outside(cell);
+        Ok(turn * outside.map_or(1.0, |exterior| exterior.weight(self.geometry, at)))
+    }
+
+    /// The exterior that a cell belongs to.
+    fn outside(&self, cell: usize) -> Option<&Exterior> {
+        let region = self.mesh.region_of(cell);
+        self.exterior
+            .filter(|exterior| exterior.inside_of(region).is_some())
+    }
+
+    /// The coefficient at a place, as the image of the unbounded space shows it.
+    fn seen_outside(&self, cell: usize, k: &Tensor<f64>, at: [f64; 3]) -> Tensor<f64> {
+        self.outside(cell)
+            .map_or(*k, |exterior| exterior.mirrored(k, at))
     }
 
     /// One coefficient for each region, from names; regions of the image of the

@@ -20,18 +20,15 @@ pub(super) struct System {
 
 impl System {
     /// Orders for little fill, then factorises.
-    pub(super) fn new(unknowns: usize, entries: &[Entry]) -> Result<Self, FieldError> {
-        let places = order(&pattern(unknowns, entries))?;
-        let moved: Vec<Entry> = entries
-            .iter()
-            .map(|&(i, j, value)| {
-                let (i, j) = (places[i as usize], places[j as usize]);
-                (i.max(j), i.min(j), value)
-            })
-            .collect();
-        let pattern = pattern(unknowns, &moved);
+    pub(super) fn new(unknowns: usize, mut entries: Vec<Entry>) -> Result<Self, FieldError> {
+        let places = order(&pattern(unknowns, &entries))?;
+        for (row, column, _) in &mut entries {
+            let (i, j) = (places[*row as usize], places[*column as usize]);
+            (*row, *column) = (i.max(j), i.min(j));
+        }
+        let pattern = pattern(unknowns, &entries);
         let mut values = vec![0.0; pattern.entries()];
-        for (row, column, value) in moved {
+        for (row, column, value) in entries {
             let range = pattern.column(column as usize);
             let rows = &pattern.rows[range.clone()];
             if let Ok(place) = rows.binary_search(&row) {
@@ -50,15 +47,24 @@ impl System {
         })
     }
 
-    /// Solves for one right-hand side; the residual is checked.
-    pub(super) fn solve(&mut self, right: &[f64]) -> Result<Vec<f64>, FieldError> {
+    /// Solves for one right-hand side; the residual is checked. Returns the solution and
+    /// what is left of the residual, `A x - b`.
+    pub(super) fn solve(&mut self, right: &[f64]) -> Result<(Vec<f64>, Vec<f64>), FieldError> {
         let mut moved = vec![0.0; right.len()];
         for (&place, value) in self.places.iter().zip(right) {
             moved[place as usize] = *value;
         }
         let solution = solve_checked(&mut self.factor, &self.pattern, &self.values, &moved)?;
-        let back = self.places.iter();
-        Ok(back.map(|&place| solution[place as usize]).collect())
+        let mut rest = self.pattern.multiply(&self.values, &solution);
+        for (rest, right) in rest.iter_mut().zip(&moved) {
+            *rest -= right;
+        }
+        Ok((self.back(&solution), self.back(&rest)))
+    }
+
+    fn back(&self, moved: &[f64]) -> Vec<f64> {
+        let places = self.places.iter();
+        places.map(|&place| moved[place as usize]).collect()
     }
 }
 

@@ -27,6 +27,14 @@ pub(super) struct Response {
     pub(super) by_flux: Square,
     /// Potential of each node for each terminal at one; zero outside the field.
     pub(super) potentials: Vec<Vec<f64>>,
+    /// What each terminal would take with all other nodes at zero.
+    pub(super) stiffness: Vec<f64>,
+}
+
+/// Free potentials for one terminal at one, and what they leave of their equations.
+struct Column {
+    solution: Vec<f64>,
+    rest: Vec<f64>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -55,16 +63,19 @@ pub(super) fn respond(
 ) -> Result<Response, FieldError> {
     domain.check()?;
     let (roles, unknowns) = roles(domain, coefficients, terminals, zero)?;
-    let blocks = assemble(domain, coefficients, &roles, terminals.len())?;
-    let columns = solve(&blocks, unknowns, terminals.len())?;
-    let potentials = (0..terminals.len())
-        .map(|terminal| spread(&roles, terminal, &columns[terminal]))
+    let mut blocks = assemble(domain, coefficients, &roles, terminals.len())?;
+    let columns = solve(&mut blocks, unknowns, terminals.len())?;
+    let potentials = columns.iter().enumerate();
+    let potentials = potentials
+        .map(|(terminal, column)| spread(&roles, terminal, &column.solution))
         .collect();
     let (by_energy, by_flux) = matrices(&blocks, &columns);
+    let stiffness = (0..terminals.len()).map(|t| blocks.terminal[t][t]);
     Ok(Response {
         by_energy,
         by_flux,
         potentials,
+        stiffness: stiffness.collect(),
     })
 }
 
@@ -209,12 +220,9 @@ fn assemble(
     Ok(blocks)
 }
 
-fn solve(blocks: &Blocks, unknowns: usize, terminals: usize) -> Result<Vec<Vec<f64>>, FieldError> {
-    if unknowns == 0 {
-        return Ok(vec![Vec::new(); terminals]);
-    }
-    let mut system = System::new(unknowns, &blocks.free)?;
-    (0..terminals)
+fn solve(blocks: &mut Blocks, unknowns: usize, count: usize) -> Result<Vec<Column>, FieldError> {
+    let mut system = System::new(unknowns, std::mem::take(&mut blocks.free))?;
+    (0..count)
         .map(|terminal| {
             let mut right = vec![0.0; unknowns];
             for &(i, t, value) in &blocks.mixed {
@@ -222,7 +230,8 @@ fn solve(blocks: &Blocks, unknowns: usize, terminals: usize) -> Result<Vec<Vec<f
                     right[i as usize] -= value;
                 }
             }
-            system.solve(&right)
+            let (solution, rest) = system.solve(&right)?;
+            Ok(Column { solution, rest })
         })
         .collect()
 }
@@ -238,40 +247,24 @@ fn spread(roles: &[Role], terminal: usize, free: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn matrices(blocks: &Blocks, columns: &[Vec<f64>]) -> (Square, Square) {
+fn matrices(blocks: &Blocks, columns: &[Column]) -> (Square, Square) {
     let mut by_flux = blocks.terminal.clone();
     for &(i, t, value) in &blocks.mixed {
         for (j, column) in columns.iter().enumerate() {
-            by_flux[t as usize][j] += value * column[i as usize];
+            by_flux[t as usize][j] += value * column.solution[i as usize];
         }
     }
-    // phi_i^T K phi_j = flux_ij + x_i^T (K_ft + K_ff x_j).
+    // phi_i^T K phi_j = flux_ij + x_i^T (K_ft e_j + K_ff x_j).
+    let energy = |i: usize, j: usize| {
+        let terms = columns[i].solution.iter().zip(&columns[j].rest);
+        by_flux[i][j] + terms.map(|(x, rest)| x * rest).sum::<f64>()
+    };
     let count = columns.len();
-    let mut by_energy = by_flux.clone();
-    for &(i, t, value) in &blocks.mixed {
-        for (s, column) in columns.iter().enumerate() {
-            by_energy[s][t as usize] += value * column[i as usize];
-        }
-    }
-    for &(i, j, value) in &blocks.free {
-        let (i, j) = (i as usize, j as usize);
-        for s in 0..count {
-            for t in 0..count {
-                let (x, y) = (&columns[s], &columns[t]);
-                by_energy[s][t] += value * x[i] * y[j];
-                // The other half of a symmetric matrix.
-                if i != j {
-                    by_energy[s][t] += value * x[j] * y[i];
-                }
-            }
-        }
-    }
-    for s in 0..count {
-        for t in 0..s {
-            let mean = f64::midpoint(by_energy[s][t], by_energy[t][s]);
-            by_energy[s][t] = mean;
-            by_energy[t][s] = mean;
-        }
-    }
+    let by_energy = (0..count)
+        .map(|i| {
+            let row = (0..count).map(|j| f64::midpoint(energy(i, j), energy(j, i)));
+            row.collect()
+        })
+        .collect();
     (by_energy, by_flux)
 }

@@ -1,10 +1,10 @@
 //! Two bars of rectangular section side by side.
 
 use super::grid::{Sizes, line, name_nodes, plane};
-use super::{Case, growth, open, solve};
+use super::{Case, SPACE, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
-use crate::field::laplace::Geometry;
+use crate::field::laplace::{Coefficient, Geometry};
 
 /// Size of the cells at an edge of a bar, where the field grows as `r^-1/3`: the energy
 /// of a cell there falls as the power 4/3 of its size.
@@ -48,7 +48,7 @@ pub fn bars(
         &mesh,
         Geometry::Plane,
         &exterior,
-        &[("space", 1.0)],
+        &SPACE,
         &["bar"],
         &["odd"],
         Infinity::Free,
@@ -146,11 +146,12 @@ pub fn bars_above_base(
     let exterior = open(&mut mesh, 1.7 * size, level)?;
     name_nodes(&mut mesh, "odd", &|p| p[0] == 0.0);
     name_nodes(&mut mesh, "base", &|p| p[1] == 0.0);
-    let media = [
+    let scalars = [
         ("layer", surroundings.layer),
         ("above", surroundings.above),
         ("below", surroundings.below.unwrap_or(1.0)),
     ];
+    let media = scalars.map(|(name, value)| (name, Coefficient::Scalar(value)));
     let grounded = surroundings.below.is_none();
     let media = if grounded { &media[..2] } else { &media[..] };
     let with = |zero: &[&str]| {

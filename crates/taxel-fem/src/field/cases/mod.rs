@@ -48,6 +48,9 @@ pub fn ideal_dielectric_field(stretch: f64) -> f64 {
     (stretch.powi(-2) - stretch.powi(-8)).sqrt()
 }
 
+/// Empty space.
+const SPACE: [(&str, Coefficient); 1] = [("space", Coefficient::Scalar(1.0))];
+
 /// Growth from cell to cell.
 fn growth(level: u32) -> f64 {
     4.0_f64.powf(1.0 / f64::from(level.max(1)))
@@ -76,15 +79,11 @@ fn solve(
     mesh: &Mesh,
     geometry: Geometry,
     exterior: &Exterior,
-    media: &[(&str, f64)],
+    permittivities: &[(&str, Coefficient)],
     conductors: &[&str],
     zero: &[&str],
     infinity: Infinity,
 ) -> Result<Capacitance, FieldError> {
-    let permittivities: Vec<_> = media
-        .iter()
-        .map(|&(name, value)| (name, Coefficient::Scalar(value)))
-        .collect();
     let mut found = Electrostatics {
         domain: Domain {
             mesh,
@@ -92,7 +91,7 @@ fn solve(
             motion: Motion::None,
             exterior: Some(exterior),
         },
-        permittivities: &permittivities,
+        permittivities,
         conductors,
         floating: &[],
         zero,

@@ -1,7 +1,7 @@
 //! Discs, a sphere and a cube in unbounded space.
 
 use super::grid::{Sizes, line, name_nodes, plane, solid};
-use super::{Case, growth, open, solve};
+use super::{Case, SPACE, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::exterior::{Ball, Shell, add_exterior, surround};
@@ -74,7 +74,7 @@ fn disc_at(height: f64, zero: &[&str], scale: f64, level: u32) -> Result<(f64, u
         &mesh,
         Geometry::Axisymmetric,
         &exterior,
-        &[("space", 1.0)],
+        &SPACE,
         &["disc"],
         zero,
         Infinity::Zero,
@@ -111,7 +111,7 @@ pub fn sphere(level: u32) -> Result<Case, FieldError> {
         &mesh,
         Geometry::Axisymmetric,
         &exterior,
-        &[("space", 1.0)],
+        &SPACE,
         &["sphere"],
         &[],
         Infinity::Zero,
@@ -155,7 +155,7 @@ pub fn cube(level: u32) -> Result<Case, FieldError> {
         &mesh,
         Geometry::Solid,
         &exterior,
-        &[("space", 1.0)],
+        &SPACE,
         &["cube"],
         &[],
         Infinity::Zero,
