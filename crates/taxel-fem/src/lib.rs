@@ -14,8 +14,10 @@
 // Numbers of nodes, cells and dimensions are far below 2^31.
 #![allow(clippy::cast_possible_wrap)]
 
+pub mod assembly;
 pub mod field;
 pub mod material;
 pub mod mesh;
+pub mod problem;
 pub mod scalar;
 pub mod solver;

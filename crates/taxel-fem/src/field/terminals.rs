@@ -9,6 +9,7 @@
 use super::FieldError;
 use super::laplace::{Coefficient, Domain};
 use super::system::{Entry, System};
+use crate::assembly::ordering::{Graph, elimination_order};
 
 /// Nodes of one potential.
 pub(super) struct Terminal {
@@ -63,8 +64,8 @@ pub(super) fn respond(
 ) -> Result<Response, FieldError> {
     domain.check()?;
     let (roles, unknowns) = roles(domain, coefficients, terminals, zero)?;
-    let mut blocks = assemble(domain, coefficients, &roles, terminals.len())?;
-    let columns = solve(&mut blocks, unknowns, terminals.len())?;
+    let blocks = assemble(domain, coefficients, &roles, terminals.len())?;
+    let columns = solve(&blocks, unknowns, terminals.len())?;
     let potentials = columns.iter().enumerate();
     let potentials = potentials
         .map(|(terminal, column)| spread(&roles, terminal, &column.solution))
@@ -95,15 +96,35 @@ fn roles(
             });
         }
     }
-    let mut unknowns = 0;
-    for node in 0..mesh.points.len() {
-        if roles[node] == Role::Absent && present[node] {
-            roles[node] = Role::Free(unknowns);
-            unknowns += 1;
-        }
+    let free: Vec<u32> = (0..mesh.points.len())
+        .filter(|&node| roles[node] == Role::Absent && present[node])
+        .map(|node| node as u32)
+        .collect();
+    let order = order(domain, coefficients, &roles, free);
+    for (place, &node) in order.iter().enumerate() {
+        roles[node as usize] = Role::Free(place as u32);
     }
     reached(domain, coefficients, &roles)?;
-    Ok((roles, unknowns as usize))
+    Ok((roles, order.len()))
+}
+
+/// Free nodes in the order of elimination.
+fn order(
+    domain: &Domain,
+    coefficients: &[Option<Coefficient>],
+    roles: &[Role],
+    free: Vec<u32>,
+) -> Vec<u32> {
+    if free.is_empty() {
+        return free;
+    }
+    let mesh = domain.mesh;
+    let cells = (0..mesh.cell_count())
+        .filter(|&cell| coefficients[mesh.region_of(cell)].is_some())
+        .map(|cell| mesh.cell(cell));
+    let active = |node: u32| roles[node as usize] == Role::Absent;
+    let graph = Graph::of_groups(mesh.points.len(), active, cells);
+    elimination_order(&graph, &mesh.points, free)
 }
 
 /// Nodes of cells that carry a field.
@@ -220,8 +241,8 @@ fn assemble(
     Ok(blocks)
 }
 
-fn solve(blocks: &mut Blocks, unknowns: usize, count: usize) -> Result<Vec<Column>, FieldError> {
-    let mut system = System::new(unknowns, std::mem::take(&mut blocks.free))?;
+fn solve(blocks: &Blocks, unknowns: usize, count: usize) -> Result<Vec<Column>, FieldError> {
+    let mut system = System::new(unknowns, &blocks.free)?;
     (0..count)
         .map(|terminal| {
             let mut right = vec![0.0; unknowns];

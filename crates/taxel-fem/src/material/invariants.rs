@@ -1,69 +1,169 @@
-//! Laws in the invariants of the isochoric left Cauchy-Green tensor.
+//! Laws in the invariants of the isochoric left Cauchy-Green tensor, with an
+//! energy `W = w(I1bar) + c2 I2bar`.
+//!
+//! Sums are written out entry by entry: a loop or a closure is not unrolled into
+//! the wide registers of the loop over points, and costs a factor of ten.
 
 use super::Response;
 use crate::scalar::{PAIRS, PLACE, Scalar, Symmetric, Tensor, determinant, left_cauchy_green};
 
+/// `b = J^-2/3 F F^T` with its invariants.
+pub(super) struct Isochoric<S> {
+    b: Symmetric<S>,
+    square: Symmetric<S>,
+    pub(super) first: S,
+    pub(super) second: S,
+}
+
+/// The energy at a point, with its derivatives for the first invariant; Pa.
+pub(super) struct Slopes<S> {
+    pub(super) energy: S,
+    pub(super) first: S,
+    pub(super) curvature: S,
+}
+
+/// What the entries of the tangent are made of, see [`response`].
+struct Parts<S> {
+    b: Symmetric<S>,
+    /// `s = dev b` and `4 w'' s`.
+    deviator: Symmetric<S>,
+    bent: Symmetric<S>,
+    side: Symmetric<S>,
+    same: S,
+    second: S,
+}
+
+#[inline(always)]
+pub(super) fn isochoric<S: Scalar>(f: &Tensor<S>) -> Isochoric<S> {
+    let r = determinant(f).inverse_cube_root();
+    let b = scaled(&left_cauchy_green(f), r * r);
+    let square = square(&b);
+    let first = b[0] + b[1] + b[2];
+    Isochoric {
+        b,
+        square,
+        first,
+        second: (first * first - (square[0] + square[1] + square[2])) * S::constant(0.5),
+    }
+}
+
+/// Energy, stress and tangent from the derivatives `w'`, `w''` and `c2`.
+///
+/// With `s = dev b`, `T = 2 (w' b + c2 (I1 b - b^2))` and `tau = dev T`:
+/// `c = 4 w'' s x s + dev [4 c2 (b x b - b.b)] + 2/3 tr T (Is - 1 x 1 / 3)
+///    - 2/3 (tau x 1 + 1 x tau)` (Holzapfel 2000, section 6.6, moved
+/// to space), where `(b.b)_ijkl = (b_ik b_jl + b_il b_jk) / 2` and its deviator on both
+/// sides is `b.b - (b^2 x 1 + 1 x b^2) / 3 + tr b^2 / 9 1 x 1`.
+#[inline(always)]
+pub(super) fn response<S: Scalar>(at: &Isochoric<S>, w: &Slopes<S>, c2: f64) -> Response<S> {
+    let k = S::constant;
+    let (a1, a2) = (w.first * k(2.0), k(2.0 * c2));
+    let slope = a1 + a2 * at.first;
+    let deviator = deviator(&at.b, at.first * k(1.0 / 3.0));
+    let total = sum(&scaled(&at.b, slope), &scaled(&at.square, -a2));
+    let trace = total[0] + total[1] + total[2];
+    let stress = self::deviator(&total, trace * k(1.0 / 3.0));
+    let same = trace * k(2.0 / 3.0);
+    // Half of the factor of 1 x 1 goes to each side.
+    let squares = at.square[0] + at.square[1] + at.square[2];
+    let unit = same * k(1.0 / 6.0) + a2 * squares * k(1.0 / 9.0);
+    let side = sum(
+        &scaled(&stress, k(-2.0 / 3.0)),
+        &scaled(&at.square, a2 * k(2.0 / 3.0)),
+    );
+    let parts = Parts {
+        b: at.b,
+        deviator,
+        bent: scaled(&deviator, (w.curvature + k(c2)) * k(4.0)),
+        side: self::deviator(&side, unit),
+        same,
+        second: a2,
+    };
+    Response {
+        energy: w.energy,
+        stress,
+        tangent: table(&parts),
+    }
+}
+
+/// Entry of the tangent; rows and columns as in [`PAIRS`].
+#[inline(always)]
+fn entry<S: Scalar>(parts: &Parts<S>, v: usize, w: usize) -> S {
+    let (i, j) = PAIRS[v];
+    let (m, n) = PAIRS[w];
+    let b = |i: usize, j: usize| parts.b[PLACE[i][j]];
+    // Twice (b.b); the two products are the same where a pair repeats an index.
+    let product = if i == j || m == n {
+        b(i, m) * b(j, n) * S::constant(2.0)
+    } else {
+        b(i, m) * b(j, n) + b(i, n) * b(j, m)
+    };
+    let mut entry = parts.bent[v] * parts.deviator[w] - parts.second * product;
+    if v < 3 {
+        entry = entry + parts.side[w];
+    }
+    if w < 3 {
+        entry = entry + parts.side[v];
+    }
+    if v == w {
+        entry = entry + parts.same * S::constant(if v < 3 { 1.0 } else { 0.5 });
+    }
+    entry
+}
+
+/// The tangent from the 21 entries of its upper triangle.
+#[inline(always)]
+fn table<S: Scalar>(parts: &Parts<S>) -> [[S; 6]; 6] {
+    let [e00, e01, e02] = [entry(parts, 0, 0), entry(parts, 0, 1), entry(parts, 0, 2)];
+    let [e03, e04, e05] = [entry(parts, 0, 3), entry(parts, 0, 4), entry(parts, 0, 5)];
+    let [e11, e12, e13] = [entry(parts, 1, 1), entry(parts, 1, 2), entry(parts, 1, 3)];
+    let [e14, e15, e22] = [entry(parts, 1, 4), entry(parts, 1, 5), entry(parts, 2, 2)];
+    let [e23, e24, e25] = [entry(parts, 2, 3), entry(parts, 2, 4), entry(parts, 2, 5)];
+    let [e33, e34, e35] = [entry(parts, 3, 3), entry(parts, 3, 4), entry(parts, 3, 5)];
+    let [e44, e45, e55] = [entry(parts, 4, 4), entry(parts, 4, 5), entry(parts, 5, 5)];
+    [
+        [e00, e01, e02, e03, e04, e05],
+        [e01, e11, e12, e13, e14, e15],
+        [e02, e12, e22, e23, e24, e25],
+        [e03, e13, e23, e33, e34, e35],
+        [e04, e14, e24, e34, e44, e45],
+        [e05, e15, e25, e35, e45, e55],
+    ]
+}
+
 /// `b^2` of a symmetric tensor.
 #[inline(always)]
 fn square<S: Scalar>(b: &Symmetric<S>) -> Symmetric<S> {
-    std::array::from_fn(|v| {
-        let (i, j) = PAIRS[v];
-        b[PLACE[i][0]] * b[PLACE[0][j]]
-            + b[PLACE[i][1]] * b[PLACE[1][j]]
-            + b[PLACE[i][2]] * b[PLACE[2][j]]
-    })
+    let (xy, yz, xz) = (b[3] * b[3], b[4] * b[4], b[5] * b[5]);
+    [
+        b[0] * b[0] + xy + xz,
+        b[1] * b[1] + xy + yz,
+        b[2] * b[2] + xz + yz,
+        b[3] * (b[0] + b[1]) + b[5] * b[4],
+        b[4] * (b[1] + b[2]) + b[3] * b[5],
+        b[5] * (b[0] + b[2]) + b[3] * b[4],
+    ]
 }
 
-/// Energy, stress and tangent of `W = c10 (I1bar - 3) + c01 (I2bar - 3)`.
-///
-/// With `b = J^-2/3 F F^T`, `B2 = I1 b - b^2` and `d2B`, the tangent of `B2`:
-/// `tau = 2 dev(c10 b + c01 B2)`; `c` from the chain rule with the factors
-/// `-2/3` and `-4/3` that the volume ratio contributes.
 #[inline(always)]
-pub(super) fn mooney_rivlin<S: Scalar>(f: &Tensor<S>, c10: f64, c01: f64) -> Response<S> {
-    let k = S::constant;
-    let r = determinant(f).inverse_cube_root();
-    let r2 = r * r;
-    let b = left_cauchy_green(f).map(|x| x * r2);
-    let bb = square(&b);
-    let i1 = b[0] + b[1] + b[2];
-    let i2 = (i1 * i1 - (bb[0] + bb[1] + bb[2])) * k(0.5);
-    let b2: Symmetric<S> = std::array::from_fn(|v| i1 * b[v] - bb[v]);
-    let (a1, a2) = (k(2.0 * c10), k(2.0 * c01));
-    let third = k(1.0 / 3.0);
-    // s1 = dev b, s2 = dev B2 (trace of B2 is 2 I2).
-    let mean1 = i1 * third;
-    let mean2 = i2 * k(2.0 / 3.0);
-    let unit = |v: usize| k(if v < 3 { 1.0 } else { 0.0 });
-    let s1: Symmetric<S> = std::array::from_fn(|v| b[v] - mean1 * unit(v));
-    let s2: Symmetric<S> = std::array::from_fn(|v| b2[v] - mean2 * unit(v));
-    let stress = std::array::from_fn(|v| a1 * s1[v] + a2 * s2[v]);
-    // c = 2 c10 [ -2/3 (1 x s1 + s1 x 1) + 2/3 I1 (Is - 1x1/3) ]
-    //   + 2 c01 [ 2 (b x b - b.b) - 4/3 (1 x B2 + B2 x 1) + 8/9 I2 1x1 + 4/3 I2 Is ]
-    let tangent = std::array::from_fn(|v| {
-        std::array::from_fn(|w| {
-            let (i, j) = PAIRS[v];
-            let (m, n) = PAIRS[w];
-            let (one, other) = (unit(v), unit(w));
-            // Identity on symmetric tensors.
-            let same = k(match (v == w, v < 3) {
-                (true, true) => 1.0,
-                (true, false) => 0.5,
-                _ => 0.0,
-            });
-            let product =
-                (b[PLACE[i][m]] * b[PLACE[j][n]] + b[PLACE[i][n]] * b[PLACE[j][m]]) * k(0.5);
-            let first = (same - one * other * third) * i1 * k(2.0 / 3.0)
-                - (one * s1[w] + s1[v] * other) * k(2.0 / 3.0);
-            let second = (b[v] * b[w] - product) * k(2.0)
-                - (one * b2[w] + b2[v] * other) * k(4.0 / 3.0)
-                + i2 * (one * other * k(8.0 / 9.0) + same * k(4.0 / 3.0));
-            a1 * first + a2 * second
-        })
-    });
-    Response {
-        energy: k(c10) * (i1 - k(3.0)) + k(c01) * (i2 - k(3.0)),
-        stress,
-        tangent,
-    }
+fn scaled<S: Scalar>(a: &Symmetric<S>, r: S) -> Symmetric<S> {
+    [a[0] * r, a[1] * r, a[2] * r, a[3] * r, a[4] * r, a[5] * r]
+}
+
+#[inline(always)]
+fn sum<S: Scalar>(a: &Symmetric<S>, b: &Symmetric<S>) -> Symmetric<S> {
+    [
+        a[0] + b[0],
+        a[1] + b[1],
+        a[2] + b[2],
+        a[3] + b[3],
+        a[4] + b[4],
+        a[5] + b[5],
+    ]
+}
+
+/// A tensor less a multiple of the identity.
+#[inline(always)]
+fn deviator<S: Scalar>(a: &Symmetric<S>, mean: S) -> Symmetric<S> {
+    [a[0] - mean, a[1] - mean, a[2] - mean, a[3], a[4], a[5]]
 }

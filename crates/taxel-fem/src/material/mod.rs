@@ -6,9 +6,22 @@
 //! (`Pi = W(F) + p (J - 1) - U*(p)`), so that the limit of no compressibility is
 //! an ordinary case.
 
+mod constants;
+#[cfg(test)]
+mod dual;
+pub mod homogeneous;
 mod invariants;
+mod ogden;
+mod principal;
+pub mod stability;
+#[cfg(test)]
+mod tests;
+pub mod viscoelastic;
+
+pub use constants::MaterialError;
 
 use crate::scalar::{Scalar, Symmetric, Tensor};
+use invariants::{Isochoric, Slopes};
 
 /// What an isochoric law answers at one deformation gradient.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +36,8 @@ pub struct Response<S> {
     pub tangent: [[S; 6]; 6],
 }
 
-/// The part of the energy that resists a change of shape.
+/// The part of the energy that resists a change of shape. `I1bar`, `I2bar` and `l` are
+/// invariants and principal stretches of `J^-1/3 F`. [`Material::new`] checks constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
     /// `W = c10 (I1bar - 3) + c01 (I2bar - 3)`; `c01 = 0` is neo-Hookean. Pa.
@@ -33,6 +47,38 @@ pub enum Law {
         /// Factor of the second invariant, Pa.
         c01: f64,
     },
+    /// `W = c10 x + c20 x^2 + c30 x^3` with `x = I1bar - 3` (Yeoh 1993).
+    Yeoh {
+        /// Factor of `x`, Pa.
+        c10: f64,
+        /// Factor of `x^2`, Pa.
+        c20: f64,
+        /// Factor of `x^3`, Pa.
+        c30: f64,
+    },
+    /// `W = sum mu/a (l1^a + l2^a + l3^a - 3)` (Ogden 1972).
+    Ogden {
+        /// The terms; those of modulus zero count for nothing.
+        terms: [OgdenTerm; 4],
+    },
+    /// `W = G dev E : dev E`, `E = (J^-2/3 F^T F - 1) / 2`: Saint Venant and Kirchhoff's
+    /// law for stiff parts. With a [`Volumetric`] law it is linear elasticity at small
+    /// strain and exact at any rotation. It is no law of large strain: it is not stable
+    /// beyond a stretch of 4^(1/3) = 1.59 in uniaxial tension.
+    LinearElastic {
+        /// Shear modulus `G`, Pa.
+        shear: f64,
+    },
+}
+
+/// One term `mu/a (l1^a + l2^a + l3^a - 3)` of Ogden's law; its part of the shear
+/// modulus is `mu a / 2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OgdenTerm {
+    /// `mu`, Pa.
+    pub modulus: f64,
+    /// `a`, not zero.
+    pub exponent: f64,
 }
 
 /// The part of the energy that resists a change of volume.
@@ -56,27 +102,56 @@ pub struct Material {
 }
 
 impl Law {
-    /// Neo-Hookean, of this shear modulus in Pa.
-    pub fn neo_hookean(shear_modulus: f64) -> Self {
-        Self::MooneyRivlin {
-            c10: shear_modulus / 2.0,
-            c01: 0.0,
-        }
-    }
-
     /// Shear modulus at small strain, Pa.
     pub fn shear_modulus(&self) -> f64 {
         match self {
             Self::MooneyRivlin { c10, c01 } => 2.0 * (c10 + c01),
+            Self::Yeoh { c10, .. } => 2.0 * c10,
+            Self::Ogden { terms } => terms.iter().map(|t| t.modulus * t.exponent / 2.0).sum(),
+            Self::LinearElastic { shear } => *shear,
         }
     }
 
-    /// Energy, stress and tangent at the deformation gradient `f`.
+    /// Energy, stress and tangent at the deformation gradient `f`, of positive volume
+    /// ratio; not a number, or of no meaning, at any other.
     #[inline(always)]
     pub fn response<S: Scalar>(&self, f: &Tensor<S>) -> Response<S> {
-        match *self {
-            Self::MooneyRivlin { c10, c01 } => invariants::mooney_rivlin(f, c10, c01),
+        if let Self::Ogden { terms } = self {
+            return ogden::response(f, terms);
         }
+        let at = invariants::isochoric(f);
+        let (slopes, c2) = self.slopes(&at);
+        invariants::response(&at, &slopes, c2)
+    }
+
+    /// Derivatives of an energy `w(I1bar) + c2 I2bar`, and `c2`.
+    #[inline(always)]
+    fn slopes<S: Scalar>(&self, at: &Isochoric<S>) -> (Slopes<S>, f64) {
+        let k = S::constant;
+        let (x, y) = (at.first - k(3.0), at.second - k(3.0));
+        let (energy, first, curvature, c2) = match *self {
+            Self::MooneyRivlin { c10, c01 } => (k(c10) * x, k(c10), k(0.0), c01),
+            Self::Yeoh { c10, c20, c30 } => (
+                ((k(c30) * x + k(c20)) * x + k(c10)) * x,
+                (k(3.0 * c30) * x + k(2.0 * c20)) * x + k(c10),
+                k(6.0 * c30) * x + k(2.0 * c20),
+                0.0,
+            ),
+            // dev E : dev E = I1^2 / 6 - I2 / 2
+            Self::LinearElastic { shear } => (
+                (x * k(1.0 / 6.0) + k(1.0)) * x * k(shear),
+                at.first * k(shear / 3.0),
+                k(shear / 3.0),
+                -shear / 2.0,
+            ),
+            Self::Ogden { .. } => (k(0.0), k(0.0), k(0.0), 0.0),
+        };
+        let slopes = Slopes {
+            energy: energy + k(c2) * y,
+            first,
+            curvature,
+        };
+        (slopes, c2)
     }
 }
 

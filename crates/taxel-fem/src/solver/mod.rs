@@ -1,3 +1,6 @@
 //! Linear and nonlinear solution.
 
+pub mod failure;
+pub mod newton;
 pub mod sparse;
+pub mod state;

@@ -1,0 +1,6 @@
+//! From cells to the system of equations.
+
+pub mod dofs;
+pub mod kernel;
+pub mod ordering;
+pub mod system;

@@ -1,0 +1,742 @@
+//! All cells, loads and contacts together: the residual and its derivative.
+
+use super::dofs::Unknowns;
+use super::kernel::{CellInput, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
+use crate::mesh::{CellShape, Facet, FacetShape};
+use crate::problem::load::FacetTable;
+use crate::problem::{Contact, Motion, Problem, ProblemError};
+use crate::solver::state::State;
+
+/// A cell that turned inside out.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "cell {cell} of region {region:?} {} at ({:.6e}, {:.6e}, {:.6e}): volume ratio {volume_ratio:.3e}",
+    if *.undeformed { "is inside out in the mesh" } else { "turned inside out" }, .place[0], .place[1], .place[2]
+)]
+pub struct InvertedCell {
+    /// Number of the cell.
+    pub cell: usize,
+    /// Name of its region.
+    pub region: String,
+    /// Undeformed place of its middle.
+    pub place: [f64; 3],
+    /// Volume ratio found.
+    pub volume_ratio: f64,
+    /// True when the mesh itself is wrong.
+    pub undeformed: bool,
+}
+
+/// A problem with its unknowns numbered and its tables made.
+pub struct System {
+    /// Numbers of the unknowns.
+    pub unknowns: Unknowns,
+    kernels: Vec<Kernel>,
+    kernel_of: Vec<u8>,
+    places: Vec<u32>,
+    first_place: Vec<u32>,
+    facets: Vec<FacetTable>,
+    /// Parameter and factor that drive a component of a node.
+    driven: Vec<Option<(usize, f64)>>,
+    /// Places in the matrix of each contact point's nodes, contact by contact.
+    contact_places: Vec<Vec<Vec<u32>>>,
+    /// Places of the nodes of loaded facets, in the order pressures then cavities.
+    facet_places: Vec<Vec<Vec<u32>>>,
+}
+
+/// Residual, tangent and what else the equations of the parameters need.
+#[derive(Clone, Debug, Default)]
+pub struct Assembled {
+    /// Values of the tangent on the pattern of the unknowns.
+    pub values: Vec<f64>,
+    /// Forces out of balance on the unknowns.
+    pub residual: Vec<f64>,
+    /// Forces on all components, internal less external: reactions where held.
+    pub forces: Vec<f64>,
+    /// Change of the residual with each parameter.
+    pub couplings: Vec<Vec<f64>>,
+    /// Force along each parameter (work per change of it).
+    pub along: Vec<f64>,
+    /// Change of these forces with the parameters at fixed unknowns.
+    pub cross: Vec<Vec<f64>>,
+    /// Volumes of the cavities.
+    pub volumes: Vec<f64>,
+    /// Change of each volume with the unknowns.
+    pub volume_slopes: Vec<Vec<f64>>,
+    /// Elimination of the pressures: shift, and rows over the nodes of each cell.
+    pub pressure_shift: Vec<[f64; MAX_PRESSURES]>,
+    recovery: Vec<f64>,
+    /// Energy of shape change and of contact, J (J/m in plane strain).
+    pub energy: f64,
+}
+
+impl System {
+    /// Numbers the unknowns of a problem and finds the places of all cells.
+    ///
+    /// # Errors
+    /// When the problem is not complete.
+    pub fn new(problem: &Problem) -> Result<Self, ProblemError> {
+        problem.check()?;
+        let mesh = &problem.mesh;
+        let components = problem.kinematics.components();
+        let mut held = vec![false; mesh.points.len() * components];
+        let mut driven = vec![None; mesh.points.len() * components];
+        for support in &problem.supports {
+            for &node in &support.nodes {
+                let slot = node as usize * components + support.component;
+                held[slot] = true;
+                if let Motion::Driven(parameter, factor) = support.motion {
+                    driven[slot] = Some((parameter.0, factor));
+                }
+            }
+        }
+        let pairs = problem.contacts.iter().flat_map(|contact| match contact {
+            Contact::Walls(walls) => walls.points.as_slice(),
+            Contact::Obstacle(_) => &[],
+        });
+        let groups = (0..mesh.cell_count())
+            .map(|cell| mesh.cell(cell))
+            .chain(pairs.map(|point| point.nodes.as_slice()));
+        let unknowns = Unknowns::new(
+            &mesh.points,
+            components,
+            |node, i| held[node as usize * components + i],
+            groups,
+        );
+        let mut kernels: Vec<Kernel> = Vec::new();
+        let mut system = Self {
+            kernel_of: Vec::new(),
+            places: Vec::new(),
+            first_place: vec![0],
+            facets: [FacetShape::Line3, FacetShape::Quad9, FacetShape::Tri7]
+                .map(FacetTable::new)
+                .into(),
+            driven,
+            contact_places: Vec::new(),
+            facet_places: Vec::new(),
+            kernels: Vec::new(),
+            unknowns,
+        };
+        for cell in 0..mesh.cell_count() {
+            let shape = mesh.shape(cell);
+            let known = kernels.iter().position(|kernel| kernel.shape() == shape);
+            let number = known.unwrap_or_else(|| {
+                kernels.push(Kernel::new(shape, problem.kinematics));
+                kernels.len() - 1
+            });
+            system.kernel_of.push(number as u8);
+            system
+                .places
+                .extend(system.unknowns.places(mesh.cell(cell)));
+            system.first_place.push(system.places.len() as u32);
+        }
+        system.kernels = kernels;
+        system.contact_places = problem
+            .contacts
+            .iter()
+            .map(|contact| match contact {
+                Contact::Walls(walls) => walls
+                    .points
+                    .iter()
+                    .map(|point| system.unknowns.places(&point.nodes))
+                    .collect(),
+                Contact::Obstacle(obstacle) => system.facet_places(problem, &obstacle.surface),
+            })
+            .collect();
+        let pressed = problem.pressures.iter().map(|load| &load.surface);
+        system.facet_places = pressed
+            .chain(problem.cavities.iter().map(|cavity| &cavity.wall))
+            .map(|surface| system.facet_places(problem, surface))
+            .collect();
+        Ok(system)
+    }
+
+    fn facet_places(&self, problem: &Problem, surface: &[Facet]) -> Vec<Vec<u32>> {
+        surface
+            .iter()
+            .map(|&facet| {
+                let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
+                self.unknowns.places(&nodes)
+            })
+            .collect()
+    }
+
+    /// Tables of a side.
+    pub fn facet_table(&self, shape: FacetShape) -> &FacetTable {
+        &self.facets[match shape {
+            FacetShape::Line3 => 0,
+            FacetShape::Quad9 => 1,
+            FacetShape::Tri7 => 2,
+        }]
+    }
+
+    /// Quadrature points of a cell of this shape.
+    pub fn points_of(&self, shape: CellShape) -> usize {
+        self.kernels
+            .iter()
+            .find(|kernel| kernel.shape() == shape)
+            .map_or(0, Kernel::points)
+    }
+
+    /// Displacements of all nodes for these unknowns and parameters.
+    pub fn displace(&self, displacement: &mut [[f64; 3]], unknowns: &[f64], parameters: &[f64]) {
+        let components = self.unknowns.components();
+        for (node, u) in displacement.iter_mut().enumerate() {
+            for i in 0..components {
+                if let Some(number) = self.unknowns.of(node as u32, i) {
+                    u[i] = unknowns[number];
+                } else if let Some((parameter, factor)) = self.driven[node * components + i] {
+                    u[i] = factor * parameters[parameter];
+                }
+            }
+        }
+    }
+
+    /// The unknowns in these displacements.
+    pub fn unknown_part(&self, displacement: &[[f64; 3]]) -> Vec<f64> {
+        let mut unknowns = vec![0.0; self.unknowns.count()];
+        for (node, u) in displacement.iter().enumerate() {
+            for i in 0..self.unknowns.components() {
+                if let Some(number) = self.unknowns.of(node as u32, i) {
+                    unknowns[number] = u[i];
+                }
+            }
+        }
+        unknowns
+    }
+
+    /// Follows a change of unknowns (and of driven components, in `change` of all
+    /// nodes) with the pressures of the cells.
+    pub fn recover_pressures(
+        &self,
+        problem: &Problem,
+        assembled: &Assembled,
+        change: &[[f64; 3]],
+        pressures: &mut [[f64; MAX_PRESSURES]],
+    ) {
+        let components = self.unknowns.components();
+        let mut row = 0;
+        for cell in 0..problem.mesh.cell_count() {
+            let nodes = problem.mesh.cell(cell);
+            for m in 0..components + 1 {
+                let mut sum = assembled.pressure_shift[cell][m];
+                for &node in nodes {
+                    for i in 0..components {
+                        sum += assembled.recovery[row] * change[node as usize][i];
+                        row += 1;
+                    }
+                }
+                pressures[cell][m] += sum;
+            }
+        }
+    }
+
+    /// Assembles everything at a state.
+    ///
+    /// # Errors
+    /// When a cell is inside out.
+    pub fn assemble(
+        &mut self,
+        problem: &Problem,
+        state: &State,
+        tangent: bool,
+    ) -> Result<Assembled, InvertedCell> {
+        let places: Vec<[f64; 3]> = state.places(&problem.mesh);
+        let parameters = problem.rules().len();
+        let unknowns = self.unknowns.count();
+        let components = self.unknowns.components();
+        let mut out = Assembled {
+            values: vec![0.0; self.unknowns.pattern.entries()],
+            forces: vec![0.0; problem.mesh.points.len() * components],
+            couplings: vec![vec![0.0; unknowns]; parameters],
+            along: vec![0.0; parameters],
+            cross: vec![vec![0.0; parameters]; parameters],
+            pressure_shift: Vec::with_capacity(problem.mesh.cell_count()),
+            ..Assembled::default()
+        };
+        self.cells(problem, state, &places, tangent, &mut out)?;
+        self.loads(problem, state, &places, tangent, &mut out);
+        self.cavities(problem, state, &places, tangent, &mut out);
+        for (number, contact) in problem.contacts.iter().enumerate() {
+            match contact {
+                Contact::Obstacle(_) => self.obstacle(problem, state, &places, number, &mut out),
+                Contact::Walls(_) => self.walls(problem, state, &places, number, &mut out),
+            }
+        }
+        out.residual = vec![0.0; unknowns];
+        for node in 0..problem.mesh.points.len() {
+            for i in 0..components {
+                let force = out.forces[node * components + i];
+                if let Some(number) = self.unknowns.of(node as u32, i) {
+                    out.residual[number] = force;
+                } else if let Some((parameter, factor)) = self.driven[node * components + i] {
+                    out.along[parameter] += factor * force;
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    fn cells(
+        &mut self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        tangent: bool,
+        out: &mut Assembled,
+    ) -> Result<(), InvertedCell> {
+        let mesh = &problem.mesh;
+        let components = self.unknowns.components();
+        let mut reference = [[0.0; 3]; MAX_NODES];
+        let mut current = [[0.0; 3]; MAX_NODES];
+        if tangent {
+            let rows: usize = (0..mesh.cell_count()).map(|c| mesh.cell(c).len()).sum();
+            out.recovery.reserve(rows * components * (components + 1));
+        }
+        for cell in 0..mesh.cell_count() {
+            let nodes = mesh.cell(cell);
+            for (n, &node) in nodes.iter().enumerate() {
+                reference[n] = mesh.points[node as usize];
+                current[n] = places[node as usize];
+            }
+            let kernel = &mut self.kernels[usize::from(self.kernel_of[cell])];
+            let input = CellInput {
+                reference: &reference[..nodes.len()],
+                current: &current[..nodes.len()],
+                pressure: state.pressures[cell],
+                material: &problem.materials[mesh.region_of(cell)],
+                memory: state.memory.of(cell),
+            };
+            kernel
+                .evaluate(&input, tangent)
+                .map_err(|inverted| inverted_cell(problem, cell, inverted))?;
+            out.energy += kernel.energy;
+            out.pressure_shift.push(kernel.pressure_shift);
+            for (n, &node) in nodes.iter().enumerate() {
+                for i in 0..components {
+                    out.forces[node as usize * components + i] += kernel.force(i, n);
+                }
+            }
+            if tangent {
+                for m in 0..components + 1 {
+                    for n in 0..nodes.len() {
+                        for i in 0..components {
+                            out.recovery.push(kernel.recovery(m, i, n));
+                        }
+                    }
+                }
+                let first = self.first_place[cell] as usize;
+                let own = &self.places[first..self.first_place[cell + 1] as usize];
+                let kernel = &self.kernels[usize::from(self.kernel_of[cell])];
+                self.unknowns
+                    .scatter(nodes, own, &mut out.values, |i, a, j, b| {
+                        kernel.tangent(i, a, j, b)
+                    });
+                self.couple(nodes, out, |i, a, j, b| kernel.tangent(i, a, j, b));
+            }
+        }
+        Ok(())
+    }
+
+    /// Couples the driven components of a group of nodes with all others.
+    fn couple(
+        &self,
+        nodes: &[u32],
+        out: &mut Assembled,
+        of: impl Fn(usize, usize, usize, usize) -> f64,
+    ) {
+        let components = self.unknowns.components();
+        for (b, &node) in nodes.iter().enumerate() {
+            for j in 0..components {
+                let Some((parameter, factor)) = self.driven[node as usize * components + j] else {
+                    continue;
+                };
+                for (a, &other) in nodes.iter().enumerate() {
+                    for i in 0..components {
+                        let value = of(i, a, j, b) * factor;
+                        if let Some(number) = self.unknowns.of(other, i) {
+                            out.couplings[parameter][number] += value;
+                        } else if let Some((second, also)) =
+                            self.driven[other as usize * components + i]
+                        {
+                            out.cross[parameter][second] += value * also;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// A force on a component of a node that changes with a parameter.
+    fn couple_with(
+        &self,
+        parameter: usize,
+        node: u32,
+        component: usize,
+        value: f64,
+        out: &mut Assembled,
+    ) {
+        if let Some(number) = self.unknowns.of(node, component) {
+            out.couplings[parameter][number] += value;
+        } else if let Some((second, factor)) =
+            self.driven[node as usize * self.unknowns.components() + component]
+        {
+            out.cross[parameter][second] += value * factor;
+            if second != parameter {
+                out.cross[second][parameter] += value * factor;
+            }
+        }
+    }
+
+    fn loads(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        tangent: bool,
+        out: &mut Assembled,
+    ) {
+        let components = self.unknowns.components();
+        for (number, load) in problem.pressures.iter().enumerate() {
+            let pressed = Pressed {
+                surface: &load.surface,
+                places: &self.facet_places[number],
+                parameter: load.parameter.0,
+                value: state.parameters[load.parameter.0],
+            };
+            self.pressure(problem, places, &pressed, tangent, out, |_, _, _| {});
+        }
+        for load in &problem.dead_loads {
+            let value = state.parameters[load.parameter.0];
+            for &(node, force) in &load.forces {
+                for i in 0..components {
+                    out.forces[node as usize * components + i] -= value * force[i];
+                    self.couple_with(load.parameter.0, node, i, -force[i], out);
+                }
+            }
+        }
+    }
+
+    fn cavities(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        tangent: bool,
+        out: &mut Assembled,
+    ) {
+        for (number, cavity) in problem.cavities.iter().enumerate() {
+            let pressed = Pressed {
+                surface: &cavity.wall,
+                places: &self.facet_places[problem.pressures.len() + number],
+                parameter: cavity.pressure.0,
+                value: state.parameters[cavity.pressure.0],
+            };
+            let mut slopes = vec![0.0; self.unknowns.count()];
+            self.pressure(problem, places, &pressed, tangent, out, |node, i, share| {
+                if let Some(unknown) = self.unknowns.of(node, i) {
+                    slopes[unknown] -= share;
+                }
+            });
+            out.volume_slopes.push(slopes);
+            out.volumes
+                .push(cavity.volume(&problem.mesh, problem.kinematics, places));
+        }
+    }
+
+    /// A pressure on a surface; `each` hears of `int N n` for every node and component.
+    fn pressure(
+        &self,
+        problem: &Problem,
+        places: &[[f64; 3]],
+        load: &Pressed<'_>,
+        tangent: bool,
+        out: &mut Assembled,
+        mut each: impl FnMut(u32, usize, f64),
+    ) {
+        let components = self.unknowns.components();
+        let kinematics = problem.kinematics;
+        let mut around = Vec::new();
+        for (number, &facet) in load.surface.iter().enumerate() {
+            let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
+            let shape = problem.mesh.shape(facet.cell as usize).facet_shape();
+            around.clear();
+            around.extend(nodes.iter().map(|&node| places[node as usize]));
+            let count = nodes.len() * components;
+            let mut stiffness = vec![0.0; count * count];
+            for point in self.facet_table(shape).points(&around, kinematics) {
+                for (a, &node) in nodes.iter().enumerate() {
+                    let value = point.shapes.values[a];
+                    for i in 0..components {
+                        let share = value * point.normal[i];
+                        out.forces[node as usize * components + i] += load.value * share;
+                        self.couple_with(load.parameter, node, i, share, out);
+                        each(node, i, share);
+                        if tangent {
+                            for b in 0..nodes.len() {
+                                for j in 0..components {
+                                    stiffness[(a * components + i) * count + b * components + j] +=
+                                        value * point.normal_slope(kinematics, i, b, j);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            if tangent {
+                // The part that does work on no closed path is symmetric; the rest
+                // cancels between neighbours and on planes of symmetry.
+                let of = |i: usize, a: usize, j: usize, b: usize| {
+                    let (row, column) = (a * components + i, b * components + j);
+                    0.5 * load.value
+                        * (stiffness[row * count + column] + stiffness[column * count + row])
+                };
+                self.unknowns
+                    .scatter(&nodes, &load.places[number], &mut out.values, of);
+                self.couple(&nodes, out, of);
+            }
+        }
+    }
+
+    fn obstacle(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        number: usize,
+        out: &mut Assembled,
+    ) {
+        let Contact::Obstacle(obstacle) = &problem.contacts[number] else {
+            return;
+        };
+        let components = self.unknowns.components();
+        let shift = match obstacle.travel {
+            Some((direction, parameter)) => direction.map(|x| x * state.parameters[parameter.0]),
+            None => [0.0; 3],
+        };
+        let mut at = 0;
+        for (facet_number, &facet) in obstacle.surface.iter().enumerate() {
+            let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
+            let shape = problem.mesh.shape(facet.cell as usize).facet_shape();
+            let undeformed: Vec<[f64; 3]> = nodes
+                .iter()
+                .map(|&node| problem.mesh.points[node as usize])
+                .collect();
+            for point in self
+                .facet_table(shape)
+                .points(&undeformed, problem.kinematics)
+            {
+                let area = point.area();
+                let values = &point.shapes.values;
+                let mut place = [0.0; 3];
+                for (n, &node) in nodes.iter().enumerate() {
+                    for d in 0..3 {
+                        place[d] += values[n] * places[node as usize][d];
+                    }
+                }
+                let gap = obstacle.shape.gap(place, shift);
+                let multiplier = state.contacts[number]
+                    .multipliers
+                    .get(at)
+                    .copied()
+                    .unwrap_or(0.0);
+                at += 1;
+                let pressure = multiplier - obstacle.stiffness * gap.distance;
+                if pressure <= 0.0 {
+                    continue;
+                }
+                out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
+                let bend = |i: usize, j: usize| {
+                    area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
+                        - pressure * gap.curvature[i][j])
+                };
+                for (a, &node) in nodes.iter().enumerate() {
+                    for i in 0..components {
+                        out.forces[node as usize * components + i] -=
+                            pressure * gap.normal[i] * values[a] * area;
+                    }
+                }
+                let of =
+                    |i: usize, a: usize, j: usize, b: usize| values[a] * values[b] * bend(i, j);
+                self.unknowns.scatter(
+                    &nodes,
+                    &self.contact_places[number][facet_number],
+                    &mut out.values,
+                    of,
+                );
+                self.couple(&nodes, out, of);
+                if let Some((direction, parameter)) = obstacle.travel {
+                    for (a, &node) in nodes.iter().enumerate() {
+                        for i in 0..components {
+                            let change: f64 = (0..3).map(|j| bend(i, j) * direction[j]).sum();
+                            self.couple_with(parameter.0, node, i, -change * values[a], out);
+                        }
+                    }
+                    for i in 0..3 {
+                        out.along[parameter.0] += pressure * gap.normal[i] * direction[i] * area;
+                        for j in 0..3 {
+                            out.cross[parameter.0][parameter.0] +=
+                                direction[i] * bend(i, j) * direction[j];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn walls(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        number: usize,
+        out: &mut Assembled,
+    ) {
+        let Contact::Walls(walls) = &problem.contacts[number] else {
+            return;
+        };
+        let components = self.unknowns.components();
+        for (at, point) in walls.points.iter().enumerate() {
+            let multiplier = state.contacts[number]
+                .multipliers
+                .get(at)
+                .copied()
+                .unwrap_or(0.0);
+            let energy = point.energy(places, walls.stiffness, multiplier);
+            if energy.pressure <= 0.0 {
+                continue;
+            }
+            for (n, &node) in point.nodes.iter().enumerate() {
+                for i in 0..components {
+                    out.forces[node as usize * components + i] += point.difference[n]
+                        * energy.gradient[i]
+                        + point.sum[n] * energy.gradient[3 + i];
+                }
+            }
+            let of = |i: usize, a: usize, j: usize, b: usize| {
+                let (da, sa) = (point.difference[a], point.sum[a]);
+                let (db, sb) = (point.difference[b], point.sum[b]);
+                let c = &energy.curvature;
+                da * db * c[i][j]
+                    + da * sb * c[i][3 + j]
+                    + sa * db * c[3 + i][j]
+                    + sa * sb * c[3 + i][3 + j]
+            };
+            self.unknowns.scatter(
+                &point.nodes,
+                &self.contact_places[number][at],
+                &mut out.values,
+                of,
+            );
+            self.couple(&point.nodes, out, of);
+        }
+    }
+}
+
+struct Pressed<'l> {
+    surface: &'l [Facet],
+    places: &'l [Vec<u32>],
+    parameter: usize,
+    value: f64,
+}
+
+fn inverted_cell(problem: &Problem, cell: usize, inverted: Inverted) -> InvertedCell {
+    let mesh = &problem.mesh;
+    let middle = mesh.cell(cell)[mesh.cell(cell).len() - 1];
+    InvertedCell {
+        cell,
+        region: mesh.regions[mesh.region_of(cell)].clone(),
+        place: mesh.points[middle as usize],
+        volume_ratio: inverted.volume_ratio,
+        undeformed: inverted.undeformed,
+    }
+}
+
+/// A contact looked at in a state.
+#[derive(Clone, Debug, Default)]
+pub struct ContactProbe {
+    /// Pressure at each contact point, Pa.
+    pub pressures: Vec<f64>,
+    /// Gap at each contact point, m.
+    pub gaps: Vec<f64>,
+    /// Undeformed place of each contact point.
+    pub at: Vec<[f64; 3]>,
+    /// Deepest overlap of points that a multiplier can relieve, m.
+    pub overlap: f64,
+    /// Undeformed place of the point that hardly touches or hardly does not.
+    pub doubtful: Option<[f64; 3]>,
+}
+
+impl System {
+    /// Gaps and pressures of a contact.
+    pub fn contact(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        number: usize,
+    ) -> ContactProbe {
+        let mut probe = ContactProbe::default();
+        let multiplier = |at: usize| {
+            let known = state.contacts[number].multipliers.get(at);
+            known.copied().unwrap_or(0.0)
+        };
+        match &problem.contacts[number] {
+            Contact::Walls(walls) => {
+                for (at, point) in walls.points.iter().enumerate() {
+                    let energy = point.energy(places, walls.stiffness, multiplier(at));
+                    let relieved = matches!(point.pairing, crate::problem::Pairing::Opposite(_));
+                    let middle = problem.mesh.points[point.nodes[0] as usize];
+                    probe.note(energy.gap, energy.pressure, middle, relieved);
+                }
+            }
+            Contact::Obstacle(obstacle) => {
+                let shift = match obstacle.travel {
+                    Some((direction, parameter)) => {
+                        direction.map(|x| x * state.parameters[parameter.0])
+                    }
+                    None => [0.0; 3],
+                };
+                let mut at = 0;
+                for &facet in &obstacle.surface {
+                    let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
+                    let shape = problem.mesh.shape(facet.cell as usize).facet_shape();
+                    let undeformed: Vec<[f64; 3]> = nodes
+                        .iter()
+                        .map(|&node| problem.mesh.points[node as usize])
+                        .collect();
+                    let points = self
+                        .facet_table(shape)
+                        .points(&undeformed, problem.kinematics);
+                    for point in points {
+                        let mut place = [0.0; 3];
+                        for (n, &node) in nodes.iter().enumerate() {
+                            for d in 0..3 {
+                                place[d] += point.shapes.values[n] * places[node as usize][d];
+                            }
+                        }
+                        let gap = obstacle.shape.gap(place, shift).distance;
+                        let pressure = (multiplier(at) - obstacle.stiffness * gap).max(0.0);
+                        probe.note(gap, pressure, point.place, true);
+                        at += 1;
+                    }
+                }
+            }
+        }
+        probe
+    }
+}
+
+impl ContactProbe {
+    fn note(&mut self, gap: f64, pressure: f64, at: [f64; 3], relieved: bool) {
+        self.gaps.push(gap);
+        self.pressures.push(pressure);
+        self.at.push(at);
+        if relieved {
+            self.overlap = self.overlap.max(-gap);
+        }
+        let least = self.pressures.iter().copied().fold(0.0, f64::max) * 1e-6;
+        if self.doubtful.is_none() && gap < 0.0 && pressure < least {
+            self.doubtful = Some(at);
+        }
+    }
+}

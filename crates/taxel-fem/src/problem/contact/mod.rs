@@ -1,0 +1,55 @@
+//! Contact: a surface against an obstacle of simple shape, and walls that meet.
+//!
+//! Both are energies of the overlap, `1/2 k o^2` per undeformed area, with a
+//! multiplier that takes over the pressure (augmented Lagrangian): a contact whose
+//! overlap exceeds its limit is solved again with the multiplier at the pressure
+//! found, so that the result does not hang on the stiffness `k`.
+
+mod obstacle;
+mod walls;
+
+pub use obstacle::{Gap, Obstacle, Shape};
+pub use walls::{Pairing, WallPoint, Walls};
+
+/// Something that keeps parts from passing through each other.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Contact {
+    /// A surface of the body against a rigid obstacle.
+    Obstacle(Obstacle),
+    /// Walls of the body against each other.
+    Walls(Walls),
+}
+
+/// State of a contact in a solution.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactState {
+    /// Multiplier of each contact point, Pa.
+    pub multipliers: Vec<f64>,
+    /// Sliding that each contact point is held back from: elastic slip, m.
+    pub slip: Vec<[f64; 3]>,
+}
+
+/// What a contact does in a solution.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactReport {
+    /// Contact points that carry pressure.
+    pub touching: usize,
+    /// Contact points in all.
+    pub points: usize,
+    /// Deepest overlap, m.
+    pub overlap: f64,
+    /// Smallest gap, m (negative where walls overlap).
+    pub smallest_gap: f64,
+    /// Greatest contact pressure, Pa of undeformed area.
+    pub pressure: f64,
+}
+
+impl Contact {
+    /// Overlap in m above which the multipliers are renewed.
+    pub fn overlap_limit(&self) -> f64 {
+        match self {
+            Self::Obstacle(obstacle) => obstacle.overlap_limit,
+            Self::Walls(walls) => walls.overlap_limit,
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! What is asked: a mesh of solids, how it is held, what acts on it.
+//!
+//! Everything that acts is driven by scalar parameters: a pressure, the travel of a
+//! support or of an obstacle, the factor of a dead load. A [`Rule`] says for each
+//! parameter whether a step gives its value, or gives a quantity that the parameter
+//! has to bring about (a volume, a displacement, a force), or whether it follows a law.
+
+pub mod cavity;
+pub mod contact;
+pub mod load;
+
+use crate::assembly::kernel::Kinematics;
+use crate::material::Material;
+use crate::mesh::{Facet, Mesh};
+pub use cavity::{Cavity, CavityLaw};
+pub use contact::{Contact, Obstacle, Pairing, Shape, WallPoint, Walls};
+pub use load::{DeadLoad, Pressure};
+
+/// A scalar that drives loads; numbered in the order of [`Problem::parameter`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Parameter(pub usize);
+
+/// Where the value of a parameter comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rule {
+    /// A step gives it.
+    Given,
+    /// A step gives a quantity, and the parameter is found with it.
+    Brings(Quantity),
+    /// It follows a law of the volume of a cavity, by the number of the cavity.
+    Follows(usize, CavityLaw),
+}
+
+/// A quantity that a step can ask for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Quantity {
+    /// Volume of a cavity (area in plane strain), by its number.
+    Volume(usize),
+    /// Displacement of a node in one component.
+    Displacement(u32, usize),
+    /// Force that works along a parameter: on the supports and obstacles it moves, N
+    /// (N/m in plane strain). Positive when the parameter has to push.
+    Force(Parameter),
+    /// Length of the path of displacements and parameter from the last accepted step
+    /// (arc length); the second number scales the parameter into a displacement.
+    Arc(f64),
+}
+
+/// How a held component moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Not at all.
+    Held,
+    /// By a factor times a parameter.
+    Driven(Parameter, f64),
+}
+
+/// A component of some nodes that is not free.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Support {
+    /// The nodes.
+    pub nodes: Vec<u32>,
+    /// Component of displacement.
+    pub component: usize,
+    /// Its motion.
+    pub motion: Motion,
+}
+
+/// A boundary value problem.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// The undeformed body.
+    pub mesh: Mesh,
+    /// How the third direction behaves.
+    pub kinematics: Kinematics,
+    /// Solid of each region of the mesh.
+    pub materials: Vec<Material>,
+    /// Held components.
+    pub supports: Vec<Support>,
+    /// Follower pressures.
+    pub pressures: Vec<Pressure>,
+    /// Loads of fixed direction.
+    pub dead_loads: Vec<DeadLoad>,
+    /// Cavities with a pressure inside.
+    pub cavities: Vec<Cavity>,
+    /// Obstacles and walls that touch each other.
+    pub contacts: Vec<Contact>,
+    names: Vec<String>,
+    rules: Vec<Rule>,
+}
+
+/// Why a problem can't be posed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProblemError {
+    /// No surface, node set or region of that name.
+    #[error("the mesh has no {what} named {name:?}; it has {known}")]
+    Unknown {
+        /// Kind of the thing.
+        what: &'static str,
+        /// Name asked for.
+        name: String,
+        /// Names there are.
+        known: String,
+    },
+    /// Cells and kinematics disagree.
+    #[error("the mesh has cells of dimension {found}; {kinematics:?} needs {needed}")]
+    Dimension {
+        /// Dimension of the mesh.
+        found: usize,
+        /// Kinematics asked for.
+        kinematics: Kinematics,
+        /// Dimension it needs.
+        needed: usize,
+    },
+    /// A region of cells has no solid.
+    #[error("region {0:?} has no material")]
+    NoMaterial(String),
+    /// Nothing keeps the body from moving in a direction.
+    #[error("nothing holds the body against motion in component {0}: add a support or a contact")]
+    NotHeld(usize),
+}
+
+impl Problem {
+    /// A body without supports and loads.
+    ///
+    /// # Errors
+    /// When the mesh does not fit the kinematics.
+    pub fn new(mesh: Mesh, kinematics: Kinematics) -> Result<Self, ProblemError> {
+        let needed = kinematics.components();
+        if mesh.dimension() != needed {
+            return Err(ProblemError::Dimension {
+                found: mesh.dimension(),
+                kinematics,
+                needed,
+            });
+        }
+        Ok(Self {
+            mesh,
+            kinematics,
+            materials: Vec::new(),
+            supports: Vec::new(),
+            pressures: Vec::new(),
+            dead_loads: Vec::new(),
+            cavities: Vec::new(),
+            contacts: Vec::new(),
+            names: Vec::new(),
+            rules: Vec::new(),
+        })
+    }
+
+    /// Adds a parameter; its value is zero at first.
+    pub fn parameter(&mut self, name: &str, rule: Rule) -> Parameter {
+        self.names.push(name.to_owned());
+        self.rules.push(rule);
+        Parameter(self.names.len() - 1)
+    }
+
+    /// Changes where the value of a parameter comes from.
+    pub fn set_rule(&mut self, parameter: Parameter, rule: Rule) {
+        self.rules[parameter.0] = rule;
+    }
+
+    /// Rules of all parameters.
+    pub fn rules(&self) -> &[Rule] {
+        &self.rules
+    }
+
+    /// Name of a parameter.
+    pub fn name(&self, parameter: Parameter) -> &str {
+        &self.names[parameter.0]
+    }
+
+    /// Holds or drives a component on a named surface or node set.
+    ///
+    /// # Errors
+    /// When the mesh has no such name.
+    pub fn support(
+        &mut self,
+        name: &str,
+        component: usize,
+        motion: Motion,
+    ) -> Result<(), ProblemError> {
+        let nodes = self
+            .mesh
+            .nodes_of(name)
+            .ok_or_else(|| self.unknown_surface(name))?;
+        self.supports.push(Support {
+            nodes,
+            component,
+            motion,
+        });
+        Ok(())
+    }
+
+    /// Holds all components on a named surface or node set.
+    ///
+    /// # Errors
+    /// When the mesh has no such name.
+    pub fn clamp(&mut self, name: &str) -> Result<(), ProblemError> {
+        (0..self.kinematics.components())
+            .try_for_each(|component| self.support(name, component, Motion::Held))
+    }
+
+    /// Facets of a named surface.
+    ///
+    /// # Errors
+    /// When the mesh has no such name.
+    pub fn surface(&self, name: &str) -> Result<Vec<Facet>, ProblemError> {
+        self.mesh
+            .surfaces
+            .get(name)
+            .cloned()
+            .ok_or_else(|| self.unknown_surface(name))
+    }
+
+    fn unknown_surface(&self, name: &str) -> ProblemError {
+        let known: Vec<&str> = self
+            .mesh
+            .surfaces
+            .keys()
+            .chain(self.mesh.node_sets.keys())
+            .map(String::as_str)
+            .collect();
+        ProblemError::Unknown {
+            what: "surface",
+            name: name.to_owned(),
+            known: known.join(", "),
+        }
+    }
+
+    /// Checks what can be checked before solving.
+    ///
+    /// # Errors
+    /// When a region has no solid or the body is not held at all.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        if let Some(name) = self.mesh.regions.get(self.materials.len()) {
+            return Err(ProblemError::NoMaterial(name.clone()));
+        }
+        for component in 0..self.kinematics.components() {
+            // The radius is held by the axis.
+            let hoop = self.kinematics == Kinematics::Axisymmetric && component == 0;
+            let held = self
+                .supports
+                .iter()
+                .any(|support| support.component == component && !support.nodes.is_empty());
+            if !hoop && !held && self.contacts.is_empty() {
+                return Err(ProblemError::NotHeld(component));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,108 @@
+//! Why a solution failed, and what would probably help.
+
+use super::sparse::LinearError;
+use crate::assembly::system::InvertedCell;
+use crate::problem::ProblemError;
+
+/// A solution that could not go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{reason}. The last good state is at {:.1} % of the way ({}). {}", .fraction * 100.0, listed(.parameters), .reason.advice())]
+pub struct Failure {
+    /// Why.
+    pub reason: Reason,
+    /// Fraction of the way at the last accepted state.
+    pub fraction: f64,
+    /// Parameters at the last accepted state, by name.
+    pub parameters: Vec<(String, f64)>,
+}
+
+impl Failure {
+    /// A failure before the first step.
+    pub(crate) fn at_start(reason: Reason) -> Self {
+        Self {
+            reason,
+            fraction: 0.0,
+            parameters: Vec::new(),
+        }
+    }
+}
+
+fn listed(parameters: &[(String, f64)]) -> String {
+    if parameters.is_empty() {
+        return "at rest".to_owned();
+    }
+    let parts: Vec<String> = parameters
+        .iter()
+        .map(|(name, value)| format!("{name} = {value:.6e}"))
+        .collect();
+    parts.join(", ")
+}
+
+/// Reason of a failure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Reason {
+    /// The problem is not complete.
+    #[error("{0}")]
+    Problem(ProblemError),
+    /// A cell turned inside out.
+    #[error("{0}")]
+    Inverted(#[from] InvertedCell),
+    /// The linear system has no good answer.
+    #[error("{0}")]
+    Linear(#[from] LinearError),
+    /// A number is not finite.
+    #[error("the iteration left the range of numbers")]
+    NotANumber,
+    /// The iteration did not end.
+    #[error("the iteration did not converge in {} iterations (first and last energy norm {:.1e}, {:.1e})", .energies.len(), .energies.first().unwrap_or(&0.0), .energies.last().unwrap_or(&0.0))]
+    NotConverged {
+        /// Energy norms of the iterations.
+        energies: Vec<f64>,
+    },
+    /// A contact point changes between touching and not.
+    #[error("contact {contact} chatters near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2])]
+    Chatter {
+        /// Number of the contact.
+        contact: usize,
+        /// Undeformed place of a pair that hardly touches.
+        place: [f64; 3],
+        /// Energy norms of the iterations.
+        energies: Vec<f64>,
+    },
+    /// The quantity that controls the step does not respond to its parameter.
+    #[error("the controlled quantity does not respond to its parameter")]
+    ControlLost,
+}
+
+impl Reason {
+    /// True when smaller steps can't help.
+    pub(crate) fn is_final(&self) -> bool {
+        match self {
+            Self::Problem(_) | Self::Linear(LinearError::Memory { .. }) => true,
+            Self::Inverted(cell) => cell.undeformed,
+            _ => false,
+        }
+    }
+
+    /// What would probably help.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Self::Problem(_) => "Complete the problem",
+            Self::Inverted(cell) if cell.undeformed => {
+                "Check the geometry and the orientation of that cell"
+            }
+            Self::Inverted(_) => {
+                "Probably a fold or a collapse: give the walls there a contact, round the corner, or refine the mesh around it"
+            }
+            Self::Linear(LinearError::Singular) => {
+                "Add a support in the direction that is free, or control by displacement instead of load"
+            }
+            Self::Linear(_) => "Check materials for extreme ratios of stiffness",
+            Self::NotANumber | Self::NotConverged { .. } => {
+                "Probably a limit of the load: control by displacement, volume or arc length instead; or allow smaller steps"
+            }
+            Self::Chatter { .. } => "Lower the contact stiffness or refine the touching surface",
+            Self::ControlLost => "Choose a quantity that the parameter changes",
+        }
+    }
+}

@@ -1,0 +1,687 @@
+//! Newton's method for one step, and steps that adapt themselves to it.
+
+use super::failure::{Failure, Reason};
+use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
+use super::state::State;
+use crate::assembly::kernel::MAX_PRESSURES;
+use crate::assembly::system::{Assembled, System};
+use crate::problem::{Problem, ProblemError, Quantity, Rule};
+
+/// How a solution is sought. The defaults suit rubber.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The iteration ends when `sqrt(|R . du|)` has fallen to this fraction of the
+    /// step's first.
+    pub tolerance: f64,
+    /// Iterations after which a step is given up.
+    pub iterations: usize,
+    /// A step that took at most so many iterations lets the next one grow.
+    pub easy: usize,
+    /// First step as a fraction of the way.
+    pub first_step: f64,
+    /// Greatest step.
+    pub greatest_step: f64,
+    /// Smallest step; below it the solution fails.
+    pub smallest_step: f64,
+    /// Starts each step on the straight line through the last two states.
+    pub extrapolate: bool,
+    /// Rounds of contact multipliers in a step.
+    pub rounds: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-7,
+            iterations: 14,
+            easy: 5,
+            first_step: 0.1,
+            greatest_step: 1.0,
+            smallest_step: 1e-4,
+            extrapolate: true,
+            rounds: 8,
+        }
+    }
+}
+
+/// What a converged step was like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Newton iterations, all rounds together.
+    pub iterations: usize,
+    /// Sign of the tangent at the end.
+    pub definiteness: Definiteness,
+    /// Fraction of the way that has been gone.
+    pub fraction: f64,
+}
+
+/// Whether to go on after an accepted step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Continue {
+    /// Go on.
+    Yes,
+    /// Stop here; the accepted state stays.
+    Stop,
+}
+
+/// A problem being solved: the last accepted state and what is reused between steps.
+pub struct Solver {
+    problem: Problem,
+    system: System,
+    factor: Cholesky,
+    /// Settings of the search.
+    pub settings: Settings,
+    state: State,
+    /// Targets of the accepted state.
+    targets: Vec<f64>,
+    previous: Option<Previous>,
+    /// First energy of an iteration, carried over steps.
+    scale: f64,
+    /// Newton iterations since the beginning.
+    pub iterations: usize,
+}
+
+struct Previous {
+    state: State,
+    /// Part of the way between the previous and the present state.
+    fraction: f64,
+}
+
+impl Solver {
+    /// Numbers, orders and analyses a problem; the body is at rest.
+    ///
+    /// # Errors
+    /// When the problem is not complete, or too large for the memory.
+    pub fn new(problem: Problem) -> Result<Self, Failure> {
+        let system = System::new(&problem).map_err(|error| Failure::at_start(error.into()))?;
+        let factor = Cholesky::analyse(&system.unknowns.pattern)
+            .map_err(|error| Failure::at_start(error.into()))?;
+        let state = State::rest(&problem);
+        let targets = vec![0.0; problem.rules().len()];
+        let mut solver = Self {
+            problem,
+            system,
+            factor,
+            settings: Settings::default(),
+            state,
+            targets,
+            previous: None,
+            scale: 0.0,
+            iterations: 0,
+        };
+        solver.targets = solver.targets_at_rest()?;
+        Ok(solver)
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The last accepted state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Number of displacement unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.system.unknowns.count()
+    }
+
+    /// Goes back to a state that was accepted before, with its targets.
+    pub fn restart(&mut self, state: State, targets: Vec<f64>) {
+        self.state = state;
+        self.targets = targets;
+        self.previous = None;
+    }
+
+    /// Targets of the accepted state, in the order of the parameters.
+    pub fn targets(&self) -> &[f64] {
+        &self.targets
+    }
+
+    /// Changes the rule of a parameter between steps; its target becomes the present
+    /// value of what the rule names.
+    ///
+    /// # Errors
+    /// When the present state can't be evaluated.
+    pub fn set_rule(
+        &mut self,
+        parameter: crate::problem::Parameter,
+        rule: Rule,
+    ) -> Result<(), Failure> {
+        self.problem.set_rule(parameter, rule);
+        self.targets = self.targets_at_rest()?;
+        self.previous = None;
+        Ok(())
+    }
+
+    /// Forces, volumes and couplings at the accepted state.
+    ///
+    /// # Errors
+    /// When the state is not valid.
+    pub fn evaluate(&mut self) -> Result<Assembled, Failure> {
+        self.system
+            .assemble(&self.problem, &self.state, false)
+            .map_err(|error| Failure::at_start(error.into()))
+    }
+
+    /// Values of the quantities that the rules name at the present state.
+    fn targets_at_rest(&mut self) -> Result<Vec<f64>, Failure> {
+        let assembled = self.evaluate()?;
+        let rules = self.problem.rules().to_vec();
+        Ok(rules
+            .iter()
+            .enumerate()
+            .map(|(number, rule)| match rule {
+                Rule::Given | Rule::Follows(..) => self.state.parameters[number],
+                Rule::Brings(quantity) => {
+                    self.quantity(quantity, number, &self.state, &assembled).0
+                }
+            })
+            .collect())
+    }
+
+    /// Goes from the present targets to these, in steps that adapt themselves; `seen`
+    /// hears of every accepted step and may stop the way.
+    ///
+    /// # Errors
+    /// When a step of the smallest size does not converge. The accepted steps stay.
+    pub fn go(
+        &mut self,
+        targets: &[f64],
+        mut seen: impl FnMut(&State, &Step) -> Continue,
+    ) -> Result<(), Failure> {
+        let start = self.targets.clone();
+        let mut gone = 0.0;
+        let mut size = self.settings.first_step.min(self.settings.greatest_step);
+        // The last way may have gone in another direction and at another pace.
+        self.previous = None;
+        while gone < 1.0 {
+            let left = 1.0 - gone;
+            // No crumbs at the end.
+            let fraction = if size > 0.99 * left {
+                left
+            } else if size > 0.5 * left {
+                0.5 * left
+            } else {
+                size
+            };
+            let end = if fraction == left {
+                1.0
+            } else {
+                gone + fraction
+            };
+            let aim: Vec<f64> = start
+                .iter()
+                .zip(targets)
+                .map(|(start, target)| {
+                    if end == 1.0 {
+                        *target
+                    } else {
+                        start + end * (target - start)
+                    }
+                })
+                .collect();
+            match self.step(&aim, fraction) {
+                Ok(mut step) => {
+                    gone = end;
+                    step.fraction = gone;
+                    if step.iterations <= self.settings.easy {
+                        size = (1.5 * fraction).min(self.settings.greatest_step).max(size);
+                    } else if step.iterations > 2 * self.settings.easy {
+                        size = 0.6 * fraction;
+                    } else {
+                        size = size.min(1.2 * fraction);
+                    }
+                    if seen(&self.state, &step) == Continue::Stop {
+                        return Ok(());
+                    }
+                }
+                Err(reason) => {
+                    size = fraction / 3.0;
+                    if size < self.settings.smallest_step || reason.is_final() {
+                        return Err(Failure {
+                            reason,
+                            fraction: gone,
+                            parameters: self.named_parameters(),
+                        });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn named_parameters(&self) -> Vec<(String, f64)> {
+        (0..self.state.parameters.len())
+            .map(|k| {
+                let name = self.problem.name(crate::problem::Parameter(k)).to_owned();
+                (name, self.state.parameters[k])
+            })
+            .collect()
+    }
+
+    /// One step to these targets; the state changes only when it converges.
+    fn step(&mut self, targets: &[f64], fraction: f64) -> Result<Step, Reason> {
+        let mut trial = self.start(fraction);
+        let mut outcome = self.iterate(&mut trial, targets);
+        if outcome.is_err() && self.previous.take().is_some() {
+            // The straight line may have led astray.
+            trial = self.state.clone();
+            outcome = self.iterate(&mut trial, targets);
+        }
+        let mut step = outcome?;
+        for _ in 0..self.settings.rounds {
+            if !self.renew_multipliers(&mut trial) {
+                break;
+            }
+            let round = self.iterate(&mut trial, targets)?;
+            step.iterations += round.iterations;
+        }
+        let old = std::mem::replace(&mut self.state, trial);
+        self.previous = Some(Previous {
+            state: old,
+            fraction,
+        });
+        self.targets = targets.to_vec();
+        Ok(step)
+    }
+
+    /// Where a step begins to iterate.
+    fn start(&self, fraction: f64) -> State {
+        let mut trial = self.state.clone();
+        let Some(previous) = self.previous.as_ref().filter(|_| self.settings.extrapolate) else {
+            return trial;
+        };
+        let ratio = fraction / previous.fraction;
+        let old = &previous.state;
+        for (new, old) in trial.displacement.iter_mut().zip(&old.displacement) {
+            for d in 0..3 {
+                new[d] += ratio * (new[d] - old[d]);
+            }
+        }
+        for (new, old) in trial.pressures.iter_mut().zip(&old.pressures) {
+            for m in 0..MAX_PRESSURES {
+                new[m] += ratio * (new[m] - old[m]);
+            }
+        }
+        for (new, old) in trial.parameters.iter_mut().zip(&old.parameters) {
+            *new += ratio * (*new - old);
+        }
+        trial
+    }
+
+    fn iterate(&mut self, trial: &mut State, targets: &[f64]) -> Result<Step, Reason> {
+        let mut assembled = self.system.assemble(&self.problem, trial, true)?;
+        let mut first = 0.0_f64;
+        let mut energies = Vec::new();
+        for iteration in 1..=self.settings.iterations {
+            let values = &assembled.values;
+            let definiteness = self
+                .factor
+                .refactor(&self.system.unknowns.pattern, values)?;
+            let change = self.change(trial, &assembled, targets)?;
+            self.iterations += 1;
+            let energy = change.energy.abs().sqrt();
+            if !energy.is_finite() {
+                return Err(Reason::NotANumber);
+            }
+            energies.push(energy);
+            first = first.max(energy);
+            let scale = first.max(self.scale);
+            let done = energy <= self.settings.tolerance * scale;
+            let before = trial.clone();
+            self.apply(trial, &before, &assembled, &change, 1.0);
+            if done {
+                self.scale = first.max(0.3 * self.scale);
+                return Ok(Step {
+                    iterations: iteration,
+                    definiteness,
+                    fraction: 0.0,
+                });
+            }
+            assembled = self.search(trial, &before, &assembled, &change, iteration)?;
+        }
+        Err(self.why_not(trial, &energies))
+    }
+
+    /// Shortens a change that turns a cell inside out or overshoots, and assembles.
+    fn search(
+        &mut self,
+        trial: &mut State,
+        before: &State,
+        assembled: &Assembled,
+        change: &Change,
+        iteration: usize,
+    ) -> Result<Assembled, Reason> {
+        let mut length = 1.0;
+        loop {
+            match self.system.assemble(&self.problem, trial, true) {
+                Ok(next) => {
+                    let start = dot(&assembled.residual, &change.unknowns);
+                    let end = dot(&next.residual, &change.unknowns);
+                    let overshot = iteration > 1
+                        && length > 0.2
+                        && change.given_only
+                        && start < 0.0
+                        && end > 2.0 * -start;
+                    if !overshot {
+                        return Ok(next);
+                    }
+                    length *= (start / (start - end)).max(0.3);
+                }
+                Err(inverted) => {
+                    length *= 0.5;
+                    if length < 0.03 {
+                        return Err(inverted.into());
+                    }
+                }
+            }
+            self.apply(trial, before, assembled, change, length);
+        }
+    }
+
+    /// The state after a part of a change.
+    fn apply(
+        &self,
+        trial: &mut State,
+        before: &State,
+        assembled: &Assembled,
+        change: &Change,
+        length: f64,
+    ) {
+        let unknowns: Vec<f64> = self
+            .system
+            .unknown_part(&before.displacement)
+            .iter()
+            .zip(&change.unknowns)
+            .map(|(u, du)| u + length * du)
+            .collect();
+        for (k, dz) in change.parameters.iter().enumerate() {
+            trial.parameters[k] = before.parameters[k] + length * dz;
+        }
+        self.system
+            .displace(&mut trial.displacement, &unknowns, &trial.parameters);
+        // Pressures follow the whole change; a part of it moves them in part.
+        let mut whole = before.displacement.clone();
+        let full: Vec<f64> = unknowns
+            .iter()
+            .zip(&change.unknowns)
+            .map(|(u, du)| u + (1.0 - length) * du)
+            .collect();
+        let parameters: Vec<f64> = before
+            .parameters
+            .iter()
+            .zip(&change.parameters)
+            .map(|(z, dz)| z + dz)
+            .collect();
+        self.system.displace(&mut whole, &full, &parameters);
+        for (whole, before) in whole.iter_mut().zip(&before.displacement) {
+            for d in 0..3 {
+                whole[d] -= before[d];
+            }
+        }
+        let mut pressures = before.pressures.clone();
+        self.system
+            .recover_pressures(&self.problem, assembled, &whole, &mut pressures);
+        for (cell, pressure) in trial.pressures.iter_mut().enumerate() {
+            for m in 0..MAX_PRESSURES {
+                let old = before.pressures[cell][m];
+                pressure[m] = old + length * (pressures[cell][m] - old);
+            }
+        }
+    }
+
+    /// Newton's change of unknowns and parameters.
+    fn change(
+        &mut self,
+        trial: &State,
+        assembled: &Assembled,
+        targets: &[f64],
+    ) -> Result<Change, Reason> {
+        let rules = self.problem.rules().to_vec();
+        let mut parameters = vec![0.0; rules.len()];
+        let mut right: Vec<f64> = assembled.residual.iter().map(|r| -r).collect();
+        let mut free = Vec::new();
+        for (k, rule) in rules.iter().enumerate() {
+            if *rule == Rule::Given {
+                parameters[k] = targets[k] - trial.parameters[k];
+                if parameters[k] != 0.0 {
+                    axpy(-parameters[k], &assembled.couplings[k], &mut right);
+                }
+            } else {
+                free.push(k);
+            }
+        }
+        let pattern = &self.system.unknowns.pattern;
+        let values = &assembled.values;
+        let mut unknowns = solve_checked(&mut self.factor, pattern, values, &right)?;
+        let mut responses = Vec::new();
+        for &k in &free {
+            let load: Vec<f64> = assembled.couplings[k].iter().map(|c| -c).collect();
+            responses.push(solve_checked(&mut self.factor, pattern, values, &load)?);
+        }
+        // Small system of the free parameters.
+        let size = free.len();
+        let mut matrix = vec![vec![0.0; size]; size];
+        let mut rest = vec![0.0; size];
+        for (row, &k) in free.iter().enumerate() {
+            let equation = self.equation(k, &rules[k], trial, assembled, targets[k]);
+            let along = |v: &[f64]| match &equation.slope {
+                Slope::Dense(slope) => dot(slope, v),
+                Slope::One(number) => v[*number],
+                Slope::None => 0.0,
+            };
+            let known: f64 = (0..rules.len())
+                .map(|l| equation.by_parameters[l] * parameters[l])
+                .sum();
+            rest[row] = -equation.value - along(&unknowns) - known;
+            for (column, &l) in free.iter().enumerate() {
+                matrix[row][column] = along(&responses[column]) + equation.by_parameters[l];
+            }
+        }
+        let found = solve_small(matrix, rest).ok_or(Reason::ControlLost)?;
+        for (column, &k) in free.iter().enumerate() {
+            parameters[k] = found[column];
+            axpy(found[column], &responses[column], &mut unknowns);
+        }
+        Ok(Change {
+            energy: dot(&right, &unknowns),
+            given_only: free.is_empty(),
+            unknowns,
+            parameters,
+        })
+    }
+
+    /// The equation of a free parameter with its derivatives.
+    fn equation(
+        &self,
+        k: usize,
+        rule: &Rule,
+        trial: &State,
+        assembled: &Assembled,
+        target: f64,
+    ) -> Equation {
+        let parameters = trial.parameters.len();
+        match rule {
+            Rule::Given => Equation {
+                value: trial.parameters[k] - target,
+                slope: Slope::None,
+                by_parameters: unit(parameters, k),
+            },
+            Rule::Follows(cavity, law) => {
+                let (pressure, slope) = law.pressure(assembled.volumes[*cavity]);
+                Equation {
+                    value: trial.parameters[k] - pressure,
+                    slope: Slope::Dense(
+                        assembled.volume_slopes[*cavity]
+                            .iter()
+                            .map(|v| -slope * v)
+                            .collect(),
+                    ),
+                    by_parameters: unit(parameters, k),
+                }
+            }
+            Rule::Brings(quantity) => {
+                let (value, slope, by_parameters) = self.quantity(quantity, k, trial, assembled);
+                Equation {
+                    value: value - target,
+                    slope,
+                    by_parameters,
+                }
+            }
+        }
+    }
+
+    fn quantity(
+        &self,
+        quantity: &Quantity,
+        k: usize,
+        trial: &State,
+        assembled: &Assembled,
+    ) -> (f64, Slope, Vec<f64>) {
+        let none = vec![0.0; trial.parameters.len()];
+        match quantity {
+            Quantity::Volume(cavity) => (
+                assembled.volumes[*cavity],
+                Slope::Dense(assembled.volume_slopes[*cavity].clone()),
+                none,
+            ),
+            Quantity::Displacement(node, component) => (
+                trial.displacement[*node as usize][*component],
+                self.system
+                    .unknowns
+                    .of(*node, *component)
+                    .map_or(Slope::None, Slope::One),
+                none,
+            ),
+            Quantity::Force(parameter) => (
+                assembled.along[parameter.0],
+                Slope::Dense(assembled.couplings[parameter.0].clone()),
+                assembled.cross[parameter.0].clone(),
+            ),
+            Quantity::Arc(scale) => self.arc(k, *scale, trial),
+        }
+    }
+
+    /// Length along the path, signed by the direction of the last step.
+    fn arc(&self, k: usize, scale: f64, trial: &State) -> (f64, Slope, Vec<f64>) {
+        let now = self.system.unknown_part(&self.state.displacement);
+        let new = self.system.unknown_part(&trial.displacement);
+        let difference: Vec<f64> = new.iter().zip(&now).map(|(a, b)| a - b).collect();
+        let travelled = scale * (trial.parameters[k] - self.state.parameters[k]);
+        let length = (dot(&difference, &difference) + travelled * travelled).sqrt();
+        let base = self.targets[k];
+        let mut by_parameters = vec![0.0; trial.parameters.len()];
+        if length == 0.0 {
+            // Off from rest: along the parameter.
+            by_parameters[k] = scale;
+            return (base, Slope::None, by_parameters);
+        }
+        by_parameters[k] = scale * travelled / length;
+        let slope = difference.iter().map(|d| d / length).collect();
+        (base + length, Slope::Dense(slope), by_parameters)
+    }
+
+    /// Sets the multipliers to the pressures found; false when no contact needs it.
+    fn renew_multipliers(&self, trial: &mut State) -> bool {
+        let places = trial.places(&self.problem.mesh);
+        let mut renewed = false;
+        for number in 0..self.problem.contacts.len() {
+            let probe = self.system.contact(&self.problem, trial, &places, number);
+            let limit = self.problem.contacts[number].overlap_limit();
+            if probe.overlap > limit {
+                trial.contacts[number].multipliers = probe.pressures;
+                renewed = true;
+            }
+        }
+        renewed
+    }
+
+    /// Why the iteration did not end.
+    fn why_not(&self, trial: &State, energies: &[f64]) -> Reason {
+        let places = trial.places(&self.problem.mesh);
+        for number in 0..self.problem.contacts.len() {
+            let probe = self.system.contact(&self.problem, trial, &places, number);
+            if let Some(point) = probe.doubtful {
+                return Reason::Chatter {
+                    contact: number,
+                    place: point,
+                    energies: energies.to_vec(),
+                };
+            }
+        }
+        Reason::NotConverged {
+            energies: energies.to_vec(),
+        }
+    }
+}
+
+struct Change {
+    unknowns: Vec<f64>,
+    parameters: Vec<f64>,
+    energy: f64,
+    given_only: bool,
+}
+
+enum Slope {
+    Dense(Vec<f64>),
+    One(usize),
+    None,
+}
+
+struct Equation {
+    value: f64,
+    slope: Slope,
+    by_parameters: Vec<f64>,
+}
+
+fn unit(size: usize, k: usize) -> Vec<f64> {
+    let mut v = vec![0.0; size];
+    v[k] = 1.0;
+    v
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn axpy(factor: f64, x: &[f64], y: &mut [f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += factor * x;
+    }
+}
+
+/// Gauss elimination with pivoting; none when singular.
+fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+    let n = b.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
+        if !(a[pivot][k].abs() > 0.0) {
+            return None;
+        }
+        a.swap(k, pivot);
+        b.swap(k, pivot);
+        for i in k + 1..n {
+            let factor = a[i][k] / a[k][k];
+            for j in k..n {
+                a[i][j] -= factor * a[k][j];
+            }
+            b[i] -= factor * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        for j in k + 1..n {
+            b[k] -= a[k][j] * b[j];
+        }
+        b[k] /= a[k][k];
+    }
+    Some(b)
+}
+
+impl From<ProblemError> for Reason {
+    fn from(error: ProblemError) -> Self {
+        Self::Problem(error)
+    }
+}

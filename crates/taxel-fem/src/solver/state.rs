@@ -1,0 +1,63 @@
+//! Where a solution stands.
+
+use crate::assembly::kernel::{MAX_PRESSURES, Memory};
+use crate::mesh::Mesh;
+use crate::problem::Problem;
+use crate::problem::contact::ContactState;
+use crate::scalar::Symmetric;
+
+/// Displacements, pressures, parameters and contacts: all that a restart needs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// Displacement of each node, m.
+    pub displacement: Vec<[f64; 3]>,
+    /// Pressure unknowns of each cell (mean stress, tension positive), Pa.
+    pub pressures: Vec<[f64; MAX_PRESSURES]>,
+    /// Values of the parameters.
+    pub parameters: Vec<f64>,
+    /// Multipliers of each contact.
+    pub contacts: Vec<ContactState>,
+    /// What solids with memory carry over.
+    pub memory: Carried,
+}
+
+/// Stress carried over a time step, per cell and quadrature point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Carried {
+    /// Factor of the present stress and carried stresses of each cell; empty without
+    /// memory.
+    pub cells: Vec<(f64, Vec<Symmetric<f64>>)>,
+}
+
+impl Carried {
+    /// Memory of a cell; none where the solid has none.
+    pub fn of(&self, cell: usize) -> Option<Memory<'_>> {
+        let (factor, carried) = self.cells.get(cell)?;
+        (!carried.is_empty()).then_some(Memory {
+            factor: *factor,
+            carried,
+        })
+    }
+}
+
+impl State {
+    /// The undeformed state.
+    pub fn rest(problem: &Problem) -> Self {
+        Self {
+            displacement: vec![[0.0; 3]; problem.mesh.points.len()],
+            pressures: vec![[0.0; MAX_PRESSURES]; problem.mesh.cell_count()],
+            parameters: vec![0.0; problem.rules().len()],
+            contacts: vec![ContactState::default(); problem.contacts.len()],
+            memory: Carried::default(),
+        }
+    }
+
+    /// Present places of the nodes.
+    pub fn places(&self, mesh: &Mesh) -> Vec<[f64; 3]> {
+        mesh.points
+            .iter()
+            .zip(&self.displacement)
+            .map(|(x, u)| [x[0] + u[0], x[1] + u[1], x[2] + u[2]])
+            .collect()
+    }
+}

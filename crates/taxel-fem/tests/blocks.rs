@@ -1,0 +1,167 @@
+//! Two problems that independent programs solved: a layer with a void under pressure,
+//! and a block squeezed between bonded plates.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::HashMap;
+
+use taxel_fem::assembly::kernel::Kinematics;
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{CellShape, Mesh};
+use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
+use taxel_fem::solver::newton::{Continue, Settings, Solver};
+
+const MOONEY_RIVLIN: Law = Law::MooneyRivlin {
+    c10: 75.5,
+    c01: 5.7,
+};
+
+fn rubber() -> Material {
+    Material {
+        law: MOONEY_RIVLIN,
+        volumetric: Volumetric::Quadratic(1000.0 * MOONEY_RIVLIN.shear_modulus()),
+    }
+}
+
+/// Cells of a grid of half steps, `counts` cells of size `size` along each axis.
+fn grid(counts: [i32; 3], size: f64, keep: impl Fn([f64; 3]) -> bool) -> Mesh {
+    let flat = counts[2] == 0;
+    let shape = if flat {
+        CellShape::Quad9
+    } else {
+        CellShape::Hex27
+    };
+    let mut mesh = Mesh::default();
+    let region = mesh.region("rubber");
+    let mut known = HashMap::new();
+    for k in 0..counts[2].max(1) {
+        for j in 0..counts[1] {
+            for i in 0..counts[0] {
+                let middle = [i, j, k].map(|n| (f64::from(n) + 0.5) * size);
+                if !keep(middle) {
+                    continue;
+                }
+                let nodes: Vec<u32> = (0..shape.node_count())
+                    .map(|n| {
+                        let at = shape.node_at(n);
+                        let key = [
+                            2 * i + 1 + at[0] as i32,
+                            2 * j + 1 + at[1] as i32,
+                            if flat { 0 } else { 2 * k + 1 + at[2] as i32 },
+                        ];
+                        *known.entry(key).or_insert_with(|| {
+                            mesh.points.push(key.map(|n| f64::from(n) * size / 2.0));
+                            mesh.points.len() as u32 - 1
+                        })
+                    })
+                    .collect();
+                mesh.add_cell(shape, region, &nodes);
+            }
+        }
+    }
+    mesh
+}
+
+fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-6
+}
+
+/// Half cell 300 x 500 um with a half void 200 x 40 um; area ratio of the void.
+fn void_under_pressure(k: i32, pressure: f64, steps: usize) -> (f64, usize) {
+    let mut mesh = grid([15 * k, 25 * k, 0], 20.0 / f64::from(k), |x| {
+        !(x[0] < 200.0 && x[1] > 340.0 && x[1] < 380.0)
+    });
+    mesh.name_boundary("bottom", |x| near(x[1], 0.0));
+    mesh.name_boundary("left", |x| near(x[0], 0.0));
+    mesh.name_boundary("right", |x| near(x[0], 300.0));
+    mesh.name_boundary("top", |x| near(x[1], 500.0));
+    mesh.name_boundary("void", |x| {
+        x[0] < 201.0 && x[1] > 339.0 && x[1] < 381.0 && !near(x[0], 0.0)
+            || near(x[0], 0.0) && (near(x[1], 340.0) || near(x[1], 380.0))
+    });
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials.push(rubber());
+    problem.clamp("bottom").unwrap();
+    problem.support("left", 0, Motion::Held).unwrap();
+    problem.support("right", 0, Motion::Held).unwrap();
+    let top = problem.parameter("pressure", Rule::Given);
+    let inside = problem.parameter("inside", Rule::Given);
+    problem.pressures.push(Pressure {
+        surface: problem.surface("top").unwrap(),
+        parameter: top,
+    });
+    problem.cavities.push(Cavity {
+        wall: problem.surface("void").unwrap(),
+        axis: 0,
+        pressure: inside,
+    });
+    let mut solver = Solver::new(problem).unwrap();
+    solver.settings = Settings {
+        first_step: 1.0 / steps as f64,
+        greatest_step: 1.0 / steps as f64,
+        extrapolate: false,
+        ..Settings::default()
+    };
+    let rest = solver.evaluate().unwrap().volumes[0];
+    assert!((rest - 8000.0).abs() < 1e-9, "{rest}");
+    solver
+        .go(&[pressure, 0.0], |_, step| {
+            println!("{:.2} {}", step.fraction, step.iterations);
+            Continue::Yes
+        })
+        .unwrap();
+    (
+        solver.evaluate().unwrap().volumes[0] / rest,
+        solver.iterations,
+    )
+}
+
+#[test]
+fn the_void_closes_as_in_independent_programs() {
+    // Q2 with discontinuous linear pressure, 5 kPa.
+    let (coarse, _) = void_under_pressure(1, 5.0, 5);
+    assert!((coarse - 0.66465).abs() < 1e-5, "{coarse}");
+    let (fine, _) = void_under_pressure(3, 5.0, 5);
+    assert!((fine - 0.664401).abs() < 1e-6, "{fine}");
+}
+
+/// Force in mN on a block of 1 x 1 x 0.5 mm squeezed by 20 %.
+fn squeezed_block(n: i32) -> f64 {
+    let mut mesh = grid([n, n, n / 2], 1.0 / f64::from(n), |_| true);
+    mesh.name_boundary("bottom", |x| near(x[2], 0.0));
+    mesh.name_boundary("top", |x| near(x[2], 0.5));
+    let mut problem = Problem::new(mesh, Kinematics::Solid).unwrap();
+    problem.materials.push(rubber());
+    problem.clamp("bottom").unwrap();
+    problem.support("top", 0, Motion::Held).unwrap();
+    problem.support("top", 1, Motion::Held).unwrap();
+    let travel = problem.parameter("travel", Rule::Given);
+    problem
+        .support("top", 2, Motion::Driven(travel, 1.0))
+        .unwrap();
+    let mut solver = Solver::new(problem).unwrap();
+    solver.settings.first_step = 0.5;
+    solver.settings.greatest_step = 0.5;
+    solver.settings.extrapolate = false;
+    solver
+        .go(&[-0.1], |_, step| {
+            println!("{:.2} {}", step.fraction, step.iterations);
+            Continue::Yes
+        })
+        .unwrap();
+    solver.evaluate().unwrap().along[0]
+}
+
+#[test]
+fn the_block_resists_as_in_independent_programs() {
+    let coarse = squeezed_block(4);
+    assert!((coarse + 218.95002).abs() < 1e-4, "{coarse}");
+}
+
+#[test]
+#[ignore = "longer; the fine mesh of the comparison with other programs"]
+fn the_fine_block_resists_as_in_independent_programs() {
+    let start = std::time::Instant::now();
+    let fine = squeezed_block(12);
+    println!("{:?}", start.elapsed());
+    assert!((fine + 210.92153).abs() < 1e-4, "{fine}");
+}
