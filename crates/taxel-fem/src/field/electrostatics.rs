@@ -59,7 +59,6 @@ impl Electrostatics<'_> {
     /// [`FieldError`]: unknown names, conductors that touch, missing permittivities,
     /// cells turned inside out, parts of the field without a conductor.
     pub fn capacitance(&self) -> Result<Capacitance, FieldError> {
-        let mesh = self.domain.mesh;
         let names: Vec<&str> = [self.conductors, self.floating].concat();
         let mut left_out = Vec::new();
         let mut terminals = Vec::new();
@@ -82,7 +81,6 @@ impl Electrostatics<'_> {
             .into_iter()
             .map(|k| k.map(|k| k.scaled(VACUUM_PERMITTIVITY)))
             .collect();
-        debug_assert_eq!(absolute.len(), mesh.regions.len());
         let mut response = respond(&self.domain, &absolute, &terminals, &zero)?;
         for floating in (self.conductors.len()..names.len()).rev() {
             float(&mut response, floating)?;

@@ -1,7 +1,7 @@
 //! Two bars of rectangular section side by side.
 
 use super::grid::{Sizes, line, name_nodes, plane};
-use super::{Case, SPACE, growth, open, solve};
+use super::{Case, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::laplace::{Coefficient, Geometry};
@@ -16,7 +16,7 @@ fn at_edge(scale: f64, level: u32) -> f64 {
 /// the plane. `C'/eps0`.
 ///
 /// # Errors
-/// [`FieldError`] for lengths not positive or of extreme ratio.
+/// [`FieldError`] for lengths, ratios or levels out of range.
 pub fn bars(
     thickness: f64,
     gap: f64,
@@ -24,6 +24,13 @@ pub fn bars(
     reference: f64,
     level: u32,
 ) -> Result<Case, FieldError> {
+    check(
+        level,
+        &[
+            ("width over gap", width / gap),
+            ("thickness over gap", thickness / gap),
+        ],
+    )?;
     let (inner, top) = (gap / 2.0, thickness / 2.0);
     let outer = inner + width;
     let edge = Some(at_edge(gap.min(thickness).min(width), level));
@@ -95,13 +102,24 @@ pub struct Bars {
 /// at zero the two are one: nothing else takes charge.
 ///
 /// # Errors
-/// [`FieldError`] for lengths not positive or of extreme ratio.
+/// [`FieldError`] for lengths, ratios or levels out of range.
 pub fn bars_above_base(
     shape: Bars,
     surroundings: Surroundings,
     level: u32,
 ) -> Result<(f64, f64, usize), FieldError> {
-    let inner = shape.gap / 2.0;
+    let gap = shape.gap;
+    let cover = shape.layer - shape.height - shape.thickness;
+    check(
+        level,
+        &[
+            ("width over gap", shape.width / gap),
+            ("thickness over gap", shape.thickness / gap),
+            ("height over gap", shape.height / gap),
+            ("cover of the bars over gap", cover / gap),
+        ],
+    )?;
+    let inner = gap / 2.0;
     let outer = inner + shape.width;
     let (bottom, top) = (shape.height, shape.height + shape.thickness);
     // Where the layer ends in the blend to the circle the field has fallen to that of
@@ -118,6 +136,13 @@ pub fn bars_above_base(
     let near = Some(0.3 * shape.layer / f64::from(level));
     let mut across = vec![(0.0, None), (inner, edge), (outer, edge), (size, None)];
     let layer_end = surroundings.layer_end.unwrap_or(f64::INFINITY);
+    if layer_end.is_nan() || layer_end <= outer {
+        return Err(FieldError::OutOfRange {
+            quantity: "end of the layer",
+            value: layer_end,
+            allowed: "beyond the bars",
+        });
+    }
     if layer_end < size {
         across.insert(3, (layer_end, near));
     }

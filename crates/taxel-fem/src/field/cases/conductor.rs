@@ -1,7 +1,7 @@
 //! Currents in sheets.
 
 use super::grid::{Sizes, line, plane};
-use super::{Case, growth};
+use super::{Case, check, growth};
 use crate::field::FieldError;
 use crate::field::conduction::Conduction;
 use crate::field::laplace::{Coefficient, Domain, Geometry, Motion};
@@ -11,8 +11,9 @@ use std::f64::consts::{LN_2, PI};
 /// arms, in squares, `1 - (2/pi) ln 2` by conformal mapping.
 ///
 /// # Errors
-/// None for ordinary levels.
+/// [`FieldError`] for levels out of range.
 pub fn corner_square(level: u32) -> Result<Case, FieldError> {
+    check(level, &[])?;
     // What the corner disturbs falls as exp(-2 pi length) in the energy: 1e-11 here.
     let arm = 4.0;
     // The current density grows as r^-1/3 at the inner corner.

@@ -51,9 +51,30 @@ pub fn ideal_dielectric_field(stretch: f64) -> f64 {
 /// Empty space.
 const SPACE: [(&str, Coefficient); 1] = [("space", Coefficient::Scalar(1.0))];
 
+/// Checks a level, and numbers that may span a few powers of ten.
+fn check(level: u32, numbers: &[(&'static str, f64)]) -> Result<(), FieldError> {
+    if !(1..=8).contains(&level) {
+        return Err(FieldError::OutOfRange {
+            quantity: "level of refinement",
+            value: f64::from(level),
+            allowed: "1 to 8",
+        });
+    }
+    for &(quantity, value) in numbers {
+        if !(1e-4..=1e4).contains(&value) {
+            return Err(FieldError::OutOfRange {
+                quantity,
+                value,
+                allowed: "1e-4 to 1e4",
+            });
+        }
+    }
+    Ok(())
+}
+
 /// Growth from cell to cell.
 fn growth(level: u32) -> f64 {
-    4.0_f64.powf(1.0 / f64::from(level.max(1)))
+    4.0_f64.powf(1.0 / f64::from(level))
 }
 
 /// Blends the surface "box" into a circle or sphere about the origin and adds the
@@ -63,7 +84,7 @@ fn open(mesh: &mut Mesh, radius: f64, level: u32) -> Result<Exterior, FieldError
         centre: [0.0; 3],
         radius,
     };
-    let layers = 2 * level.max(1) as usize;
+    let layers = 2 * level as usize;
     let shell = Shell {
         ball,
         layers,

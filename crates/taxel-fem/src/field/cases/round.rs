@@ -1,7 +1,7 @@
 //! Discs, a sphere and a cube in unbounded space.
 
 use super::grid::{Sizes, line, name_nodes, plane, solid};
-use super::{Case, SPACE, growth, open, solve};
+use super::{Case, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::exterior::{Ball, Shell, add_exterior, surround};
@@ -22,8 +22,9 @@ pub const COAXIAL_DISCS: [(f64, f64); 5] = [
 /// zero. `C/(eps0 a)`.
 ///
 /// # Errors
-/// [`FieldError`] for ratios not positive or extreme.
+/// [`FieldError`] for ratios or levels out of range.
 pub fn coaxial_discs(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+    check(level, &[("distance over radius", ratio)])?;
     let height = 0.5 * ratio;
     let (capacitance, cells) = disc_at(height, &["middle"], ratio.min(1.0), level)?;
     Ok(Case {
@@ -38,8 +39,9 @@ pub fn coaxial_discs(ratio: f64, reference: f64, level: u32) -> Result<Case, Fie
 /// An isolated disc, `C/(eps0 a) = 8`.
 ///
 /// # Errors
-/// None for ordinary levels.
+/// [`FieldError`] for levels out of range.
 pub fn disc(level: u32) -> Result<Case, FieldError> {
+    check(level, &[])?;
     let (capacitance, cells) = disc_at(0.0, &[], 1.0, level)?;
     Ok(Case {
         name: "isolated disc".into(),
@@ -85,8 +87,9 @@ fn disc_at(height: f64, zero: &[&str], scale: f64, level: u32) -> Result<(f64, u
 /// An isolated sphere, `C/(eps0 a) = 4 pi`; a quarter of its section.
 ///
 /// # Errors
-/// None for ordinary levels.
+/// [`FieldError`] for levels out of range.
 pub fn sphere(level: u32) -> Result<Case, FieldError> {
+    check(level, &[])?;
     let count = 4 * level as usize;
     let sizes = |length: f64| Sizes {
         growth: 1.0,
@@ -127,8 +130,9 @@ pub fn sphere(level: u32) -> Result<Case, FieldError> {
 /// An isolated cube of side one, `C/(4 pi eps0 a) = 0.660678154`; an eighth of it.
 ///
 /// # Errors
-/// None for ordinary levels.
+/// [`FieldError`] for levels out of range.
 pub fn cube(level: u32) -> Result<Case, FieldError> {
+    check(level, &[])?;
     // The field grows as r^-1/3 at the edges.
     let smallest = 0.5 * 8.0_f64.powi(-(level as i32));
     let sizes = Sizes {

@@ -1,7 +1,7 @@
 //! Strips of no thickness in unbounded space.
 
 use super::grid::{Sizes, line, name_nodes, plane};
-use super::{Case, SPACE, growth, open, solve};
+use super::{Case, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::laplace::{Coefficient, Geometry};
@@ -40,7 +40,7 @@ fn at_edge(scale: f64, level: u32) -> f64 {
 /// axis is at zero. `C'/eps0`.
 ///
 /// # Errors
-/// [`FieldError`] for ratios not positive or extreme.
+/// [`FieldError`] for ratios or levels out of range.
 pub fn coplanar_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
     let (ours, cells) = coplanar_strips_in(&SPACE, ratio, level)?;
     Ok(Case {
@@ -57,6 +57,7 @@ fn coplanar_strips_in(
     ratio: f64,
     level: u32,
 ) -> Result<(f64, usize), FieldError> {
+    check(level, &[("width over gap", ratio)])?;
     let (half_gap, width) = (0.5 / ratio, 1.0);
     let outer = half_gap + width;
     let edge = Some(at_edge((2.0 * half_gap).min(width), level));
@@ -94,8 +95,9 @@ fn coplanar_strips_in(
 /// horizontal axis is at zero. `C'/eps0`.
 ///
 /// # Errors
-/// [`FieldError`] for ratios not positive or extreme.
+/// [`FieldError`] for ratios or levels out of range.
 pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+    check(level, &[("width over distance", ratio)])?;
     let (half_width, height) = (0.5 * ratio, 0.5);
     let edge = Some(at_edge(ratio.min(1.0), level));
     let size = 1.5 * half_width.max(height) + height;
