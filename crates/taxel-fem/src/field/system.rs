@@ -36,15 +36,14 @@ impl System {
         })
     }
 
-    /// Solves for one right-hand side; the residual is checked. Returns the solution and
-    /// what is left of the residual, `A x - b`.
-    pub(super) fn solve(&mut self, right: &[f64]) -> Result<(Vec<f64>, Vec<f64>), FieldError> {
-        let solution = solve_checked(&mut self.factor, &self.pattern, &self.values, right)?;
-        let mut rest = self.pattern.multiply(&self.values, &solution);
-        for (rest, right) in rest.iter_mut().zip(right) {
-            *rest -= right;
-        }
-        Ok((solution, rest))
+    /// Solves for one right-hand side; the residual is checked.
+    pub(super) fn solve(&mut self, right: &[f64]) -> Result<Vec<f64>, FieldError> {
+        let Self {
+            pattern,
+            values,
+            factor,
+        } = self;
+        Ok(solve_checked(factor, pattern, values, right)?)
     }
 }
 

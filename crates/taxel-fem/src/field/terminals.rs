@@ -4,7 +4,8 @@
 //! `[K_ff K_ft; K_tf K_tt]`. The response to terminal `j` at one and the others at
 //! zero is `x_j = -K_ff^-1 K_ft e_j`. Its flux through terminal `i`, the sum of the
 //! rows of `K phi` over the nodes of `i`, is `K_tt + K_tf x`; the product of the
-//! energies of `i` and `j` is `phi_i^T K phi_j`. Solved exactly they are equal.
+//! energies of `i` and `j` is `phi_i^T K phi_j`, summed over the cells by itself. Solved
+//! exactly they are equal.
 
 use super::FieldError;
 use super::laplace::{Coefficient, Domain};
@@ -30,12 +31,6 @@ pub(super) struct Response {
     pub(super) potentials: Vec<Vec<f64>>,
     /// What each terminal would take with all other nodes at zero.
     pub(super) stiffness: Vec<f64>,
-}
-
-/// Free potentials for one terminal at one, and what they leave of their equations.
-struct Column {
-    solution: Vec<f64>,
-    rest: Vec<f64>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -67,10 +62,11 @@ pub(super) fn respond(
     let blocks = assemble(domain, coefficients, &roles, terminals.len())?;
     let columns = solve(&blocks, unknowns, terminals.len())?;
     let potentials = columns.iter().enumerate();
-    let potentials = potentials
-        .map(|(terminal, column)| spread(&roles, terminal, &column.solution))
+    let potentials: Vec<_> = potentials
+        .map(|(terminal, column)| spread(&roles, terminal, column))
         .collect();
-    let (by_energy, by_flux) = matrices(&blocks, &columns);
+    let by_energy = energies(domain, coefficients, &potentials)?;
+    let by_flux = fluxes(&blocks, &columns);
     let stiffness = (0..terminals.len()).map(|t| blocks.terminal[t][t]);
     Ok(Response {
         by_energy,
@@ -241,7 +237,7 @@ fn assemble(
     Ok(blocks)
 }
 
-fn solve(blocks: &Blocks, unknowns: usize, count: usize) -> Result<Vec<Column>, FieldError> {
+fn solve(blocks: &Blocks, unknowns: usize, count: usize) -> Result<Vec<Vec<f64>>, FieldError> {
     let mut system = System::new(unknowns, &blocks.free)?;
     (0..count)
         .map(|terminal| {
@@ -251,8 +247,7 @@ fn solve(blocks: &Blocks, unknowns: usize, count: usize) -> Result<Vec<Column>, 
                     right[i as usize] -= value;
                 }
             }
-            let (solution, rest) = system.solve(&right)?;
-            Ok(Column { solution, rest })
+            system.solve(&right)
         })
         .collect()
 }
@@ -268,24 +263,49 @@ fn spread(roles: &[Role], terminal: usize, free: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn matrices(blocks: &Blocks, columns: &[Column]) -> (Square, Square) {
+fn fluxes(blocks: &Blocks, columns: &[Vec<f64>]) -> Square {
     let mut by_flux = blocks.terminal.clone();
     for &(i, t, value) in &blocks.mixed {
         for (j, column) in columns.iter().enumerate() {
-            by_flux[t as usize][j] += value * column.solution[i as usize];
+            by_flux[t as usize][j] += value * column[i as usize];
         }
     }
-    // phi_i^T K phi_j = flux_ij + x_i^T (K_ft e_j + K_ff x_j).
-    let energy = |i: usize, j: usize| {
-        let terms = columns[i].solution.iter().zip(&columns[j].rest);
-        by_flux[i][j] + terms.map(|(x, rest)| x * rest).sum::<f64>()
-    };
-    let count = columns.len();
-    let by_energy = (0..count)
-        .map(|i| {
-            let row = (0..count).map(|j| f64::midpoint(energy(i, j), energy(j, i)));
-            row.collect()
-        })
-        .collect();
-    (by_energy, by_flux)
+    by_flux
+}
+
+/// `phi_i^T K phi_j`, cell by cell. A constant has no energy, so the potentials are taken
+/// from that of the first node: what is small in small cells is not lost in rounding.
+fn energies(
+    domain: &Domain,
+    coefficients: &[Option<Coefficient>],
+    potentials: &[Vec<f64>],
+) -> Result<Square, FieldError> {
+    let count = potentials.len();
+    let mut energies = vec![vec![0.0; count]; count];
+    let mut local = Vec::new();
+    domain.for_each_cell(coefficients, &mut |nodes, matrix| {
+        let size = nodes.len();
+        local.clear();
+        for potential in potentials {
+            let first = potential[nodes[0] as usize];
+            local.extend(nodes.iter().map(|&node| potential[node as usize] - first));
+        }
+        for i in 0..count {
+            let phi = &local[i * size..(i + 1) * size];
+            let flux: Vec<f64> = matrix.chunks(size).map(|row| dot(row, phi)).collect();
+            for j in 0..=i {
+                energies[i][j] += dot(&flux, &local[j * size..(j + 1) * size]);
+            }
+        }
+    })?;
+    for i in 0..count {
+        for j in 0..i {
+            energies[j][i] = energies[i][j];
+        }
+    }
+    Ok(energies)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
