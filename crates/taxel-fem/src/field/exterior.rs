@@ -75,7 +75,7 @@ impl Exterior {
 
 /// Adds the image of the space outside a circle or sphere, or of the half, quarter
 /// or eighth of it that the mesh shows, to a mesh whose surface of this name lies on
-/// it. Each region at the surface continues as the region "outside <its name>" in
+/// it. Each region at the surface continues as a region of its own, "outside" before its name, in
 /// `layers` layers of cells between circle and centre.
 ///
 /// # Errors
