@@ -18,6 +18,8 @@ pub mod assembly;
 pub mod field;
 pub mod material;
 pub mod mesh;
+pub mod output;
 pub mod problem;
 pub mod scalar;
 pub mod solver;
+pub mod study;

@@ -135,27 +135,41 @@ impl Material {
         Self::new(Law::LinearElastic { shear }, volumetric)
     }
 
-    /// Refuses a law that is not stable at all stretches of a range, see [`stability`].
+    /// Refuses a law that is not stable at the stretches `smallest` (0.05 to 1) to `largest`
+    /// (1 to 20) of an incompressible solid in uniaxial and equibiaxial stretching and pure shear.
+    ///
+    /// Asked for are a positive shear modulus at small strain, [`Criterion::Drucker`] and
+    /// [`Criterion::BakerEricksen`]. Stretches are tried from one outwards in steps of
+    /// half a per cent; a loss within less than that may be missed.
     ///
     /// # Errors
-    /// [`MaterialError::Unstable`] with the first stretch where stability is lost;
-    /// [`MaterialError::OutOfRange`] for a range without one, or with a limit that is
-    /// not positive.
+    /// [`MaterialError::Unstable`] with the loss that is nearest to the undeformed state, by
+    /// the largest logarithm of its principal stretches; [`MaterialError::OutOfRange`] for
+    /// other ranges.
+    ///
+    /// # Example
+    /// ```
+    /// use taxel_fem::material::{Law, Material, Volumetric};
+    ///
+    /// // Softening that nothing stops.
+    /// let law = Law::Yeoh { c10: 1e5, c20: -1e4, c30: 0.0 };
+    /// let material = Material::new(law, Volumetric::Incompressible)?;
+    /// assert!(material.require_stable(0.9, 1.2).is_ok());
+    ///
+    /// let error = material.require_stable(0.5, 4.0).unwrap_err();
+    /// let start = "the material loses stability at stretch 1.9081 in pure shear";
+    /// assert!(error.to_string().starts_with(start));
+    /// # Ok::<(), taxel_fem::material::MaterialError>(())
+    /// ```
+    ///
+    /// [`Criterion::Drucker`]: stability::Criterion::Drucker
+    /// [`Criterion::BakerEricksen`]: stability::Criterion::BakerEricksen
     pub fn require_stable(&self, smallest: f64, largest: f64) -> Result<(), MaterialError> {
-        let contains_one = smallest > 0.0 && smallest <= 1.0;
-        within(
-            "smallest stretch",
-            smallest,
-            "greater than 0, at most 1",
-            contains_one,
-        )?;
-        let holds = largest >= 1.0 && largest.is_finite();
-        within(
-            "largest stretch",
-            largest,
-            "1 or greater, and finite",
-            holds,
-        )?;
+        let allowed = "0.05 to 1";
+        let holds = (0.05..=1.0).contains(&smallest);
+        within("smallest stretch", smallest, allowed, holds)?;
+        let holds = (1.0..=20.0).contains(&largest);
+        within("largest stretch", largest, "1 to 20", holds)?;
         Ok(stability::over_range(&self.law, smallest, largest)?)
     }
 }

@@ -57,15 +57,17 @@ fn at_point(b: &Symmetric<f64>, terms: &[OgdenTerm]) -> Answer {
     for v in 0..6 {
         answer[1 + v] = (0..3).map(|i| axes.stress[i] * dyads[i][v]).sum();
     }
+    // One side of the tangent: what each dyad is multiplied by.
+    let sides: [Symmetric<f64>; 6] = std::array::from_fn(|pair| {
+        std::array::from_fn(|w| match pair {
+            0..3 => (0..3).map(|j| axes.normal[pair][j] * dyads[j][w]).sum(),
+            _ => axes.shear[pair - 3] * dyads[pair][w],
+        })
+    });
     let mut next = 7;
     for v in 0..6 {
         for w in v..6 {
-            for i in 0..3 {
-                for j in 0..3 {
-                    answer[next] += axes.normal[i][j] * dyads[i][v] * dyads[j][w];
-                }
-                answer[next] += axes.shear[i] * dyads[3 + i][v] * dyads[3 + i][w];
-            }
+            answer[next] = (0..6).map(|pair| dyads[pair][v] * sides[pair][w]).sum();
             next += 1;
         }
     }
@@ -83,7 +85,7 @@ fn in_principal_axes(squares: [f64; 3], terms: &[OgdenTerm]) -> Principal {
     let mean = (logarithms[0] + logarithms[1] + logarithms[2]) / 3.0;
     let x = logarithms.map(|logarithm| logarithm - mean);
     let (mut energy, mut beta, mut gamma) = (0.0, [0.0; 3], [0.0; 3]);
-    for term in terms {
+    for term in used(terms) {
         for i in 0..3 {
             // No loss near the undeformed state.
             let growth = libm::expm1(term.exponent * x[i]);
@@ -103,8 +105,7 @@ fn in_principal_axes(squares: [f64; 3], terms: &[OgdenTerm]) -> Principal {
         })
     });
     let shear = [(0, 1), (1, 2), (0, 2)].map(|(i, j)| {
-        let slope = terms
-            .iter()
+        let slope = used(terms)
             .map(|term| secant(term, x[i], x[j]))
             .sum::<f64>();
         slope - 0.5 * (stress[i] + stress[j])
@@ -115,6 +116,11 @@ fn in_principal_axes(squares: [f64; 3], terms: &[OgdenTerm]) -> Principal {
         normal,
         shear,
     }
+}
+
+/// The terms that are not empty.
+fn used(terms: &[OgdenTerm]) -> impl Iterator<Item = &OgdenTerm> {
+    terms.iter().filter(|term| term.modulus != 0.0)
 }
 
 /// `mu (l_i^a - l_j^a) / 2 coth(x_i - x_j)`, by the identity

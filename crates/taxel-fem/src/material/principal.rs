@@ -32,8 +32,8 @@ fn rotate(values: &mut Tensor<f64>, directions: &mut Tensor<f64>, p: usize, q: u
         return;
     }
     let theta = (values[q][q] - values[p][p]) / (2.0 * off);
-    let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-    let c = 1.0 / t.hypot(1.0);
+    let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+    let c = 1.0 / (t * t + 1.0).sqrt();
     let s = t * c;
     values[p][p] -= t * off;
     values[q][q] += t * off;

@@ -136,11 +136,17 @@ impl History {
     }
 
     /// Second Piola-Kirchhoff stress, Pa, that the past adds at a point in this step.
+    ///
+    /// # Panics
+    /// Where there is no such point.
     pub fn carried(&self, point: usize) -> &Symmetric<f64> {
         &self.carried[point]
     }
 
     /// Ends the step at a point, once, at its deformation gradient `f`.
+    ///
+    /// # Panics
+    /// Where there is no such point.
     pub fn end_step(&mut self, point: usize, law: &Law, f: &Tensor<f64>) {
         let elastic = pulled_back(&law.response(f).stress, f);
         let terms = self.step.len();
@@ -449,7 +455,7 @@ mod tests {
             }
             assert!((found - exact.mixed).abs() < 1e-12, "{found} {exact:?}");
         }
-        // The tensor helpers themselves.
+        // Pulling back and pushing forward undo each other.
         let back = pushed_forward(&pulled_back(&response.stress, &STRETCHED), &STRETCHED);
         close(&back, &response.stress, 1e-13);
         assert_eq!(tensor(|i, j| tau[j][i]), tau);

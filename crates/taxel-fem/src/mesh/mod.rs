@@ -4,9 +4,24 @@
 //! it to be stable: 9 on a quadrilateral, 7 on a triangle, 27 on a hexahedron, 15
 //! on a tetrahedron. Local numbers follow VTK.
 
+mod axis;
 mod cell;
+mod crossing_voids;
+mod error;
+pub mod gmsh;
+mod patchwork;
+mod promote;
+pub mod quality;
+mod structured;
+mod void_cell;
 
+pub use axis::{Axis, Grading, Growth};
 pub use cell::{CellShape, FacetShape, QuadraturePoint, Shapes};
+pub use crossing_voids::CrossingVoids;
+pub use error::MeshError;
+pub use promote::LowerCell;
+pub use structured::{Grid, Grid2, Grid3, Part};
+pub use void_cell::{CornerDivision, VoidCell};
 
 use std::collections::BTreeMap;
 

@@ -44,6 +44,9 @@ pub enum Reason {
     /// The problem is not complete.
     #[error("{0}")]
     Problem(ProblemError),
+    /// The geometry makes no mesh.
+    #[error("{0}")]
+    Mesh(crate::mesh::MeshError),
     /// A cell turned inside out.
     #[error("{0}")]
     Inverted(#[from] InvertedCell),
@@ -78,7 +81,7 @@ impl Reason {
     /// True when smaller steps can't help.
     pub(crate) fn is_final(&self) -> bool {
         match self {
-            Self::Problem(_) | Self::Linear(LinearError::Memory { .. }) => true,
+            Self::Problem(_) | Self::Mesh(_) | Self::Linear(LinearError::Memory { .. }) => true,
             Self::Inverted(cell) => cell.undeformed,
             _ => false,
         }
@@ -87,7 +90,7 @@ impl Reason {
     /// What would probably help.
     pub fn advice(&self) -> &'static str {
         match self {
-            Self::Problem(_) => "Complete the problem",
+            Self::Problem(_) | Self::Mesh(_) => "Mend the input",
             Self::Inverted(cell) if cell.undeformed => {
                 "Check the geometry and the orientation of that cell"
             }

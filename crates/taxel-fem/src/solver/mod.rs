@@ -4,3 +4,4 @@ pub mod failure;
 pub mod newton;
 pub mod sparse;
 pub mod state;
+pub mod stress;

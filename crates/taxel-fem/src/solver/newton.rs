@@ -4,8 +4,9 @@ use super::failure::{Failure, Reason};
 use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 use super::state::State;
 use crate::assembly::kernel::MAX_PRESSURES;
-use crate::assembly::system::{Assembled, System};
+use crate::assembly::system::{Assembled, ContactProbe, System};
 use crate::problem::{Problem, ProblemError, Quantity, Rule};
+use crate::solver::stress::{StressPoint, stress_points};
 
 /// How a solution is sought. The defaults suit rubber.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,8 +84,29 @@ pub struct Solver {
 
 struct Previous {
     state: State,
-    /// Part of the way between the previous and the present state.
-    fraction: f64,
+    targets: Vec<f64>,
+}
+
+impl Previous {
+    /// How many times the step from here to `now` has to be repeated to come from
+    /// `now` to `aim`; none when the way turns.
+    fn ratio(&self, now: &[f64], aim: &[f64]) -> Option<f64> {
+        let last = (0..now.len()).map(|k| now[k] - self.targets[k]);
+        let next = (0..now.len()).map(|k| aim[k] - now[k]);
+        let mut ratio: Option<f64> = None;
+        for (last, next) in last.zip(next) {
+            if last == 0.0 && next == 0.0 {
+                continue;
+            }
+            let own = next / last;
+            if !(own > 0.0) || ratio.is_some_and(|known| (known / own - 1.0).abs() > 1e-6) {
+                return None;
+            }
+            ratio = ratio.or(Some(own)).filter(|ratio| ratio.is_finite());
+            ratio?;
+        }
+        ratio
+    }
 }
 
 impl Solver {
@@ -166,6 +188,18 @@ impl Solver {
             .map_err(|error| Failure::at_start(error.into()))
     }
 
+    /// Gaps and pressures of a contact, by its number, at the accepted state.
+    pub fn contact(&self, number: usize) -> ContactProbe {
+        let places = self.state.places(&self.problem.mesh);
+        self.system
+            .contact(&self.problem, &self.state, &places, number)
+    }
+
+    /// The point of the greatest von Mises stress at the accepted state.
+    pub fn greatest_stress(&self) -> Option<StressPoint> {
+        stress_points(&self.problem, &self.state).max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))
+    }
+
     /// Values of the quantities that the rules name at the present state.
     fn targets_at_rest(&mut self) -> Result<Vec<f64>, Failure> {
         let assembled = self.evaluate()?;
@@ -194,9 +228,13 @@ impl Solver {
     ) -> Result<(), Failure> {
         let start = self.targets.clone();
         let mut gone = 0.0;
-        let mut size = self.settings.first_step.min(self.settings.greatest_step);
-        // The last way may have gone in another direction and at another pace.
-        self.previous = None;
+        // A way that goes straight on keeps its pace.
+        let pace = self
+            .previous
+            .as_ref()
+            .and_then(|previous| previous.ratio(&start, targets))
+            .map_or(self.settings.first_step, |ratio| 1.5 / ratio);
+        let mut size = pace.min(self.settings.greatest_step);
         while gone < 1.0 {
             let left = 1.0 - gone;
             // No crumbs at the end.
@@ -223,7 +261,7 @@ impl Solver {
                     }
                 })
                 .collect();
-            match self.step(&aim, fraction) {
+            match self.step(&aim) {
                 Ok(mut step) => {
                     gone = end;
                     step.fraction = gone;
@@ -263,8 +301,8 @@ impl Solver {
     }
 
     /// One step to these targets; the state changes only when it converges.
-    fn step(&mut self, targets: &[f64], fraction: f64) -> Result<Step, Reason> {
-        let mut trial = self.start(fraction);
+    fn step(&mut self, targets: &[f64]) -> Result<Step, Reason> {
+        let mut trial = self.start(targets);
         let mut outcome = self.iterate(&mut trial, targets);
         if outcome.is_err() && self.previous.take().is_some() {
             // The straight line may have led astray.
@@ -282,19 +320,22 @@ impl Solver {
         let old = std::mem::replace(&mut self.state, trial);
         self.previous = Some(Previous {
             state: old,
-            fraction,
+            targets: std::mem::replace(&mut self.targets, targets.to_vec()),
         });
-        self.targets = targets.to_vec();
         Ok(step)
     }
 
     /// Where a step begins to iterate.
-    fn start(&self, fraction: f64) -> State {
+    fn start(&self, targets: &[f64]) -> State {
         let mut trial = self.state.clone();
         let Some(previous) = self.previous.as_ref().filter(|_| self.settings.extrapolate) else {
             return trial;
         };
-        let ratio = fraction / previous.fraction;
+        // Far beyond the last step the straight line means little.
+        let ratio = previous.ratio(&self.targets, targets);
+        let Some(ratio) = ratio.filter(|&ratio| ratio < 4.0) else {
+            return trial;
+        };
         let old = &previous.state;
         for (new, old) in trial.displacement.iter_mut().zip(&old.displacement) {
             for d in 0..3 {
@@ -485,8 +526,10 @@ impl Solver {
         for (column, &k) in free.iter().enumerate() {
             parameters[k] = found[column];
             axpy(found[column], &responses[column], &mut unknowns);
+            axpy(-found[column], &assembled.couplings[k], &mut right);
         }
         Ok(Change {
+            // du' K du, all loads of the change on the right.
             energy: dot(&right, &unknowns),
             given_only: free.is_empty(),
             unknowns,

@@ -142,8 +142,8 @@ pub trait Factorisation {
     fn solve(&mut self, right: &mut [f64]);
 }
 
-/// Largest relative residual that [`solve_checked`] accepts.
-pub const RESIDUAL_LIMIT: f64 = 1e-8;
+/// Largest backward error that [`solve_checked`] accepts.
+pub const RESIDUAL_LIMIT: f64 = 1e-11;
 
 /// Solves, computes the residual, refines once where it is large.
 ///
@@ -158,14 +158,17 @@ pub fn solve_checked(
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut x = right.to_vec();
     factor.solve(&mut x);
-    let scale = norm(right).max(f64::MIN_POSITIVE);
+    let entry = values
+        .iter()
+        .fold(0.0_f64, |most, value| most.max(value.abs()));
     let mut residual = f64::INFINITY;
     for _ in 0..3 {
         let mut rest = pattern.multiply(values, &x);
         for (rest, &right) in rest.iter_mut().zip(right) {
             *rest = right - *rest;
         }
-        residual = norm(&rest) / scale;
+        let scale = norm(right) + entry * norm(&x);
+        residual = norm(&rest) / scale.max(f64::MIN_POSITIVE);
         if residual <= RESIDUAL_LIMIT * 1e-2 {
             return Ok(x);
         }

@@ -20,7 +20,8 @@ pub enum Pairing {
     /// Along a fixed direction, from the first wall to the second.
     Opposite([f64; 3]),
     /// About a corner (two dimensions): the angle `(t x d)/s` between the faces, `d`
-    /// between points at equal distance `s` from the vertex, `t` along their bisector.
+    /// between points at equal distance `s` from the vertex, `t` the mean of their
+    /// tangents away from it.
     /// The energy is `1/2 k s angle^2` per length, `k` in Pa.
     Folding {
         /// Distance from the vertex along either face before deformation, m.
@@ -33,14 +34,14 @@ pub enum Pairing {
 }
 
 /// A pair of points: each node counts with a factor in the difference `d` of the two
-/// points, and in their sum measured from the vertex (zero without a vertex).
+/// points, and in the sum of their tangents (nothing where these don't matter).
 #[derive(Clone, Debug, PartialEq)]
 pub struct WallPoint {
     /// The nodes that move the pair.
     pub nodes: Vec<u32>,
     /// Factor of each node in the difference.
     pub difference: Vec<f64>,
-    /// Factor of each node in the sum.
+    /// Factor of each node in the sum of the tangents.
     pub sum: Vec<f64>,
     /// Length (area) of the wall that the pair stands for.
     pub weight: f64,
@@ -65,25 +66,21 @@ pub(crate) struct PairEnergy {
 }
 
 impl WallPoint {
-    /// A pair of two points, each given by its nodes and their shape functions; the
-    /// vertex when the walls meet there.
+    /// A pair of two points, each given by its nodes with their shape functions and
+    /// the slopes of these along the wall.
     pub fn new(
-        first: &[(u32, f64)],
-        second: &[(u32, f64)],
-        vertex: Option<u32>,
+        first: &[(u32, f64, f64)],
+        second: &[(u32, f64, f64)],
         weight: f64,
         pairing: Pairing,
     ) -> Self {
         let mut factors = BTreeMap::<u32, (f64, f64)>::new();
         for (side, sign) in [(first, -1.0), (second, 1.0)] {
-            for &(node, value) in side {
+            for &(node, value, slope) in side {
                 let entry = factors.entry(node).or_default();
                 entry.0 += sign * value;
-                entry.1 += if vertex.is_some() { value } else { 0.0 };
+                entry.1 += slope;
             }
-        }
-        if let Some(vertex) = vertex {
-            factors.entry(vertex).or_default().1 -= 2.0;
         }
         Self {
             nodes: factors.keys().copied().collect(),
@@ -92,6 +89,11 @@ impl WallPoint {
             weight,
             pairing,
         }
+    }
+
+    /// Distance between the points of the pair, m; negative where they overlap.
+    pub fn gap(&self, places: &[[f64; 3]]) -> f64 {
+        self.energy(places, 0.0, 0.0).gap
     }
 
     /// Difference and sum at these places of the nodes.
@@ -230,12 +232,17 @@ mod tests {
             turn: 1.0,
             stiffness: 7.0,
         };
-        let point = WallPoint::new(&[(0, 0.4), (1, 0.6)], &[(2, 1.0)], Some(3), 0.8, pairing);
+        let point = WallPoint::new(
+            &[(0, 0.4, -1.1), (1, 0.6, 1.1)],
+            &[(2, 0.7, 0.9), (3, 0.3, -0.9)],
+            0.8,
+            pairing,
+        );
         let places = vec![
-            [1.0, 0.2, 0.0],
+            [0.1, 0.2, 0.0],
             [1.2, 0.25, 0.0],
-            [1.1, 0.1, 0.0],
-            [0.0, 0.0, 0.0],
+            [1.1, 0.0, 0.0],
+            [0.2, 0.1, 0.0],
         ];
         let energy = point.energy(&places, 0.0, 0.0);
         assert!(energy.gap < 0.0);

@@ -1,0 +1,233 @@
+//! What can be wrong with a description of a mesh.
+
+use thiserror::Error;
+
+/// A mesh cannot be made as described.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// An axis needs one grading for each interval between its breakpoints.
+    #[error(
+        "an axis with {breakpoints} breakpoints needs one grading per interval, but has {gradings}"
+    )]
+    Gradings {
+        /// Number of breakpoints given; at least two.
+        breakpoints: usize,
+        /// Number of gradings given.
+        gradings: usize,
+    },
+    /// Breakpoints of an axis must rise.
+    #[error(
+        "interval {interval} of an axis runs from {start} to {end}; give rising, finite breakpoints"
+    )]
+    Interval {
+        /// Number of the interval from the start of the axis, from 0.
+        interval: usize,
+        /// Where it starts.
+        start: f64,
+        /// Where it ends.
+        end: f64,
+    },
+    /// A number lies outside its range.
+    #[error("{quantity} is {value}, allowed is {low} to {high}")]
+    OutOfRange {
+        /// What the number says.
+        quantity: &'static str,
+        /// What was given.
+        value: f64,
+        /// Least value allowed.
+        low: f64,
+        /// Largest value allowed.
+        high: f64,
+    },
+    /// The void leaves no solid beside it.
+    #[error("a void of width {width} does not fit in a pitch of {pitch}; the pitch must be larger")]
+    NoWall {
+        /// Width of the void.
+        width: f64,
+        /// Distance from one void to the next.
+        pitch: f64,
+    },
+    /// The grid would be larger than the numbers of its nodes can count.
+    #[error(
+        "the mesh would have {cells} cells, allowed are {limit}; make the smallest cells larger or their growth faster"
+    )]
+    TooManyCells {
+        /// Cells asked for.
+        cells: usize,
+        /// Cells allowed.
+        limit: usize,
+    },
+    /// A box must begin and end on breakpoints of the axes.
+    #[error(
+        "box \"{name}\" has a face at {value} on axis {axis}, where there is no breakpoint; the nearest is {nearest}"
+    )]
+    OffBreakpoint {
+        /// Name of the box.
+        name: String,
+        /// Number of the axis, from 0.
+        axis: usize,
+        /// Where the face lies.
+        value: f64,
+        /// Nearest breakpoint.
+        nearest: f64,
+    },
+    /// A box is empty or inside out.
+    #[error(
+        "box \"{name}\" runs from {start} to {end} on axis {axis}; its end must lie beyond its start"
+    )]
+    InsideOut {
+        /// Name of the box.
+        name: String,
+        /// Number of the axis, from 0.
+        axis: usize,
+        /// Where the box starts.
+        start: f64,
+        /// Where the box ends.
+        end: f64,
+    },
+    /// Two boxes claim the same cell.
+    #[error(
+        "boxes \"{first}\" and \"{second}\" both claim the cell at {place:?}; move one of them or give both one name"
+    )]
+    Contradiction {
+        /// Name of the earlier box.
+        first: String,
+        /// Name of the later box.
+        second: String,
+        /// Middle of the cell.
+        place: [f64; 3],
+    },
+    /// A void has the name of an outer side.
+    #[error("\"{name}\" names an outer side of the grid; give the void another name")]
+    ReservedName {
+        /// The name.
+        name: String,
+    },
+    /// Voids leave no solid.
+    #[error("the voids leave no solid")]
+    NothingLeft,
+    /// Voids cut the solid.
+    #[error("the voids cut the solid in {pieces} pieces; one of them holds {place:?}")]
+    Pieces {
+        /// Number of pieces.
+        pieces: usize,
+        /// Middle of the first cell of the second piece.
+        place: [f64; 3],
+    },
+    /// A cell has a number of nodes that its shape does not know.
+    #[error("cell {cell} has {found} nodes; its shape takes {allowed:?}")]
+    NodeCount {
+        /// Number of the cell.
+        cell: usize,
+        /// Nodes given.
+        found: usize,
+        /// Nodes allowed.
+        allowed: [usize; 3],
+    },
+    /// A cell names a node that is not there.
+    #[error("cell {cell} has node {node}, but there are {count} nodes, counted from 0")]
+    NoSuchNode {
+        /// Number of the cell.
+        cell: usize,
+        /// Number of the node.
+        node: u32,
+        /// Number of nodes.
+        count: usize,
+    },
+    /// A cell names a region that is not there.
+    #[error("cell {cell} is of region {region}, but there are {count} regions, counted from 0")]
+    NoSuchRegion {
+        /// Number of the cell.
+        cell: usize,
+        /// Number of the region.
+        region: u16,
+        /// Number of regions.
+        count: usize,
+    },
+    /// Two cells disagree about the middle of a common edge or face.
+    #[error(
+        "cell {cell} has node {second} in the middle of an edge or face where its neighbour has node {first}; give both one node"
+    )]
+    TwoMiddles {
+        /// Number of the later cell.
+        cell: usize,
+        /// Node of the earlier cell.
+        first: u32,
+        /// Node of the later cell.
+        second: u32,
+    },
+    /// Two cells have the same corners.
+    #[error("cell {cell} has the corners of cell {other}; leave one of them out")]
+    TwinCell {
+        /// Number of the later cell.
+        cell: usize,
+        /// Number of the earlier cell.
+        other: usize,
+    },
+    /// A cell is inside out or flat.
+    #[error(
+        "cell {cell} of region \"{region}\" is inside out or flat at {place:?} (relative determinant {relative:.2e}, at least 1e-6 is needed), as are {cells} cells in all; move its nodes or turn its order"
+    )]
+    Distorted {
+        /// Number of the worst cell.
+        cell: usize,
+        /// Name of its region.
+        region: String,
+        /// Its worst place.
+        place: [f64; 3],
+        /// Determinant of the map over the lengths of its columns.
+        relative: f64,
+        /// Number of such cells.
+        cells: usize,
+    },
+    /// A node belongs to no cell.
+    #[error("node {node} at {place:?} belongs to no cell, as {nodes} nodes in all; leave them out")]
+    Unreferenced {
+        /// Number of the first such node.
+        node: u32,
+        /// Where it is.
+        place: [f64; 3],
+        /// Number of such nodes.
+        nodes: usize,
+    },
+    /// Two nodes lie at one place.
+    #[error(
+        "nodes {first} and {second} both lie at {place:?}, one of {pairs} such pairs; make them one unless the solid is cut there"
+    )]
+    Coincident {
+        /// One node.
+        first: u32,
+        /// The other.
+        second: u32,
+        /// Where they are.
+        place: [f64; 3],
+        /// Number of such pairs.
+        pairs: usize,
+    },
+    /// A region has no cells.
+    #[error("region \"{name}\" has no cells")]
+    EmptyRegion {
+        /// Name of the region.
+        name: String,
+    },
+}
+
+/// A number between two limits, both allowed.
+pub(super) fn in_range(
+    quantity: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+) -> Result<f64, MeshError> {
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else {
+        Err(MeshError::OutOfRange {
+            quantity,
+            value,
+            low,
+            high,
+        })
+    }
+}

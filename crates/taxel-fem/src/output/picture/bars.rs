@@ -1,0 +1,96 @@
+//! The bars that tell lengths and colours of a picture.
+
+use std::fmt::Write as _;
+
+use super::{MARGIN, Picture, View};
+use crate::output::escape;
+
+impl Picture<'_> {
+    /// A bar of a round length, about a fifth of the drawing.
+    pub(super) fn draw_scale_bar(&self, view: &View, text: &mut String) {
+        let (name, unit) = self.unit;
+        let per_unit = view.scale * unit;
+        let length = round_step(view.size[0].max(60.0) / 5.0 / per_unit);
+        let (x, y) = (MARGIN, view.size[1] + 2.0 * MARGIN + 6.0);
+        let end = x + length * per_unit;
+        let label = escape(&format!("{} {name}", number(length, length)));
+        let _ = writeln!(
+            text,
+            "<path fill=\"none\" stroke=\"#222\" stroke-width=\"1.5\" \
+             d=\"M{x:.2} {:.2}v8m0 -4H{end:.2}m0 -4v8\"/>\n\
+             <text x=\"{:.2}\" y=\"{:.2}\">{label}</text>",
+            y - 4.0,
+            end + 8.0,
+            y + 4.5,
+        );
+    }
+
+    pub(super) fn draw_colour_bar(&self, view: &View, text: &mut String) {
+        const STEPS: usize = 64;
+        let Some(colours) = self.colours else { return };
+        let [low, high] = self.range(&colours);
+        let x = view.size[0] + 2.0 * MARGIN + 16.0;
+        let (top, height) = (MARGIN + 24.0, (view.size[1] - 24.0).max(120.0));
+        let title = match colours.unit {
+            "" => escape(colours.title),
+            unit => escape(&format!("{} [{unit}]", colours.title)),
+        };
+        let _ = writeln!(
+            text,
+            "<text x=\"{x:.2}\" y=\"{:.2}\">{title}</text>",
+            MARGIN + 10.0
+        );
+        let step = height / STEPS as f64;
+        for k in 0..STEPS {
+            let fill = colours.map.hex((k as f64 + 0.5) / STEPS as f64);
+            let y = top + height - (k + 1) as f64 * step;
+            let _ = writeln!(
+                text,
+                "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"16\" height=\"{:.2}\" fill=\"{fill}\"/>",
+                // Overlap hides the seams.
+                step + if k == 0 { 0.0 } else { 0.5 },
+            );
+        }
+        let tick = round_step((high - low) / 5.0);
+        let mut k = (low / tick - 1e-9).ceil();
+        while k * tick <= high + 1e-9 * tick {
+            let y = top + height * (1.0 - (k * tick - low) / (high - low));
+            let label = number(k * tick, tick);
+            let _ = writeln!(
+                text,
+                "<path stroke=\"#222\" d=\"M{:.2} {y:.2}h5\"/>\
+                 <text x=\"{:.2}\" y=\"{:.2}\">{label}</text>",
+                x + 16.0,
+                x + 25.0,
+                y + 4.5,
+            );
+            k += 1.0;
+        }
+    }
+}
+
+/// The nearest of 1, 2, 5, 10, ... below.
+pub(super) fn round_step(length: f64) -> f64 {
+    if !(length.is_finite() && length > 0.0) {
+        return 1.0;
+    }
+    let power = libm::pow(10.0, length.log10().floor());
+    // Rounding must not turn 1.9999999 into 1.
+    let lead = length * (1.0 + 1e-9) / power;
+    let round = [5.0, 2.0].into_iter().find(|&round| lead >= round);
+    power * round.unwrap_or(1.0)
+}
+
+/// A number with the digits that its step needs.
+pub(super) fn number(value: f64, step: f64) -> String {
+    let value = if value.abs() < 1e-9 * step {
+        0.0
+    } else {
+        value
+    };
+    if value != 0.0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
+        return format!("{value:.1e}");
+    }
+    let digits = (-step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
+    format!("{value:.digits$}")
+}

@@ -1,0 +1,104 @@
+//! Stress in a solved body.
+
+use super::state::State;
+use crate::assembly::kernel::Kinematics;
+use crate::problem::Problem;
+use crate::scalar::{Symmetric, Tensor, determinant, inverse};
+
+/// Stress and deformation at a quadrature point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StressPoint {
+    /// Number of the cell.
+    pub cell: usize,
+    /// Undeformed place.
+    pub place: [f64; 3],
+    /// Deformation gradient.
+    pub gradient: Tensor<f64>,
+    /// Cauchy stress, Pa.
+    pub cauchy: Symmetric<f64>,
+    /// Mean stress of the pressure field (tension positive), Pa.
+    pub pressure: f64,
+    /// Von Mises stress, Pa.
+    pub von_mises: f64,
+    /// Undeformed volume that the point stands for.
+    pub volume: f64,
+}
+
+/// Stress at every quadrature point (without what a solid with memory carries over).
+pub fn stress_points<'p>(
+    problem: &'p Problem,
+    state: &'p State,
+) -> impl Iterator<Item = StressPoint> + 'p {
+    let places = state.places(&problem.mesh);
+    (0..problem.mesh.cell_count()).flat_map(move |cell| stress_in(problem, state, &places, cell))
+}
+
+fn stress_in(
+    problem: &Problem,
+    state: &State,
+    places: &[[f64; 3]],
+    cell: usize,
+) -> Vec<StressPoint> {
+    let mesh = &problem.mesh;
+    let shape = mesh.shape(cell);
+    let nodes = mesh.cell(cell);
+    let dimension = mesh.dimension();
+    let material = &problem.materials[mesh.region_of(cell)];
+    let centre = mesh.points[nodes[nodes.len() - 1] as usize];
+    let size = nodes[..shape.corner_count()]
+        .iter()
+        .flat_map(|&n| (0..3).map(move |d| (mesh.points[n as usize][d] - centre[d]).abs()))
+        .fold(0.0, f64::max);
+    let map = |at: &crate::mesh::Shapes, points: &[[f64; 3]]| {
+        let mut gradient = [[0.0; 3]; 3];
+        let mut place = [0.0; 3];
+        for (n, &node) in nodes.iter().enumerate() {
+            let x = points[node as usize];
+            for i in 0..dimension {
+                place[i] += at.values[n] * x[i];
+                for k in 0..dimension {
+                    gradient[i][k] += at.gradients[n][k] * x[i];
+                }
+            }
+        }
+        match problem.kinematics {
+            Kinematics::PlaneStrain => gradient[2][2] = 1.0,
+            Kinematics::Axisymmetric => gradient[2][2] = place[0],
+            Kinematics::Solid => {}
+        }
+        (gradient, place)
+    };
+    let points = shape.quadrature().into_iter().map(|point| {
+        let shapes = shape.shapes(point.at);
+        let (undeformed, place) = map(&shapes, &mesh.points);
+        let (deformed, _) = map(&shapes, places);
+        let volume = determinant(&undeformed);
+        let inward = inverse(&undeformed, volume);
+        let gradient: Tensor<f64> = std::array::from_fn(|i| {
+            std::array::from_fn(|k| (0..3).map(|m| deformed[i][m] * inward[m][k]).sum())
+        });
+        let ratio = determinant(&gradient);
+        let response = material.law.response(&gradient);
+        let p = &state.pressures[cell];
+        let pressure = (0..dimension).fold(p[0], |sum, d| {
+            sum + p[d + 1] * (place[d] - centre[d]) / size
+        });
+        let mut cauchy = response.stress.map(|tau| tau / ratio);
+        let s = cauchy;
+        for stress in &mut cauchy[..3] {
+            *stress += pressure;
+        }
+        let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+        let squares = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
+        StressPoint {
+            cell,
+            place,
+            gradient,
+            cauchy,
+            pressure,
+            von_mises: (squares / 2.0 + 3.0 * shear).sqrt(),
+            volume: volume * point.weight,
+        }
+    });
+    points.collect()
+}

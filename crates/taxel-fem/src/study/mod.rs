@@ -1,0 +1,3 @@
+//! Bodies that are solved often: from a few lengths to a problem ready to be solved.
+
+pub mod void_cell;

@@ -1,0 +1,140 @@
+//! The closing void against independent, mesh-converged tables (lengths um, kPa).
+#![allow(clippy::unwrap_used)]
+
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{CornerDivision, VoidCell};
+use taxel_fem::study::void_cell::{Filling, VoidStudy, WallContact};
+
+const RUBBER: Material = Material {
+    law: Law::MooneyRivlin {
+        c10: 75.5,
+        c01: 5.7,
+    },
+    volumetric: Volumetric::Incompressible,
+};
+
+/// Rows of a reference table whose first columns are height, cover and total thickness.
+fn rows(table: &str, height: f64, cover: f64) -> Vec<Vec<f64>> {
+    table
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .skip(1)
+        .map(|line| {
+            line.split(',')
+                .map(|cell| cell.parse().unwrap_or(f64::NAN))
+                .collect::<Vec<f64>>()
+        })
+        .filter(|row| row[0] == height && row[1] == cover)
+        .collect()
+}
+
+fn cell(height: f64, cover: f64, smallest: f64) -> VoidCell {
+    VoidCell {
+        width: 400.0,
+        height,
+        cover,
+        base: 500.0 - height - cover,
+        pitch: 600.0,
+        fillet: 0.0,
+        division: CornerDivision {
+            smallest,
+            ..CornerDivision::default()
+        },
+    }
+}
+
+/// Greatest relative error of the net pressure over the rows of a design.
+fn net_pressure_error(height: f64, cover: f64, smallest: f64, least: f64) -> f64 {
+    let table = include_str!("reference/p4_net_pressure.csv");
+    let cell = cell(height, cover, smallest);
+    let mut study =
+        VoidStudy::new(&cell, RUBBER, &Filling::Vented, WallContact::default()).unwrap();
+    println!("{} cells", study.solver.problem().mesh.cell_count());
+    let mut worst = 0.0_f64;
+    for row in rows(table, height, cover) {
+        if row[5] < least {
+            break;
+        }
+        let before = study.solver.iterations;
+        let found = study.close(row[5]).unwrap();
+        let error = found.pressure / row[6] - 1.0;
+        println!(
+            "{height}/{cover} a {:.3} q {:.5} ref {:.5} error {error:.1e} gap {:.3} ref {:.3} fold {:.3} its {}",
+            row[5],
+            found.pressure,
+            row[6],
+            found.gap,
+            row[8],
+            found.fold,
+            study.solver.iterations - before
+        );
+        worst = worst.max(error.abs());
+    }
+    worst
+}
+
+#[test]
+fn net_pressures_are_those_of_the_converged_cell() {
+    for (height, cover, smallest) in [(20.0, 140.0, 1.0 / 30.0), (40.0, 140.0, 1.0 / 32.0)] {
+        let error = net_pressure_error(height, cover, smallest, 0.3);
+        assert!(error < 2e-3, "{height}/{cover}: {error}");
+    }
+}
+
+#[test]
+#[ignore = "all designs of the table: minutes"]
+fn all_net_pressures() {
+    for (height, cover) in [
+        (20.0, 100.0),
+        (20.0, 140.0),
+        (20.0, 200.0),
+        (40.0, 100.0),
+        (40.0, 140.0),
+        (60.0, 60.0),
+        (60.0, 120.0),
+        (60.0, 160.0),
+        (100.0, 100.0),
+        (100.0, 140.0),
+        (160.0, 120.0),
+        (160.0, 200.0),
+    ] {
+        let smallest = if height <= 60.0 { 1.0 / 30.0 } else { 0.01 };
+        let start = std::time::Instant::now();
+        let error = net_pressure_error(height, cover, smallest, 0.3);
+        println!("{height}/{cover}: {error:.1e} {:?}", start.elapsed());
+    }
+}
+
+#[test]
+#[ignore = "scratch"]
+fn scratch() {
+    let get = |name: &str, or: f64| std::env::var(name).map_or(or, |v| v.parse().unwrap());
+    let mut c = cell(get("H", 100.0), get("S", 100.0), get("SM", 0.01));
+    c.division.segments = get("SEG", 2.0) as usize;
+    let contact = WallContact {
+        folding: get("FOLD", 30.0),
+        ..WallContact::default()
+    };
+    let mut study = VoidStudy::new(&c, RUBBER, &Filling::Vented, contact).unwrap();
+    println!("{} cells", study.solver.problem().mesh.cell_count());
+    for row in rows(
+        include_str!("reference/p4_net_pressure.csv"),
+        c.height,
+        c.cover,
+    ) {
+        if row[5] < 0.3 {
+            break;
+        }
+        let before = study.solver.iterations;
+        let found = study.close(row[5]).unwrap();
+        let error = found.pressure / row[6] - 1.0;
+        println!(
+            "a {:.3} error {error:.1e} gap {:.3} ref {:.3} fold {:.3} its {}",
+            row[5],
+            found.gap,
+            row[8],
+            found.fold,
+            study.solver.iterations - before
+        );
+    }
+}
