@@ -15,6 +15,7 @@
 #![allow(clippy::cast_possible_wrap)]
 
 pub mod assembly;
+pub mod field;
 pub mod material;
 pub mod mesh;
 pub mod output;
