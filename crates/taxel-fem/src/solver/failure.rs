@@ -47,6 +47,9 @@ pub enum Reason {
     /// The geometry makes no mesh.
     #[error("{0}")]
     Mesh(crate::mesh::MeshError),
+    /// A field in the deformed shape can't be found.
+    #[error("{0}")]
+    Field(crate::field::FieldError),
     /// A cell turned inside out.
     #[error("{0}")]
     Inverted(#[from] InvertedCell),
@@ -81,7 +84,10 @@ impl Reason {
     /// True when smaller steps can't help.
     pub(crate) fn is_final(&self) -> bool {
         match self {
-            Self::Problem(_) | Self::Mesh(_) | Self::Linear(LinearError::Memory { .. }) => true,
+            Self::Problem(_)
+            | Self::Mesh(_)
+            | Self::Field(_)
+            | Self::Linear(LinearError::Memory { .. }) => true,
             Self::Inverted(cell) => cell.undeformed,
             _ => false,
         }
@@ -90,7 +96,7 @@ impl Reason {
     /// What would probably help.
     pub fn advice(&self) -> &'static str {
         match self {
-            Self::Problem(_) | Self::Mesh(_) => "Mend the input",
+            Self::Problem(_) | Self::Mesh(_) | Self::Field(_) => "Mend the input",
             Self::Inverted(cell) if cell.undeformed => {
                 "Check the geometry and the orientation of that cell"
             }

@@ -1,6 +1,7 @@
 //! Two rows of voids that cross above each other, in three dimensions.
 
 use crate::assembly::kernel::Kinematics;
+use crate::field::sections::{sections, slender_resistance};
 use crate::material::Material;
 use crate::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh};
 use crate::problem::{
@@ -21,13 +22,17 @@ pub struct Crossing {
     pub inside: [f64; 2],
     /// Volume over its value at rest.
     pub volume_ratio: [f64; 2],
-    /// Area of the thinnest section over its value at rest (over the middle of the solid
-    /// between the voids of the other row).
+    /// Area of the thinnest section over its value at rest (uniform load: over the
+    /// middle of the solid between the voids of the other row).
     pub thinnest: [f64; 2],
     /// Area of the thickest section over its value at rest (at the crossing).
     pub thickest: [f64; 2],
+    /// Resistance of a conductor in the void over that at rest, by its sections.
+    pub resistance_ratio: [f64; 2],
     /// Smallest distance between roof and floor, m.
     pub gap: [f64; 2],
+    /// Greatest von Mises stress, Pa.
+    pub stress: f64,
 }
 
 /// A quarter of the cell between the middles of crossing and solid, bonded below.
@@ -36,7 +41,6 @@ pub struct CrossingStudy {
     pub solver: Solver,
     top: Parameter,
     rest: [f64; 2],
-    far: f64,
 }
 
 /// The rows: name of the void, axis along which it runs.
@@ -56,7 +60,7 @@ impl CrossingStudy {
         let mesh = cell
             .mesh()
             .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
-        let posed = Self::pose(mesh, material, filling, contact, cell.pitch / 2.0);
+        let posed = Self::pose(mesh, material, filling, contact);
         posed.map_err(|error| Failure::at_start(Reason::Problem(error)))?
     }
 
@@ -65,7 +69,6 @@ impl CrossingStudy {
         material: Material,
         filling: &Filling,
         contact: WallContact,
-        far: f64,
     ) -> Result<Result<Self, Failure>, crate::problem::ProblemError> {
         let mut problem = Problem::new(mesh, Kinematics::Solid)?;
         problem.materials = vec![material; problem.mesh.regions.len()];
@@ -98,12 +101,7 @@ impl CrossingStudy {
             );
             problem.contacts.push(Contact::Walls(walls));
         }
-        Ok(Solver::new(problem).map(|solver| Self {
-            solver,
-            top,
-            rest,
-            far,
-        }))
+        Ok(Solver::new(problem).map(|solver| Self { solver, top, rest }))
     }
 
     /// Raises the pressure on the top to a value in Pa.
@@ -125,24 +123,37 @@ impl CrossingStudy {
         let volumes = self.solver.evaluate()?.volumes;
         let state = self.solver.state();
         let mesh = &self.solver.problem().mesh;
-        let places = state.places(mesh);
         let mut crossing = Crossing {
             pressure: state.parameters[0],
             inside: [state.parameters[1], state.parameters[2]],
             volume_ratio: [0.0; 2],
             thinnest: [0.0; 2],
             thickest: [0.0; 2],
+            resistance_ratio: [0.0; 2],
             gap: [0.0; 2],
+            stress: self
+                .solver
+                .greatest_stress()
+                .map_or(0.0, |peak| peak.von_mises),
         };
         for (row, (name, along)) in ROWS.into_iter().enumerate() {
             crossing.volume_ratio[row] = volumes[row] / self.rest[row];
-            let wall = &mesh.surfaces[name];
-            let ratio = |place: f64| {
-                let now = section_area(mesh, wall, along, place, &places);
-                now / section_area(mesh, wall, along, place, &mesh.points)
+            let mut axis = [0.0; 3];
+            axis[along] = 1.0;
+            let sections = |displacement| {
+                sections(mesh, name, displacement, axis)
+                    .map_err(|error| Failure::at_start(Reason::Field(error)))
             };
-            crossing.thickest[row] = ratio(0.0);
-            crossing.thinnest[row] = ratio(self.far);
+            let rest = sections(None)?;
+            let now = sections(Some(&state.displacement))?;
+            let ratios = rest
+                .iter()
+                .zip(&now)
+                .map(|(rest, now)| now.area / rest.area);
+            crossing.thinnest[row] = ratios.clone().fold(f64::INFINITY, f64::min);
+            crossing.thickest[row] = ratios.fold(0.0, f64::max);
+            crossing.resistance_ratio[row] =
+                slender_resistance(1.0, &now) / slender_resistance(1.0, &rest);
             let gaps = self.solver.contact(row).gaps;
             crossing.gap[row] = gaps.into_iter().fold(f64::INFINITY, f64::min);
         }
@@ -169,49 +180,6 @@ fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
         ),
         Filling::Sealed => Rule::Brings(crate::problem::Quantity::Volume(cavity)),
     }
-}
-
-/// Area inside a wall in the plane `x_along = place` (a plane of symmetry that cuts the
-/// wall in edges of its facets); the outline is closed at zero of the other level axis.
-pub fn section_area(
-    mesh: &Mesh,
-    wall: &[Facet],
-    along: usize,
-    place: f64,
-    places: &[[f64; 3]],
-) -> f64 {
-    let across = 1 - along;
-    let near = 1e-9
-        * mesh
-            .points
-            .iter()
-            .fold(0.0_f64, |most, x| most.max(x[along].abs()));
-    let edges = [[0, 1, 4], [1, 2, 5], [2, 3, 6], [3, 0, 7]];
-    let line = FacetShape::Line3;
-    let mut area = 0.0;
-    for &facet in wall {
-        let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
-        for edge in edges {
-            let edge = edge.map(|n| nodes[n] as usize);
-            if edge
-                .iter()
-                .any(|&n| (mesh.points[n][along] - place).abs() > near)
-            {
-                continue;
-            }
-            for point in line.quadrature() {
-                let shapes = line.shapes(point.at);
-                let value: f64 = (0..3)
-                    .map(|n| shapes.values[n] * places[edge[n]][across])
-                    .sum();
-                let rise: f64 = (0..3)
-                    .map(|n| shapes.gradients[n][0] * places[edge[n]][2])
-                    .sum();
-                area += point.weight * value * rise;
-            }
-        }
-    }
-    area.abs()
 }
 
 /// Pairs of points of roof and floor at equal undeformed place.
