@@ -29,6 +29,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Loads in, electrical response out
     Predict(Predict),
+    /// One question to many drawings: a table, and a map of it
+    Sweep(Sweep),
     /// Every published number of the four papers beside ours
     Reproduce(Reproduce),
     /// Frames to touch, on a page in the browser or as a summary
@@ -101,6 +103,21 @@ pub(crate) struct Predict {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Also draw the answers into this file: .svg, or .html for a page
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Sweep {
+    /// Study file (TOML), or the name of a shipped one, such as p4-sections
+    pub(crate) study: PathBuf,
+    /// How the table is written
+    #[arg(long, value_enum, default_value = "csv")]
+    pub(crate) format: Format,
+    /// Write the table to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Also draw the maps into this file: .svg, or .html for a page
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
 }

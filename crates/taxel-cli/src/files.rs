@@ -78,6 +78,18 @@ pub(crate) fn text(path: &Path) -> Result<String, Stop> {
 }
 
 /// SHA-256 in hexadecimal digits.
+/// Whether a figure goes to a page (.html) and not to a picture (.svg).
+pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("svg") => Ok(false),
+        Some("html") => Ok(true),
+        _ => Err(Stop::WrongInput(format!(
+            "--plot {}: must end in .svg or .html",
+            path.display()
+        ))),
+    }
+}
+
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes)
         .iter()

@@ -51,6 +51,7 @@ fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Check(check) => commands::check::run(check),
         Command::Predict(predict) => commands::predict::run(predict),
+        Command::Sweep(sweep) => commands::sweep::run(sweep),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
         Command::Live(live) => commands::live::run(live),
         Command::Schema(schema) => commands::schema::run(schema),

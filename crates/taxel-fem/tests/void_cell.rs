@@ -182,3 +182,48 @@ fn crossing_voids_close_as_in_space() {
         }
     }
 }
+
+#[test]
+#[ignore = "the design sweep, 100 designs at ten pressures"]
+fn design_sweep() {
+    let only = std::env::var("ONLY").unwrap_or_default();
+    for height in (20..=200).step_by(20) {
+        for cover in (20..=200).step_by(20) {
+            let name = format!("{height}/{cover}");
+            if !only.is_empty() && !only.split(' ').any(|o| o == name) {
+                continue;
+            }
+            let (height, cover) = (f64::from(height), f64::from(cover));
+            let smallest = if height <= 60.0 { 1.0 / 30.0 } else { 0.01 };
+            let start = std::time::Instant::now();
+            let mut study = VoidStudy::new(
+                &cell(height, cover, smallest),
+                RUBBER,
+                &Filling::Gas(20.265),
+                WallContact::default(),
+            )
+            .unwrap();
+            let mut line = String::new();
+            for step in 1..=10 {
+                match study.press(25.0 * f64::from(step)) {
+                    Ok(c) => {
+                        line += &format!(
+                            " {:.4}{}",
+                            c.area_ratio,
+                            if c.gap <= 0.0 { "t" } else { "" }
+                        )
+                    }
+                    Err(e) => {
+                        line += &format!(" | {e}");
+                        break;
+                    }
+                }
+            }
+            println!(
+                "{name} {:.2}s {} its:{line}",
+                start.elapsed().as_secs_f64(),
+                study.solver.iterations
+            );
+        }
+    }
+}

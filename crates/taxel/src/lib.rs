@@ -7,6 +7,7 @@
 
 pub mod acquisition;
 pub mod calibration;
+pub mod design;
 pub mod device;
 pub mod drawing;
 pub mod electronics;

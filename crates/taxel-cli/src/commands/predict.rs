@@ -122,14 +122,7 @@ fn plot(
     predictor: &dyn Predictor,
     loads: &Loads,
 ) -> Result<String, Stop> {
-    let html = match path.extension().and_then(|ending| ending.to_str()) {
-        Some("svg") => false,
-        Some("html") => true,
-        _ => {
-            let message = format!("--plot {}: must end in .svg or .html", path.display());
-            return Err(Stop::WrongInput(message));
-        }
-    };
+    let html = files::is_page(path)?;
     let figure = predict::figure(title, predictor, loads)
         .map_err(|refused| Stop::WrongInput(format!("--plot: {}", refused.message)))?;
     Ok(if html { figure.html() } else { figure.svg() })

@@ -12,8 +12,8 @@ mod preload;
 mod profile;
 mod relaxation;
 mod soft_cover;
-mod suspension;
 mod solved_voids;
+mod suspension;
 mod tabulated_cells;
 
 pub use choice::Mechanics;
@@ -41,4 +41,5 @@ pub use soft_cover::{
     Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
 };
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
+pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

@@ -1,0 +1,91 @@
+//! `taxel sweep`: one question to many drawings.
+
+use std::sync::Mutex;
+
+use serde_json::{Map, Value};
+use taxel::design::{self, Study};
+use taxel::sensor::Element;
+use taxel::table;
+
+use crate::arguments::{COMMIT, Sweep, VERSION};
+use crate::progress::Progress;
+use crate::{Done, Stop, files};
+
+pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
+    let name = arguments.study.to_string_lossy().into_owned();
+    let text = match Study::shipped_text(&name) {
+        Some(text) if !arguments.study.exists() => text.to_owned(),
+        _ => files::text(&arguments.study).map_err(with_shipped_names)?,
+    };
+    let study = Study::parse(&name, &text)?;
+    let named = files::sensor(study.sensor.as_ref())?;
+    let Element::LiquidMetalChannel(element) = &named.sensor.element else {
+        return Err(Stop::WrongInput(format!(
+            "{name}: sensor = {:?} is a {}; channel_sections needs a liquid_metal_channel",
+            study.sensor,
+            named.sensor.element.key()
+        )));
+    };
+    let plot = arguments
+        .plot
+        .as_deref()
+        .map(|path| Ok::<_, Stop>((path, files::is_page(path)?)));
+    let plot = plot.transpose()?;
+    let progress = Mutex::new(Progress::new("sweeping"));
+    let rows = design::sweep(
+        &study.channel_sections,
+        element,
+        named.sensor.array.pitch[0],
+        &|fraction| {
+            if let Ok(mut progress) = progress.lock() {
+                progress.at(fraction);
+            }
+            true
+        },
+    );
+    if let Ok(mut progress) = progress.into_inner() {
+        progress.end();
+    }
+    let mut about = Map::new();
+    for (key, value) in [
+        ("study", study.name.as_str()),
+        ("sensor", named.sensor.name.as_str()),
+        ("sensor_hash", named.hash.as_str()),
+        ("version", VERSION),
+        ("commit", COMMIT),
+    ] {
+        about.insert(key.into(), Value::from(value));
+    }
+    let answer = table::render(
+        arguments.format.into(),
+        &about,
+        &design::columns(),
+        &design::cells(&rows),
+    );
+    files::write(arguments.output.as_deref(), &answer)?;
+    if let Some((path, page)) = plot {
+        let map = design::heat_map(&study.name, &study.channel_sections, &rows);
+        files::write(Some(path), &if page { map.html() } else { map.svg() })?;
+    }
+    let ended = rows.iter().filter(|row| row.ended.is_some()).count();
+    if ended > 0 {
+        eprintln!(
+            "note: {ended} of {} designs end before the last pressure (state beyond_solution)",
+            rows.len()
+        );
+    }
+    Ok(Done::Complete)
+}
+
+fn with_shipped_names(stop: Stop) -> Stop {
+    match stop {
+        Stop::WrongInput(message) => {
+            let names: Vec<_> = Study::shipped_names().collect();
+            Stop::WrongInput(format!(
+                "{message}\nhelp: give a file, or a shipped study: {}",
+                names.join(", ")
+            ))
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,270 @@
+//! The design sweep of P4: how channels of many sections close (II.D).
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+use taxel_fem::mesh::{CornerDivision, VoidCell};
+use taxel_fem::study::void_cell::{Closure, VoidStudy, WallContact};
+
+use super::{ChannelSections, HeatMap, MapCell};
+use crate::mechanics::{fillings, solids};
+use crate::sensor::LiquidMetalChannel;
+use crate::table::{Cell, Column};
+
+/// How far a section is known at a pressure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SectionState {
+    /// Open over its whole width.
+    Open,
+    /// The roof touches the floor.
+    Touching,
+    /// The solution ended before: the change of resistance is a lower bound.
+    Beyond,
+}
+
+impl SectionState {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Touching => "touching",
+            Self::Beyond => "beyond_solution",
+        }
+    }
+}
+
+/// One section at one pressure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SectionAnswer {
+    /// Pressure on the top, Pa.
+    pub pressure: f64,
+    /// State.
+    pub state: SectionState,
+    /// The section; beyond its solution the last one known.
+    pub closure: Closure,
+}
+
+/// One design at all pressures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SectionRow {
+    /// Height of the channel, m.
+    pub height: f64,
+    /// Solid above it, m.
+    pub cover: f64,
+    /// Answers in the order of the pressures.
+    pub answers: Vec<SectionAnswer>,
+    /// Why the solution ended before the last pressure.
+    pub ended: Option<String>,
+}
+
+impl SectionAnswer {
+    /// Relative change of resistance A₀/A − 1.
+    pub fn change(&self) -> f64 {
+        1.0 / self.closure.area_ratio - 1.0
+    }
+}
+
+/// Solves every design on all cores; `progress` hears the fraction that is done, and
+/// answers whether to go on. Designs that were not begun by then are left out.
+pub fn sweep(
+    sections: &ChannelSections,
+    element: &LiquidMetalChannel,
+    pitch: f64,
+    progress: &(dyn Fn(f64) -> bool + Sync),
+) -> Vec<SectionRow> {
+    let covers = sections.covers.values();
+    let designs: Vec<(f64, f64)> = sections
+        .heights
+        .values()
+        .into_iter()
+        .flat_map(|height| covers.iter().map(move |&cover| (height, cover)))
+        .collect();
+    let done = AtomicUsize::new(0);
+    let stop = Mutex::new(false);
+    let mut rows: Vec<(usize, SectionRow)> = designs
+        .par_iter()
+        .enumerate()
+        .filter_map(|(number, &(height, cover))| {
+            if stop.lock().is_ok_and(|stop| *stop) {
+                return None;
+            }
+            let row = solve(sections, element, pitch, height, cover);
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if !progress(count as f64 / designs.len() as f64)
+                && let Ok(mut stop) = stop.lock()
+            {
+                *stop = true;
+            }
+            Some((number, row))
+        })
+        .collect();
+    rows.sort_by_key(|(number, _)| *number);
+    rows.into_iter().map(|(_, row)| row).collect()
+}
+
+/// Smallest cell over the height at which the answers stand within 0.1 %: folds of
+/// low channels stay small, those of tall ones need more cells.
+const TALL: f64 = 0.15;
+
+fn solve(
+    sections: &ChannelSections,
+    element: &LiquidMetalChannel,
+    pitch: f64,
+    height: f64,
+    cover: f64,
+) -> SectionRow {
+    let width = element.section.width;
+    let cell = VoidCell {
+        width,
+        height,
+        cover,
+        base: sections.thickness - height - cover,
+        pitch,
+        fillet: 0.0,
+        division: CornerDivision {
+            smallest: if height > TALL * width {
+                0.01
+            } else {
+                1.0 / 30.0
+            },
+            ..CornerDivision::default()
+        },
+    };
+    let mut row = SectionRow {
+        height,
+        cover,
+        answers: Vec::new(),
+        ended: None,
+    };
+    let pressures = sections.pressures.values();
+    let filling = fillings(&element.liquid.pressure);
+    let posed = VoidStudy::new(
+        &cell,
+        solids(&element.material),
+        &filling,
+        WallContact::default(),
+    );
+    let mut study = match posed {
+        Ok(study) => study,
+        Err(failure) => {
+            row.ended = Some(failure.to_string());
+            return row;
+        }
+    };
+    // A fold that cannot be followed is not found by ever smaller steps.
+    study.solver.settings.smallest_step = 5e-3;
+    for &pressure in &pressures {
+        if row.ended.is_none() {
+            match study.press(pressure) {
+                Ok(closure) => {
+                    let state = if closure.gap <= 0.0 {
+                        SectionState::Touching
+                    } else {
+                        SectionState::Open
+                    };
+                    row.answers.push(SectionAnswer {
+                        pressure,
+                        state,
+                        closure,
+                    });
+                    continue;
+                }
+                Err(failure) => row.ended = Some(failure.to_string()),
+            }
+        }
+        let Ok(closure) = study.closure() else {
+            break;
+        };
+        row.answers.push(SectionAnswer {
+            pressure,
+            state: SectionState::Beyond,
+            closure,
+        });
+    }
+    row
+}
+
+/// Columns of the table of a sweep.
+pub fn columns() -> Vec<Column> {
+    vec![
+        Column::new("height", "um", 1e-6, "m", 1),
+        Column::new("cover", "um", 1e-6, "m", 1),
+        Column::new("pressure", "kPa", 1e3, "pa", 2),
+        Column::new("area_ratio", "", 1.0, "", 5),
+        Column::new("change", "", 1.0, "", 5),
+        Column::new("internal_pressure", "kPa", 1e3, "pa", 4),
+        Column::new("gap", "um", 1e-6, "m", 4),
+        Column::new("fold", "um", 1e-6, "m", 3),
+        Column::new("greatest_stress", "kPa", 1e3, "pa", 2),
+        Column::plain("state"),
+        Column::new("solved_to_pressure", "kPa", 1e3, "pa", 3),
+    ]
+}
+
+/// The table of a sweep.
+pub fn cells(rows: &[SectionRow]) -> Vec<Vec<Cell>> {
+    rows.iter()
+        .flat_map(|row| {
+            row.answers.iter().map(|answer| {
+                let closure = &answer.closure;
+                vec![
+                    Cell::Number(row.height),
+                    Cell::Number(row.cover),
+                    Cell::Number(answer.pressure),
+                    Cell::Number(closure.area_ratio),
+                    Cell::Number(answer.change()),
+                    Cell::Number(closure.inside),
+                    Cell::Number(closure.gap),
+                    Cell::Number(closure.fold),
+                    Cell::Number(closure.stress),
+                    Cell::from(answer.state.name()),
+                    Cell::Number(closure.pressure),
+                ]
+            })
+        })
+        .collect()
+}
+
+/// The change of resistance over height and cover, one map for each pressure.
+pub fn heat_map(title: &str, sections: &ChannelSections, rows: &[SectionRow]) -> HeatMap {
+    let (heights, covers) = (sections.heights.values(), sections.covers.values());
+    let um = |lengths: &[f64]| lengths.iter().map(|x| format!("{:.0}", x * 1e6)).collect();
+    let field = |height: f64, cover: f64, number: usize| {
+        let row = rows
+            .iter()
+            .find(|row| row.height == height && row.cover == cover);
+        let answer = row.and_then(|row| row.answers.get(number));
+        MapCell {
+            value: answer.map(SectionAnswer::change),
+            mark: match answer.map(|answer| answer.state) {
+                Some(SectionState::Touching) => "*",
+                Some(SectionState::Beyond) => "<",
+                _ => "",
+            },
+        }
+    };
+    let map = |number: usize, pressure: f64| {
+        let cells = covers
+            .iter()
+            .flat_map(|&cover| heights.iter().map(move |&height| (height, cover)))
+            .map(|(height, cover)| field(height, cover, number))
+            .collect();
+        (format!("{:.0} kPa", pressure / 1e3), cells)
+    };
+    let pressures = sections.pressures.values();
+    HeatMap {
+        title: title.to_owned(),
+        value: String::from("relative change of resistance R/R0 - 1"),
+        across: (String::from("height of the channel, um"), um(&heights)),
+        upward: (String::from("cover, um"), um(&covers)),
+        maps: pressures
+            .iter()
+            .enumerate()
+            .map(|(n, &p)| map(n, p))
+            .collect(),
+        caption: String::from(
+            "* the roof touches the floor;  < the solution ended before (the number is a lower bound)",
+        ),
+    }
+}

@@ -1,0 +1,177 @@
+//! Design: the same question to many drawings.
+
+mod channel_sections;
+mod heat_map;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::input::InputError;
+use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
+use crate::toml_input;
+
+pub use channel_sections::{
+    SectionAnswer, SectionRow, SectionState, cells, columns, heat_map, sweep,
+};
+pub use heat_map::{HeatMap, MapCell};
+
+/// Shipped studies: name and text.
+const SHIPPED: &[(&str, &str)] = &[(
+    "p4-sections",
+    include_str!("../../../../studies/p4-sections.toml"),
+)];
+
+/// A study as its file describes it.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// Version of this format: 1.
+    pub schema: u32,
+    /// What people call the study.
+    pub name: String,
+    /// Sensor file, or name of a shipped one, that says what is not varied.
+    pub sensor: String,
+    /// Channels of other heights and covers (P4 II.D).
+    pub channel_sections: ChannelSections,
+}
+
+/// One row of channels, their height and cover varied.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelSections {
+    /// Thickness of the whole sheet, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub thickness: f64,
+    /// Heights of the channels.
+    pub heights: Lengths,
+    /// Solid above the channels.
+    pub covers: Lengths,
+    /// Pressures on the whole top.
+    pub pressures: Pressures,
+}
+
+/// Equally spaced lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Lengths {
+    /// First, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub from: f64,
+    /// Last, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub to: f64,
+    /// How many, 1 to 100.
+    pub count: usize,
+}
+
+/// Equally spaced pressures.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pressures {
+    /// First, Pa.
+    #[serde(deserialize_with = "quantity::one::<PositiveStress, _>")]
+    #[schemars(with = "Checked<PositiveStress>")]
+    pub from: f64,
+    /// Last, Pa.
+    #[serde(deserialize_with = "quantity::one::<PositiveStress, _>")]
+    #[schemars(with = "Checked<PositiveStress>")]
+    pub to: f64,
+    /// How many, 1 to 100.
+    pub count: usize,
+}
+
+fn spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
+    let steps = count.saturating_sub(1).max(1) as f64;
+    (0..count)
+        .map(|k| from + (to - from) * k as f64 / steps)
+        .collect()
+}
+
+impl Lengths {
+    /// The lengths, m.
+    pub fn values(&self) -> Vec<f64> {
+        spaced(self.from, self.to, self.count)
+    }
+}
+
+impl Pressures {
+    /// The pressures, Pa.
+    pub fn values(&self) -> Vec<f64> {
+        spaced(self.from, self.to, self.count)
+    }
+}
+
+impl Study {
+    /// Reads a study; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// The first mistake with its place.
+    pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
+        let study: Self = toml_input::parse(file, text)?;
+        let sections = &study.channel_sections;
+        let lists = [
+            (
+                "heights",
+                sections.heights.count,
+                [sections.heights.from, sections.heights.to],
+            ),
+            (
+                "covers",
+                sections.covers.count,
+                [sections.covers.from, sections.covers.to],
+            ),
+            (
+                "pressures",
+                sections.pressures.count,
+                [sections.pressures.from, sections.pressures.to],
+            ),
+        ];
+        for (name, count, [from, to]) in lists {
+            let path = ["channel_sections", name];
+            let wrong = |message: String, help: &str| {
+                Err(toml_input::at_key(file, text, &path, &message, help))
+            };
+            if !(1..=100).contains(&count) {
+                return wrong(
+                    format!("count = {count} is not between 1 and 100"),
+                    "give 1 to 100",
+                );
+            }
+            if to < from || (count > 1 && to == from) {
+                return wrong("the values do not rise".into(), "give to above from");
+            }
+        }
+        let tallest = sections.heights.to + sections.covers.to;
+        if tallest >= sections.thickness {
+            let um = |length: f64| length * 1e6;
+            return Err(toml_input::at_key(
+                file,
+                text,
+                &["channel_sections", "thickness"],
+                &format!(
+                    "the tallest channel under the thickest cover takes {:.4} um of a sheet of {:.4} um",
+                    um(tallest),
+                    um(sections.thickness)
+                ),
+                "give a thicker sheet, or lower channels and covers",
+            ));
+        }
+        Ok(study)
+    }
+
+    /// Names of the shipped studies.
+    pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+        SHIPPED.iter().map(|(name, _)| *name)
+    }
+
+    /// Text of a shipped study.
+    pub fn shipped_text(name: &str) -> Option<&'static str> {
+        SHIPPED
+            .iter()
+            .find(|(shipped, _)| *shipped == name)
+            .map(|(_, text)| *text)
+    }
+}
