@@ -8,6 +8,7 @@ use taxel::sensor::Element;
 use taxel::table;
 
 use crate::arguments::{COMMIT, Sweep, VERSION};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
@@ -31,6 +32,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
         .as_deref()
         .map(|path| Ok::<_, Stop>((path, files::is_page(path)?)));
     let plot = plot.transpose()?;
+    let interrupt = Interrupt::listen();
     let progress = Mutex::new(Progress::new("sweeping"));
     let rows = design::sweep(
         &study.channel_sections,
@@ -40,7 +42,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
             if let Ok(mut progress) = progress.lock() {
                 progress.at(fraction);
             }
-            true
+            !interrupt.asked()
         },
     );
     if let Ok(mut progress) = progress.into_inner() {
@@ -73,6 +75,12 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
             "note: {ended} of {} designs end before the last pressure (state beyond_solution)",
             rows.len()
         );
+    }
+    let sections = &study.channel_sections;
+    let asked = sections.heights.count * sections.covers.count;
+    if rows.len() < asked {
+        eprintln!("note: stopped after {} of {asked} designs", rows.len());
+        return Ok(Done::WithLosses);
     }
     Ok(Done::Complete)
 }

@@ -1,6 +1,7 @@
 //! From cells to the system of equations.
 
 pub mod dofs;
+mod friction;
 pub mod kernel;
 pub mod ordering;
 pub mod system;

@@ -1,6 +1,7 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
 use super::dofs::Unknowns;
+use super::friction::{Friction, friction};
 use super::kernel::{CellInput, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
 use crate::mesh::{CellShape, Facet, FacetShape};
 use crate::problem::load::FacetTable;
@@ -509,10 +510,7 @@ impl System {
             return;
         };
         let components = self.unknowns.components();
-        let shift = match obstacle.travel {
-            Some((direction, parameter)) => direction.map(|x| x * state.parameters[parameter.0]),
-            None => [0.0; 3],
-        };
+        let shift = shift_of(obstacle, state);
         let mut at = 0;
         for (facet_number, &facet) in obstacle.surface.iter().enumerate() {
             let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
@@ -534,25 +532,35 @@ impl System {
                     }
                 }
                 let gap = obstacle.shape.gap(place, shift);
-                let multiplier = state.contacts[number]
-                    .multipliers
-                    .get(at)
-                    .copied()
-                    .unwrap_or(0.0);
+                let contact = &state.contacts[number];
+                let multiplier = contact.multipliers.get(at).copied().unwrap_or(0.0);
+                let anchor = contact.anchors.get(at).copied().flatten();
                 at += 1;
                 let pressure = multiplier - obstacle.stiffness * gap.distance;
                 if pressure <= 0.0 {
                     continue;
                 }
                 out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
+                let rubbing = match anchor {
+                    Some(anchor) if obstacle.friction > 0.0 => friction(
+                        &gap,
+                        std::array::from_fn(|d| place[d] - shift[d]),
+                        anchor,
+                        obstacle.stiffness,
+                        obstacle.friction * pressure,
+                    ),
+                    _ => Friction::default(),
+                };
                 let bend = |i: usize, j: usize| {
                     area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
-                        - pressure * gap.curvature[i][j])
+                        - pressure * gap.curvature[i][j]
+                        + rubbing.tangent[i][j])
                 };
+                let push: [f64; 3] =
+                    std::array::from_fn(|i| rubbing.traction[i] - pressure * gap.normal[i]);
                 for (a, &node) in nodes.iter().enumerate() {
                     for i in 0..components {
-                        out.forces[node as usize * components + i] -=
-                            pressure * gap.normal[i] * values[a] * area;
+                        out.forces[node as usize * components + i] += push[i] * values[a] * area;
                     }
                 }
                 let of =
@@ -572,7 +580,7 @@ impl System {
                         }
                     }
                     for i in 0..3 {
-                        out.along[parameter.0] += pressure * gap.normal[i] * direction[i] * area;
+                        out.along[parameter.0] -= push[i] * direction[i] * area;
                         for j in 0..3 {
                             out.cross[parameter.0][parameter.0] +=
                                 direction[i] * bend(i, j) * direction[j];
@@ -690,39 +698,90 @@ impl System {
                 }
             }
             Contact::Obstacle(obstacle) => {
-                let shift = match obstacle.travel {
-                    Some((direction, parameter)) => {
-                        direction.map(|x| x * state.parameters[parameter.0])
-                    }
-                    None => [0.0; 3],
-                };
+                let shift = shift_of(obstacle, state);
                 let mut at = 0;
-                for &facet in &obstacle.surface {
-                    let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
-                    let shape = problem.mesh.shape(facet.cell as usize).facet_shape();
-                    let undeformed: Vec<[f64; 3]> = nodes
-                        .iter()
-                        .map(|&node| problem.mesh.points[node as usize])
-                        .collect();
-                    let points = self
-                        .facet_table(shape)
-                        .points(&undeformed, problem.kinematics);
-                    for point in points {
-                        let mut place = [0.0; 3];
-                        for (n, &node) in nodes.iter().enumerate() {
-                            for d in 0..3 {
-                                place[d] += point.shapes.values[n] * places[node as usize][d];
-                            }
-                        }
-                        let gap = obstacle.shape.gap(place, shift).distance;
-                        let pressure = (multiplier(at) - obstacle.stiffness * gap).max(0.0);
-                        probe.note(gap, pressure, point.place, true);
-                        at += 1;
-                    }
-                }
+                self.each_contact_point(problem, &obstacle.surface, places, &mut |place, rest| {
+                    let gap = obstacle.shape.gap(place, shift).distance;
+                    let pressure = (multiplier(at) - obstacle.stiffness * gap).max(0.0);
+                    probe.note(gap, pressure, rest, true);
+                    at += 1;
+                });
             }
         }
         probe
+    }
+}
+
+impl System {
+    /// Notes where the points of rough obstacles rest, after a step has converged.
+    pub(crate) fn anchor(&self, problem: &Problem, state: &mut State) {
+        let places = state.places(&problem.mesh);
+        for number in 0..problem.contacts.len() {
+            let Contact::Obstacle(obstacle) = &problem.contacts[number] else {
+                continue;
+            };
+            if obstacle.friction <= 0.0 {
+                continue;
+            }
+            let shift = shift_of(obstacle, state);
+            let old = std::mem::take(&mut state.contacts[number].anchors);
+            let multipliers = &state.contacts[number].multipliers;
+            let mut anchors = Vec::new();
+            self.each_contact_point(problem, &obstacle.surface, &places, &mut |place, _| {
+                let at = anchors.len();
+                let gap = obstacle.shape.gap(place, shift);
+                let multiplier = multipliers.get(at).copied().unwrap_or(0.0);
+                let pressure = multiplier - obstacle.stiffness * gap.distance;
+                let here = std::array::from_fn(|d| place[d] - shift[d]);
+                anchors.push(match old.get(at).copied().flatten() {
+                    _ if pressure <= 0.0 => None,
+                    None => Some(here),
+                    Some(anchor) => {
+                        let limit = obstacle.friction * pressure;
+                        Some(friction(&gap, here, anchor, obstacle.stiffness, limit).anchor)
+                    }
+                });
+            });
+            state.contacts[number].anchors = anchors;
+        }
+    }
+
+    /// Present and undeformed place of every contact point of a surface, in order.
+    fn each_contact_point(
+        &self,
+        problem: &Problem,
+        surface: &[Facet],
+        places: &[[f64; 3]],
+        hears: &mut dyn FnMut([f64; 3], [f64; 3]),
+    ) {
+        for &facet in surface {
+            let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
+            let shape = problem.mesh.shape(facet.cell as usize).facet_shape();
+            let undeformed: Vec<[f64; 3]> = nodes
+                .iter()
+                .map(|&node| problem.mesh.points[node as usize])
+                .collect();
+            for point in self
+                .facet_table(shape)
+                .points(&undeformed, problem.kinematics)
+            {
+                let mut place = [0.0; 3];
+                for (n, &node) in nodes.iter().enumerate() {
+                    for d in 0..3 {
+                        place[d] += point.shapes.values[n] * places[node as usize][d];
+                    }
+                }
+                hears(place, point.place);
+            }
+        }
+    }
+}
+
+/// How far the travel of an obstacle has gone.
+fn shift_of(obstacle: &crate::problem::Obstacle, state: &State) -> [f64; 3] {
+    match obstacle.travel {
+        Some((direction, parameter)) => direction.map(|x| x * state.parameters[parameter.0]),
+        None => [0.0; 3],
     }
 }
 

@@ -84,7 +84,7 @@ impl Relaxation {
 }
 
 /// What the points of a solid remember.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct History {
     relaxation: Relaxation,
     /// `S0` of each point at the end of the last step, Pa.
@@ -107,6 +107,11 @@ impl History {
             carried: vec![[0.0; 6]; points],
             step: vec![(1.0, 0.0); terms],
         }
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.elastic.len()
     }
 
     /// Starts a step of `duration` in s and returns its factor: isochoric stress and tangent

@@ -10,7 +10,8 @@ pub mod contact;
 pub mod load;
 
 use crate::assembly::kernel::Kinematics;
-use crate::material::Material;
+use crate::material::viscoelastic::Relaxation;
+use crate::material::{Material, MaterialError};
 use crate::mesh::{Facet, Mesh};
 pub use cavity::{Cavity, CavityLaw};
 pub use contact::{Contact, Obstacle, Pairing, Shape, WallPoint, Walls};
@@ -75,6 +76,8 @@ pub struct Problem {
     pub kinematics: Kinematics,
     /// Solid of each region of the mesh.
     pub materials: Vec<Material>,
+    /// Relaxation of each region, for solids with memory; may be shorter.
+    pub relaxations: Vec<Option<Relaxation>>,
     /// Held components.
     pub supports: Vec<Support>,
     /// Follower pressures.
@@ -88,6 +91,9 @@ pub struct Problem {
     names: Vec<String>,
     rules: Vec<Rule>,
 }
+
+/// Every solid has to be stable up to this stretch and down to its inverse.
+const STABLE_TO: f64 = 1.25;
 
 /// Why a problem can't be posed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -115,6 +121,14 @@ pub enum ProblemError {
     /// A region of cells has no solid.
     #[error("region {0:?} has no material")]
     NoMaterial(String),
+    /// A solid that is not stable at moderate strain.
+    #[error("region {region:?}: {reason}")]
+    Unstable {
+        /// Name of the region.
+        region: String,
+        /// What is wrong with its constants.
+        reason: MaterialError,
+    },
     /// Nothing keeps the body from moving in a direction.
     #[error("nothing holds the body against motion in component {0}: add a support or a contact")]
     NotHeld(usize),
@@ -138,6 +152,7 @@ impl Problem {
             mesh,
             kinematics,
             materials: Vec::new(),
+            relaxations: Vec::new(),
             supports: Vec::new(),
             pressures: Vec::new(),
             dead_loads: Vec::new(),
@@ -235,6 +250,14 @@ impl Problem {
     pub fn check(&self) -> Result<(), ProblemError> {
         if let Some(name) = self.mesh.regions.get(self.materials.len()) {
             return Err(ProblemError::NoMaterial(name.clone()));
+        }
+        for (region, material) in self.mesh.regions.iter().zip(&self.materials) {
+            material
+                .require_stable(1.0 / STABLE_TO, STABLE_TO)
+                .map_err(|reason| ProblemError::Unstable {
+                    region: region.clone(),
+                    reason,
+                })?;
         }
         for component in 0..self.kinematics.components() {
             // The radius is held by the axis.

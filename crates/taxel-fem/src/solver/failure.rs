@@ -75,6 +75,21 @@ pub enum Reason {
         /// Energy norms of the iterations.
         energies: Vec<f64>,
     },
+    /// A solid has no resistance left in some direction.
+    #[error(
+        "the solid {region:?} lost its ellipticity in cell {cell} near ({:.6e}, {:.6e}, {:.6e}): it would form a crease or a band there", .place[0], .place[1], .place[2]
+    )]
+    LostEllipticity {
+        /// Number of the cell.
+        cell: usize,
+        /// Name of its region.
+        region: String,
+        /// Undeformed place.
+        place: [f64; 3],
+    },
+    /// The equilibrium found under given loads is not stable.
+    #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it")]
+    Unstable,
     /// The quantity that controls the step does not respond to its parameter.
     #[error("the controlled quantity does not respond to its parameter")]
     ControlLost,
@@ -107,8 +122,11 @@ impl Reason {
                 "Add a support in the direction that is free, or control by displacement instead of load"
             }
             Self::Linear(_) => "Check materials for extreme ratios of stiffness",
-            Self::NotANumber | Self::NotConverged { .. } => {
+            Self::NotANumber | Self::NotConverged { .. } | Self::Unstable => {
                 "Probably a limit of the load: control by displacement, volume or arc length instead; or allow smaller steps"
+            }
+            Self::LostEllipticity { .. } => {
+                "The law has left its range: use constants fitted to this strain, or a law that stiffens"
             }
             Self::Chatter { .. } => "Lower the contact stiffness or refine the touching surface",
             Self::ControlLost => "Choose a quantity that the parameter changes",

@@ -1,11 +1,13 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
 use super::failure::{Failure, Reason};
+use super::memory::remember;
 use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 use super::state::State;
 use crate::assembly::kernel::MAX_PRESSURES;
 use crate::assembly::system::{Assembled, ContactProbe, System};
-use crate::problem::{Problem, ProblemError, Quantity, Rule};
+use crate::material::stability::ellipticity;
+use crate::problem::{Contact, Problem, ProblemError, Quantity, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 
 /// How a solution is sought. The defaults suit rubber.
@@ -28,6 +30,9 @@ pub struct Settings {
     pub extrapolate: bool,
     /// Rounds of contact multipliers in a step.
     pub rounds: usize,
+    /// Under given loads only stable equilibria are accepted: beyond a limit point the
+    /// iteration may find another one far away.
+    pub stable: bool,
 }
 
 impl Default for Settings {
@@ -41,6 +46,7 @@ impl Default for Settings {
             smallest_step: 1e-4,
             extrapolate: true,
             rounds: 8,
+            stable: true,
         }
     }
 }
@@ -64,6 +70,9 @@ pub enum Continue {
     /// Stop here; the accepted state stays.
     Stop,
 }
+
+/// Points of the greatest stress that are looked at after a failure.
+const SUSPECTS: usize = 100;
 
 /// A problem being solved: the last accepted state and what is reused between steps.
 pub struct Solver {
@@ -224,8 +233,23 @@ impl Solver {
     pub fn go(
         &mut self,
         targets: &[f64],
+        seen: impl FnMut(&State, &Step) -> Continue,
+    ) -> Result<(), Failure> {
+        self.go_in(0.0, targets, seen)
+    }
+
+    /// The same at constant pace in a time in s, for solids with memory; [`Self::go`]
+    /// takes no time at all.
+    ///
+    /// # Errors
+    /// As [`Self::go`].
+    pub fn go_in(
+        &mut self,
+        duration: f64,
+        targets: &[f64],
         mut seen: impl FnMut(&State, &Step) -> Continue,
     ) -> Result<(), Failure> {
+        let duration = duration.max(0.0);
         let start = self.targets.clone();
         let mut gone = 0.0;
         // A way that goes straight on keeps its pace.
@@ -261,7 +285,7 @@ impl Solver {
                     }
                 })
                 .collect();
-            match self.step(&aim) {
+            match self.step(&aim, duration * (end - gone)) {
                 Ok(mut step) => {
                     gone = end;
                     step.fraction = gone;
@@ -280,7 +304,7 @@ impl Solver {
                     size = fraction / 3.0;
                     if size < self.settings.smallest_step || reason.is_final() {
                         return Err(Failure {
-                            reason,
+                            reason: self.deeper(reason),
                             fraction: gone,
                             parameters: self.named_parameters(),
                         });
@@ -289,6 +313,28 @@ impl Solver {
             }
         }
         Ok(())
+    }
+
+    /// A reason in the solid behind one of the iteration.
+    fn deeper(&self, reason: Reason) -> Reason {
+        if !matches!(
+            reason,
+            Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable
+        ) {
+            return reason;
+        }
+        let mut points: Vec<StressPoint> = stress_points(&self.problem, &self.state).collect();
+        points.sort_by(|a, b| b.von_mises.total_cmp(&a.von_mises));
+        let mesh = &self.problem.mesh;
+        let lost = points.iter().take(SUSPECTS).find(|point| {
+            let material = &self.problem.materials[mesh.region_of(point.cell)];
+            !ellipticity(material, &point.gradient, point.pressure).holds()
+        });
+        lost.map_or(reason, |point| Reason::LostEllipticity {
+            cell: point.cell,
+            region: mesh.regions[mesh.region_of(point.cell)].clone(),
+            place: point.place,
+        })
     }
 
     fn named_parameters(&self) -> Vec<(String, f64)> {
@@ -301,22 +347,29 @@ impl Solver {
     }
 
     /// One step to these targets; the state changes only when it converges.
-    fn step(&mut self, targets: &[f64]) -> Result<Step, Reason> {
+    fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
         let mut trial = self.start(targets);
+        trial.memory.begin(duration);
         let mut outcome = self.iterate(&mut trial, targets);
         if outcome.is_err() && self.previous.take().is_some() {
             // The straight line may have led astray.
             trial = self.state.clone();
+            trial.memory.begin(duration);
             outcome = self.iterate(&mut trial, targets);
         }
         let mut step = outcome?;
+        // Rounds of multipliers change little: they are measured by the step's own scale.
+        let scale = self.scale;
         for _ in 0..self.settings.rounds {
             if !self.renew_multipliers(&mut trial) {
                 break;
             }
             let round = self.iterate(&mut trial, targets)?;
             step.iterations += round.iterations;
+            self.scale = scale;
         }
+        remember(&self.problem, &mut trial);
+        self.system.anchor(&self.problem, &mut trial);
         let old = std::mem::replace(&mut self.state, trial);
         self.previous = Some(Previous {
             state: old,
@@ -357,7 +410,10 @@ impl Solver {
         let mut assembled = self.system.assemble(&self.problem, trial, true)?;
         let mut first = 0.0_f64;
         let mut energies = Vec::new();
-        for iteration in 1..=self.settings.iterations {
+        // The tangent of sliding friction is symmetrised: the last digits come slowly.
+        let rough = self.problem.contacts.iter().any(Contact::is_rough);
+        let most = self.settings.iterations * if rough { 3 } else { 1 };
+        for iteration in 1..=most {
             let values = &assembled.values;
             let definiteness = self
                 .factor
@@ -374,6 +430,13 @@ impl Solver {
             let done = energy <= self.settings.tolerance * scale;
             let before = trial.clone();
             self.apply(trial, &before, &assembled, &change, 1.0);
+            if done
+                && definiteness == Definiteness::Indefinite
+                && change.given_only
+                && self.settings.stable
+            {
+                return Err(Reason::Unstable);
+            }
             if done {
                 self.scale = first.max(0.3 * self.scale);
                 return Ok(Step {

@@ -1,6 +1,7 @@
 //! Where a solution stands.
 
 use crate::assembly::kernel::{MAX_PRESSURES, Memory};
+use crate::material::viscoelastic::History;
 use crate::mesh::Mesh;
 use crate::problem::Problem;
 use crate::problem::contact::ContactState;
@@ -27,6 +28,8 @@ pub struct Carried {
     /// Factor of the present stress and carried stresses of each cell; empty without
     /// memory.
     pub cells: Vec<(f64, Vec<Symmetric<f64>>)>,
+    /// History of each cell that relaxes; empty without memory.
+    pub histories: Vec<Option<History>>,
 }
 
 impl Carried {
@@ -48,7 +51,7 @@ impl State {
             pressures: vec![[0.0; MAX_PRESSURES]; problem.mesh.cell_count()],
             parameters: vec![0.0; problem.rules().len()],
             contacts: vec![ContactState::default(); problem.contacts.len()],
-            memory: Carried::default(),
+            memory: Carried::rest(problem),
         }
     }
 

@@ -25,8 +25,9 @@ pub enum Contact {
 pub struct ContactState {
     /// Multiplier of each contact point, Pa.
     pub multipliers: Vec<f64>,
-    /// Sliding that each contact point is held back from: elastic slip, m.
-    pub slip: Vec<[f64; 3]>,
+    /// With friction: where each touching point of an obstacle's partner would rest
+    /// without traction, in the frame of the obstacle.
+    pub anchors: Vec<Option<[f64; 3]>>,
 }
 
 /// What a contact does in a solution.
@@ -45,6 +46,11 @@ pub struct ContactReport {
 }
 
 impl Contact {
+    /// Whether it rubs.
+    pub(crate) fn is_rough(&self) -> bool {
+        matches!(self, Self::Obstacle(obstacle) if obstacle.friction > 0.0)
+    }
+
     /// Overlap in m above which the multipliers are renewed.
     pub fn overlap_limit(&self) -> f64 {
         match self {

@@ -1,0 +1,317 @@
+//! What the solver does beside elastic loading: memory, friction, limit points,
+//! restart, and failures that say why.
+#![allow(clippy::unwrap_used)]
+
+use taxel_fem::assembly::kernel::Kinematics;
+use taxel_fem::material::viscoelastic::{PronyTerm, Relaxation};
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{Axis, Grid2};
+use taxel_fem::problem::load::traction;
+use taxel_fem::problem::{
+    Cavity, Contact, DeadLoad, Motion, Obstacle, Problem, ProblemError, Quantity, Rule, Shape,
+};
+use taxel_fem::solver::failure::Reason;
+use taxel_fem::solver::newton::{Continue, Solver};
+
+const RUBBER: Material = Material {
+    law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
+    volumetric: Volumetric::Incompressible,
+};
+
+/// A rectangle of unit thickness from the origin, shear modulus 1.
+fn rectangle(size: [f64; 2], cells: [usize; 2]) -> Problem {
+    let axes = [
+        Axis::uniform(0.0, size[0], cells[0]).unwrap(),
+        Axis::uniform(0.0, size[1], cells[1]).unwrap(),
+    ];
+    let mesh = Grid2::new(axes, "rubber").mesh().unwrap();
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials.push(RUBBER);
+    problem
+}
+
+#[test]
+fn a_held_body_relaxes_by_its_series() {
+    let relaxation = Relaxation::new(&[
+        PronyTerm {
+            fraction: 0.3,
+            time: 1.0,
+        },
+        PronyTerm {
+            fraction: 0.2,
+            time: 10.0,
+        },
+    ])
+    .unwrap();
+    let mut problem = rectangle([1.0, 1.0], [2, 2]);
+    problem.relaxations = vec![Some(relaxation.clone())];
+    problem.support("left", 0, Motion::Held).unwrap();
+    problem.support("bottom", 1, Motion::Held).unwrap();
+    let pull = problem.parameter("pull", Rule::Given);
+    problem
+        .support("top", 1, Motion::Driven(pull, 1.0))
+        .unwrap();
+    let mut solver = Solver::new(problem).unwrap();
+    solver.go(&[0.5], |_, _| Continue::Yes).unwrap();
+    // Plane strain, stretch 1.5: P = l - l^-3.
+    let sudden = solver.evaluate().unwrap().along[0];
+    assert!((sudden - (1.5 - 1.5_f64.powi(-3))).abs() < 1e-8, "{sudden}");
+    let mut time = 0.0;
+    for wait in [0.1, 0.9, 4.0, 30.0] {
+        solver.go_in(wait, &[0.5], |_, _| Continue::Yes).unwrap();
+        time += wait;
+        let force = solver.evaluate().unwrap().along[0];
+        let exact = sudden * relaxation.remaining(time);
+        assert!((force / exact - 1.0).abs() < 1e-8, "{time} {force} {exact}");
+    }
+}
+
+#[test]
+fn a_block_sticks_and_then_slides_on_a_rough_plane() {
+    let mut problem = rectangle([4.0, 1.0], [4, 1]);
+    let press = problem.parameter("press", Rule::Given);
+    let drag = problem.parameter("drag", Rule::Given);
+    problem
+        .support("top", 1, Motion::Driven(press, -1.0))
+        .unwrap();
+    problem
+        .support("top", 0, Motion::Driven(drag, 1.0))
+        .unwrap();
+    let surface = problem.surface("bottom").unwrap();
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface,
+        shape: Shape::HalfSpace {
+            point: [0.0; 3],
+            normal: [0.0, 1.0, 0.0],
+        },
+        travel: None,
+        stiffness: 200.0,
+        friction: 0.3,
+        overlap_limit: 1e-3,
+    }));
+    let mut solver = Solver::new(problem).unwrap();
+    solver.go(&[0.05, 0.0], |_, _| Continue::Yes).unwrap();
+    let mut last = 0.0;
+    let mut pulls = Vec::new();
+    for step in 1..=4 {
+        solver
+            .go(&[0.05, 0.2 * f64::from(step)], |_, _| Continue::Yes)
+            .unwrap();
+        let along = solver.evaluate().unwrap().along;
+        let ratio = along[1] / along[0];
+        assert!(ratio <= 0.3 + 1e-6, "{ratio}");
+        assert!(ratio >= last - 1e-3, "{ratio} after {last}");
+        last = ratio;
+        pulls.push(ratio);
+    }
+    // It sticks at first (elastic shear) and slides as a whole at the end.
+    assert!(pulls[0] < 0.28, "{pulls:?}");
+    assert!((last - 0.3).abs() < 1e-6, "{pulls:?}");
+    let overlap = solver.contact(0).overlap;
+    assert!(overlap <= 1e-3, "{overlap}");
+}
+
+/// A thin ring under inner pressure (plane strain cylinder has no maximum; a balloon
+/// does): quarter of a sphere, axisymmetric, as a bent grid.
+fn balloon(thickness: f64) -> Problem {
+    let axes = [
+        Axis::uniform(0.0, 1.0, 1).unwrap(),
+        Axis::uniform(0.0, 1.0, 12).unwrap(),
+    ];
+    let mut mesh = Grid2::new(axes, "rubber").mesh().unwrap();
+    for point in &mut mesh.points {
+        let angle = std::f64::consts::FRAC_PI_2 * point[1];
+        let radius = 1.0 + thickness * (point[0] - 0.5);
+        *point = [radius * angle.cos(), radius * angle.sin(), 0.0];
+    }
+    let mut problem = Problem::new(mesh, Kinematics::Axisymmetric).unwrap();
+    problem.materials.push(RUBBER);
+    problem.support("bottom", 1, Motion::Held).unwrap();
+    problem.support("top", 0, Motion::Held).unwrap();
+    problem
+}
+
+#[test]
+fn arc_length_and_volume_go_over_the_limit_point_of_a_balloon() {
+    // p r0 / (G t0) = 2 (l^-1 - l^-7): greatest 1.2394629 at l = 7^(1/6).
+    let thickness = 0.01;
+    for by_arc in [false, true] {
+        let mut problem = balloon(thickness);
+        let inside = problem.parameter("pressure", Rule::Given);
+        let wall = problem.surface("left").unwrap();
+        problem.cavities.push(Cavity {
+            wall,
+            axis: 0,
+            pressure: inside,
+        });
+        let quantity = if by_arc {
+            Quantity::Arc(1.0)
+        } else {
+            Quantity::Volume(0)
+        };
+        problem.set_rule(inside, Rule::Brings(quantity));
+        let mut solver = Solver::new(problem).unwrap();
+        solver.settings.first_step = 0.02;
+        solver.settings.greatest_step = 0.05;
+        let rest = solver.targets()[0];
+        let goal = if by_arc { 6.0 } else { 6.0 * rest };
+        let mut path = Vec::new();
+        solver
+            .go(&[goal], |state, _| {
+                path.push(state.parameters[0] / thickness);
+                Continue::Yes
+            })
+            .unwrap();
+        let highest = path.iter().copied().fold(0.0, f64::max);
+        assert!(
+            (highest / 1.2394629 - 1.0).abs() < 3e-3,
+            "{by_arc} {highest}"
+        );
+        assert!(
+            *path.last().unwrap() < 0.97 * highest,
+            "{by_arc}: beyond the maximum"
+        );
+    }
+}
+
+#[test]
+fn a_load_beyond_the_limit_fails_with_its_reason_and_keeps_what_was_reached() {
+    let mut problem = balloon(0.01);
+    let inside = problem.parameter("pressure", Rule::Given);
+    let wall = problem.surface("left").unwrap();
+    problem.cavities.push(Cavity {
+        wall,
+        axis: 0,
+        pressure: inside,
+    });
+    let mut solver = Solver::new(problem).unwrap();
+    let failure = solver.go(&[0.013], |_, _| Continue::Yes).unwrap_err();
+    assert!(
+        failure.fraction > 0.9 && failure.fraction < 0.96,
+        "{failure}"
+    );
+    assert_eq!(failure.parameters[0].0, "pressure");
+    let text = failure.to_string();
+    assert!(
+        text.contains("last good state") && text.contains("control"),
+        "{text}"
+    );
+    // What was reached stays, and the solution goes on from there.
+    let reached = solver.state().parameters[0];
+    assert!((reached / 0.013 - failure.fraction).abs() < 1e-9);
+    let back = [0.5 * reached];
+    solver.go(&back, |_, _| Continue::Yes).unwrap();
+}
+
+#[test]
+fn a_restart_from_an_accepted_step_ends_at_the_same_state() {
+    let pose = || {
+        let mut problem = rectangle([2.0, 1.0], [4, 2]);
+        problem.clamp("bottom").unwrap();
+        let push = problem.parameter("push", Rule::Given);
+        problem.support("top", 0, Motion::Held).unwrap();
+        problem
+            .support("top", 1, Motion::Driven(push, -1.0))
+            .unwrap();
+        Solver::new(problem).unwrap()
+    };
+    let mut whole = pose();
+    let mut kept = None;
+    whole
+        .go(&[0.3], |state, step| {
+            if step.fraction < 0.6 {
+                kept = Some((state.clone(), 0.3 * step.fraction));
+            }
+            Continue::Yes
+        })
+        .unwrap();
+    let (state, reached) = kept.unwrap();
+    let mut second = pose();
+    second.restart(state, vec![reached]);
+    second.go(&[0.3], |_, _| Continue::Yes).unwrap();
+    for (a, b) in whole
+        .state()
+        .displacement
+        .iter()
+        .zip(&second.state().displacement)
+    {
+        assert!((a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-9);
+    }
+    // Stopping keeps the steps so far.
+    let mut third = pose();
+    third
+        .go(&[0.3], |_, step| {
+            if step.fraction > 0.3 {
+                Continue::Stop
+            } else {
+                Continue::Yes
+            }
+        })
+        .unwrap();
+    assert!(third.state().parameters[0] > 0.09 && third.state().parameters[0] < 0.3);
+}
+
+#[test]
+fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
+    let loose = rectangle([1.0, 1.0], [1, 1]);
+    let failure = Solver::new(loose).err().unwrap();
+    assert_eq!(
+        failure.reason,
+        Reason::Problem(ProblemError::NotHeld(0)),
+        "{failure}"
+    );
+
+    let mut unstable = rectangle([1.0, 1.0], [1, 1]);
+    unstable.clamp("bottom").unwrap();
+    unstable.materials[0].law = Law::MooneyRivlin {
+        c10: 0.4326,
+        c01: -0.841,
+    };
+    let failure = Solver::new(unstable).err().unwrap();
+    assert!(failure.to_string().contains("rubber"), "{failure}");
+
+    let mut unnamed = rectangle([1.0, 1.0], [1, 1]);
+    let error = unnamed.clamp("ground").unwrap_err();
+    assert!(error.to_string().contains("bottom"), "{error}");
+
+    // Held against one motion only: the matrix is singular, and it is said.
+    let mut sliding = rectangle([1.0, 1.0], [1, 1]);
+    sliding.support("bottom", 1, Motion::Held).unwrap();
+    sliding.mesh.node_sets.insert("corner".into(), Vec::new());
+    sliding.support("corner", 0, Motion::Held).unwrap();
+    let failure = match Solver::new(sliding) {
+        Err(failure) => failure,
+        Ok(mut solver) => solver.go(&[], |_, _| Continue::Yes).unwrap_err(),
+    };
+    assert!(failure.to_string().contains("support"), "{failure}");
+}
+
+#[test]
+fn a_dead_load_and_its_control_by_force_agree() {
+    // Uniform tension on the top of a free-sided block, found by displacement.
+    let pose = |rule: Rule| {
+        let mut problem = rectangle([1.0, 1.0], [2, 2]);
+        problem.support("left", 0, Motion::Held).unwrap();
+        problem.support("bottom", 1, Motion::Held).unwrap();
+        let load = problem.parameter("load", rule);
+        let surface = problem.surface("top").unwrap();
+        let forces = traction(&problem.mesh, problem.kinematics, &surface, |_| {
+            [0.0, 1.0, 0.0]
+        });
+        problem.dead_loads.push(DeadLoad {
+            forces,
+            parameter: load,
+        });
+        Solver::new(problem).unwrap()
+    };
+    let stretch = 1.4_f64;
+    let nominal = stretch - stretch.powi(-3);
+    let mut by_load = pose(Rule::Given);
+    by_load.go(&[nominal], |_, _| Continue::Yes).unwrap();
+    let top = by_load.problem().mesh.nodes_of("top").unwrap()[0];
+    let rise = by_load.state().displacement[top as usize][1];
+    assert!((rise - 0.4).abs() < 1e-8, "{rise}");
+    let mut by_motion = pose(Rule::Brings(Quantity::Displacement(top, 1)));
+    by_motion.go(&[0.4], |_, _| Continue::Yes).unwrap();
+    assert!((by_motion.state().parameters[0] - nominal).abs() < 1e-8);
+}
