@@ -22,3 +22,4 @@ pub mod problem;
 pub mod scalar;
 pub mod solver;
 pub mod study;
+pub mod verify;
