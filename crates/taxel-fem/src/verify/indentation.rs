@@ -109,7 +109,7 @@ fn pressed(case: &mut Case, layer: &Layer, product: f64, cells: usize) -> Result
     let mesh = layer.mesh(
         Grading::Uniform(cells),
         smallest,
-        if layer.height > 10.0 {
+        if layer.height > 2.0 * FAR {
             f64::INFINITY
         } else {
             0.125
@@ -126,12 +126,13 @@ fn pressed(case: &mut Case, layer: &Layer, product: f64, cells: usize) -> Result
             radius,
         },
         travel: Some(([0.0, -1.0, 0.0], travel)),
-        stiffness: 100.0 / smallest,
+        stiffness: 5.0 / smallest,
         friction: 0.0,
         overlap_limit: 1e-5 * depth,
     }));
     let mut solver = eager(problem)?;
-    solver.settings.first_step = 0.5;
+    solver.settings.first_step = 0.2;
+    solver.settings.iterations = 30;
     case.sized(&solver);
     go(&mut solver, &[depth])?;
     let force = solver.evaluate()?.along[0].abs();

@@ -6,7 +6,7 @@
 use super::tools::{body, eager, from_start, go, node_near, plane, towards_end, with_poisson};
 use super::{Case, Effort};
 use crate::assembly::kernel::Kinematics;
-use crate::mesh::{Axis, Grading};
+use crate::mesh::Axis;
 use crate::problem::{Cavity, Motion, Rule};
 use crate::solver::failure::Failure;
 
@@ -16,16 +16,11 @@ const PRESSURE: f64 = 1e-5;
 
 /// Height and area of the opened slit over those of the formula.
 fn opened(case: &mut Case, poisson: f64, smallest: f64) -> Result<[f64; 2], Failure> {
-    let largest = 30.0;
-    let along = Axis::new(
-        &[0.0, 1.0, FAR],
-        &[
-            towards_end(smallest, 1.5, 0.1),
-            from_start(smallest, 1.5, largest),
-        ],
-    )?;
-    let gradings: [Grading; 1] = [from_start(smallest, 1.5, largest)];
-    let up = Axis::new(&[0.0, FAR], &gradings)?;
+    let near = from_start(smallest, 1.5, 1.0);
+    let away = from_start(1.0, 1.5, 30.0);
+    let slit = towards_end(smallest, 1.5, 0.1);
+    let along = Axis::new(&[0.0, 1.0, 5.0, FAR], &[slit, near, away])?;
+    let up = Axis::new(&[0.0, 4.0, FAR], &[near, away])?;
     let mut mesh = plane(along, up)?;
     mesh.name_boundary("slit", |x| x[1] == 0.0 && x[0] <= 1.0);
     mesh.name_boundary("ahead", |x| x[1] == 0.0 && x[0] >= 1.0);
