@@ -20,7 +20,7 @@ struct Layer {
 const FAR: f64 = 50.0;
 
 impl Layer {
-    /// Depth and radius graded from the surface; `inner` divides the radius of contact.
+    /// Depth and radius graded from the surface at height zero; `inner` divides the radius of contact.
     fn mesh(&self, inner: Grading, smallest: f64, largest: f64) -> Result<Mesh, Failure> {
         // Cells may grow where the field is smooth: with their distance.
         let near = from_start(smallest, 1.5, largest);
@@ -29,17 +29,17 @@ impl Layer {
             let (away, deep) = (from_start(10.0, 1.5, 1e3), towards_end(10.0, 1.5, 1e3));
             (
                 Axis::new(&[0.0, self.contact, FAR, self.side], &[inner, near, away])?,
-                Axis::new(&[0.0, self.height - FAR, self.height], &[deep, below])?,
+                Axis::new(&[-self.height, -FAR, 0.0], &[deep, below])?,
             )
         } else {
             (
                 Axis::new(&[0.0, self.contact, self.side], &[inner, near])?,
-                Axis::new(&[0.0, self.height], &[below])?,
+                Axis::new(&[-self.height, 0.0], &[below])?,
             )
         };
         let mut mesh = plane(radius, depth)?;
-        let (height, contact) = (self.height, self.contact);
-        mesh.name_boundary("contact", |x| x[1] == height && x[0] <= contact);
+        let contact = self.contact;
+        mesh.name_boundary("contact", |x| x[1] == 0.0 && x[0] <= contact);
         Ok(mesh)
     }
 }
@@ -122,7 +122,7 @@ fn pressed(case: &mut Case, layer: &Layer, product: f64, cells: usize) -> Result
     problem.contacts.push(Contact::Obstacle(Obstacle {
         surface: problem.surface("contact")?,
         shape: Shape::Sphere {
-            centre: [0.0, layer.height + radius, 0.0],
+            centre: [0.0, radius, 0.0],
             radius,
         },
         travel: Some(([0.0, -1.0, 0.0], travel)),
@@ -132,6 +132,8 @@ fn pressed(case: &mut Case, layer: &Layer, product: f64, cells: usize) -> Result
     }));
     let mut solver = eager(problem)?;
     solver.settings.first_step = 0.2;
+    // The distance from a far centre is rounded; the force is in error by the square.
+    solver.settings.tolerance = 1e-5;
     solver.settings.iterations = 30;
     case.sized(&solver);
     go(&mut solver, &[depth])?;

@@ -104,7 +104,7 @@ fn twisted(case: &mut Case, count: usize, twist: f64) -> Result<[f64; 2], Failur
 
 pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
     let (count, twists): (usize, &[f64]) = match effort {
-        Effort::Full => (5, &[0.2, 0.5, 1.0]),
+        Effort::Full => (5, &[0.5, 1.0]),
         Effort::Short => (3, &[1.0]),
     };
     // The error falls with the fourth power of the cells around: 2 % with one.
