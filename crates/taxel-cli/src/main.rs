@@ -51,6 +51,7 @@ fn main() -> ExitCode {
         Command::Check(check) => commands::check::run(check),
         Command::Predict(predict) => commands::predict::run(predict),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
+        Command::Verify(verify) => commands::verify::run(verify),
         Command::Live(live) => commands::live::run(live),
         Command::Schema(schema) => commands::schema::run(schema),
     };

@@ -5,3 +5,4 @@ pub(crate) mod live;
 pub(crate) mod predict;
 pub(crate) mod reproduce;
 pub(crate) mod schema;
+pub(crate) mod verify;
