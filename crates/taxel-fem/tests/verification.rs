@@ -1,5 +1,7 @@
 //! Every case of verification, shortened.
 #![allow(clippy::unwrap_used)]
+// What is out of tolerance is judged by its numbers.
+#![allow(clippy::print_stdout)]
 
 use std::time::Instant;
 

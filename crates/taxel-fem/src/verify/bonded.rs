@@ -38,11 +38,12 @@ fn strip(half_length: f64, cells: usize) -> Result<Problem, Failure> {
 }
 
 pub(super) fn compressed(case: &mut Case, effort: Effort) -> Result<(), Failure> {
-    case.note = "The closed form holds away from the ends; what they disturb dies out within \
+    case.note = String::from(
+        "The closed form holds away from the ends; what they disturb dies out within \
                  their distance over the thickness. The strip is four times as long as high to \
                  each side and the stretch is read half a height from its middle. Beyond the \
-                 rows the bonded ends fold."
-        .to_owned();
+                 rows the bonded ends fold.",
+    );
     let (cells, rows) = match effort {
         Effort::Full => (10, &ROWS[..4]),
         Effort::Short => (6, &ROWS[..3]),

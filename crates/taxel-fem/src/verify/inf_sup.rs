@@ -241,9 +241,10 @@ fn smallest(
 }
 
 pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
-    case.note = "The last number over the one before it must not fall below one by more than a \
-                 tenth: a pair that is not stable loses half with every halving of the cells."
-        .to_owned();
+    case.note = String::from(
+        "The last number over the one before it must not fall below one by more than a \
+                 tenth: a pair that is not stable loses half with every halving of the cells.",
+    );
     for shape in SHAPES {
         let counts: &[usize] = match (shape.dimension(), effort) {
             (2, Effort::Full) => &[2, 4, 8, 16],

@@ -137,11 +137,14 @@ fn solved(case: &mut Case, shape: CellShape, count: usize) -> Result<[f64; 3], F
 }
 
 pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
-    case.note = "The solid keeps its volume; three sides follow the map, one is loaded.".to_owned();
+    case.note =
+        String::from("The solid keeps its volume; three sides follow the map, one is loaded.");
     for shape in SHAPES {
         let counts: &[usize] = match (shape, effort) {
             (CellShape::Quad9 | CellShape::Tri7, Effort::Full) => &[4, 8, 16, 32],
-            (CellShape::Quad9 | CellShape::Tri7, Effort::Short) => &[4, 8, 16],
+            (CellShape::Quad9, Effort::Short) => &[4, 8, 16],
+            // Triangles reach their rates on finer meshes.
+            (CellShape::Tri7, Effort::Short) => &[8, 16, 32],
             (CellShape::Hex27, Effort::Full) => &[2, 4, 8],
             (CellShape::Tet15, Effort::Full) => &[2, 4, 6],
             (_, Effort::Short) => &[2, 4],

@@ -127,7 +127,11 @@ pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
         );
     }
     let mut points = Vec::new();
-    for count in [1, 2, 3] {
+    let counts: &[usize] = match effort {
+        Effort::Full => &[1, 2, 3],
+        Effort::Short => &[1, 2],
+    };
+    for &count in counts {
         let [found, _] = twisted(case, count, 1.0)?;
         points.push((1.0 / count as f64, (found / torque(1.0) - 1.0).abs()));
     }
