@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Sweep(Sweep),
     /// Every published number of the four papers beside ours
     Reproduce(Reproduce),
+    /// The solver of soft solids against exact solutions and other programs
+    Verify(Verify),
     /// Frames to touch, on a page in the browser or as a summary
     Live(Live),
     /// Print the JSON schema of the sensor file or of the stimulus script, or
@@ -196,6 +198,20 @@ pub(crate) struct Reproduce {
     #[arg(long, value_enum)]
     pub(crate) format: Option<ReportFormat>,
     /// Write the report to this file
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verify {
+    /// Only these cases: a group (A, B, C), a family (B7) or a case (B2); all
+    /// if none is named
+    pub(crate) cases: Vec<String>,
+    /// Coarser meshes and fewer rows
+    #[arg(long)]
+    pub(crate) short: bool,
+    /// Also write a report to this file: .html, or .json for SI values. It is
+    /// written after each case, so that an interrupted run leaves what is done
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 }

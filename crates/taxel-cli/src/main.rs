@@ -54,6 +54,7 @@ fn main() -> ExitCode {
         Command::Predict(predict) => commands::predict::run(predict),
         Command::Sweep(sweep) => commands::sweep::run(sweep),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
+        Command::Verify(verify) => commands::verify::run(verify),
         Command::Live(live) => commands::live::run(live),
         Command::Schema(schema) => commands::schema::run(schema),
     };

@@ -23,3 +23,4 @@ pub mod problem;
 pub mod scalar;
 pub mod solver;
 pub mod study;
+pub mod verify;

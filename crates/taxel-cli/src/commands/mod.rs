@@ -6,3 +6,4 @@ pub(crate) mod predict;
 pub(crate) mod reproduce;
 pub(crate) mod schema;
 pub(crate) mod sweep;
+pub(crate) mod verify;

@@ -55,7 +55,7 @@ impl Kinematics {
 }
 
 /// Bulk over shear modulus of the elimination where the solid keeps its volume.
-const ELIMINATION_RATIO: f64 = 1e5;
+pub(crate) const ELIMINATION_RATIO: f64 = 1e5;
 /// Most pressure functions of a cell.
 pub const MAX_PRESSURES: usize = 4;
 /// Most nodes of a cell.

@@ -1,0 +1,88 @@
+//! `taxel verify`: the solver of soft solids beside what is known from outside.
+
+mod report;
+
+use std::path::Path;
+use std::time::Instant;
+
+use taxel::table;
+use taxel_fem::verify::{self, Effort, Event, Outcome};
+
+use crate::arguments::{ReportFormat, Verify};
+use crate::{Done, Stop, files};
+
+pub(crate) fn run(arguments: &Verify) -> Result<Done, Stop> {
+    let format = arguments.output.as_deref().map(format).transpose()?;
+    let effort = if arguments.short {
+        Effort::Short
+    } else {
+        Effort::Full
+    };
+    let names: Vec<&str> = arguments.cases.iter().map(String::as_str).collect();
+    let start = Instant::now();
+    let mut begun = start;
+    let mut finished: Vec<Outcome> = Vec::new();
+    let mut trouble = Ok(Done::Complete);
+    let outcomes = verify::run(effort, &names, &mut |event| match event {
+        Event::Begins { entry, done } => {
+            begun = Instant::now();
+            let left = left(start.elapsed().as_secs_f64(), done);
+            eprintln!("{:3.0} %  {} {}{left}", 100.0 * done, entry.id, entry.title);
+        }
+        Event::Ended(outcome) => {
+            if let Ok(case) = &mut outcome.result {
+                case.seconds = Some(begun.elapsed().as_secs_f64());
+            }
+            let shown = files::write(None, &report::text(outcome));
+            finished.push(outcome.clone());
+            let written = match (&arguments.output, format) {
+                (Some(path), Some(format)) => write(path, format, &finished),
+                _ => Ok(Done::Complete),
+            };
+            if trouble.is_ok() {
+                trouble = shown.and(written);
+            }
+        }
+    });
+    let outcomes = outcomes.map_err(|unknown| Stop::WrongInput(unknown.to_string()))?;
+    trouble?;
+    let failed: Vec<&str> = outcomes
+        .iter()
+        .filter(|outcome| !outcome.holds())
+        .map(|outcome| outcome.entry.id)
+        .collect();
+    if failed.is_empty() {
+        Ok(Done::Complete)
+    } else {
+        let message = format!("not within tolerance: {}", failed.join(", "));
+        Err(Stop::Failed(message))
+    }
+}
+
+/// How long the rest will probably take; nothing while there is nothing to tell it from.
+fn left(elapsed: f64, done: f64) -> String {
+    if done < 0.05 {
+        return String::new();
+    }
+    format!("  (about {:.0} s left)", elapsed * (1.0 - done) / done)
+}
+
+fn write(path: &Path, format: ReportFormat, outcomes: &[Outcome]) -> Result<Done, Stop> {
+    let text = match format {
+        ReportFormat::Html => report::html(outcomes),
+        ReportFormat::Json => table::json(&report::json(outcomes)),
+    };
+    files::write(Some(path), &text)
+}
+
+fn format(path: &Path) -> Result<ReportFormat, Stop> {
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("html") => Ok(ReportFormat::Html),
+        Some("json") => Ok(ReportFormat::Json),
+        _ => {
+            let place = path.display();
+            let message = format!("--output {place}: must end in .html or .json");
+            Err(Stop::WrongInput(message))
+        }
+    }
+}

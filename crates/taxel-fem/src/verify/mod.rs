@@ -1,0 +1,420 @@
+//! Cases with an answer from outside: closed forms, published numbers, other programs.
+//!
+//! Each case solves its problem with this library and puts what it finds beside what
+//! is known. It reads no clock and no file: who runs the cases may measure them.
+
+mod bonded;
+mod cook;
+mod homogeneous;
+mod indentation;
+mod inf_sup;
+mod manufactured;
+mod patch;
+mod pressurised;
+mod slit;
+mod tools;
+mod torsion;
+
+use crate::mesh::MeshError;
+use crate::problem::ProblemError;
+use crate::solver::failure::{Failure, Reason};
+
+/// Where the answer of a case comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A closed form, or an equation solved to more digits than are compared.
+    Exact,
+    /// Numbers printed elsewhere.
+    Published,
+    /// Numbers of a program that shares no code with this one.
+    IndependentProgram,
+    /// What this library found before: it shows changes, and proves nothing.
+    OwnRegression,
+}
+
+impl Kind {
+    /// All kinds, the strongest first.
+    pub const ALL: [Self; 4] = [
+        Self::Exact,
+        Self::Published,
+        Self::IndependentProgram,
+        Self::OwnRegression,
+    ];
+
+    /// Name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact solution",
+            Self::Published => "published number",
+            Self::IndependentProgram => "independent program",
+            Self::OwnRegression => "own earlier result",
+        }
+    }
+
+    /// Name in files.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Published => "published",
+            Self::IndependentProgram => "independent_program",
+            Self::OwnRegression => "own_regression",
+        }
+    }
+}
+
+/// How much is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Coarser meshes and fewer rows; every case is tried.
+    Short,
+    /// All rows, each to its own tolerance.
+    Full,
+}
+
+/// How far ours may lie from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// Share of the outside number.
+    Relative(f64),
+    /// In the unit of the quantity.
+    Absolute(f64),
+}
+
+/// A number from outside beside ours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// What is compared.
+    pub what: String,
+    /// The number from outside.
+    pub outside: f64,
+    /// The number found here.
+    pub ours: f64,
+    /// How far they may lie apart.
+    pub tolerance: Tolerance,
+    /// Unit of both numbers, SI; empty for a plain number.
+    pub unit: &'static str,
+}
+
+impl Compared {
+    /// Distance of ours from outside, in the sense of the tolerance.
+    pub fn difference(&self) -> f64 {
+        match self.tolerance {
+            Tolerance::Relative(_) => self.ours / self.outside - 1.0,
+            Tolerance::Absolute(_) => self.ours - self.outside,
+        }
+    }
+
+    /// Whether ours lies within the tolerance; what is not a number does not.
+    pub fn holds(&self) -> bool {
+        let (Tolerance::Relative(limit) | Tolerance::Absolute(limit)) = self.tolerance;
+        self.difference().abs() <= limit
+    }
+}
+
+/// Errors on a sequence of meshes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refinement {
+    /// What is in error.
+    pub what: String,
+    /// Size of the cells (a share of the body) and error (a share of the answer).
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Refinement {
+    /// Slope of the error over the size between the two finest meshes, in powers; none
+    /// with fewer than two errors above zero.
+    pub fn slope(&self) -> Option<f64> {
+        let [.., coarse, fine] = self.points.as_slice() else {
+            return None;
+        };
+        let slope = (coarse.1 / fine.1).ln() / (coarse.0 / fine.0).ln();
+        slope.is_finite().then_some(slope)
+    }
+}
+
+/// What a case found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Short name, such as `B2`.
+    pub id: &'static str,
+    /// What is solved.
+    pub title: &'static str,
+    /// Where the answer comes from.
+    pub kind: Kind,
+    /// Numbers side by side.
+    pub quantities: Vec<Compared>,
+    /// Cells and displacement unknowns of the finest mesh.
+    pub mesh: (usize, usize),
+    /// Errors on sequences of meshes.
+    pub refinement: Vec<Refinement>,
+    /// What has to be known to judge the numbers; may be empty.
+    pub note: String,
+    /// Time it took, for the caller to fill in.
+    pub seconds: Option<f64>,
+}
+
+impl Case {
+    fn new(entry: &Entry) -> Self {
+        Self {
+            id: entry.id,
+            title: entry.title,
+            kind: entry.kind,
+            quantities: Vec::new(),
+            mesh: (0, 0),
+            refinement: Vec::new(),
+            note: String::new(),
+            seconds: None,
+        }
+    }
+
+    /// Whether every number is within its tolerance, and there is one.
+    pub fn holds(&self) -> bool {
+        !self.quantities.is_empty() && self.quantities.iter().all(Compared::holds)
+    }
+
+    fn relative(&mut self, what: impl Into<String>, outside: f64, ours: f64, limit: f64) {
+        self.compare(what, outside, ours, Tolerance::Relative(limit), "");
+    }
+
+    fn absolute(&mut self, what: impl Into<String>, outside: f64, ours: f64, limit: f64) {
+        self.compare(what, outside, ours, Tolerance::Absolute(limit), "");
+    }
+
+    fn compare(
+        &mut self,
+        what: impl Into<String>,
+        outside: f64,
+        ours: f64,
+        tolerance: Tolerance,
+        unit: &'static str,
+    ) {
+        self.quantities.push(Compared {
+            what: what.into(),
+            outside,
+            ours,
+            tolerance,
+            unit,
+        });
+    }
+
+    /// Keeps the size of the largest mesh.
+    fn sized(&mut self, solver: &crate::solver::newton::Solver) {
+        self.mesh = self
+            .mesh
+            .max((solver.problem().mesh.cell_count(), solver.unknowns()));
+    }
+}
+
+/// A case that can be run.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// Short name, such as `B2`.
+    pub id: &'static str,
+    /// What is solved.
+    pub title: &'static str,
+    /// Where the answer comes from.
+    pub kind: Kind,
+    /// Rough share of the time of a full run, for estimates.
+    pub work: f64,
+    solve: fn(&mut Case, Effort) -> Result<(), Failure>,
+}
+
+impl Entry {
+    /// Solves the case.
+    ///
+    /// # Errors
+    /// When a problem of the case has no solution here.
+    pub fn run(&self, effort: Effort) -> Result<Case, Failure> {
+        let mut case = Case::new(self);
+        (self.solve)(&mut case, effort)?;
+        Ok(case)
+    }
+
+    /// Whether a name means this case: its own, that of its family (`B7` of `B7.1`), or
+    /// the letter of its group.
+    pub fn is_meant_by(&self, name: &str) -> bool {
+        let name = name.to_ascii_uppercase();
+        match self.id.strip_prefix(name.as_str()) {
+            Some("") => true,
+            Some(rest) => name.len() == 1 || rest.starts_with('.'),
+            None => false,
+        }
+    }
+}
+
+macro_rules! entries {
+    ($($id:literal, $kind:ident, $work:literal, $solve:path, $title:literal;)*) => {
+        /// All cases in their order. A further group is a further line for each case.
+        pub const ENTRIES: &[Entry] = &[$(Entry {
+            id: $id,
+            title: $title,
+            kind: Kind::$kind,
+            work: $work,
+            solve: $solve,
+        }),*];
+    };
+}
+
+entries! {
+    "A", Exact, 1.0, homogeneous::solve, "Homogeneous states of every law";
+    "B1", Exact, 3.0, pressurised::balloon, "Thin spherical balloon past its limit point";
+    "B2", Exact, 6.0, pressurised::sphere, "Thick sphere under internal pressure";
+    "B3", Exact, 4.0, pressurised::cylinder, "Thick cylinder under internal pressure, plane strain";
+    "B4", Exact, 6.0, torsion::solve, "Torsion of a solid cylinder";
+    "B5", Exact, 4.0, bonded::compressed, "Bonded layer in large compression";
+    "B6", Published, 6.0, bonded::small, "Bonded strips and discs at small strain";
+    "B7.1", Published, 4.0, cook::compressible, "Cook's membrane, compressible";
+    "B7.2", IndependentProgram, 8.0, cook::nearly_incompressible, "Cook's membrane, nearly incompressible";
+    "B7.3", IndependentProgram, 4.0, cook::stiff, "Cook's membrane, the third set of data";
+    "B9", Exact, 20.0, manufactured::solve, "Manufactured solutions: rates of convergence";
+    "B10.1", Exact, 1.0, patch::solve, "Patch tests at finite stretch on distorted meshes";
+    "B10.2", Exact, 10.0, inf_sup::solve, "Inf-sup constant under refinement";
+    "C1", Exact, 3.0, indentation::hertz, "Sphere on a half space (Hertz)";
+    "C2", Exact, 10.0, indentation::punch, "Flat punch on a bonded layer";
+    "C3", Exact, 10.0, indentation::sphere_on_layer, "Sphere on a bonded layer";
+    "C5", Exact, 2.0, slit::solve, "Slit under pressure";
+}
+
+/// What happens while cases run.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// A case begins.
+    Begins {
+        /// The case.
+        entry: &'static Entry,
+        /// Share of the work that is done, 0 to 1.
+        done: f64,
+    },
+    /// A case has ended; its time may be filled in.
+    Ended(&'a mut Outcome),
+}
+
+/// A case with what became of it.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The case.
+    pub entry: &'static Entry,
+    /// What it found.
+    pub result: Result<Case, Failure>,
+}
+
+impl Outcome {
+    /// Whether the case was solved and all its numbers are within tolerance.
+    pub fn holds(&self) -> bool {
+        self.result.as_ref().is_ok_and(Case::holds)
+    }
+}
+
+/// A name that means no case.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no case {name:?}; give a letter or one of {}", known())]
+pub struct UnknownCase {
+    /// The name.
+    pub name: String,
+}
+
+fn known() -> String {
+    let ids: Vec<&str> = ENTRIES.iter().map(|entry| entry.id).collect();
+    ids.join(", ")
+}
+
+/// The cases that these names mean, in the order of [`ENTRIES`]; all without names.
+///
+/// # Errors
+/// When a name means no case.
+pub fn chosen(names: &[&str]) -> Result<Vec<&'static Entry>, UnknownCase> {
+    let meant = |name: &str| ENTRIES.iter().any(|entry| entry.is_meant_by(name));
+    if let Some(name) = names.iter().find(|name| !meant(name)) {
+        let name = (*name).to_owned();
+        return Err(UnknownCase { name });
+    }
+    let wanted =
+        |entry: &&Entry| names.is_empty() || names.iter().any(|name| entry.is_meant_by(name));
+    Ok(ENTRIES.iter().filter(wanted).collect())
+}
+
+/// Runs the cases that `only` means (all without names); `progress` hears of each. A
+/// case that fails does not end the run.
+///
+/// # Errors
+/// When a name means no case.
+///
+/// # Example
+/// ```
+/// use taxel_fem::verify::{Effort, Event, run};
+/// let mut ended = 0;
+/// let outcomes = run(Effort::Short, &["A"], &mut |event| {
+///     ended += usize::from(matches!(event, Event::Ended(_)));
+/// })?;
+/// assert!(outcomes.len() == ended && outcomes[0].holds());
+/// # Ok::<(), taxel_fem::verify::UnknownCase>(())
+/// ```
+pub fn run(
+    effort: Effort,
+    only: &[&str],
+    progress: &mut dyn FnMut(Event<'_>),
+) -> Result<Vec<Outcome>, UnknownCase> {
+    let entries = chosen(only)?;
+    let all: f64 = entries.iter().map(|entry| entry.work).sum();
+    let mut done = 0.0;
+    let mut outcomes = Vec::new();
+    for entry in entries {
+        progress(Event::Begins {
+            entry,
+            done: done / all,
+        });
+        let result = entry.run(effort);
+        let mut outcome = Outcome { entry, result };
+        progress(Event::Ended(&mut outcome));
+        outcomes.push(outcome);
+        done += entry.work;
+    }
+    Ok(outcomes)
+}
+
+impl From<ProblemError> for Failure {
+    fn from(error: ProblemError) -> Self {
+        Self::at_start(error.into())
+    }
+}
+
+impl From<MeshError> for Failure {
+    fn from(error: MeshError) -> Self {
+        Self::at_start(Reason::Mesh(error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_means_itself_its_family_or_its_group() {
+        let ids = |name| -> Vec<&str> {
+            let entries = chosen(&[name]).unwrap_or_default();
+            entries.iter().map(|entry| entry.id).collect()
+        };
+        assert_eq!(ids("B1"), ["B1"]);
+        assert_eq!(ids("b7"), ["B7.1", "B7.2", "B7.3"]);
+        assert_eq!(ids("C"), ["C1", "C2", "C3", "C5"]);
+        assert!(chosen(&["B2", "Z"]).is_err() && chosen(&[""]).is_err());
+    }
+
+    #[test]
+    fn what_is_not_a_number_does_not_hold() {
+        let mut case = Case::new(&ENTRIES[0]);
+        assert!(!case.holds());
+        case.relative("x", 1.0, f64::NAN, 1.0);
+        assert!(!case.holds());
+    }
+
+    #[test]
+    fn the_slope_is_that_of_the_two_finest_meshes() {
+        let points = vec![(1.0, 5.0), (0.5, 0.4), (0.25, 0.05)];
+        let refinement = Refinement {
+            what: String::new(),
+            points,
+        };
+        assert!((refinement.slope().unwrap_or(0.0) - 3.0).abs() < 1e-12);
+    }
+}
