@@ -129,7 +129,7 @@ pub(crate) fn map_at(mesh: &Mesh, cell: usize, at: [f64; 3]) -> [[f64; 3]; 3] {
 
 /// Gradient of the place in reference coordinates; in the plane the third direction is
 /// kept.
-fn map(mesh: &Mesh, cell: usize, shapes: &Shapes) -> [[f64; 3]; 3] {
+pub(crate) fn map(mesh: &Mesh, cell: usize, shapes: &Shapes) -> [[f64; 3]; 3] {
     let mut map = [[0.0; 3]; 3];
     for (gradient, &node) in shapes.gradients.iter().zip(mesh.cell(cell)) {
         let point = mesh.points[node as usize];

@@ -426,7 +426,9 @@ impl Solver {
             }
             energies.push(energy);
             first = first.max(energy);
-            let scale = first.max(self.scale);
+            // A good start has little to fall; it must not end before it has begun.
+            let share = if rough { 1.0 } else { 0.03 };
+            let scale = first.max(share * self.scale);
             let done = energy <= self.settings.tolerance * scale;
             let before = trial.clone();
             self.apply(trial, &before, &assembled, &change, 1.0);

@@ -70,7 +70,7 @@ fn mass(mesh: &Mesh, cell: usize, size: usize) -> [[f64; MAX_PRESSURES]; MAX_PRE
     let mut mass = [[0.0; MAX_PRESSURES]; MAX_PRESSURES];
     for point in shape.quadrature() {
         let place = super::tools::place_in(mesh, cell, point.at);
-        let map = crate::mesh::quality::map(mesh, cell, point.at);
+        let map = crate::mesh::quality::map(mesh, cell, &shape.shapes(point.at));
         let weight = determinant(&map) * point.weight;
         let function = |m: usize| {
             if m == 0 {

@@ -5,12 +5,14 @@
 
 mod bonded;
 mod cook;
+mod fields;
 mod homogeneous;
 mod indentation;
 mod inf_sup;
 mod manufactured;
 mod patch;
 mod pressurised;
+mod scaling;
 mod slit;
 mod tools;
 mod torsion;
@@ -273,6 +275,12 @@ entries! {
     "C2", Exact, 10.0, indentation::punch, "Flat punch on a bonded layer";
     "C3", Exact, 10.0, indentation::sphere_on_layer, "Sphere on a bonded layer";
     "C5", Exact, 2.0, slit::solve, "Slit under pressure";
+    "D1", Exact, 3.0, fields::coplanar_strips, "Coplanar strips in an open space";
+    "D2", Exact, 3.0, fields::opposed_strips, "Opposed strips in an open space";
+    "D3", Exact, 3.0, fields::coaxial_discs, "Coaxial discs in an open space";
+    "D4", Exact, 2.0, fields::isolated, "Isolated sphere and disc";
+    "D5", Exact, 1.0, scaling::solve, "Capacitance and resistance of a homogeneously stretched body";
+    "D7", Exact, 1.0, fields::corner_square, "Corner square of a conductor";
 }
 
 /// What happens while cases run.
