@@ -9,8 +9,8 @@ use taxel_fem::mesh::CellShape;
 use crate::measure::Meter;
 use crate::problems::{Case, mesh, problem};
 
-const ROUNDS: usize = 7;
-const PASSES: usize = 10;
+const ROUNDS: usize = 5;
+const PASSES: usize = 100;
 
 /// Prints the best of some rounds.
 pub(crate) fn run() -> Result<(), Box<dyn Error>> {

@@ -374,6 +374,7 @@ impl Solver {
             let done = energy <= self.settings.tolerance * scale;
             let before = trial.clone();
             self.apply(trial, &before, &assembled, &change, 1.0);
+            self.system.reuse(std::mem::take(&mut assembled.values));
             if done {
                 self.scale = first.max(0.3 * self.scale);
                 return Ok(Step {
@@ -410,6 +411,7 @@ impl Solver {
                     if !overshot {
                         return Ok(next);
                     }
+                    self.system.reuse(next.values);
                     length *= (start / (start - end)).max(0.3);
                 }
                 Err(inverted) => {
