@@ -1,6 +1,7 @@
 //! Two solids at large strain, timed alone or beside other programs; see README.md.
 
 mod cells;
+mod designs;
 mod measure;
 mod peers;
 mod problems;
@@ -15,6 +16,7 @@ use serde_json::json;
 const USAGE: &str = "solids A|B SIZE [own]     one solution, as a line of JSON
 solids all                each size in turn, in processes of their own
 solids cells              tangents of the quadratic hexahedron per second
+solids designs COUNT      so many designs on one mesh of problem A
 solids compare FOLDER [ROUNDS [NAME:A|B:SIZE ...]]
                           beside the programs peer_NAME.py of a folder";
 
@@ -27,6 +29,7 @@ fn main() -> ExitCode {
     let done = match words.as_slice() {
         ["all"] => peers::all(),
         ["cells"] => cells::run(),
+        ["designs", count] => designs::run(count),
         ["compare", folder, rest @ ..] => peers::compare(folder, rest),
         [case, size] => solution(case, size, Steps::Fixed),
         [case, size, "own"] => solution(case, size, Steps::Own),

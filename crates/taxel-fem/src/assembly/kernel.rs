@@ -457,15 +457,15 @@ impl Kernel {
     fn check(&self, group: usize, volume: Lanes, ratio: Lanes) -> Result<(), Inverted> {
         for lane in 0..Lanes::COUNT.min(self.points - group * Lanes::COUNT) {
             let point = group * Lanes::COUNT + lane;
-            // Negated so that a value that is not a number is caught as well.
-            if !(volume.0[lane] > 0.0) {
+            let wrong = |ratio: f64| ratio.is_nan() || ratio <= 0.0;
+            if wrong(volume.0[lane]) {
                 return Err(Inverted {
                     volume_ratio: volume.0[lane],
                     point,
                     undeformed: true,
                 });
             }
-            if !(ratio.0[lane] > 0.0) {
+            if wrong(ratio.0[lane]) {
                 return Err(Inverted {
                     volume_ratio: ratio.0[lane],
                     point,
