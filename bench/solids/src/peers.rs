@@ -108,7 +108,8 @@ fn gate() -> Result<(), Box<dyn Error>> {
     ] {
         let found = line[key].as_f64().unwrap_or(f64::NAN);
         println!("{key} {found:.6}, expected {expected} +- {near}");
-        if !((found - expected).abs() <= near) {
+        let right = (found - expected).abs() <= near;
+        if !right {
             return Err(format!("{key} is wrong").into());
         }
     }

@@ -1,5 +1,7 @@
 //! Another design on the same mesh: moved nodes and a warm start against a new solution.
 
+#![allow(clippy::unwrap_used)]
+
 use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grading, Grid2, Mesh};
