@@ -17,7 +17,7 @@ const USAGE: &str = "solids A|B SIZE [own]     one solution, as a line of JSON
 solids all                each size in turn, in processes of their own
 solids cells              tangents of the quadratic hexahedron per second
 solids designs COUNT      so many designs on one mesh of problem A
-solids compare FOLDER [ROUNDS [NAME:A|B:SIZE ...]]
+solids compare FOLDER [ROUNDS [NAME:A|B:SIZE[:SOLVER] ...]]
                           beside the programs peer_NAME.py of a folder";
 
 /// Pressure on the layer, kPa.

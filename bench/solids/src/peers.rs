@@ -10,17 +10,17 @@ use serde_json::Value;
 /// What runs without a list.
 const USUAL: [&str; 14] = [
     "dolfinx:A:1",
-    "ngsolve:A:1",
+    "ngsolve:A:1:sparsecholesky",
     "felupe:A:1",
     "ccx:A:1",
     "dolfinx:A:3",
-    "ngsolve:A:3",
+    "ngsolve:A:3:sparsecholesky",
     "felupe:A:3",
     "ccx:A:3",
     "dolfinx:B:8",
-    "ngsolve:B:8",
+    "ngsolve:B:8:sparsecholesky",
     "dolfinx:B:12",
-    "ngsolve:B:12",
+    "ngsolve:B:12:sparsecholesky",
     "felupe:B:12",
     "ccx:B:12",
 ];
@@ -52,15 +52,16 @@ pub(crate) fn compare(folder: &str, words: &[&str]) -> Result<(), Box<dyn Error>
         [rounds, list @ ..] => (rounds.parse()?, list.to_vec()),
     };
     for entry in list {
-        let [name, case, size] = entry.split(':').collect::<Vec<_>>()[..] else {
-            return Err(format!("{entry:?} is not NAME:A|B:SIZE").into());
+        let words: Vec<&str> = entry.split(':').collect();
+        let [name, case, size, extra @ ..] = words.as_slice() else {
+            return Err(format!("{entry:?} is not NAME:A|B:SIZE[:WORD ...]").into());
         };
         let mut least = BTreeMap::new();
         for _ in 0..rounds {
             for (who, line) in [
                 ("steps", ours(case, size, None, "10")?),
                 ("own", ours(case, size, Some("own"), "10")?),
-                ("peer", peer(folder, name, case, size)?),
+                ("peer", peer(folder, name, [case, size, "1"], extra)?),
             ] {
                 let seconds = line["cpu_s"].as_f64().unwrap_or(f64::INFINITY);
                 let jit = line["jit_cpu_s"].as_f64().unwrap_or(0.0);
@@ -130,7 +131,7 @@ fn ours(case: &str, size: &str, extra: Option<&str>, kpa: &str) -> Result<Value,
 }
 
 /// One run of another program; null when it fails or takes too long.
-fn peer(folder: &str, name: &str, case: &str, size: &str) -> Result<Value, Box<dyn Error>> {
+fn peer(folder: &str, name: &str, run: [&str; 3], extra: &[&str]) -> Result<Value, Box<dyn Error>> {
     let variable = |key: &str, usual: &str| std::env::var(key).unwrap_or_else(|_| usual.into());
     let python = if name == "dolfinx" {
         variable("SYSPY", "/usr/bin/python3")
@@ -142,7 +143,8 @@ fn peer(folder: &str, name: &str, case: &str, size: &str) -> Result<Value, Box<d
         .arg(python)
         .args(["-W", "ignore"])
         .arg(Path::new(folder).join(format!("peer_{name}.py")))
-        .args([case, size, "1"])
+        .args(run)
+        .args(extra)
         .env("OMP_NUM_THREADS", "1")
         .env("OPENBLAS_NUM_THREADS", "1")
         .output()?;
