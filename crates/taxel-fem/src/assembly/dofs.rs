@@ -1,6 +1,7 @@
 //! Which displacements are unknown, their numbers, and where their products stand in
 //! the matrix.
 
+use super::kernel::{MAX_NODES, NodeBlocks};
 use super::ordering::{Graph, elimination_order};
 use crate::solver::sparse::Pattern;
 
@@ -102,6 +103,90 @@ impl Unknowns {
             }
         }
         places
+    }
+
+    /// Local numbers of the nodes of a cell in the order of elimination.
+    #[inline]
+    fn in_order(&self, nodes: &[u32]) -> [u8; MAX_NODES] {
+        let mut order = [0; MAX_NODES];
+        for (local, &node) in nodes.iter().enumerate() {
+            let first = self.first[node as usize];
+            let mut at = local;
+            while at > 0 && self.first[nodes[usize::from(order[at - 1])] as usize] > first {
+                order[at] = order[at - 1];
+                at -= 1;
+            }
+            order[at] = local as u8;
+        }
+        order
+    }
+
+    /// Places of the pairs of nodes of a cell, for [`Self::scatter_cell`].
+    pub fn cell_places(&self, nodes: &[u32]) -> Vec<u32> {
+        let order = self.in_order(nodes);
+        let order = &order[..nodes.len()];
+        let mut places = Vec::with_capacity(nodes.len() * (nodes.len() + 1) / 2);
+        for (number, &column) in order.iter().enumerate() {
+            for &row in &order[number..] {
+                places.push(self.place(nodes[usize::from(row)], nodes[usize::from(column)]));
+            }
+        }
+        places
+    }
+
+    /// Adds the tangent of a cell of `C` components at its places.
+    pub fn scatter_cell<const C: usize>(
+        &self,
+        nodes: &[u32],
+        places: &[u32],
+        values: &mut [f64],
+        blocks: &NodeBlocks<'_>,
+    ) {
+        let order = self.in_order(nodes);
+        let order = &order[..nodes.len()];
+        let all = (1u8 << C) - 1;
+        let mut places = places;
+        for (number, &column) in order.iter().enumerate() {
+            let column_node = nodes[usize::from(column)] as usize;
+            let first = self.first[column_node] as usize;
+            let columns = self.free[column_node];
+            if columns == 0 {
+                // Nodes without unknowns come last.
+                return;
+            }
+            let (own, rest) = places.split_at(order.len() - number);
+            places = rest;
+            for (&row, &place) in order[number..].iter().zip(own) {
+                if place == u32::MAX {
+                    continue;
+                }
+                let rows = self.free[nodes[usize::from(row)] as usize];
+                let entries = blocks.between(usize::from(row), usize::from(column));
+                let whole = rows == all && columns == all;
+                for j in 0..C {
+                    if !whole && columns & (1 << j) == 0 {
+                        continue;
+                    }
+                    let rank_j = if whole { j } else { rank(columns, j) };
+                    let start = self.pattern.column_starts[first + rank_j] as usize
+                        + place as usize
+                        - rank_j;
+                    if whole && row != column {
+                        let run = &mut values[start..start + C];
+                        for i in 0..C {
+                            run[i] += entries[i][j];
+                        }
+                        continue;
+                    }
+                    let from = if row == column { j } else { 0 };
+                    for i in from..C {
+                        if rows & (1 << i) != 0 {
+                            values[start + rank(rows, i)] += entries[i][j];
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// Offset in the column of the earlier node's first unknown of the later one's

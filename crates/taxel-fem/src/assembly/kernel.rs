@@ -14,6 +14,11 @@
 //! stiff solid, while the residual stays that of the exact constraint: the iteration
 //! ends at `J = 1`, one or two steps later.
 
+mod passes;
+
+use std::cmp::Ordering;
+
+use passes::ROWS;
 use pulp::{Simd, WithSimd};
 
 use crate::material::Material;
@@ -96,101 +101,123 @@ pub struct Inverted {
     pub undeformed: bool,
 }
 
-/// Tables and work space for one shape of cell.
+/// Tables and work space for one shape of cell. Nodes stand in columns of as many as
+/// a wide register holds; what belongs to a column is kept together.
 pub struct Kernel {
     shape: CellShape,
     kinematics: Kinematics,
     points: usize,
-    /// Nodes, padded to whole lanes.
-    padded: usize,
+    nodes: usize,
+    /// Columns of nodes.
+    columns: usize,
+    // At several points at once: group of points, node, direction.
     values: Vec<Lanes>,
-    gradients: Vec<Lanes>,
+    slopes: Vec<Lanes>,
     weights: Vec<Lanes>,
-    point_values: Vec<Lanes>,
-    point_gradients: Vec<Lanes>,
-    // Results of the last evaluation.
-    grad: Vec<Lanes>,
-    blocks: Vec<Lanes>,
+    // For several nodes at once: column, point, direction.
+    column_values: Vec<Lanes>,
+    column_slopes: Vec<Lanes>,
+    // The last evaluation, by groups of points.
+    states: Vec<PointStates>,
+    moduli: Vec<Moduli>,
+    // By column, point, direction.
+    gradients: Vec<Lanes>,
     product: Vec<Lanes>,
-    moduli: Vec<f64>,
+    // By component, column, pressure function.
     force: Vec<Lanes>,
     coupling: Vec<Lanes>,
     recovery: Vec<Lanes>,
-    states: Vec<PointState>,
+    /// By block, row and column.
+    blocks: Vec<f64>,
     /// Elimination: `D^-1 Rp`.
     pub pressure_shift: [f64; MAX_PRESSURES],
     /// Energy of shape change, J (or J/m).
     pub energy: f64,
 }
 
-#[derive(Clone, Copy, Default)]
-struct PointState {
+/// What the passes over nodes need of some points.
+#[derive(Clone, Copy)]
+struct PointStates {
     /// `H^-1`, H the gradient of the present place in the reference cell.
-    back: Tensor<f64>,
+    back: Tensor<Lanes>,
     /// Kirchhoff stress times volume.
-    stress: Symmetric<f64>,
+    stress: Symmetric<Lanes>,
     /// Volume ratio times volume times pressure function.
-    volume: [f64; MAX_PRESSURES],
+    volume: [Lanes; MAX_PRESSURES],
 }
 
-/// Lanes needed for this many numbers.
-const fn groups(count: usize) -> usize {
-    count.div_ceil(Lanes::COUNT)
-}
+/// Moduli of some points: block of components, nine pairs of directions.
+type Moduli = [[Lanes; 9]; 6];
+
+const ZERO: Lanes = Lanes([0.0; Lanes::COUNT]);
 
 impl Kernel {
     /// Tables for a shape of cell.
     pub fn new(shape: CellShape, kinematics: Kinematics) -> Self {
-        let quadrature = shape.quadrature();
-        let (nodes, points) = (shape.node_count(), quadrature.len());
-        let dimension = shape.dimension();
-        let wide = groups(points);
-        let columns = groups(nodes);
-        let zero = Lanes::constant(0.0);
+        let (nodes, points) = (shape.node_count(), shape.quadrature().len());
+        let columns = nodes.div_ceil(Lanes::COUNT);
+        let groups = points.div_ceil(Lanes::COUNT);
+        let depth = points * kinematics.directions();
+        let components = kinematics.components();
+        let states = PointStates {
+            back: [[ZERO; 3]; 3],
+            stress: [ZERO; 6],
+            volume: [ZERO; MAX_PRESSURES],
+        };
         let mut kernel = Self {
             shape,
             kinematics,
             points,
-            padded: columns * Lanes::COUNT,
-            values: vec![zero; wide * nodes],
-            gradients: vec![zero; wide * nodes * dimension],
-            weights: vec![zero; wide],
-            point_values: vec![zero; points * columns],
-            point_gradients: vec![zero; points * dimension * columns],
-            grad: vec![zero; points * kinematics.directions() * columns],
-            blocks: vec![zero; 6 * columns * Lanes::COUNT * columns],
-            product: vec![zero; points * kinematics.directions() * columns],
-            moduli: vec![0.0; points * 6 * 9],
-            force: vec![zero; 3 * columns],
-            coupling: vec![zero; 3 * MAX_PRESSURES * columns],
-            recovery: vec![zero; 3 * MAX_PRESSURES * columns],
-            states: vec![PointState::default(); points],
+            nodes,
+            columns,
+            values: vec![ZERO; groups * nodes],
+            slopes: vec![ZERO; groups * nodes * shape.dimension()],
+            weights: vec![ZERO; groups],
+            column_values: vec![ZERO; columns * points],
+            column_slopes: vec![ZERO; columns * points * shape.dimension()],
+            states: vec![states; groups],
+            moduli: vec![[[ZERO; 9]; 6]; groups],
+            gradients: vec![ZERO; columns * depth],
+            product: vec![ZERO; columns * depth],
+            force: vec![ZERO; components * columns],
+            coupling: vec![ZERO; components * columns * MAX_PRESSURES],
+            recovery: vec![ZERO; components * columns * MAX_PRESSURES],
+            blocks: vec![0.0; 6 * nodes.next_multiple_of(ROWS) * columns * Lanes::COUNT],
             pressure_shift: [0.0; MAX_PRESSURES],
             energy: 0.0,
         };
-        for lane in 0..wide * Lanes::COUNT {
+        kernel.tabulate();
+        kernel
+    }
+
+    /// Shape functions and their slopes at the quadrature points.
+    fn tabulate(&mut self) {
+        let quadrature = self.shape.quadrature();
+        let (nodes, dimension) = (self.nodes, self.shape.dimension());
+        for lane in 0..self.weights.len() * Lanes::COUNT {
             // Idle lanes repeat the first point with no weight.
-            let point = quadrature[if lane < points { lane } else { 0 }];
-            let shapes = shape.shapes(point.at);
+            let idle = lane >= self.points;
+            let point = quadrature[if idle { 0 } else { lane }];
+            let shapes = self.shape.shapes(point.at);
             let (group, at) = (lane / Lanes::COUNT, lane % Lanes::COUNT);
-            kernel.weights[group].0[at] = if lane < points { point.weight } else { 0.0 };
+            self.weights[group].0[at] = if idle { 0.0 } else { point.weight };
             for node in 0..nodes {
-                kernel.values[group * nodes + node].0[at] = shapes.values[node];
-                let (column, place) = (node / Lanes::COUNT, node % Lanes::COUNT);
-                if lane < points {
-                    kernel.point_values[lane * columns + column].0[place] = shapes.values[node];
-                }
+                self.values[group * nodes + node].0[at] = shapes.values[node];
                 for d in 0..dimension {
-                    let slope = shapes.gradients[node][d];
-                    kernel.gradients[(group * nodes + node) * dimension + d].0[at] = slope;
-                    if lane < points {
-                        let row = (lane * dimension + d) * columns + column;
-                        kernel.point_gradients[row].0[place] = slope;
-                    }
+                    self.slopes[(group * nodes + node) * dimension + d].0[at] =
+                        shapes.gradients[node][d];
+                }
+                if idle {
+                    continue;
+                }
+                let (column, place) = (node / Lanes::COUNT, node % Lanes::COUNT);
+                let row = column * self.points + lane;
+                self.column_values[row].0[place] = shapes.values[node];
+                for d in 0..dimension {
+                    self.column_slopes[row * dimension + d].0[place] = shapes.gradients[node][d];
                 }
             }
         }
-        kernel
     }
 
     /// Shape of the cells.
@@ -206,33 +233,42 @@ impl Kernel {
     /// Nodal force of the last cell with the pressure eliminated: component, node.
     #[inline(always)]
     pub fn force(&self, component: usize, node: usize) -> f64 {
-        let columns = self.padded / Lanes::COUNT;
-        self.force[component * columns + node / Lanes::COUNT].0[node % Lanes::COUNT]
+        self.force[component * self.columns + node / Lanes::COUNT].0[node % Lanes::COUNT]
     }
 
     /// Entry of the tangent of the last cell between two displacements.
     #[inline(always)]
     pub fn tangent(&self, i: usize, a: usize, j: usize, b: usize) -> f64 {
-        if i <= j {
-            self.block(BLOCK[i][j], a, b)
-        } else {
-            self.block(BLOCK[j][i], b, a)
+        let (block, row, column) = match i.cmp(&j) {
+            Ordering::Less => (BLOCK[i][j], a, b),
+            // Of the symmetric blocks the upper part is there.
+            Ordering::Equal => (BLOCK[i][i], a.min(b), a.max(b)),
+            Ordering::Greater => (BLOCK[j][i], b, a),
+        };
+        self.blocks[self.row(block, row) + column]
+    }
+
+    /// The tangent of the last cell node by node.
+    pub fn node_blocks(&self) -> NodeBlocks<'_> {
+        let size = self.row(1, 0);
+        let (width, blocks) = (self.columns * Lanes::COUNT, &self.blocks);
+        NodeBlocks {
+            parts: std::array::from_fn(|block| &blocks[block * size..][..size]),
+            width,
         }
     }
 
+    /// Begin of a row of a block.
     #[inline(always)]
-    fn block(&self, block: usize, a: usize, b: usize) -> f64 {
-        let columns = self.padded / Lanes::COUNT;
-        let row = (block * self.padded + a) * columns;
-        self.blocks[row + b / Lanes::COUNT].0[b % Lanes::COUNT]
+    fn row(&self, block: usize, row: usize) -> usize {
+        let width = self.columns * Lanes::COUNT;
+        (block * self.nodes.next_multiple_of(ROWS) + row) * width
     }
 
-    /// Row `m` of `D^-1 Kup'`: how the pressure follows a displacement.
-    #[inline(always)]
-    pub fn recovery(&self, m: usize, component: usize, node: usize) -> f64 {
-        let columns = self.padded / Lanes::COUNT;
-        let row = (component * MAX_PRESSURES + m) * columns;
-        self.recovery[row + node / Lanes::COUNT].0[node % Lanes::COUNT]
+    /// How the pressures follow the displacements, `D^-1 Kup'`: by component, then
+    /// group of nodes, then pressure function.
+    pub fn recovery(&self) -> &[Lanes] {
+        &self.recovery
     }
 
     /// Evaluates residual and, on request, tangent of a cell.
@@ -245,6 +281,27 @@ impl Kernel {
             input,
             tangent,
         })
+    }
+}
+
+/// The tangent of a cell node by node.
+pub struct NodeBlocks<'k> {
+    parts: [&'k [f64]; 6],
+    width: usize,
+}
+
+impl NodeBlocks<'_> {
+    /// Entries between the components of node `a` and those of node `b`.
+    #[inline(always)]
+    pub fn between(&self, a: usize, b: usize) -> Tensor<f64> {
+        let [xx, xy, xz, yy, yz, zz] = self.parts;
+        let (one, other) = (a * self.width + b, b * self.width + a);
+        let upper = if a <= b { one } else { other };
+        [
+            [xx[upper], xy[one], xz[one]],
+            [xy[other], yy[upper], yz[one]],
+            [xz[other], yz[other], zz[upper]],
+        ]
     }
 }
 
@@ -261,30 +318,27 @@ impl WithSimd for Evaluation<'_, '_> {
     type Output = Result<(), Inverted>;
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
-        let Self {
-            kernel,
-            input,
-            tangent,
-        } = self;
-        let compliance = kernel.points_pass(input, tangent)?;
-        kernel.gradients_pass();
-        kernel.vectors_pass();
-        kernel.eliminate(compliance);
-        if tangent {
-            if S::F64_LANES >= Lanes::COUNT {
-                kernel.tangent_pass::<4, 4>();
-            } else {
-                kernel.tangent_pass::<4, 1>();
+        let compliance = self.kernel.points_pass(self.input, self.tangent)?;
+        let wide = S::F64_LANES >= Lanes::COUNT;
+        match self.kernel.kinematics {
+            Kinematics::PlaneStrain => self.kernel.node_passes::<2, 2>(&compliance),
+            Kinematics::Axisymmetric => self.kernel.node_passes::<2, 3>(&compliance),
+            Kinematics::Solid => self.kernel.node_passes::<3, 3>(&compliance),
+        }
+        if self.tangent {
+            match self.kernel.kinematics.directions() {
+                2 => self.kernel.tangent_pass::<2>(wide),
+                _ => self.kernel.tangent_pass::<3>(wide),
             }
         }
         Ok(())
     }
 }
 
-/// `D` and `Rp` of a cell.
+/// `D` and `Rp` of a cell, as parts of a sum.
 struct Compliance {
-    matrix: [[f64; MAX_PRESSURES]; MAX_PRESSURES],
-    residual: [f64; MAX_PRESSURES],
+    matrix: [[Lanes; MAX_PRESSURES]; MAX_PRESSURES],
+    residual: [Lanes; MAX_PRESSURES],
 }
 
 impl Kernel {
@@ -297,15 +351,15 @@ impl Kernel {
     ) -> Result<Compliance, Inverted> {
         let pressures = self.kinematics.pressures();
         let mut compliance = Compliance {
-            matrix: [[0.0; MAX_PRESSURES]; MAX_PRESSURES],
-            residual: [0.0; MAX_PRESSURES],
+            matrix: [[ZERO; MAX_PRESSURES]; MAX_PRESSURES],
+            residual: [ZERO; MAX_PRESSURES],
         };
+        let mut energy = ZERO;
         let centre = input.reference[input.reference.len() - 1];
         let size = input.reference[..self.shape.corner_count()]
             .iter()
             .flat_map(|x| (0..3).map(move |d| (x[d] - centre[d]).abs()))
             .fold(0.0, f64::max);
-        self.energy = 0.0;
         for group in 0..self.weights.len() {
             let (undeformed, place) = self.map(group, input.reference);
             let (deformed, _) = self.map(group, input.current);
@@ -351,11 +405,12 @@ impl Kernel {
             }
             let excess = (size_ratio - asked) * weight;
             slope = slope * weight;
-            self.energy += sum(response.energy * weight);
+            energy = energy + response.energy * weight;
             for m in 0..pressures {
-                compliance.residual[m] += sum(excess * functions[m]);
+                compliance.residual[m] = compliance.residual[m] + excess * functions[m];
                 for n in 0..=m {
-                    compliance.matrix[m][n] += sum(slope * functions[m] * functions[n]);
+                    compliance.matrix[m][n] =
+                        compliance.matrix[m][n] + slope * functions[m] * functions[n];
                 }
             }
             let hydrostatic = pressure * size_ratio;
@@ -366,21 +421,17 @@ impl Kernel {
             if tangent {
                 self.store_moduli(group, &response.tangent, hydrostatic, &stress, weight);
             }
-            for lane in 0..Lanes::COUNT.min(self.points - group * Lanes::COUNT) {
-                let state = &mut self.states[group * Lanes::COUNT + lane];
-                for i in 0..3 {
-                    for k in 0..3 {
-                        state.back[i][k] = back[i][k].0[lane];
-                    }
-                }
-                for v in 0..6 {
-                    state.stress[v] = stress[v].0[lane] * weight.0[lane];
-                }
-                for m in 0..MAX_PRESSURES {
-                    state.volume[m] = functions[m].0[lane] * size_ratio.0[lane] * weight.0[lane];
-                }
+            let scale = size_ratio * weight;
+            let state = &mut self.states[group];
+            state.back = back;
+            for v in 0..6 {
+                state.stress[v] = stress[v] * weight;
+            }
+            for m in 0..MAX_PRESSURES {
+                state.volume[m] = functions[m] * scale;
             }
         }
+        self.energy = sum(energy);
         Ok(compliance)
     }
 
@@ -388,21 +439,12 @@ impl Kernel {
     /// kinematics), and the place itself.
     #[inline(always)]
     fn map(&self, group: usize, nodes: &[[f64; 3]]) -> (Tensor<Lanes>, [Lanes; 3]) {
-        let dimension = self.shape.dimension();
-        let mut gradient = [[Lanes::constant(0.0); 3]; 3];
-        let mut place = [Lanes::constant(0.0); 3];
         let count = nodes.len();
-        for node in 0..count {
-            let x = nodes[node];
-            let value = self.values[group * count + node];
-            let first = (group * count + node) * dimension;
-            for i in 0..dimension {
-                place[i] = value.times_plus(x[i], place[i]);
-                for k in 0..dimension {
-                    gradient[i][k] = self.gradients[first + k].times_plus(x[i], gradient[i][k]);
-                }
-            }
-        }
+        let values = &self.values[group * count..][..count];
+        let (mut gradient, place) = match self.kinematics {
+            Kinematics::Solid => mapped::<3>(values, &self.slopes[group * count * 3..], nodes),
+            _ => mapped::<2>(values, &self.slopes[group * count * 2..], nodes),
+        };
         match self.kinematics {
             Kinematics::PlaneStrain => gradient[2][2] = Lanes::constant(1.0),
             Kinematics::Axisymmetric => gradient[2][2] = place[0],
@@ -415,15 +457,15 @@ impl Kernel {
     fn check(&self, group: usize, volume: Lanes, ratio: Lanes) -> Result<(), Inverted> {
         for lane in 0..Lanes::COUNT.min(self.points - group * Lanes::COUNT) {
             let point = group * Lanes::COUNT + lane;
-            // Negated so that a value that is not a number is caught as well.
-            if !(volume.0[lane] > 0.0) {
+            let wrong = |ratio: f64| ratio.is_nan() || ratio <= 0.0;
+            if wrong(volume.0[lane]) {
                 return Err(Inverted {
                     volume_ratio: volume.0[lane],
                     point,
                     undeformed: true,
                 });
             }
-            if !(ratio.0[lane] > 0.0) {
+            if wrong(ratio.0[lane]) {
                 return Err(Inverted {
                     volume_ratio: ratio.0[lane],
                     point,
@@ -476,242 +518,76 @@ impl Kernel {
         stress: &Symmetric<Lanes>,
         weight: Lanes,
     ) {
-        let components = self.kinematics.components();
-        let directions = self.kinematics.directions();
-        let hoop = self.kinematics == Kinematics::Axisymmetric;
-        let modulus = |v: usize, w: usize| {
-            // p J (1 x 1 - 2 I)
-            let volumetric = match (v < 3, w < 3, v == w) {
-                (true, true, true) => -hydrostatic,
-                (true, true, false) => hydrostatic,
-                (_, _, true) => -hydrostatic,
-                _ => return tangent[v][w] * weight,
-            };
-            (tangent[v][w] + volumetric) * weight
-        };
-        for i in 0..components {
-            for j in i..components {
-                for k in 0..directions {
-                    for l in 0..directions {
-                        let around = |component: usize, direction: usize| {
-                            hoop && direction == 2 && component == 0
-                        };
-                        let outside = hoop && ((k == 2 && i != 0) || (l == 2 && j != 0));
-                        let value = if outside {
-                            Lanes::constant(0.0)
-                        } else {
-                            let v = if around(i, k) { 2 } else { PLACE[i][k] };
-                            let w = if around(j, l) { 2 } else { PLACE[j][l] };
-                            let turned = around(i, k) == around(j, l);
-                            if i == j && turned {
-                                modulus(v, w) + stress[PLACE[k][l]] * weight
-                            } else {
-                                modulus(v, w)
-                            }
-                        };
-                        let slot = BLOCK[i][j] * 9 + k * 3 + l;
-                        for lane in 0..Lanes::COUNT.min(self.points - group * Lanes::COUNT) {
-                            let point = group * Lanes::COUNT + lane;
-                            self.moduli[point * 54 + slot] = value.0[lane];
-                        }
-                    }
+        // p J (1 x 1 - 2 I)
+        let mut modulus = *tangent;
+        for v in 0..6 {
+            for w in 0..6 {
+                if v == w {
+                    modulus[v][w] = modulus[v][w] - hydrostatic;
+                } else if v < 3 && w < 3 {
+                    modulus[v][w] = modulus[v][w] + hydrostatic;
                 }
+                modulus[v][w] = modulus[v][w] * weight;
             }
         }
-    }
-
-    /// Spatial gradients of the shape functions at every point.
-    #[inline(always)]
-    fn gradients_pass(&mut self) {
-        let columns = self.padded / Lanes::COUNT;
-        let dimension = self.shape.dimension();
-        let directions = self.kinematics.directions();
-        for point in 0..self.points {
-            let back = self.states[point].back;
-            for k in 0..directions {
-                for column in 0..columns {
-                    let mut sum = Lanes::constant(0.0);
-                    if k < dimension {
-                        for m in 0..dimension {
-                            let slope =
-                                self.point_gradients[(point * dimension + m) * columns + column];
-                            sum = slope.times_plus(back[m][k], sum);
-                        }
-                    } else {
-                        sum = self.point_values[point * columns + column]
-                            * Lanes::constant(back[2][2]);
-                    }
-                    self.grad[(point * directions + k) * columns + column] = sum;
-                }
-            }
+        let mut turning = *stress;
+        for v in 0..6 {
+            turning[v] = turning[v] * weight;
         }
-    }
-
-    /// Nodal forces and their dependence on the pressure.
-    #[inline(always)]
-    fn vectors_pass(&mut self) {
-        let columns = self.padded / Lanes::COUNT;
-        let directions = self.kinematics.directions();
-        let hoop = self.kinematics == Kinematics::Axisymmetric;
-        for i in 0..self.kinematics.components() {
-            for column in 0..columns {
-                let mut force = Lanes::constant(0.0);
-                let mut coupling = [Lanes::constant(0.0); MAX_PRESSURES];
-                for point in 0..self.points {
-                    let state = &self.states[point];
-                    for k in 0..directions {
-                        let around = hoop && k == 2;
-                        if around && i != 0 {
-                            continue;
-                        }
-                        let gradient = self.grad[(point * directions + k) * columns + column];
-                        let stress = state.stress[if around { 2 } else { PLACE[i][k] }];
-                        force = gradient.times_plus(stress, force);
-                        if around || k == i {
-                            for m in 0..MAX_PRESSURES {
-                                coupling[m] = gradient.times_plus(state.volume[m], coupling[m]);
-                            }
-                        }
-                    }
-                }
-                self.force[i * columns + column] = force;
-                for m in 0..MAX_PRESSURES {
-                    self.coupling[(i * MAX_PRESSURES + m) * columns + column] = coupling[m];
-                }
-            }
-        }
-    }
-
-    /// Eliminates the pressure from the residual and prepares its recovery.
-    #[inline(always)]
-    fn eliminate(&mut self, compliance: Compliance) {
-        let pressures = self.kinematics.pressures();
-        let columns = self.padded / Lanes::COUNT;
-        let inverse = inverse_of(&compliance.matrix, pressures);
-        for m in 0..pressures {
-            self.pressure_shift[m] = (0..pressures)
-                .map(|n| inverse[m][n] * compliance.residual[n])
-                .sum();
-        }
-        for i in 0..self.kinematics.components() {
-            for column in 0..columns {
-                let row = |m: usize| (i * MAX_PRESSURES + m) * columns + column;
-                let mut force = self.force[i * columns + column];
-                for m in 0..pressures {
-                    force = self.coupling[row(m)].times_plus(self.pressure_shift[m], force);
-                    let mut follow = Lanes::constant(0.0);
-                    for n in 0..pressures {
-                        follow = self.coupling[row(n)].times_plus(inverse[m][n], follow);
-                    }
-                    self.recovery[row(m)] = follow;
-                }
-                self.force[i * columns + column] = force;
-            }
-        }
-    }
-
-    /// The tangent, block by block of components: sums over points and directions of
-    /// products of gradients, as small dense matrix products.
-    #[inline(always)]
-    fn tangent_pass<const ROWS: usize, const WIDE: usize>(&mut self) {
-        let components = self.kinematics.components();
-        let pressures = self.kinematics.pressures();
-        let directions = self.kinematics.directions();
-        let columns = self.padded / Lanes::COUNT;
-        for i in 0..components {
-            for j in i..components {
-                let block = BLOCK[i][j];
-                for point in 0..self.points {
-                    for k in 0..directions {
-                        let moduli = &self.moduli[point * 54 + block * 9 + k * 3..][..3];
-                        for column in 0..columns {
-                            let mut sum = Lanes::constant(0.0);
-                            for l in 0..directions {
-                                let row = (point * directions + l) * columns;
-                                sum = self.grad[row + column].times_plus(moduli[l], sum);
-                            }
-                            self.product[(point * directions + k) * columns + column] = sum;
-                        }
-                    }
-                }
-                let target =
-                    &mut self.blocks[block * self.padded * columns..][..self.padded * columns];
-                let depth = self.points * directions;
-                let couple = i * MAX_PRESSURES * columns;
-                let follow = j * MAX_PRESSURES * columns;
-                let of_pressure = (
-                    &self.coupling[couple..couple + pressures * columns],
-                    &self.recovery[follow..follow + pressures * columns],
-                );
-                let of_shape = (
-                    &self.grad[..depth * columns],
-                    &self.product[..depth * columns],
-                );
-                match columns {
-                    4 if WIDE == 4 => multiply::<ROWS, 4>(target, columns, [of_shape, of_pressure]),
-                    2 if WIDE == 4 => multiply::<ROWS, 2>(target, columns, [of_shape, of_pressure]),
-                    _ => multiply::<ROWS, 1>(target, columns, [of_shape, of_pressure]),
-                }
-            }
+        let blocks = &mut self.moduli[group];
+        match self.kinematics {
+            Kinematics::Solid => sort_moduli::<3, 3>(&modulus, &turning, blocks),
+            Kinematics::PlaneStrain => sort_moduli::<2, 2>(&modulus, &turning, blocks),
+            Kinematics::Axisymmetric => sort_moduli::<2, 3>(&modulus, &turning, blocks),
         }
     }
 }
 
-/// `target = sum of left' right` over pairs of row-first matrices of equal width,
-/// in panels of `ROWS` rows and `WIDE` lanes that stay in registers.
+/// Gradient and place by the values and slopes of the functions of the nodes.
 #[inline(always)]
-fn multiply<const ROWS: usize, const WIDE: usize>(
-    target: &mut [Lanes],
-    columns: usize,
-    pairs: [(&[Lanes], &[Lanes]); 2],
-) {
-    let rows = target.len() / columns;
-    let mut row = 0;
-    while row < rows {
-        let (group, offset) = (row / Lanes::COUNT, row % Lanes::COUNT);
-        let mut column = 0;
-        while column < columns {
-            let mut panel = [[Lanes::constant(0.0); WIDE]; ROWS];
-            // Plain loops: an iterator that is not inlined here would not be compiled
-            // for the registers of this function.
-            let mut number = 0;
-            while number < pairs.len() {
-                let (left, right) = pairs[number];
-                let mut at = 0;
-                while at < left.len() {
-                    let factors = left[at + group].0;
-                    let mut wide = [Lanes::constant(0.0); WIDE];
-                    let mut c = 0;
-                    while c < WIDE {
-                        wide[c] = right[at + column + c];
-                        c += 1;
-                    }
-                    let mut r = 0;
-                    while r < ROWS {
-                        let factor = factors[offset + r];
-                        let mut c = 0;
-                        while c < WIDE {
-                            panel[r][c] = wide[c].times_plus(factor, panel[r][c]);
-                            c += 1;
-                        }
-                        r += 1;
-                    }
-                    at += columns;
-                }
-                number += 1;
+fn mapped<const N: usize>(
+    values: &[Lanes],
+    slopes: &[Lanes],
+    nodes: &[[f64; 3]],
+) -> (Tensor<Lanes>, [Lanes; 3]) {
+    let mut gradient = [[ZERO; 3]; 3];
+    let mut place = [ZERO; 3];
+    let (slopes, _) = slopes.as_chunks::<N>();
+    for ((x, value), slope) in nodes.iter().zip(values).zip(slopes) {
+        for i in 0..N {
+            place[i] = value.times_plus(x[i], place[i]);
+            for k in 0..N {
+                gradient[i][k] = slope[k].times_plus(x[i], gradient[i][k]);
             }
-            let mut r = 0;
-            while r < ROWS {
-                let mut c = 0;
-                while c < WIDE {
-                    target[(row + r) * columns + column + c] = panel[r][c];
-                    c += 1;
-                }
-                r += 1;
-            }
-            column += WIDE;
         }
-        row += ROWS;
+    }
+    (gradient, place)
+}
+
+/// Moduli by block of `C` components and pair of `D` directions.
+#[inline(always)]
+fn sort_moduli<const C: usize, const D: usize>(
+    modulus: &[[Lanes; 6]; 6],
+    turning: &Symmetric<Lanes>,
+    blocks: &mut Moduli,
+) {
+    for i in 0..C {
+        for j in i..C {
+            for k in 0..D {
+                for l in 0..D {
+                    // The third direction of the radius is the hoop; the axis has none.
+                    let (hoop_k, hoop_l) = (C == 2 && k == 2, C == 2 && l == 2);
+                    let outside = (hoop_k && i != 0) || (hoop_l && j != 0);
+                    let v = if hoop_k { 2 } else { PLACE[i][k] };
+                    let w = if hoop_l { 2 } else { PLACE[j][l] };
+                    let mut value = modulus[v][w];
+                    if i == j && hoop_k == hoop_l {
+                        value = value + turning[PLACE[k][l]];
+                    }
+                    blocks[BLOCK[i][j]][k * 3 + l] = if outside { ZERO } else { value };
+                }
+            }
+        }
     }
 }
 
@@ -721,17 +597,19 @@ fn sum(lanes: Lanes) -> f64 {
     ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]))
 }
 
-/// Inverse of a small positive definite matrix given by its lower triangle.
+/// Inverse of a small positive definite matrix given by its lower triangle, each entry
+/// as parts of a sum.
 #[inline(always)]
 fn inverse_of(
-    lower: &[[f64; MAX_PRESSURES]; MAX_PRESSURES],
+    lower: &[[Lanes; MAX_PRESSURES]; MAX_PRESSURES],
     size: usize,
 ) -> [[f64; MAX_PRESSURES]; MAX_PRESSURES] {
     // Gauss-Jordan without pivoting: safe for positive definite matrices.
-    let mut a = *lower;
+    let mut a = [[0.0; MAX_PRESSURES]; MAX_PRESSURES];
     for m in 0..size {
-        for n in m + 1..size {
-            a[m][n] = a[n][m];
+        for n in 0..=m {
+            a[m][n] = sum(lower[m][n]);
+            a[n][m] = a[m][n];
         }
     }
     let mut b = [[0.0; MAX_PRESSURES]; MAX_PRESSURES];

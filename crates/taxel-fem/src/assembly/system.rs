@@ -6,6 +6,7 @@ use super::kernel::{CellInput, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
 use crate::mesh::{CellShape, Facet, FacetShape};
 use crate::problem::load::FacetTable;
 use crate::problem::{Contact, Motion, Problem, ProblemError};
+use crate::scalar::{Lanes, Scalar};
 use crate::solver::state::State;
 
 /// A cell that turned inside out.
@@ -42,6 +43,8 @@ pub struct System {
     contact_places: Vec<Vec<Vec<u32>>>,
     /// Places of the nodes of loaded facets, in the order pressures then cavities.
     facet_places: Vec<Vec<Vec<u32>>>,
+    /// Values that nobody needs any more.
+    spare: Vec<f64>,
 }
 
 /// Residual, tangent and what else the equations of the parameters need.
@@ -65,7 +68,7 @@ pub struct Assembled {
     pub volume_slopes: Vec<Vec<f64>>,
     /// Elimination of the pressures: shift, and rows over the nodes of each cell.
     pub pressure_shift: Vec<[f64; MAX_PRESSURES]>,
-    recovery: Vec<f64>,
+    recovery: Vec<Lanes>,
     /// Energy of shape change and of contact, J (J/m in plane strain).
     pub energy: f64,
 }
@@ -115,6 +118,7 @@ impl System {
             contact_places: Vec::new(),
             facet_places: Vec::new(),
             kernels: Vec::new(),
+            spare: Vec::new(),
             unknowns,
         };
         for cell in 0..mesh.cell_count() {
@@ -127,7 +131,7 @@ impl System {
             system.kernel_of.push(number as u8);
             system
                 .places
-                .extend(system.unknowns.places(mesh.cell(cell)));
+                .extend(system.unknowns.cell_places(mesh.cell(cell)));
             system.first_place.push(system.places.len() as u32);
         }
         system.kernels = kernels;
@@ -214,21 +218,36 @@ impl System {
         change: &[[f64; 3]],
         pressures: &mut [[f64; MAX_PRESSURES]],
     ) {
-        let components = self.unknowns.components();
-        let mut row = 0;
+        let mut rest = assembled.recovery.as_slice();
         for cell in 0..problem.mesh.cell_count() {
             let nodes = problem.mesh.cell(cell);
-            for m in 0..components + 1 {
-                let mut sum = assembled.pressure_shift[cell][m];
-                for &node in nodes {
-                    for i in 0..components {
-                        sum += assembled.recovery[row] * change[node as usize][i];
-                        row += 1;
+            let mut sums = assembled.pressure_shift[cell].map(Lanes::constant);
+            for sum in &mut sums {
+                sum.0[1..].fill(0.0);
+            }
+            for i in 0..self.unknowns.components() {
+                for column in nodes.chunks(Lanes::COUNT) {
+                    let mut moved = Lanes::constant(0.0);
+                    for (moved, &node) in moved.0.iter_mut().zip(column) {
+                        *moved = change[node as usize][i];
+                    }
+                    let (own, others) = rest.split_at(MAX_PRESSURES);
+                    rest = others;
+                    for m in 0..MAX_PRESSURES {
+                        sums[m] = sums[m] + own[m] * moved;
                     }
                 }
-                pressures[cell][m] += sum;
+            }
+            for m in 0..MAX_PRESSURES {
+                pressures[cell][m] += sums[m].0.iter().sum::<f64>();
             }
         }
+    }
+
+    /// Takes back the values of a matrix, for the next one: fresh memory costs more
+    /// than what is written to it.
+    pub fn reuse(&mut self, values: Vec<f64>) {
+        self.spare = values;
     }
 
     /// Assembles everything at a state.
@@ -245,8 +264,14 @@ impl System {
         let parameters = problem.rules().len();
         let unknowns = self.unknowns.count();
         let components = self.unknowns.components();
+        let mut values = Vec::new();
+        if tangent || !problem.contacts.is_empty() {
+            values = std::mem::take(&mut self.spare);
+            values.clear();
+            values.resize(self.unknowns.pattern.entries(), 0.0);
+        }
         let mut out = Assembled {
-            values: vec![0.0; self.unknowns.pattern.entries()],
+            values,
             forces: vec![0.0; problem.mesh.points.len() * components],
             couplings: vec![vec![0.0; unknowns]; parameters],
             along: vec![0.0; parameters],
@@ -290,8 +315,10 @@ impl System {
         let mut reference = [[0.0; 3]; MAX_NODES];
         let mut current = [[0.0; 3]; MAX_NODES];
         if tangent {
-            let rows: usize = (0..mesh.cell_count()).map(|c| mesh.cell(c).len()).sum();
-            out.recovery.reserve(rows * components * (components + 1));
+            let rows: usize = (0..mesh.cell_count())
+                .map(|c| mesh.cell(c).len().div_ceil(Lanes::COUNT))
+                .sum();
+            out.recovery.reserve(rows * components * MAX_PRESSURES);
         }
         for cell in 0..mesh.cell_count() {
             let nodes = mesh.cell(cell);
@@ -318,20 +345,16 @@ impl System {
                 }
             }
             if tangent {
-                for m in 0..components + 1 {
-                    for n in 0..nodes.len() {
-                        for i in 0..components {
-                            out.recovery.push(kernel.recovery(m, i, n));
-                        }
-                    }
-                }
+                out.recovery.extend_from_slice(kernel.recovery());
                 let first = self.first_place[cell] as usize;
                 let own = &self.places[first..self.first_place[cell + 1] as usize];
                 let kernel = &self.kernels[usize::from(self.kernel_of[cell])];
-                self.unknowns
-                    .scatter(nodes, own, &mut out.values, |i, a, j, b| {
-                        kernel.tangent(i, a, j, b)
-                    });
+                let (values, blocks) = (&mut out.values, &kernel.node_blocks());
+                if components == 2 {
+                    self.unknowns.scatter_cell::<2>(nodes, own, values, blocks);
+                } else {
+                    self.unknowns.scatter_cell::<3>(nodes, own, values, blocks);
+                }
                 self.couple(nodes, out, |i, a, j, b| kernel.tangent(i, a, j, b));
             }
         }

@@ -166,6 +166,34 @@ impl Solver {
         self.previous = None;
     }
 
+    /// Puts the nodes of the undeformed body elsewhere: another design on the same
+    /// mesh. `place` gives the place of a node by its number, m. Numbering, analysis
+    /// and tables stay; so does the accepted state, from which [`Self::settle`] finds
+    /// the equilibrium of the new body if it is near. Contacts keep their points.
+    pub fn place_nodes(&mut self, place: impl Fn(usize) -> [f64; 3]) {
+        for (node, point) in self.problem.mesh.points.iter_mut().enumerate() {
+            *point = place(node);
+        }
+        self.previous = None;
+    }
+
+    /// Finds the equilibrium at the present targets, in one step.
+    ///
+    /// # Errors
+    /// When the iteration does not converge; the state stays as it was.
+    pub fn settle(&mut self) -> Result<Step, Failure> {
+        let targets = self.targets.clone();
+        let mut step = self.step(&targets).map_err(|reason| Failure {
+            reason,
+            fraction: 0.0,
+            parameters: self.named_parameters(),
+        })?;
+        // Nothing was moved, so there is no straight line to follow.
+        self.previous = None;
+        step.fraction = 1.0;
+        Ok(step)
+    }
+
     /// Targets of the accepted state, in the order of the parameters.
     pub fn targets(&self) -> &[f64] {
         &self.targets
@@ -432,6 +460,7 @@ impl Solver {
             let done = energy <= self.settings.tolerance * scale;
             let before = trial.clone();
             self.apply(trial, &before, &assembled, &change, 1.0);
+            self.system.reuse(std::mem::take(&mut assembled.values));
             if done
                 && definiteness == Definiteness::Indefinite
                 && change.given_only
@@ -475,6 +504,7 @@ impl Solver {
                     if !overshot {
                         return Ok(next);
                     }
+                    self.system.reuse(next.values);
                     length *= (start / (start - end)).max(0.3);
                 }
                 Err(inverted) => {

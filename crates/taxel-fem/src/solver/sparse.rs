@@ -4,14 +4,16 @@
 //! stands behind it today is `faer`'s supernodal Cholesky, and its `L B L^T` where
 //! the matrix has lost its definiteness.
 
+mod triangles;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::perm::PermRef;
-use faer::sparse::linalg::SymbolicSupernodalParams;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
+    SymmetricOrdering, factorize_symbolic_cholesky,
 };
+use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
@@ -213,6 +215,8 @@ impl Factorisation for Cholesky {
             supernodal_params: SymbolicSupernodalParams {
                 relax: Some(&MERGE),
             },
+            // Fronts of nodes are dense from the start, however small.
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..CholeskySymbolicParams::default()
         };
         // Without an ordering of its own the analysis reads the upper triangle.
@@ -262,6 +266,12 @@ impl Factorisation for Cholesky {
             return;
         }
         let rows = right.len();
+        if self.indefinite.is_none()
+            && let SymbolicCholeskyRaw::Supernodal(fronts) = self.symbolic.raw()
+        {
+            triangles::solve(fronts, &self.values, right);
+            return;
+        }
         let right = MatMut::from_column_major_slice_mut(right, rows, 1);
         let stack = MemStack::new(&mut self.scratch);
         match &self.indefinite {

@@ -1,0 +1,81 @@
+//! Another design on the same mesh: moved nodes and a warm start against a new solution.
+
+#![allow(clippy::unwrap_used)]
+
+use taxel_fem::assembly::kernel::Kinematics;
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{Axis, Grading, Grid2, Mesh};
+use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
+use taxel_fem::solver::newton::{Continue, Solver};
+
+fn drawn() -> Mesh {
+    let axis = |n| Axis::new(&[0.0, 1.0, 2.0, 3.0], &[Grading::Uniform(n); 3]).unwrap();
+    let grid = Grid2::new([axis(3), axis(2)], "solid").void("hole", [[1.0, 2.0], [1.0, 2.0]]);
+    grid.mesh().unwrap()
+}
+
+/// The hole wider by a factor, the outer sides where they were.
+fn moved([x, y, z]: [f64; 3], factor: f64) -> [f64; 3] {
+    let from_middle = (x - 1.5) * factor;
+    let beyond = ((x - 1.5).abs() - 0.5).max(0.0) * (1.5 - 0.5 * factor - factor);
+    [1.5 + from_middle + beyond.copysign(from_middle), y, z]
+}
+
+fn solver(mesh: Mesh) -> Solver {
+    let law = Law::MooneyRivlin { c10: 1.0, c01: 0.1 };
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials.push(Material {
+        law,
+        volumetric: Volumetric::Quadratic(1000.0),
+    });
+    problem.clamp("bottom").unwrap();
+    // Between planes of symmetry the tangent of a follower pressure is symmetric, and
+    // the iteration quadratic.
+    problem.support("left", 0, Motion::Held).unwrap();
+    problem.support("right", 0, Motion::Held).unwrap();
+    let pressure = problem.parameter("pressure", Rule::Given);
+    let inside = problem.parameter("inside", Rule::Given);
+    problem.pressures.push(Pressure {
+        surface: problem.surface("top").unwrap(),
+        parameter: pressure,
+    });
+    problem.cavities.push(Cavity {
+        wall: problem.surface("hole").unwrap(),
+        axis: 0,
+        pressure: inside,
+    });
+    Solver::new(problem).unwrap()
+}
+
+#[test]
+fn a_moved_body_settles_where_a_new_one_ends() {
+    let aim = [0.3, 0.1];
+    let mut kept = solver(drawn());
+    kept.go(&aim, |_, _| Continue::Yes).unwrap();
+    let points = drawn().points;
+    for factor in [1.02, 1.05, 0.98] {
+        kept.place_nodes(|node| moved(points[node], factor));
+        let step = kept.settle().unwrap();
+
+        let mut mesh = drawn();
+        for point in &mut mesh.points {
+            *point = moved(*point, factor);
+        }
+        let mut fresh = solver(mesh);
+        let rest = fresh.evaluate().unwrap().volumes[0];
+        assert!((rest - factor).abs() < 1e-12, "{rest}");
+        fresh.go(&aim, |_, _| Continue::Yes).unwrap();
+        assert!(step.iterations <= 5, "{step:?}");
+        // Newton's last step is the square of a change of 1e-7 of the first.
+        for (a, b) in kept
+            .state()
+            .displacement
+            .iter()
+            .zip(&fresh.state().displacement)
+        {
+            for d in 0..2 {
+                assert!((a[d] - b[d]).abs() < 1e-10, "{a:?} {b:?}");
+            }
+        }
+    }
+}
