@@ -91,6 +91,9 @@ pub(crate) struct Predict {
     /// as force_z [mN]; other columns are passed on
     #[arg(long, value_name = "FILE", required_unless_present = "load")]
     pub(crate) loads: Option<PathBuf>,
+    /// Which mechanics answers; without it what the sensor file says
+    #[arg(long, value_enum)]
+    pub(crate) mechanics: Option<MechanicsName>,
     /// How the result is written
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,
@@ -100,6 +103,24 @@ pub(crate) struct Predict {
     /// Also draw the answers into this file: .svg, or .html for a page
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+}
+
+/// Mechanics as the command line names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MechanicsName {
+    /// Closed forms and tables; answers at once
+    ClosedForm,
+    /// Finite elements of the drawing; seconds to minutes
+    Fem,
+}
+
+impl From<MechanicsName> for taxel::mechanics::Mechanics {
+    fn from(name: MechanicsName) -> Self {
+        match name {
+            MechanicsName::ClosedForm => Self::ClosedForm,
+            MechanicsName::Fem => Self::Fem,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

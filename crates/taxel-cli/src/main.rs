@@ -6,6 +6,7 @@
 mod arguments;
 mod commands;
 mod files;
+mod progress;
 
 use std::process::ExitCode;
 

@@ -4,16 +4,18 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 use taxel::InputError;
+use taxel::mechanics::Mechanics;
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
 
 use crate::arguments::{COMMIT, Predict, VERSION};
+use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     let named = files::sensor(&arguments.sensor)?;
-    let device = files::device(&named.sensor)?;
-    let predictor = device.predictor();
+    let mut predictor = predictor(arguments, &named)?;
     let loads = loads(arguments, predictor.as_ref())?;
+    prepare(predictor.as_mut(), &loads)?;
     let refused = |index: usize, refused: &LoadRefused| {
         refusal(arguments, loads.line(index), refused, predictor.as_ref())
     };
@@ -46,6 +48,36 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
         files::write(Some(path), &text)?;
     }
     Ok(Done::Complete)
+}
+
+/// The predictor by the mechanics asked for, on the command line or in the file.
+fn predictor(arguments: &Predict, named: &files::NamedSensor) -> Result<Box<dyn Predictor>, Stop> {
+    let device = files::device(&named.sensor)?;
+    let mechanics = arguments
+        .mechanics
+        .map_or(named.sensor.mechanics, Mechanics::from);
+    match mechanics {
+        Mechanics::ClosedForm => Ok(device.predictor()),
+        Mechanics::Fem => device.field_predictor().ok_or_else(|| {
+            Stop::WrongInput(format!(
+                "a {} has no mechanics by finite elements; use --mechanics closed-form",
+                named.sensor.element.key()
+            ))
+        }),
+    }
+}
+
+/// Solves what takes long, with its progress on the standard error.
+fn prepare(predictor: &mut dyn Predictor, loads: &Loads) -> Result<(), Stop> {
+    let mut progress = Progress::new("solving");
+    let remark = predictor
+        .prepare(loads, &mut |fraction| progress.at(fraction))
+        .map_err(Stop::Failed)?;
+    progress.end();
+    if let Some(remark) = remark {
+        eprintln!("note: {remark}");
+    }
+    Ok(())
 }
 
 fn loads(arguments: &Predict, predictor: &dyn Predictor) -> Result<Loads, Stop> {

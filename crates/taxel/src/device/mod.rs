@@ -42,6 +42,12 @@ pub trait Device {
     /// Loads in, electrical response out.
     fn predictor(&self) -> Box<dyn Predictor>;
 
+    /// The same by finite elements of the drawing; none for a device whose
+    /// mechanics is not solved that way.
+    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
+        None
+    }
+
     /// One piece of fabrication for the simulated twin.
     fn simulated(&self) -> Box<dyn Simulated>;
 

@@ -355,6 +355,13 @@ impl ClosingCurve {
         })
     }
 
+    /// The same curve, with the area ratio at which roof and floor touch.
+    #[must_use]
+    pub fn touching_at(mut self, touch: Option<f64>) -> Self {
+        self.touch = touch;
+        self
+    }
+
     /// Share of the area lost per net pressure at rest, c₀ = −da/dq, 1/Pa.
     pub fn compliance(&self) -> f64 {
         -self.curve.start_slope()

@@ -1,5 +1,6 @@
 //! Load to deformation.
 
+mod choice;
 mod compressed_layer;
 mod electrodes;
 mod end_condition;
@@ -12,8 +13,10 @@ mod profile;
 mod relaxation;
 mod soft_cover;
 mod suspension;
+mod solved_voids;
 mod tabulated_cells;
 
+pub use choice::Mechanics;
 pub use compressed_layer::{
     CompressedLayer, LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerKinematics, LayerRange,
     LayerState, PlaneStress, StressConstants, TopFace,
@@ -37,4 +40,5 @@ pub use relaxation::{Relaxation, RelaxationTerm};
 pub use soft_cover::{
     Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
 };
+pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

@@ -12,6 +12,21 @@ pub use loads::{Given, Loads};
 
 /// Predicts the response of one kind of device to one kind of load.
 pub trait Predictor: Sync {
+    /// Does what takes long, once for all of these loads; `progress` hears how
+    /// far it is, from 0 to 1. The answer is a remark for the user, such as
+    /// where a solution ends.
+    ///
+    /// # Errors
+    /// A sentence when there is no answer at all.
+    fn prepare(
+        &mut self,
+        loads: &Loads,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Option<String>, String> {
+        let _ = (loads, progress);
+        Ok(None)
+    }
+
     /// What a load may name; the order is that of [`Load`].
     fn load_columns(&self) -> &'static [LoadColumn];
 

@@ -15,6 +15,7 @@ use crate::device::{ChannelArray, Device, InPlaneArray, PiezoelectricArray, Thre
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
+use crate::mechanics::Mechanics;
 use crate::toml_input;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
@@ -89,6 +90,9 @@ pub struct Sensor {
     pub element: Element,
     /// The board that reads the taxels.
     pub electronics: Electronics,
+    /// Which mechanics predicts; `taxel predict --mechanics` overrides it.
+    #[serde(default)]
+    pub mechanics: Mechanics,
     /// Taxels or capacitors that are known not to work.
     #[serde(default)]
     pub mask: Vec<Mask>,

@@ -13,9 +13,9 @@ use crate::drawing::Drawing;
 use crate::electronics::DividerBoard;
 use crate::estimation::{CrossedChannels, CrossedOptions, FrameError};
 use crate::layout::Layout;
-use crate::mechanics::ChannelError;
+use crate::mechanics::{ChannelError, VoidStack};
 use crate::predict::Predictor;
-use crate::sensor::{Broken, LiquidMetalChannel, Sensor};
+use crate::sensor::{Broken, LiquidMetalChannel, Sensor, micrometres};
 use crate::summary::Fact;
 use crate::transduction::ChannelLayer;
 
@@ -69,6 +69,33 @@ impl<'a> ChannelArray<'a> {
         std::array::from_fn(|layer| pitch[layer] / self.layers[layer].conductor.length)
     }
 
+    /// The crossing cell for finite elements.
+    ///
+    /// # Errors
+    /// A sentence for layers that are not spaced alike.
+    pub(crate) fn void_stack(&self) -> Result<VoidStack, String> {
+        let element = self.element;
+        let [along_x, along_y] = self.sensor.array.pitch;
+        if along_x != along_y {
+            return Err(format!(
+                "the crossing cell needs one spacing for both layers; array.pitch is {} along x and {} along y: \
+                 give equal spacings or use the closed form",
+                micrometres(along_x),
+                micrometres(along_y)
+            ));
+        }
+        let roofs = [element.rows.roof, element.columns.roof];
+        Ok(VoidStack {
+            section: element.section(),
+            pitch: along_x,
+            base: element.base,
+            between: (roofs[0] - roofs[1]).abs() - element.section.height,
+            cover: roofs[0].min(roofs[1]),
+            material: element.material,
+            liquid: element.liquid.pressure.clone(),
+        })
+    }
+
     /// The calibration that the drawing implies: every channel as drawn, noise
     /// from the board's own figures.
     ///
@@ -110,6 +137,10 @@ impl Device for ChannelArray<'_> {
 
     fn predictor(&self) -> Box<dyn Predictor> {
         Box::new(ChannelPredictor::new(self))
+    }
+
+    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(ChannelPredictor::by_finite_elements(self)))
     }
 
     fn simulated(&self) -> Box<dyn Simulated> {

@@ -6,9 +6,9 @@ use super::{ChannelArray, LAYERS};
 use crate::electronics::{Code, DividerBoard};
 use crate::mechanics::{
     ChannelClosed, ChannelError, ChannelSection, ClosingState, LinearElastic, SectionClosure,
-    Stretch,
+    SolvedLayer, SolvedVoids, Stretch, VoidStack,
 };
-use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
+use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Loads, Predictor};
 use crate::quantity::{AREA, FORCE, STRESS};
 use crate::table::{Cell, Column};
 use crate::transduction::ChannelLayer;
@@ -36,6 +36,8 @@ pub struct LayerAnswer {
     pub loaded: SectionClosure,
     /// Area ratio of the thinnest section of the loaded part, where known.
     pub thinnest: Option<f64>,
+    /// Smallest distance between roof and floor, m; only finite elements know it.
+    pub gap: Option<f64>,
     /// Resistance without leads, Ω.
     pub resistance: f64,
     /// Relative change R/R₀ − 1 of the channel.
@@ -81,6 +83,17 @@ pub struct ChannelPredictor {
     board: DividerBoard,
     section: ChannelSection,
     closed_form: LinearElastic,
+    field: Option<Field>,
+}
+
+/// The layers as finite elements see them.
+#[derive(Debug, Clone)]
+struct Field {
+    /// The drawing; or why it can't be solved.
+    stack: Result<VoidStack, String>,
+    /// Which of the upper and the lower layer the rows are, which the columns.
+    position: [usize; 2],
+    solved: Option<SolvedVoids>,
 }
 
 impl ChannelPredictor {
@@ -91,7 +104,51 @@ impl ChannelPredictor {
             board: array.board,
             section: array.element.section(),
             closed_form: array.element.closed_form,
+            field: None,
         }
+    }
+
+    /// The same with the closing of both layers solved by finite elements of the
+    /// crossing cell, the whole top pressed.
+    pub fn by_finite_elements(array: &ChannelArray<'_>) -> Self {
+        let rows_above = array.element.rows.roof < array.element.columns.roof;
+        Self {
+            field: Some(Field {
+                stack: array.void_stack(),
+                position: if rows_above { [0, 1] } else { [1, 0] },
+                solved: None,
+            }),
+            ..Self::new(array)
+        }
+    }
+
+    /// Solves up to a pressure in Pa on the whole top.
+    ///
+    /// # Errors
+    /// A sentence when there is no solution.
+    pub fn solve(
+        &mut self,
+        pressure: f64,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Option<String>, String> {
+        let Some(field) = &mut self.field else {
+            return Ok(None);
+        };
+        let stack = field.stack.as_ref().map_err(Clone::clone)?;
+        let solved = stack
+            .solve(pressure, progress)
+            .map_err(|error| error.to_string())?;
+        for (layer, position) in self.layers.iter_mut().zip(field.position) {
+            layer.closing = solved.layers[position].closing.clone();
+        }
+        let ended = solved.ended.clone();
+        field.solved = Some(solved);
+        Ok(ended)
+    }
+
+    fn solved_layer(&self, number: usize) -> Option<&SolvedLayer> {
+        let field = self.field.as_ref()?;
+        Some(&field.solved.as_ref()?.layers[field.position[number]])
     }
 
     /// The chain for a pressure in Pa on `share` of the length of a channel;
@@ -118,8 +175,8 @@ impl ChannelPredictor {
                 .section
                 .published_area_ratio(&self.closed_form, pressure),
             layers: [
-                self.layer(rows, pressure, share)?,
-                self.layer(columns, pressure, share)?,
+                self.layer(rows, 0, pressure, share)?,
+                self.layer(columns, 1, pressure, share)?,
             ],
         })
     }
@@ -127,6 +184,7 @@ impl ChannelPredictor {
     fn layer(
         &self,
         layer: &ChannelLayer,
+        number: usize,
         pressure: f64,
         share: f64,
     ) -> Result<LayerAnswer, ChannelError> {
@@ -139,7 +197,18 @@ impl ChannelPredictor {
         ];
         let response = layer.respond(&stretches)?;
         let loaded = response.channel.sections[0];
-        let voltage = self.board.divider.voltage(response.resistance);
+        let solved = self.solved_layer(number);
+        // Sections are not alike along the channel: the solution knows more than
+        // their mean.
+        let ratio = solved.and_then(|solved| solved.resistance_ratio(loaded.net_pressure));
+        let resistance = match ratio {
+            Some(ratio) if loaded.net_pressure > 0.0 => {
+                let rest = layer.conductor.rest_resistance();
+                response.resistance + share * rest * (ratio - 1.0 / loaded.area_ratio)
+            }
+            _ => response.resistance,
+        };
+        let voltage = self.board.divider.voltage(resistance);
         let state = match loaded.state {
             _ if self.board.divider.saturated(voltage) => LayerState::Saturated,
             ClosingState::Beyond { .. } => LayerState::Beyond,
@@ -150,11 +219,15 @@ impl ChannelPredictor {
             internal_pressure: response.channel.internal_pressure,
             volume_ratio: response.channel.volume_ratio,
             loaded,
-            thinnest: layer.thinnest(loaded.area_ratio),
-            resistance: response.resistance,
-            change: response.change,
+            thinnest: match solved {
+                Some(solved) => solved.thinnest(loaded.net_pressure),
+                None => layer.thinnest(loaded.area_ratio),
+            },
+            gap: solved.and_then(|s| s.gap(loaded.net_pressure, self.section.height)),
+            resistance,
+            change: resistance / layer.conductor.rest_resistance() - 1.0,
             voltage,
-            code: self.board.read(response.resistance, 0.0),
+            code: self.board.read(resistance, 0.0),
             state,
         })
     }
@@ -171,6 +244,14 @@ const PRESSURE: usize = 0;
 const FORCE_Z: usize = 1;
 const AREA_COLUMN: usize = 2;
 const LOADED_SHARE: usize = 3;
+
+/// The pressure of a load in Pa, and the column that names it.
+fn pressure_of(load: &Load<'_>) -> (usize, f64) {
+    match (load.number(FORCE_Z), load.number(AREA_COLUMN)) {
+        (Some(force), Some(area)) => (FORCE_Z, force / area),
+        _ => (PRESSURE, load.number(PRESSURE).unwrap_or(0.0)),
+    }
+}
 
 static LOADS: [LoadColumn; 4] = [
     LoadColumn {
@@ -204,6 +285,22 @@ static LOADS: [LoadColumn; 4] = [
 ];
 
 impl Predictor for ChannelPredictor {
+    fn prepare(
+        &mut self,
+        loads: &Loads,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Option<String>, String> {
+        if self.field.is_none() {
+            return Ok(None);
+        }
+        let pressures = (0..loads.len()).map(|row| pressure_of(&loads.load(row)).1);
+        let greatest = pressures.fold(0.0, f64::max);
+        if greatest == 0.0 {
+            return Ok(None);
+        }
+        self.solve(greatest, progress)
+    }
+
     fn load_columns(&self) -> &'static [LoadColumn] {
         &LOADS
     }
@@ -260,15 +357,18 @@ impl Predictor for ChannelPredictor {
         ));
         let ohm = "ohm";
         columns.push(Column::new("saturates_at_resistance", ohm, 1.0, ohm, 4));
+        if self.field.is_some() {
+            for layer in LAYERS {
+                columns.push(Column::new(format!("{layer}_gap"), "um", 1e-6, "m", 3));
+            }
+            columns.push(Column::new("greatest_stress", "kPa", 1e3, "pa", 3));
+        }
         columns
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
         let share = load.number(LOADED_SHARE).unwrap_or(1.0);
-        let (column, pressure) = match (load.number(FORCE_Z), load.number(AREA_COLUMN)) {
-            (Some(force), Some(area)) => (FORCE_Z, force / area),
-            _ => (PRESSURE, load.number(PRESSURE).unwrap_or(0.0)),
-        };
+        let (column, pressure) = pressure_of(load);
         let answer = self.predict(pressure, share).map_err(|error| LoadRefused {
             column,
             message: error.to_string(),
@@ -311,6 +411,13 @@ impl Predictor for ChannelPredictor {
         let divider = &self.board.divider;
         let saturated = divider.resistance(divider.saturation);
         row.push(saturated.map_or(Cell::from(""), Cell::Number));
+        if let Some(field) = &self.field {
+            let number = |value: Option<f64>| value.map_or(Cell::from(""), Cell::Number);
+            row.extend(answer.layers.iter().map(|layer| number(layer.gap)));
+            // The stress belongs to the load on the whole top.
+            let solved = field.solved.as_ref().filter(|_| share == 1.0);
+            row.push(number(solved.and_then(|solved| solved.stress(pressure))));
+        }
         Ok(())
     }
 

@@ -1,0 +1,15 @@
+//! Which mechanics answers.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// How deformations are found.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mechanics {
+    /// Closed forms and tables; answers at once.
+    #[default]
+    ClosedForm,
+    /// Finite elements of the drawing; seconds to minutes.
+    Fem,
+}

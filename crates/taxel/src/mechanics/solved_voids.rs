@@ -1,0 +1,220 @@
+//! Two crossing rows of channels solved by finite elements.
+
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::CrossingVoids;
+use taxel_fem::study::crossing_voids::{Crossing, CrossingStudy};
+use taxel_fem::study::void_cell::{Filling, WallContact};
+
+use super::{
+    ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic, MonotoneCurve, OnCurve,
+    PressureLaw,
+};
+
+/// Two crossing layers of channels, from their drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VoidStack {
+    /// Cross-section of all channels.
+    pub section: ChannelSection,
+    /// Spacing of the channels of one layer, the same in both, m.
+    pub pitch: f64,
+    /// Solid below the lower channels, m.
+    pub base: f64,
+    /// Solid between the layers, m.
+    pub between: f64,
+    /// Solid above the upper channels, m.
+    pub cover: f64,
+    /// The solid.
+    pub material: Hyperelastic,
+    /// What the pressure of the liquid obeys; channels pressed over all their length.
+    pub liquid: PressureLaw,
+}
+
+/// No solution, or none to speak of.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NotSolved {
+    /// The solver stopped before the first load.
+    #[error("{0}")]
+    Solver(String),
+    /// The solved states make no curve.
+    #[error(transparent)]
+    Curve(#[from] ChannelError),
+}
+
+/// What the solution says of one layer, over the net pressure q = p − P_int.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolvedLayer {
+    /// Mean area ratio V/V₀.
+    pub closing: ClosingCurve,
+    /// Area ratio of the thinnest section.
+    thinnest: MonotoneCurve,
+    /// Resistance at rest over resistance of the pressed part.
+    conductance: MonotoneCurve,
+    /// Smallest distance between roof and floor, m.
+    gap: Vec<[f64; 2]>,
+}
+
+/// What the solution says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolvedVoids {
+    /// The upper and the lower layer.
+    pub layers: [SolvedLayer; 2],
+    /// Greatest von Mises stress over the pressure on the top, Pa.
+    stress: Vec<[f64; 2]>,
+    /// Why the solution ended before the pressure asked for.
+    pub ended: Option<String>,
+}
+
+/// States on the way to the greatest pressure.
+const STATES: usize = 24;
+
+impl VoidStack {
+    /// Presses the whole top up to a pressure in Pa; `progress` hears the fraction.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when there is not even a first state.
+    pub fn solve(
+        &self,
+        pressure: f64,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<SolvedVoids, NotSolved> {
+        let cell = CrossingVoids {
+            width: self.section.width,
+            pitch: self.pitch,
+            base: self.base,
+            lower: self.section.height,
+            between: self.between,
+            upper: self.section.height,
+            cover: self.cover,
+            smallest: self.section.height,
+            growth: 2.0,
+            largest: self.pitch / 4.0,
+        };
+        let filling = filling(&self.liquid);
+        let contact = WallContact::default();
+        let mut study = CrossingStudy::new(&cell, solid(&self.material), &filling, contact)
+            .map_err(|failure| NotSolved::Solver(failure.to_string()))?;
+        let mut states = Vec::new();
+        let mut ended = None;
+        for step in 1..=STATES {
+            let fraction = step as f64 / STATES as f64;
+            match study.press(pressure * fraction) {
+                Ok(state) => states.push(state),
+                Err(failure) if states.is_empty() => {
+                    return Err(NotSolved::Solver(failure.to_string()));
+                }
+                Err(failure) => {
+                    ended = Some(failure.to_string());
+                    break;
+                }
+            }
+            progress(fraction);
+        }
+        Ok(SolvedVoids {
+            layers: [SolvedLayer::new(&states, 0)?, SolvedLayer::new(&states, 1)?],
+            stress: from_rest(states.iter().map(|s| [s.pressure, s.stress]), 0.0),
+            ended,
+        })
+    }
+}
+
+/// The solid as the solver knows it.
+fn solid(material: &Hyperelastic) -> Material {
+    let Hyperelastic::MooneyRivlin(constants) = material;
+    Material {
+        law: Law::MooneyRivlin {
+            c10: constants.c10,
+            c01: constants.c01,
+        },
+        volumetric: Volumetric::Incompressible,
+    }
+}
+
+fn filling(liquid: &PressureLaw) -> Filling {
+    match liquid {
+        PressureLaw::Vented => Filling::Vented,
+        PressureLaw::Sealed => Filling::Sealed,
+        PressureLaw::Paper(law) => Filling::Gas(law.expansion * law.atmosphere),
+        PressureLaw::Tabulated(points) => {
+            let mut points: Vec<(f64, f64)> = points
+                .iter()
+                .map(|point| (point.volume_ratio, point.pressure))
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            Filling::Tabulated(points)
+        }
+    }
+}
+
+fn from_rest(points: impl Iterator<Item = [f64; 2]>, rest: f64) -> Vec<[f64; 2]> {
+    std::iter::once([0.0, rest]).chain(points).collect()
+}
+
+impl SolvedLayer {
+    fn new(states: &[Crossing], row: usize) -> Result<Self, NotSolved> {
+        let net = |state: &Crossing| state.pressure - state.inside[row];
+        let points: Vec<ClosingPoint> = states
+            .iter()
+            .map(|state| ClosingPoint {
+                net_pressure: net(state),
+                area_ratio: state.volume_ratio[row],
+            })
+            .collect();
+        let touch = states
+            .iter()
+            .find(|state| state.gap[row] <= 0.0)
+            .map(|state| state.volume_ratio[row]);
+        let curve = |of: &dyn Fn(&Crossing) -> f64| {
+            let points = from_rest(states.iter().map(|s| [net(s), of(s)]), 1.0);
+            MonotoneCurve::new(points, None).map_err(ChannelError::from)
+        };
+        Ok(Self {
+            closing: ClosingCurve::from_points(&points)?.touching_at(touch),
+            thinnest: curve(&|state| state.thinnest[row])?,
+            conductance: curve(&|state| 1.0 / state.resistance_ratio[row])?,
+            gap: states.iter().map(|s| [net(s), s.gap[row]]).collect(),
+        })
+    }
+
+    /// Area ratio of the thinnest section at a net pressure in Pa, on the curve.
+    pub fn thinnest(&self, net_pressure: f64) -> Option<f64> {
+        inside(&self.thinnest, net_pressure)
+    }
+
+    /// Resistance of the pressed part over that at rest.
+    pub fn resistance_ratio(&self, net_pressure: f64) -> Option<f64> {
+        inside(&self.conductance, net_pressure).map(|conductance| 1.0 / conductance)
+    }
+
+    /// Smallest distance between roof and floor, m; `rest` is that at rest.
+    pub fn gap(&self, net_pressure: f64, rest: f64) -> Option<f64> {
+        let points = from_rest(self.gap.iter().copied(), rest);
+        between(&points, net_pressure)
+    }
+}
+
+impl SolvedVoids {
+    /// Greatest von Mises stress at a pressure on the top, Pa.
+    pub fn stress(&self, pressure: f64) -> Option<f64> {
+        between(&self.stress, pressure)
+    }
+}
+
+fn inside(curve: &MonotoneCurve, x: f64) -> Option<f64> {
+    match curve.at(x) {
+        OnCurve::Inside { value, .. } => Some(value),
+        OnCurve::Below(_) | OnCurve::Above(_) => None,
+    }
+}
+
+/// On straight lines between points: for what contact bends.
+fn between(points: &[[f64; 2]], x: f64) -> Option<f64> {
+    let last = points.last()?[0];
+    if !(0.0..=last * (1.0 + 1e-12)).contains(&x) {
+        return None;
+    }
+    let upper = points
+        .partition_point(|point| point[0] < x)
+        .clamp(1, points.len() - 1);
+    let ([x0, y0], [x1, y1]) = (points[upper - 1], points[upper]);
+    Some(y0 + (y1 - y0) * (x - x0) / (x1 - x0))
+}
