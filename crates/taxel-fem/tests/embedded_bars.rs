@@ -28,6 +28,7 @@ fn study(gap: f64, width: f64, ratio: f64) -> BarStudy {
         beyond: 0.0,
         side: SideFace::OnBase,
         bar: None,
+        gripped: false,
         division: LayerDivision::default(),
     };
     let bar = Bar {
@@ -88,9 +89,18 @@ fn compare(gap: f64, width: f64, ratio: f64, compressions: &[f64]) -> [f64; 8] {
                 worst[k] = worst[k].max(error.abs());
             }
         }
-        println!("e {} errors % {:+.3?} base {:.0} {mechanics:.1?} {:.1?}", row[3], errors.map(|e| 100.0 * e), pressed.on_base, start.elapsed());
+        println!(
+            "e {} errors % {:+.3?} base {:.0} {mechanics:.1?} {:.1?}",
+            row[3],
+            errors.map(|e| 100.0 * e),
+            pressed.on_base,
+            start.elapsed()
+        );
     }
-    println!("{gap} {width} {ratio} worst % {:.3?}", worst.map(|e| 100.0 * e));
+    println!(
+        "{gap} {width} {ratio} worst % {:.3?}",
+        worst.map(|e| 100.0 * e)
+    );
     worst
 }
 
@@ -98,7 +108,10 @@ fn compare(gap: f64, width: f64, ratio: f64, compressions: &[f64]) -> [f64; 8] {
 /// corner values 0.1 % below a compression of 0.2 (see below); what was asked is 0.5 %.
 fn check(worst: [f64; 8]) {
     let asked = [5e-3, 5e-3, 5e-3, 5e-3, 5e-3, 5e-3, 5e-3, 1e-3];
-    assert!(worst.iter().zip(asked).all(|(error, asked)| *error < asked), "{worst:?}");
+    assert!(
+        worst.iter().zip(asked).all(|(error, asked)| *error < asked),
+        "{worst:?}"
+    );
 }
 
 #[test]
@@ -149,7 +162,13 @@ fn surroundings(gap: f64, compressions: &[f64]) -> [f64; 2] {
         .filter_map(|line| {
             let cells: Vec<&str> = line.split(',').collect();
             let own = cells.first()?.parse::<f64>().ok()? == gap;
-            own.then(|| (cells[2].parse().unwrap(), cells[3], cells[4].parse().unwrap()))
+            own.then(|| {
+                (
+                    cells[2].parse().unwrap(),
+                    cells[3],
+                    cells[4].parse().unwrap(),
+                )
+            })
         })
         .collect();
     let mut study = study(gap, 1000.0, 1.75);
@@ -160,7 +179,11 @@ fn surroundings(gap: f64, compressions: &[f64]) -> [f64; 2] {
         for &(_, name, reference) in rows.iter().filter(|row| row.0 == compression) {
             let stem = name.trim_end_matches("_mutual");
             let found = study.capacitance(&[media(stem)]).unwrap()[0];
-            let ours = if stem == name { found.differential } else { found.mutual };
+            let ours = if stem == name {
+                found.differential
+            } else {
+                found.mutual
+            };
             let error = ours / reference - 1.0;
             let first = *rest.entry(name).or_insert((ours, reference));
             let fall = [first.0 - ours, first.1 - reference];
@@ -168,7 +191,11 @@ fn surroundings(gap: f64, compressions: &[f64]) -> [f64; 2] {
             // the capacitances.
             let size = fall[1].abs().max(0.05 * first.1);
             let of_fall = (fall[0] - fall[1]) / size;
-            println!("{gap} {compression} {name} {ours:.4} {:+.3} % fall {:+.2} %", 100.0 * error, 100.0 * of_fall);
+            println!(
+                "{gap} {compression} {name} {ours:.4} {:+.3} % fall {:+.2} %",
+                100.0 * error,
+                100.0 * of_fall
+            );
             worst = [worst[0].max(error.abs()), worst[1].max(of_fall.abs())];
             compared += 1;
         }
@@ -194,10 +221,8 @@ fn all_surroundings() {
 
 /// The region above and beside the layer, alone, with its nodes numbered as in all.
 fn outside(mesh: &Mesh) -> Mesh {
-    let mut outside = Mesh {
-        points: mesh.points.clone(),
-        ..Mesh::default()
-    };
+    let mut outside = Mesh::default();
+    outside.points.clone_from(&mesh.points);
     let region = outside.region("above");
     for cell in 0..mesh.cell_count() {
         if mesh.regions[mesh.region_of(cell)] == "above" {
@@ -271,10 +296,15 @@ fn harmonic_extension_and_new_mesh_agree() {
     }
     for name in ["uniform", "air_above", "grounded_base"] {
         let anew = study.capacitance(&[media(name)]).unwrap()[0];
-        let pulled = rest.solve_moved(media(name), Motion::PulledBack(&moved)).unwrap();
+        let pulled = rest
+            .solve_moved(media(name), Motion::PulledBack(&moved))
+            .unwrap();
         println!("{name} {anew:?} {pulled:?}");
         // Both are exact to a few 1e-4, most of it the same.
-        for (a, b) in [(anew.differential, pulled.differential), (anew.mutual, pulled.mutual)] {
+        for (a, b) in [
+            (anew.differential, pulled.differential),
+            (anew.mutual, pulled.mutual),
+        ] {
             assert!((a / b - 1.0).abs() < 1e-4, "{name}: {a} {b}");
         }
     }

@@ -36,6 +36,7 @@ fn body(aspect: f64, beyond: f64, side: SideFace) -> Layer {
         beyond,
         side,
         bar: None,
+        gripped: false,
         division: LayerDivision::default(),
     }
 }
@@ -58,8 +59,14 @@ fn compare(table: &str, layer: Layer) -> (f64, Option<f64>) {
         let error = found.mean_stress / row[2] - 1.0;
         println!(
             "{} e {:.2}: {:.5} table {:.5} error {:+.2} % on base {:.3} its {} {:.1?}",
-            layer.loaded, row[1], found.mean_stress, row[2], 100.0 * error, found.on_base,
-            study.solver.iterations - before, start.elapsed()
+            layer.loaded,
+            row[1],
+            found.mean_stress,
+            row[2],
+            100.0 * error,
+            found.on_base,
+            study.solver.iterations - before,
+            start.elapsed()
         );
         worst = worst.max(error.abs());
     }
@@ -78,7 +85,10 @@ const ASKED_OF_PUNCH: f64 = 0.03;
 /// Rows up to a compression.
 fn up_to(table: &str, most: f64) -> String {
     let keep = |line: &&str| {
-        let compression = line.split(',').nth(1).and_then(|cell| cell.parse::<f64>().ok());
+        let compression = line
+            .split(',')
+            .nth(1)
+            .and_then(|cell| cell.parse::<f64>().ok());
         compression.is_none_or(|e| e <= most)
     };
     table.lines().filter(keep).collect::<Vec<_>>().join("\n")
@@ -86,7 +96,10 @@ fn up_to(table: &str, most: f64) -> String {
 
 fn check(table: &str, layer: Layer, asked: f64) {
     let (worst, ended) = compare(table, layer);
-    assert!(ended.is_none() && worst < asked, "{layer:?}: {worst}, ended {ended:?}");
+    assert!(
+        ended.is_none() && worst < asked,
+        "{layer:?}: {worst}, ended {ended:?}"
+    );
 }
 
 #[test]
@@ -105,17 +118,30 @@ fn side_faces_come_to_lie_on_a_wider_base() {
 
 #[test]
 fn punches_push_into_a_wide_layer() {
-    check(&up_to(PUNCH, 0.05), body(1.0, 4.0, SideFace::Free), ASKED_OF_PUNCH);
+    check(
+        &up_to(PUNCH, 0.05),
+        body(1.0, 4.0, SideFace::Free),
+        ASKED_OF_PUNCH,
+    );
 }
 
 #[test]
 #[ignore = "all layers of the tables: minutes"]
 fn all_layers() {
     for aspect in [1.0, 2.0, 5.0, 10.0, 20.0] {
-        println!("base {:?}", compare(ON_BASE, body(aspect, 0.0, SideFace::OnBase)));
-        println!("free {:?}", compare(FREE, body(aspect, 0.0, SideFace::Free)));
+        println!(
+            "base {:?}",
+            compare(ON_BASE, body(aspect, 0.0, SideFace::OnBase))
+        );
+        println!(
+            "free {:?}",
+            compare(FREE, body(aspect, 0.0, SideFace::Free))
+        );
     }
     for aspect in [1.0, 2.0, 5.0] {
-        println!("punch {:?}", compare(PUNCH, body(aspect, 4.0, SideFace::Free)));
+        println!(
+            "punch {:?}",
+            compare(PUNCH, body(aspect, 4.0, SideFace::Free))
+        );
     }
 }

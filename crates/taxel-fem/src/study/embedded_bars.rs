@@ -9,7 +9,7 @@
 //! base begin at the face. Beyond a box the mesh is blended into a circle, outside of
 //! which all space is mapped inside ([`crate::field::exterior`]).
 
-use super::layer::{Bar, Layer, LayerStudy, SideFace};
+use super::layer::{Bar, Layer, LayerStudy};
 use crate::field::FieldError;
 use crate::field::electrostatics::{Electrostatics, Infinity, VACUUM_PERMITTIVITY};
 use crate::field::exterior::{Ball, Exterior, Shell, add_exterior, surround};
@@ -69,7 +69,12 @@ impl BarStudy {
     ///
     /// # Errors
     /// When the lengths make no layer.
-    pub fn new(layer: Layer, bar: Bar, material: Material, stiff: Material) -> Result<Self, Failure> {
+    pub fn new(
+        layer: Layer,
+        bar: Bar,
+        material: Material,
+        stiff: Material,
+    ) -> Result<Self, Failure> {
         let layer = Layer {
             bar: Some(bar),
             ..layer
@@ -201,22 +206,33 @@ impl Section {
             nodes
         };
         let (top, bottom, side) = (line("top", 0), line("bottom", 0), line("right", 1));
-        let lying = if layer.side == SideFace::OnBase {
-            lay_down(&mut places, &side, 2.0 * OVERLAP * layer.thickness)
-        } else {
-            0
-        };
-        let extent = places.iter().fold(0.0_f64, |most, at| most.max(at[0].max(at[1])));
+        // A face that may pass below the plane of the base counts as lying on it.
+        let lying = lay_down(&mut places, &side, 2.0 * OVERLAP * layer.thickness);
+        let extent = places
+            .iter()
+            .fold(0.0_f64, |most, at| most.max(at[0].max(at[1])));
         let mut sewn = Sewn::default();
         for cell in 0..solid.cell_count() {
             let region = &solid.regions[solid.region_of(cell)];
-            let at: Vec<[f64; 2]> = solid.cell(cell).iter().map(|&n| places[n as usize]).collect();
+            let at: Vec<[f64; 2]> = solid
+                .cell(cell)
+                .iter()
+                .map(|&n| places[n as usize])
+                .collect();
             sewn.cell(region, &at);
         }
-        let at = |nodes: &[u32]| -> Vec<[f64; 2]> { nodes.iter().map(|&n| places[n as usize]).collect() };
+        let at = |nodes: &[u32]| -> Vec<[f64; 2]> {
+            nodes.iter().map(|&n| places[n as usize]).collect()
+        };
         let side = at(&side);
         let size = BOX * extent;
-        sewn.surround_layer(&at(&top), &at(&bottom), &side[..=lying], &side[lying..], size);
+        sewn.surround_layer(
+            &at(&top),
+            &at(&bottom),
+            &side[..=lying],
+            &side[lying..],
+            size,
+        );
         let mut mesh = sewn.mesh;
         mesh.name_boundary("box", |p| p[0] == size || p[1].abs() == size);
         let ball = Ball {
@@ -348,7 +364,12 @@ impl Sewn {
     }
 
     /// Cells of a block whose nodes `place` gives by number, half cells counted.
-    fn block(&mut self, region: &str, counts: [usize; 2], place: &dyn Fn(usize, usize) -> [f64; 2]) {
+    fn block(
+        &mut self,
+        region: &str,
+        counts: [usize; 2],
+        place: &dyn Fn(usize, usize) -> [f64; 2],
+    ) {
         for j in 0..counts[1] {
             for i in 0..counts[0] {
                 let at: [[f64; 2]; 9] = std::array::from_fn(|node| {
@@ -381,25 +402,37 @@ impl Sewn {
         self.block("above", [cells(top.len()), cells(upward.len())], &|i, j| {
             [xs_top[i], heights(top[i], j)]
         });
-        self.block("above", [cells(outward.len()), cells(upward.len())], &|i, j| {
-            [beside(head[0], i), heights(head, j)]
-        });
-        self.block("above", [cells(outward.len()), cells(standing.len())], &|i, j| {
-            [beside(standing[j][0], i), standing[j][1]]
-        });
+        self.block(
+            "above",
+            [cells(outward.len()), cells(upward.len())],
+            &|i, j| [beside(head[0], i), heights(head, j)],
+        );
+        self.block(
+            "above",
+            [cells(outward.len()), cells(standing.len())],
+            &|i, j| [beside(standing[j][0], i), standing[j][1]],
+        );
         let mut base: Vec<f64> = bottom.iter().map(|at| at[0]).collect();
         base.extend(lying.iter().skip(1).map(|at| at[0]));
         base.extend((1..outward.len()).map(|k| beside(foot[0], k)));
         let downward = shares(size, head[1] / 8.0);
-        self.block("below", [cells(base.len()), cells(downward.len())], &|i, j| {
-            let last = downward.len() - 1;
-            [base[i], -blend(0.0, size, downward[last - j])]
-        });
+        self.block(
+            "below",
+            [cells(base.len()), cells(downward.len())],
+            &|i, j| {
+                let last = downward.len() - 1;
+                [base[i], -blend(0.0, size, downward[last - j])]
+            },
+        );
     }
 }
 
 fn blend(from: f64, to: f64, share: f64) -> f64 {
-    if share == 1.0 { to } else { from + share * (to - from) }
+    if share == 1.0 {
+        to
+    } else {
+        from + share * (to - from)
+    }
 }
 
 /// Shares of nodes, half cells counted, of cells that grow from `first` over a length.

@@ -1,7 +1,7 @@
 //! A layer bonded to a rigid plane and pressed flat from above, in plane strain.
 //!
-//! The top of the loaded part sinks by a given amount and slides without friction;
-//! half of a symmetric layer is in the mesh. What becomes of the ends is the choice
+//! The top of the loaded part sinks by a given amount and slides without friction, or is
+//! gripped; half of a symmetric layer is in the mesh. What becomes of the ends is the choice
 //! of the body: they end with the load, or the layer goes on beside it.
 
 use crate::assembly::kernel::Kinematics;
@@ -47,6 +47,8 @@ pub struct Layer {
     pub side: SideFace,
     /// The bars in it.
     pub bar: Option<Bar>,
+    /// Whether what presses grips the top; otherwise the top slides without friction.
+    pub gripped: bool,
     /// Sizes of the cells.
     pub division: LayerDivision,
 }
@@ -288,6 +290,9 @@ fn pose(
     problem.support("left", 0, Motion::Held)?;
     let travel = problem.parameter("travel of the top", Rule::Given);
     problem.support("pressed", 1, Motion::Driven(travel, -1.0))?;
+    if layer.gripped {
+        problem.support("pressed", 0, Motion::Held)?;
+    }
     if layer.side == SideFace::OnBase {
         let surface = problem.surface("right")?;
         problem.contacts.push(Contact::Obstacle(Obstacle {

@@ -12,8 +12,8 @@ mod preload;
 mod profile;
 mod relaxation;
 mod soft_cover;
-mod suspension;
 mod solved_voids;
+mod suspension;
 mod tabulated_cells;
 
 pub use choice::Mechanics;
