@@ -1,6 +1,6 @@
 //! Bars in a pressed layer against independent finite elements (lengths um, stresses in
 //! shear moduli of the layer).
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::needless_range_loop)]
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,7 +51,7 @@ fn rows(table: &str) -> Vec<Vec<f64>> {
         .collect()
 }
 
-const SECTIONS: &str = include_str!("reference/p1_fe_sensor.csv");
+const SECTIONS: &str = include_str!("reference/p1_fe_bars.csv");
 const UNIFORM: Media = Media {
     layer: 1.0,
     above: 1.0,

@@ -1,6 +1,6 @@
 //! Pressed layers against independent finite elements (lengths in thicknesses, stresses
 //! in shear moduli).
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::study::layer::{Layer, LayerDivision, LayerStudy, SideFace};

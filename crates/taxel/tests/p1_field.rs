@@ -1,5 +1,5 @@
 //! The in-plane sensor by finite elements of its cross-section.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use taxel::device::{InPlaneFieldPredictor, InPlaneLoadState};
 use taxel::mechanics::{ElectrodeStiffness, EndCondition, EndShear, LayerKinematics};
