@@ -1,4 +1,6 @@
 //! Bodies that are solved often: from a few lengths to a problem ready to be solved.
 
 pub mod crossing_voids;
+pub mod embedded_bars;
+pub mod layer;
 pub mod void_cell;

@@ -22,7 +22,10 @@ use crate::summary::{Fact, fact, number};
 pub use crossed_channels::{
     ChannelArray, ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState,
 };
-pub use in_plane_capacitor::{InPlaneArray, InPlaneLoadState, InPlanePrediction, InPlanePredictor};
+pub use in_plane_capacitor::{
+    InPlaneArray, InPlaneFieldPrediction, InPlaneFieldPredictor, InPlaneLoadState,
+    InPlanePrediction, InPlanePredictor,
+};
 pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
 

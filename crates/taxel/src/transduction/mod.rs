@@ -1,6 +1,7 @@
 //! Deformation to electrical response.
 
 mod coplanar_capacitor;
+mod in_plane_field;
 mod in_plane_model;
 mod in_plane_study;
 mod liquid_metal_channel;
@@ -11,6 +12,7 @@ mod tilted_plate;
 mod unit_model;
 
 pub use coplanar_capacitor::{Dielectric, PublishedFringe, coplanar_strips, facing_sides};
+pub use in_plane_field::{FieldState, NoField, SolvedInPlane};
 pub use in_plane_model::{
     CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
 };

@@ -3,6 +3,7 @@
 mod check;
 mod drawing;
 mod facts;
+mod field;
 mod predict;
 mod simulated;
 
@@ -18,6 +19,7 @@ use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
 use crate::summary::Fact;
 use crate::transduction::InPlaneModel;
 
+pub use field::{InPlaneFieldPrediction, InPlaneFieldPredictor};
 pub use predict::{InPlaneLoadState, InPlanePrediction, InPlanePredictor};
 
 /// An array of in-plane sensors with its board.
@@ -91,6 +93,10 @@ impl Device for InPlaneArray<'_> {
 
     fn predictor(&self) -> Box<dyn Predictor> {
         Box::new(InPlanePredictor::new(self))
+    }
+
+    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(InPlaneFieldPredictor::new(self)))
     }
 
     fn simulated(&self) -> Box<dyn Simulated> {

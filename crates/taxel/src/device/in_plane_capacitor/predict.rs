@@ -195,7 +195,7 @@ const fn load(
     }
 }
 
-static LOADS: [LoadColumn; 4] = [
+pub(super) static LOADS: [LoadColumn; 4] = [
     load(
         "displacement",
         "u",
@@ -228,49 +228,15 @@ impl Predictor for InPlanePredictor {
     }
 
     fn combination(&self, given: &[bool]) -> Result<(), String> {
-        match given.iter().filter(|given| **given).count() {
-            1 => Ok(()),
-            count => {
-                let names = LOADS.map(|column| column.name).join(", ");
-                Err(format!(
-                    "{count} of these loads are given: {names}; give exactly one"
-                ))
-            }
-        }
+        one_load(given)
     }
 
     fn columns(&self) -> Vec<Column> {
-        let number = |name: &str, decimals| Column::new(name, "", 1.0, "", decimals);
-        let change = |name: &str| Column::new(name, "fF", 1e-15, "f", 4);
-        vec![
-            number("compression", 6),
-            number("kinematic_unknown", 6),
-            number("top_stretch", 6),
-            Column::new("force_z", "N", 1.0, "n", 5),
-            Column::new("mean_stress", "kPa", 1e3, "pa", 4),
-            Column::new("gap", "um", 1e-6, "m", 4),
-            Column::new("thickness", "um", 1e-6, "m", 4),
-            Column::new("capacitance", "fF", 1e-15, "f", 4),
-            change("change_mechanics"),
-            change("change_model_1"),
-            change("change_model_2"),
-            Column::new("voltage", "mV", 1e-3, "v", 4),
-            Column::plain("counts"),
-            Column::plain("state"),
-            change("invertible_change"),
-            Column::new("invertible_force", "N", 1.0, "n", 5),
-            Column::new("largest_force", "N", 1.0, "n", 5),
-        ]
+        columns()
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
-        let (column, value) = (0..LOADS.len())
-            .find_map(|column| Some((column, load.number(column)?)))
-            .ok_or_else(|| LoadRefused {
-                column: 0,
-                message: "the row has no load".into(),
-                help: "give one value".into(),
-            })?;
+        let (column, value) = the_load(load)?;
         let refused = |message: String| LoadRefused {
             column,
             message,
@@ -299,33 +265,87 @@ impl Predictor for InPlanePredictor {
     }
 
     fn curves(&self, given: &[bool]) -> Vec<Curve> {
-        let forward = given.get(3) != Some(&true);
-        let curve = |title: &str, x, y: Vec<&'static str>, y_label| Curve {
-            title: title.into(),
-            x,
-            y,
-            y_label,
-        };
-        let mut curves = vec![curve(
-            "Fall of the capacitance against force",
-            "force_z",
-            vec!["change_mechanics", "change_model_1", "change_model_2"],
-            "C0 - C",
-        )];
-        if forward {
-            curves.push(curve("Force", "compression", vec!["force_z"], "force"));
-            curves.push(curve(
-                "Electrodes",
-                "compression",
-                vec!["gap", "thickness"],
-                "length",
-            ));
-        }
-        curves
+        curves(given)
     }
 }
 
-fn cell(value: Option<f64>) -> Cell {
+/// A load is one value.
+pub(super) fn one_load(given: &[bool]) -> Result<(), String> {
+    match given.iter().filter(|given| **given).count() {
+        1 => Ok(()),
+        count => {
+            let names = LOADS.map(|column| column.name).join(", ");
+            Err(format!(
+                "{count} of these loads are given: {names}; give exactly one"
+            ))
+        }
+    }
+}
+
+/// Column and value of a load.
+pub(super) fn the_load(load: &Load<'_>) -> Result<(usize, f64), LoadRefused> {
+    (0..LOADS.len())
+        .find_map(|column| Some((column, load.number(column)?)))
+        .ok_or_else(|| LoadRefused {
+            column: 0,
+            message: "the row has no load".into(),
+            help: "give one value".into(),
+        })
+}
+
+/// Columns of the answers.
+pub(super) fn columns() -> Vec<Column> {
+    let number = |name: &str, decimals| Column::new(name, "", 1.0, "", decimals);
+    let change = |name: &str| Column::new(name, "fF", 1e-15, "f", 4);
+    vec![
+        number("compression", 6),
+        number("kinematic_unknown", 6),
+        number("top_stretch", 6),
+        Column::new("force_z", "N", 1.0, "n", 5),
+        Column::new("mean_stress", "kPa", 1e3, "pa", 4),
+        Column::new("gap", "um", 1e-6, "m", 4),
+        Column::new("thickness", "um", 1e-6, "m", 4),
+        Column::new("capacitance", "fF", 1e-15, "f", 4),
+        change("change_mechanics"),
+        change("change_model_1"),
+        change("change_model_2"),
+        Column::new("voltage", "mV", 1e-3, "v", 4),
+        Column::plain("counts"),
+        Column::plain("state"),
+        change("invertible_change"),
+        Column::new("invertible_force", "N", 1.0, "n", 5),
+        Column::new("largest_force", "N", 1.0, "n", 5),
+    ]
+}
+
+/// Curves that show the answers.
+pub(super) fn curves(given: &[bool]) -> Vec<Curve> {
+    let forward = given.get(3) != Some(&true);
+    let curve = |title: &str, x, y: Vec<&'static str>, y_label| Curve {
+        title: title.into(),
+        x,
+        y,
+        y_label,
+    };
+    let mut curves = vec![curve(
+        "Fall of the capacitance against force",
+        "force_z",
+        vec!["change_mechanics", "change_model_1", "change_model_2"],
+        "C0 - C",
+    )];
+    if forward {
+        curves.push(curve("Force", "compression", vec!["force_z"], "force"));
+        curves.push(curve(
+            "Electrodes",
+            "compression",
+            vec!["gap", "thickness"],
+            "length",
+        ));
+    }
+    curves
+}
+
+pub(super) fn cell(value: Option<f64>) -> Cell {
     value.map_or_else(|| Cell::from(""), Cell::Number)
 }
 
