@@ -183,7 +183,7 @@ impl Solver {
     /// When the iteration does not converge; the state stays as it was.
     pub fn settle(&mut self) -> Result<Step, Failure> {
         let targets = self.targets.clone();
-        let mut step = self.step(&targets).map_err(|reason| Failure {
+        let mut step = self.step(&targets, 0.0).map_err(|reason| Failure {
             reason,
             fraction: 0.0,
             parameters: self.named_parameters(),
