@@ -94,6 +94,6 @@ fn with_shipped_names(stop: Stop) -> Stop {
                 names.join(", ")
             ))
         }
-        other => other,
+        Stop::Failed(message) => Stop::Failed(message),
     }
 }

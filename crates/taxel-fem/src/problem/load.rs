@@ -98,39 +98,35 @@ impl FacetPoint<'_> {
     /// Derivative of component `i` of the normal by component `j` of node `b`.
     pub fn normal_slope(&self, kinematics: Kinematics, i: usize, b: usize, j: usize) -> f64 {
         let slopes = &self.shapes.gradients[b];
-        match kinematics {
-            Kinematics::Solid => {
-                // d(t0 x t1) = e_j x (N,0 t1) - e_j x (N,1 t0), component i.
-                if i == j {
-                    return 0.0;
-                }
-                let k = 3 - i - j;
-                let sign = if (j + 1) % 3 == k { 1.0 } else { -1.0 };
-                let across = slopes[0] * self.tangents[1][k] - slopes[1] * self.tangents[0][k];
-                self.weight * sign * across
+        if kinematics == Kinematics::Solid {
+            // d(t0 x t1) = e_j x (N,0 t1) - e_j x (N,1 t0), component i.
+            if i == j {
+                return 0.0;
             }
-            _ => {
-                let turn = match (i, j) {
-                    (0, 1) => slopes[0],
-                    (1, 0) => -slopes[0],
-                    _ => 0.0,
-                };
-                if kinematics == Kinematics::PlaneStrain {
-                    return self.weight * turn;
-                }
-                let line = if i == 0 {
-                    self.tangents[0][1]
-                } else {
-                    -self.tangents[0][0]
-                };
-                let widening = if j == 0 {
-                    line * self.shapes.values[b]
-                } else {
-                    0.0
-                };
-                self.weight * (turn * self.place[0] + widening)
-            }
+            let k = 3 - i - j;
+            let sign = if (j + 1) % 3 == k { 1.0 } else { -1.0 };
+            let across = slopes[0] * self.tangents[1][k] - slopes[1] * self.tangents[0][k];
+            return self.weight * sign * across;
         }
+        let turn = match (i, j) {
+            (0, 1) => slopes[0],
+            (1, 0) => -slopes[0],
+            _ => 0.0,
+        };
+        if kinematics == Kinematics::PlaneStrain {
+            return self.weight * turn;
+        }
+        let line = if i == 0 {
+            self.tangents[0][1]
+        } else {
+            -self.tangents[0][0]
+        };
+        let widening = if j == 0 {
+            line * self.shapes.values[b]
+        } else {
+            0.0
+        };
+        self.weight * (turn * self.place[0] + widening)
     }
 }
 

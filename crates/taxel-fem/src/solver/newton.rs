@@ -108,7 +108,10 @@ impl Previous {
                 continue;
             }
             let own = next / last;
-            if !(own > 0.0) || ratio.is_some_and(|known| (known / own - 1.0).abs() > 1e-6) {
+            if own.is_nan()
+                || own <= 0.0
+                || ratio.is_some_and(|known| (known / own - 1.0).abs() > 1e-6)
+            {
                 return None;
             }
             ratio = ratio.or(Some(own)).filter(|ratio| ratio.is_finite());
@@ -796,7 +799,7 @@ fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     let n = b.len();
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-        if !(a[pivot][k].abs() > 0.0) {
+        if a[pivot][k] == 0.0 || a[pivot][k].is_nan() {
             return None;
         }
         a.swap(k, pivot);
