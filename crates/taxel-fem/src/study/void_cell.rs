@@ -38,8 +38,8 @@ impl Default for WallContact {
     fn default() -> Self {
         Self {
             folding: 100.0,
-            opposite: 100.0,
-            overlap: 1e-3,
+            opposite: 300.0,
+            overlap: 2e-3,
         }
     }
 }

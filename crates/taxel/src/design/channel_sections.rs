@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use taxel_fem::mesh::{CornerDivision, VoidCell};
-use taxel_fem::study::void_cell::{Closure, VoidStudy, WallContact};
+use taxel_fem::study::void_cell::{Closure, Filling, VoidStudy, WallContact};
 
 use super::{ChannelSections, HeatMap, MapCell};
 use crate::mechanics::{fillings, solids};
@@ -43,6 +43,9 @@ pub struct SectionAnswer {
     pub state: SectionState,
     /// The section; beyond its solution the last one known.
     pub closure: Closure,
+    /// Beyond the solution, under the law of the paper: the change of resistance that
+    /// can't be exceeded, since the net pressure only grows (R/R0 = 1 + (p - q)/(eta P)).
+    pub greatest: Option<f64>,
 }
 
 /// One design at all pressures.
@@ -153,7 +156,8 @@ fn solve(
         }
     };
     // A fold that cannot be followed is not found by ever smaller steps.
-    study.solver.settings.smallest_step = 5e-3;
+    study.solver.settings.smallest_step = 0.05;
+    study.solver.settings.iterations = 12;
     for &pressure in &pressures {
         if row.ended.is_none() {
             match study.press(pressure) {
@@ -167,6 +171,7 @@ fn solve(
                         pressure,
                         state,
                         closure,
+                        greatest: None,
                     });
                     continue;
                 }
@@ -180,6 +185,10 @@ fn solve(
             pressure,
             state: SectionState::Beyond,
             closure,
+            greatest: match filling {
+                Filling::Gas(scale) => Some((pressure - closure.pressure + closure.inside) / scale),
+                _ => None,
+            },
         });
     }
     row
@@ -193,6 +202,7 @@ pub fn columns() -> Vec<Column> {
         Column::new("pressure", "kPa", 1e3, "pa", 2),
         Column::new("area_ratio", "", 1.0, "", 5),
         Column::new("change", "", 1.0, "", 5),
+        Column::new("change_at_most", "", 1.0, "", 5),
         Column::new("internal_pressure", "kPa", 1e3, "pa", 4),
         Column::new("gap", "um", 1e-6, "m", 4),
         Column::new("fold", "um", 1e-6, "m", 3),
@@ -214,6 +224,7 @@ pub fn cells(rows: &[SectionRow]) -> Vec<Vec<Cell>> {
                     Cell::Number(answer.pressure),
                     Cell::Number(closure.area_ratio),
                     Cell::Number(answer.change()),
+                    answer.greatest.map_or(Cell::from(""), Cell::Number),
                     Cell::Number(closure.inside),
                     Cell::Number(closure.gap),
                     Cell::Number(closure.fold),
@@ -236,7 +247,7 @@ pub fn heat_map(title: &str, sections: &ChannelSections, rows: &[SectionRow]) ->
             .find(|row| row.height == height && row.cover == cover);
         let answer = row.and_then(|row| row.answers.get(number));
         MapCell {
-            value: answer.map(SectionAnswer::change),
+            value: answer.map(|answer| answer.greatest.unwrap_or(answer.change())),
             mark: match answer.map(|answer| answer.state) {
                 Some(SectionState::Touching) => "*",
                 Some(SectionState::Beyond) => "<",
@@ -264,7 +275,7 @@ pub fn heat_map(title: &str, sections: &ChannelSections, rows: &[SectionRow]) ->
             .map(|(n, &p)| map(n, p))
             .collect(),
         caption: String::from(
-            "* the roof touches the floor;  < the solution ended before (the number is a lower bound)",
+            "* the roof touches the floor;  < the solution ended before: at most this number (table: also a lower bound)",
         ),
     }
 }
