@@ -1,5 +1,6 @@
 //! Live sources, HTTP and WebSocket service, and the page.
 
+mod interrupt;
 mod latency;
 mod message;
 mod pump;
@@ -12,6 +13,7 @@ use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
+pub use interrupt::Interrupt;
 pub use latency::Latencies;
 pub use message::{Provenance, Tare};
 pub use pump::{Command, Failure, LastTouch, PumpOptions, Summary};
