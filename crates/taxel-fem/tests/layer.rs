@@ -104,8 +104,8 @@ fn check(table: &str, layer: Layer, asked: f64) {
 
 #[test]
 fn free_ends_follow_the_table() {
-    // Beyond a tenth the face that passes below the base turns by more than a right angle
-    // about the bonded corner, where it folds: the table lies up to 5 % lower there.
+    // From 0.15 on ours is 1 to 5 % above the reference. This is not explained: it is not
+    // known which side is right.
     check(&up_to(FREE, 0.1), body(1.0, 0.0, SideFace::Free), ASKED);
     check(&up_to(FREE, 0.1), body(2.0, 0.0, SideFace::Free), ASKED);
 }
