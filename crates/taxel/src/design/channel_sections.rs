@@ -156,8 +156,7 @@ fn solve(
         }
     };
     // A fold that cannot be followed is not found by ever smaller steps.
-    study.solver.settings.smallest_step = 0.05;
-    study.solver.settings.iterations = 12;
+    study.solver.settings.smallest_step = 0.01;
     for &pressure in &pressures {
         if row.ended.is_none() {
             match study.press(pressure) {
