@@ -5,6 +5,7 @@
 
 use std::time::Instant;
 
+use taxel_fem::solver::newton::Continue;
 use taxel_fem::verify::{Case, Effort, Event, run};
 
 fn shown(case: &Case) {
@@ -32,15 +33,18 @@ fn shown(case: &Case) {
 
 fn all_hold(effort: Effort, only: &[&str]) {
     let mut start = Instant::now();
-    let outcomes = run(effort, only, &mut |event| match event {
-        Event::Begins { .. } => start = Instant::now(),
-        Event::Ended(outcome) => {
-            match &outcome.result {
-                Ok(case) => shown(case),
-                Err(failure) => println!("{}: {failure}", outcome.entry.id),
+    let outcomes = run(effort, only, &mut |event| {
+        match event {
+            Event::Begins { .. } => start = Instant::now(),
+            Event::Ended(outcome) => {
+                match &outcome.result {
+                    Ok(case) => shown(case),
+                    Err(failure) => println!("{}: {failure}", outcome.entry.id),
+                }
+                println!("  {:.2} s", start.elapsed().as_secs_f64());
             }
-            println!("  {:.2} s", start.elapsed().as_secs_f64());
         }
+        Continue::Yes
     });
     let outcomes = outcomes.unwrap();
     let failed: Vec<&str> = outcomes

@@ -131,14 +131,21 @@ fn solved(case: &mut Case, shape: CellShape, count: usize) -> Result<[f64; 3], F
     });
     let mut solver = eager(problem)?;
     solver.settings.first_step = 0.5;
+    // Distorted hexahedra have the chosen state with a tangent that is not positive, and
+    // a solver that accepts stable states alone finds another one. The other shapes, space
+    // filled with tetrahedra among them, find it stable.
+    solver.settings.stable = shape != CellShape::Hex27;
     go(&mut solver, &[1.0])?;
     case.sized(&solver);
     Ok(errors(&solver, dimension))
 }
 
 pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
-    case.note =
-        String::from("The solid keeps its volume; three sides follow the map, one is loaded.");
+    case.note = String::from(
+        "The solid keeps its volume; three sides follow the map, one is loaded. On the finer \
+         meshes of hexahedra the tangent is not positive in the solution, so that their \
+         stability is not asked for; with tetrahedra the same state is stable.",
+    );
     for shape in SHAPES {
         let counts: &[usize] = match (shape, effort) {
             (CellShape::Quad9 | CellShape::Tri7, Effort::Full) => &[4, 8, 16, 32],

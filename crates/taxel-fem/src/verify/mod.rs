@@ -20,6 +20,7 @@ mod torsion;
 use crate::mesh::MeshError;
 use crate::problem::ProblemError;
 use crate::solver::failure::{Failure, Reason};
+use crate::solver::newton::Continue;
 
 /// Where the answer of a case comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -341,18 +342,20 @@ pub fn chosen(names: &[&str]) -> Result<Vec<&'static Entry>, UnknownCase> {
     Ok(ENTRIES.iter().filter(wanted).collect())
 }
 
-/// Runs the cases that `only` means (all without names); `progress` hears of each. A
-/// case that fails does not end the run.
+/// Runs the cases that `only` means (all without names); `progress` hears of each and
+/// may stop the run after a case that has ended. A case that fails does not end the run.
 ///
 /// # Errors
 /// When a name means no case.
 ///
 /// # Example
 /// ```
+/// use taxel_fem::solver::newton::Continue;
 /// use taxel_fem::verify::{Effort, Event, run};
 /// let mut ended = 0;
 /// let outcomes = run(Effort::Short, &["A"], &mut |event| {
 ///     ended += usize::from(matches!(event, Event::Ended(_)));
+///     Continue::Yes
 /// })?;
 /// assert!(outcomes.len() == ended && outcomes[0].holds());
 /// # Ok::<(), taxel_fem::verify::UnknownCase>(())
@@ -360,7 +363,7 @@ pub fn chosen(names: &[&str]) -> Result<Vec<&'static Entry>, UnknownCase> {
 pub fn run(
     effort: Effort,
     only: &[&str],
-    progress: &mut dyn FnMut(Event<'_>),
+    progress: &mut dyn FnMut(Event<'_>) -> Continue,
 ) -> Result<Vec<Outcome>, UnknownCase> {
     let entries = chosen(only)?;
     let all: f64 = entries.iter().map(|entry| entry.work).sum();
@@ -373,8 +376,11 @@ pub fn run(
         });
         let result = entry.run(effort);
         let mut outcome = Outcome { entry, result };
-        progress(Event::Ended(&mut outcome));
+        let next = progress(Event::Ended(&mut outcome));
         outcomes.push(outcome);
+        if next == Continue::Stop {
+            break;
+        }
         done += entry.work;
     }
     Ok(outcomes)
@@ -406,6 +412,17 @@ mod tests {
         assert_eq!(ids("b7"), ["B7.1", "B7.2", "B7.3"]);
         assert_eq!(ids("C"), ["C1", "C2", "C3", "C5"]);
         assert!(chosen(&["B2", "Z"]).is_err() && chosen(&[""]).is_err());
+    }
+
+    #[test]
+    fn a_run_that_is_stopped_keeps_what_has_ended() {
+        let stop = &mut |event: Event<'_>| match event {
+            Event::Begins { .. } => Continue::Yes,
+            Event::Ended(_) => Continue::Stop,
+        };
+        let outcomes = run(Effort::Short, &["A", "B"], stop).unwrap_or_default();
+        let ids: Vec<&str> = outcomes.iter().map(|outcome| outcome.entry.id).collect();
+        assert_eq!(ids, ["A"]);
     }
 
     #[test]

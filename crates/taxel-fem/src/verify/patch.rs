@@ -103,7 +103,9 @@ fn posed(patch: &Patch) -> Result<Problem, Failure> {
 
 fn solved(case: &mut Case, problem: Problem) -> Result<Solver, Failure> {
     let mut solver = eager(problem)?;
-    solver.settings.tolerance = 1e-13;
+    // The last change squares what is left. The start of the second half is the solution
+    // up to rounding in some bodies: a smaller tolerance would ask rounding to fall.
+    solver.settings.tolerance = 1e-10;
     solver.settings.first_step = 0.5;
     go(&mut solver, &[1.0])?;
     case.sized(&solver);

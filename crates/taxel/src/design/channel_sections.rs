@@ -239,7 +239,7 @@ pub fn cells(rows: &[SectionRow]) -> Vec<Vec<Cell>> {
 /// The change of resistance over height and cover, one map for each pressure.
 pub fn heat_map(title: &str, sections: &ChannelSections, rows: &[SectionRow]) -> HeatMap {
     let (heights, covers) = (sections.heights.values(), sections.covers.values());
-    let um = |lengths: &[f64]| lengths.iter().map(|x| format!("{:.0}", x * 1e6)).collect();
+    let um = |lengths: &[f64]| lengths.iter().map(|x| tenths(x * 1e6)).collect();
     let field = |height: f64, cover: f64, number: usize| {
         let row = rows
             .iter()
@@ -260,7 +260,7 @@ pub fn heat_map(title: &str, sections: &ChannelSections, rows: &[SectionRow]) ->
             .flat_map(|&cover| heights.iter().map(move |&height| (height, cover)))
             .map(|(height, cover)| field(height, cover, number))
             .collect();
-        (format!("{:.0} kPa", pressure / 1e3), cells)
+        (format!("{} kPa", tenths(pressure / 1e3)), cells)
     };
     let pressures = sections.pressures.values();
     HeatMap {
@@ -277,4 +277,10 @@ pub fn heat_map(title: &str, sections: &ChannelSections, rows: &[SectionRow]) ->
             "* the roof touches the floor;  < the solution ended before: at most this number (table: also a lower bound)",
         ),
     }
+}
+
+/// A number with one decimal where it needs it.
+fn tenths(value: f64) -> String {
+    let text = format!("{value:.1}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }

@@ -29,9 +29,13 @@ pub struct MapCell {
     pub mark: &'static str,
 }
 
-const FIELD: [f64; 2] = [30.0, 20.0];
+const FIELD: [f64; 2] = [36.0, 20.0];
 const MARGIN: [f64; 2] = [62.0, 48.0];
 const PER_LINE: usize = 3;
+/// Width in which title, bar and caption find their place.
+const LEAST_WIDTH: f64 = 620.0;
+/// Size of the bar that shows the colours.
+const BAR: [f64; 2] = [240.0, 10.0];
 
 impl HeatMap {
     /// The figure.
@@ -44,15 +48,19 @@ impl HeatMap {
         ];
         let lines = self.maps.len().div_ceil(PER_LINE);
         let beside = self.maps.len().clamp(1, PER_LINE);
-        let size = [one[0] * beside as f64 + 16.0, one[1] * lines as f64 + 84.0];
+        let size = [
+            (one[0] * beside as f64 + 16.0).max(LEAST_WIDTH),
+            one[1] * lines as f64 + 112.0,
+        ];
         let mut svg = Svg::default();
         svg.text("title", [16.0, 24.0], Anchor::Start, &self.title);
         svg.text("note", [16.0, 42.0], Anchor::Start, &self.value);
         let limits = self.limits();
+        bar(&mut svg, limits);
         for (number, (title, cells)) in self.maps.iter().enumerate() {
             let corner = [
                 one[0] * (number % PER_LINE) as f64,
-                52.0 + one[1] * (number / PER_LINE) as f64,
+                80.0 + one[1] * (number / PER_LINE) as f64,
             ];
             self.map(&mut svg, corner, title, cells, limits);
         }
@@ -60,7 +68,7 @@ impl HeatMap {
         svg.finish(
             size,
             &self.title,
-            ".title{font:600 15px sans-serif}.note,.label{font:11px sans-serif;fill:#444}.cell{font:9px sans-serif}\
+            ".title{font:600 15px sans-serif}.note,.label{font:11px sans-serif;fill:#444}.cell{font:10px sans-serif}\
              .dark{fill:#fff}.light{fill:#111}.head{font:600 12px sans-serif}",
         )
     }
@@ -103,14 +111,13 @@ impl HeatMap {
             ];
             let Some(value) = cell.value else { continue };
             // Changes spread over decades: the colours are those of the logarithm.
-            let share = (value / limits[0]).ln() / (limits[1] / limits[0]).ln();
-            let (colour, dark) = colour(share.clamp(0.0, 1.0));
+            let (colour, dark) = colour(share(value, limits));
             svg.raw(&format!(
                 "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{}\" height=\"{}\" fill=\"{colour}\"/>",
                 at[0], at[1], FIELD[0], FIELD[1]
             ));
             let class = if dark { "cell dark" } else { "cell light" };
-            let text = if value < 10.0 {
+            let text = if value < 9.995 {
                 format!("{value:.2}{}", cell.mark)
             } else {
                 format!("{value:.1}{}", cell.mark)
@@ -146,6 +153,49 @@ impl HeatMap {
     }
 }
 
+/// Place of a value in the scale, 0 to 1, by its logarithm; the middle where all values
+/// are the same, the start for what has no logarithm.
+fn share(value: f64, [low, high]: [f64; 2]) -> f64 {
+    if value <= 0.0 {
+        0.0
+    } else if high > low {
+        ((value / low).ln() / (high / low).ln()).clamp(0.0, 1.0)
+    } else {
+        0.5
+    }
+}
+
+/// The colours with the values at their ends and in the middle.
+fn bar(svg: &mut Svg, [low, high]: [f64; 2]) {
+    const STEPS: usize = 48;
+    if high <= low {
+        return;
+    }
+    let corner = [16.0, 52.0];
+    let width = BAR[0] / STEPS as f64;
+    for step in 0..STEPS {
+        let (colour, _) = colour((step as f64 + 0.5) / STEPS as f64);
+        // A little wider than its place, so that no seams show.
+        svg.raw(&format!(
+            "<rect x=\"{:.1}\" y=\"{}\" width=\"{:.1}\" height=\"{}\" fill=\"{colour}\"/>",
+            corner[0] + step as f64 * width,
+            corner[1],
+            width + if step + 1 < STEPS { 0.5 } else { 0.0 },
+            BAR[1]
+        ));
+    }
+    let ends = [
+        (0.0, Anchor::Start),
+        (0.5, Anchor::Middle),
+        (1.0, Anchor::End),
+    ];
+    for (place, anchor) in ends {
+        let value = low * (high / low).powf(place);
+        let at = [corner[0] + place * BAR[0], corner[1] + BAR[1] + 12.0];
+        svg.text("label", at, anchor, &format!("{value:.2}"));
+    }
+}
+
 /// A perceptual scale from dark blue over green to yellow, and whether it is dark.
 fn colour(share: f64) -> (String, bool) {
     const SCALE: [[f64; 3]; 6] = [
@@ -163,6 +213,42 @@ fn colour(share: f64) -> (String, bool) {
         std::array::from_fn(|k| SCALE[below][k] * (1.0 - part) + SCALE[below + 1][k] * part);
     (
         format!("rgb({:.0},{:.0},{:.0})", mix[0], mix[1], mix[2]),
-        share < 0.55,
+        share < 0.45,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(values: &[f64]) -> HeatMap {
+        let cells = values.iter().map(|&value| MapCell {
+            value: Some(value),
+            mark: "*",
+        });
+        HeatMap {
+            title: String::from("maps"),
+            value: String::from("value"),
+            across: (
+                String::from("a"),
+                values.iter().map(|_| "1".into()).collect(),
+            ),
+            upward: (String::from("b"), vec!["1".into()]),
+            maps: vec![(String::from("one"), cells.collect())],
+            caption: String::new(),
+        }
+    }
+
+    #[test]
+    fn values_without_a_range_have_a_colour() {
+        for values in [&[2.0][..], &[2.0, 2.0], &[0.0], &[-1.0, 3.0]] {
+            assert!(!of(values).svg().contains("NaN"), "{values:?}");
+        }
+    }
+
+    #[test]
+    fn a_number_never_grows_beyond_its_field() {
+        let svg = of(&[9.996, 9.99]).svg();
+        assert!(svg.contains(">10.0*<") && svg.contains(">9.99*<"), "{svg}");
+    }
 }

@@ -80,12 +80,13 @@ fn allowed(row: &Compared) -> String {
     }
 }
 
-/// The report as data, SI.
-pub(crate) fn json(outcomes: &[Outcome]) -> Value {
+/// The report as data, SI; `asked` is how many cases the run was to solve.
+pub(crate) fn json(outcomes: &[Outcome], asked: usize) -> Value {
     let cases: Vec<Value> = outcomes.iter().map(case_json).collect();
     json!({
         "version": VERSION,
         "commit": COMMIT,
+        "complete": outcomes.len() == asked,
         "holds": outcomes.iter().all(Outcome::holds),
         "cases": cases,
     })
@@ -138,7 +139,7 @@ fn row_json(row: &Compared) -> Value {
 }
 
 /// The report as one page, the cases apart by where their answers come from.
-pub(crate) fn html(outcomes: &[Outcome]) -> String {
+pub(crate) fn html(outcomes: &[Outcome], asked: usize) -> String {
     let held = outcomes.iter().filter(|outcome| outcome.holds()).count();
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -148,6 +149,13 @@ pub(crate) fn html(outcomes: &[Outcome]) -> String {
          <p><b>{held} of {} cases are within tolerance.</b></p>\n",
         outcomes.len()
     );
+    if outcomes.len() < asked {
+        let _ = writeln!(
+            page,
+            "<p class=\"no\">Not finished: {} of {asked} cases were solved.</p>",
+            outcomes.len()
+        );
+    }
     for kind in Kind::ALL {
         let of_kind: Vec<&Outcome> = outcomes.iter().filter(|o| o.entry.kind == kind).collect();
         if of_kind.is_empty() {

@@ -1,0 +1,226 @@
+//! The commands that solve: what they print and write, and what they refuse.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use taxel::design::Study;
+use taxel::sensor::Sensor;
+
+fn taxel(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn answered(arguments: &[&str]) -> String {
+    let output = taxel(arguments);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[track_caller]
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = taxel(arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(output.stdout.is_empty(), "something was written");
+    assert_eq!(message.matches("error:").count(), 1, "{message}");
+    for part in parts {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}
+
+/// An empty folder for a test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("solver")
+        .join(test);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// The shipped study with one text replaced.
+fn study(folder: &Path, from: &str, to: &str) -> PathBuf {
+    let shipped = Study::shipped_text("p4-sections").unwrap();
+    assert!(shipped.contains(from), "the study has no {from}");
+    let path = folder.join("study.toml");
+    fs::write(&path, shipped.replace(from, to)).unwrap();
+    path
+}
+
+#[test]
+fn a_case_of_verification_is_printed_and_written() {
+    let folder = folder("verify");
+    let (json, html) = (folder.join("a.json"), folder.join("a.html"));
+    let printed = answered(&["verify", "A", "--short", "-o", text(&json)]);
+    assert!(printed.starts_with("A Homogeneous states"), "{printed}");
+    assert!(!printed.contains("  NO "), "{printed}");
+    let report: Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
+    assert_eq!(report["complete"], true);
+    assert_eq!(report["holds"], true);
+    for key in ["version", "commit"] {
+        assert!(report[key].is_string(), "{key}");
+    }
+    let case = &report["cases"][0];
+    assert_eq!(case["id"], "A");
+    assert_eq!(case["kind"], "exact");
+    assert!(case["time_s"].is_number());
+    let row = &case["quantities"][0];
+    for key in ["outside", "ours", "difference", "tolerance"] {
+        assert!(row[key].is_number(), "{key}: {row}");
+    }
+    for key in ["what", "unit", "tolerance_is"] {
+        assert!(row[key].is_string(), "{key}: {row}");
+    }
+    assert_eq!(row["holds"], true);
+    answered(&["verify", "a", "--short", "-o", text(&html)]);
+    let page = fs::read_to_string(html).unwrap();
+    assert!(page.contains("1 of 1 cases are within tolerance") && page.ends_with("</html>\n"));
+}
+
+#[test]
+fn an_unknown_case_is_answered_with_those_there_are() {
+    let folder = folder("unknown-case");
+    let report = folder.join("report.html");
+    let arguments = ["verify", "A", "Z9", "--short", "-o", text(&report)];
+    refused(&arguments, &["\"Z9\"", "A, B1, B2", "D7"]);
+    assert!(!report.exists());
+    refused(&["verify", "A", "-o", "report.txt"], &[".html or .json"]);
+}
+
+#[test]
+fn a_device_without_finite_elements_says_so() {
+    let load = ["--mechanics", "fem", "--load", "fz=1 mN"];
+    let arguments = [&["predict", "three-axis-8x8"], &load[..]].concat();
+    let sentence =
+        "a three_axis_capacitor has no mechanics by finite elements; use --mechanics closed-form";
+    refused(&arguments, &[sentence]);
+}
+
+#[test]
+fn no_load_needs_no_solution() {
+    let load = [
+        "--mechanics",
+        "fem",
+        "--load",
+        "p=0 kPa",
+        "--format",
+        "json",
+    ];
+    let arguments = [&["predict", "liquid-metal-2x4"], &load[..]].concat();
+    let answer: Value = serde_json::from_str(&answered(&arguments)).unwrap();
+    assert_eq!(answer["rows"].as_array().map(Vec::len), Some(1), "{answer}");
+}
+
+#[test]
+fn a_sensor_file_names_its_mechanics() {
+    let folder = folder("mechanics");
+    let path = folder.join("sensor.toml");
+    let with = |name: &str, mechanics: &str| {
+        // Before the first table: a key of the whole file.
+        let shipped = Sensor::shipped_text(name).unwrap();
+        let line = format!("schema = 1\nmechanics = \"{mechanics}\"");
+        fs::write(&path, shipped.replacen("schema = 1", &line, 1)).unwrap();
+    };
+    with("liquid-metal-2x4", "fem");
+    answered(&["check", text(&path)]);
+    // It is what answers, as long as the command line says nothing else.
+    with("three-axis-8x8", "fem");
+    let arguments = ["predict", text(&path), "--load", "fz=1 mN"];
+    refused(&arguments, &["no mechanics by finite elements"]);
+    answered(&[&arguments[..], &["--mechanics", "closed-form"]].concat());
+    with("liquid-metal-2x4", "magic");
+    let parts = ["mechanics", "magic", "closed_form", "fem"];
+    refused(&["check", text(&path)], &parts);
+}
+
+#[test]
+fn a_study_of_one_design_gives_a_table_and_a_map() {
+    let folder = folder("sweep");
+    let (csv, svg) = (folder.join("one.csv"), folder.join("one.svg"));
+    let path = folder.join("study.toml");
+    let shipped = Study::shipped_text("p4-sections").unwrap();
+    fs::write(&path, shipped.replace("count = 10", "count = 1")).unwrap();
+    let output = ["-o", text(&csv), "--plot", text(&svg)];
+    answered(&[&["sweep", text(&path)], &output[..]].concat());
+    let table = fs::read_to_string(csv).unwrap();
+    let rows: Vec<&str> = table
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .collect();
+    assert_eq!(rows.len(), 2, "{table}");
+    for column in ["height", "cover", "pressure", "area_ratio", "state"] {
+        assert!(rows[0].contains(column), "{column}: {table}");
+    }
+    assert!(rows[1].contains("open"), "{table}");
+    let map = fs::read_to_string(svg).unwrap();
+    assert!(map.starts_with("<svg") && map.trim_end().ends_with("</svg>"));
+    for word in ["NaN", "inf"] {
+        assert!(!map.contains(word) && !table.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn a_study_that_cannot_be_is_refused_with_its_key() {
+    let folder = folder("wrong-studies");
+    let (csv, svg) = (folder.join("no.csv"), folder.join("no.svg"));
+    let heights = "heights = { from = \"20 um\", to = \"200 um\", count = 10 }";
+    let pressures = "pressures = { from = \"25 kPa\", to = \"250 kPa\", count = 10 }";
+    for (from, to, parts) in [
+        (
+            heights,
+            "heights = { from = \"20 kPa\", to = \"200 um\", count = 10 }",
+            ["heights", "kPa", "um"],
+        ),
+        (
+            pressures,
+            "pressures = { from = \"25 kPa\", to = \"250 kPa\", count = 0 }",
+            ["channel_sections.pressures", "count = 0", "give 1 to 100"],
+        ),
+        (
+            heights,
+            "heights = { from = \"200 um\", to = \"20 um\", count = 10 }",
+            [
+                "channel_sections.heights",
+                "do not rise",
+                "give to above from",
+            ],
+        ),
+        (
+            heights,
+            "heights = { from = \"20 um\", to = \"400 um\", count = 10 }",
+            [
+                "channel_sections.thickness",
+                "600.0000 um of a sheet of 500.0000 um",
+                "give a thicker sheet",
+            ],
+        ),
+    ] {
+        let path = study(&folder, from, to);
+        let output = ["-o", text(&csv), "--plot", text(&svg)];
+        let arguments = [&["sweep", text(&path)], &output[..]].concat();
+        refused(&arguments, &parts);
+        let output = taxel(&arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains("help:"), "{message}");
+        assert!(!csv.exists() && !svg.exists(), "something was written");
+    }
+}
+
+#[test]
+fn an_unknown_study_is_answered_with_the_shipped_ones() {
+    refused(
+        &["sweep", "no-such-study"],
+        &["no-such-study", "a shipped study: p4-sections"],
+    );
+}
