@@ -225,11 +225,6 @@ impl Kernel {
         self.shape
     }
 
-    /// Number of quadrature points.
-    pub fn points(&self) -> usize {
-        self.points
-    }
-
     /// Nodal force of the last cell with the pressure eliminated: component, node.
     #[inline(always)]
     pub fn force(&self, component: usize, node: usize) -> f64 {
@@ -382,7 +377,8 @@ impl Kernel {
             }
             let mut response = input.material.law.response(&f);
             if let Some(memory) = &input.memory {
-                self.remember(group, memory, &f, &mut response);
+                let carried = self.carried(group, memory);
+                response = response.relaxed(&f, memory.factor, &carried);
             }
             let one = Lanes::constant(1.0);
             let functions: [Lanes; MAX_PRESSURES] = std::array::from_fn(|m| {
@@ -476,35 +472,16 @@ impl Kernel {
         Ok(())
     }
 
-    /// Adds what the past carries: `tau = g tau + F S F'`, `c = g c`.
+    /// What the past carries at a group of points.
     #[inline(always)]
-    fn remember(
-        &self,
-        group: usize,
-        memory: &Memory<'_>,
-        f: &Tensor<Lanes>,
-        response: &mut crate::material::Response<Lanes>,
-    ) {
-        let factor = Lanes::constant(memory.factor);
-        let mut carried = [Lanes::constant(0.0); 6];
+    fn carried(&self, group: usize, memory: &Memory<'_>) -> Symmetric<Lanes> {
+        let mut carried = [ZERO; 6];
         for lane in 0..Lanes::COUNT.min(self.points - group * Lanes::COUNT) {
             for v in 0..6 {
                 carried[v].0[lane] = memory.carried[group * Lanes::COUNT + lane][v];
             }
         }
-        for v in 0..6 {
-            let (i, j) = crate::scalar::PAIRS[v];
-            let mut pushed = Lanes::constant(0.0);
-            for k in 0..3 {
-                for l in 0..3 {
-                    pushed = pushed + f[i][k] * carried[PLACE[k][l]] * f[j][l];
-                }
-            }
-            response.stress[v] = response.stress[v] * factor + pushed;
-            for w in 0..6 {
-                response.tangent[v][w] = response.tangent[v][w] * factor;
-            }
-        }
+        carried
     }
 
     /// Moduli between directions `k` of component `i` and `l` of component `j`:

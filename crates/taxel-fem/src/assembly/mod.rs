@@ -1,5 +1,6 @@
 //! From cells to the system of equations.
 
+pub mod contact;
 pub mod dofs;
 mod friction;
 pub mod kernel;

@@ -1,9 +1,8 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
 use super::dofs::Unknowns;
-use super::friction::{Friction, friction};
 use super::kernel::{CellInput, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
-use crate::mesh::{CellShape, Facet, FacetShape};
+use crate::mesh::{Facet, FacetShape};
 use crate::problem::load::FacetTable;
 use crate::problem::{Contact, Motion, Problem, ProblemError};
 use crate::scalar::{Lanes, Scalar};
@@ -40,7 +39,7 @@ pub struct System {
     /// Parameter and factor that drive a component of a node.
     driven: Vec<Option<(usize, f64)>>,
     /// Places in the matrix of each contact point's nodes, contact by contact.
-    contact_places: Vec<Vec<Vec<u32>>>,
+    pub(super) contact_places: Vec<Vec<Vec<u32>>>,
     /// Places of the nodes of loaded facets, in the order pressures then cavities.
     facet_places: Vec<Vec<Vec<u32>>>,
     /// Values that nobody needs any more.
@@ -174,14 +173,6 @@ impl System {
         }]
     }
 
-    /// Quadrature points of a cell of this shape.
-    pub fn points_of(&self, shape: CellShape) -> usize {
-        self.kernels
-            .iter()
-            .find(|kernel| kernel.shape() == shape)
-            .map_or(0, Kernel::points)
-    }
-
     /// Displacements of all nodes for these unknowns and parameters.
     pub fn displace(&self, displacement: &mut [[f64; 3]], unknowns: &[f64], parameters: &[f64]) {
         let components = self.unknowns.components();
@@ -209,13 +200,14 @@ impl System {
         unknowns
     }
 
-    /// Follows a change of unknowns (and of driven components, in `change` of all
-    /// nodes) with the pressures of the cells.
+    /// Follows a part `length` of a change of displacement with the pressures of the
+    /// cells.
     pub fn recover_pressures(
         &self,
         problem: &Problem,
         assembled: &Assembled,
         change: &[[f64; 3]],
+        length: f64,
         pressures: &mut [[f64; MAX_PRESSURES]],
     ) {
         let mut rest = assembled.recovery.as_slice();
@@ -239,7 +231,7 @@ impl System {
                 }
             }
             for m in 0..MAX_PRESSURES {
-                pressures[cell][m] += sums[m].0.iter().sum::<f64>();
+                pressures[cell][m] += length * sums[m].0.iter().sum::<f64>();
             }
         }
     }
@@ -284,8 +276,10 @@ impl System {
         self.cavities(problem, state, &places, tangent, &mut out);
         for (number, contact) in problem.contacts.iter().enumerate() {
             match contact {
-                Contact::Obstacle(_) => self.obstacle(problem, state, &places, number, &mut out),
-                Contact::Walls(_) => self.walls(problem, state, &places, number, &mut out),
+                Contact::Obstacle(obstacle) => {
+                    self.add_obstacle(problem, state, &places, (number, obstacle), &mut out);
+                }
+                Contact::Walls(walls) => self.add_walls(state, &places, (number, walls), &mut out),
             }
         }
         out.residual = vec![0.0; unknowns];
@@ -362,7 +356,7 @@ impl System {
     }
 
     /// Couples the driven components of a group of nodes with all others.
-    fn couple(
+    pub(super) fn couple(
         &self,
         nodes: &[u32],
         out: &mut Assembled,
@@ -391,7 +385,7 @@ impl System {
     }
 
     /// A force on a component of a node that changes with a parameter.
-    fn couple_with(
+    pub(super) fn couple_with(
         &self,
         parameter: usize,
         node: u32,
@@ -520,147 +514,6 @@ impl System {
             }
         }
     }
-
-    fn obstacle(
-        &self,
-        problem: &Problem,
-        state: &State,
-        places: &[[f64; 3]],
-        number: usize,
-        out: &mut Assembled,
-    ) {
-        let Contact::Obstacle(obstacle) = &problem.contacts[number] else {
-            return;
-        };
-        let components = self.unknowns.components();
-        let shift = shift_of(obstacle, state);
-        let mut at = 0;
-        for (facet_number, &facet) in obstacle.surface.iter().enumerate() {
-            let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
-            let shape = problem.mesh.shape(facet.cell as usize).facet_shape();
-            let undeformed: Vec<[f64; 3]> = nodes
-                .iter()
-                .map(|&node| problem.mesh.points[node as usize])
-                .collect();
-            for point in self
-                .facet_table(shape)
-                .points(&undeformed, problem.kinematics)
-            {
-                let area = point.area();
-                let values = &point.shapes.values;
-                let mut place = [0.0; 3];
-                for (n, &node) in nodes.iter().enumerate() {
-                    for d in 0..3 {
-                        place[d] += values[n] * places[node as usize][d];
-                    }
-                }
-                let gap = obstacle.shape.gap(place, shift);
-                let contact = &state.contacts[number];
-                let multiplier = contact.multipliers.get(at).copied().unwrap_or(0.0);
-                let anchor = contact.anchors.get(at).copied().flatten();
-                at += 1;
-                let pressure = multiplier - obstacle.stiffness * gap.distance;
-                if pressure <= 0.0 {
-                    continue;
-                }
-                out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
-                let rubbing = match anchor {
-                    Some(anchor) if obstacle.friction > 0.0 => friction(
-                        &gap,
-                        std::array::from_fn(|d| place[d] - shift[d]),
-                        anchor,
-                        obstacle.stiffness,
-                        obstacle.friction * pressure,
-                    ),
-                    _ => Friction::default(),
-                };
-                let bend = |i: usize, j: usize| {
-                    area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
-                        - pressure * gap.curvature[i][j]
-                        + rubbing.tangent[i][j])
-                };
-                let push: [f64; 3] =
-                    std::array::from_fn(|i| rubbing.traction[i] - pressure * gap.normal[i]);
-                for (a, &node) in nodes.iter().enumerate() {
-                    for i in 0..components {
-                        out.forces[node as usize * components + i] += push[i] * values[a] * area;
-                    }
-                }
-                let of =
-                    |i: usize, a: usize, j: usize, b: usize| values[a] * values[b] * bend(i, j);
-                self.unknowns.scatter(
-                    &nodes,
-                    &self.contact_places[number][facet_number],
-                    &mut out.values,
-                    of,
-                );
-                self.couple(&nodes, out, of);
-                if let Some((direction, parameter)) = obstacle.travel {
-                    for (a, &node) in nodes.iter().enumerate() {
-                        for i in 0..components {
-                            let change: f64 = (0..3).map(|j| bend(i, j) * direction[j]).sum();
-                            self.couple_with(parameter.0, node, i, -change * values[a], out);
-                        }
-                    }
-                    for i in 0..3 {
-                        out.along[parameter.0] -= push[i] * direction[i] * area;
-                        for j in 0..3 {
-                            out.cross[parameter.0][parameter.0] +=
-                                direction[i] * bend(i, j) * direction[j];
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    fn walls(
-        &self,
-        problem: &Problem,
-        state: &State,
-        places: &[[f64; 3]],
-        number: usize,
-        out: &mut Assembled,
-    ) {
-        let Contact::Walls(walls) = &problem.contacts[number] else {
-            return;
-        };
-        let components = self.unknowns.components();
-        for (at, point) in walls.points.iter().enumerate() {
-            let multiplier = state.contacts[number]
-                .multipliers
-                .get(at)
-                .copied()
-                .unwrap_or(0.0);
-            let energy = point.energy(places, walls.stiffness, multiplier);
-            if energy.pressure <= 0.0 {
-                continue;
-            }
-            for (n, &node) in point.nodes.iter().enumerate() {
-                for i in 0..components {
-                    out.forces[node as usize * components + i] += point.difference[n]
-                        * energy.gradient[i]
-                        + point.sum[n] * energy.gradient[3 + i];
-                }
-            }
-            let of = |i: usize, a: usize, j: usize, b: usize| {
-                let (da, sa) = (point.difference[a], point.sum[a]);
-                let (db, sb) = (point.difference[b], point.sum[b]);
-                let c = &energy.curvature;
-                da * db * c[i][j]
-                    + da * sb * c[i][3 + j]
-                    + sa * db * c[3 + i][j]
-                    + sa * sb * c[3 + i][3 + j]
-            };
-            self.unknowns.scatter(
-                &point.nodes,
-                &self.contact_places[number][at],
-                &mut out.values,
-                of,
-            );
-            self.couple(&point.nodes, out, of);
-        }
-    }
 }
 
 struct Pressed<'l> {
@@ -679,146 +532,5 @@ fn inverted_cell(problem: &Problem, cell: usize, inverted: Inverted) -> Inverted
         place: mesh.points[middle as usize],
         volume_ratio: inverted.volume_ratio,
         undeformed: inverted.undeformed,
-    }
-}
-
-/// A contact looked at in a state.
-#[derive(Clone, Debug, Default)]
-pub struct ContactProbe {
-    /// Pressure at each contact point, Pa.
-    pub pressures: Vec<f64>,
-    /// Gap at each contact point, m.
-    pub gaps: Vec<f64>,
-    /// Undeformed place of each contact point.
-    pub at: Vec<[f64; 3]>,
-    /// Deepest overlap of points that a multiplier can relieve, m.
-    pub overlap: f64,
-    /// Undeformed place of the point that hardly touches or hardly does not.
-    pub doubtful: Option<[f64; 3]>,
-}
-
-impl System {
-    /// Gaps and pressures of a contact.
-    pub fn contact(
-        &self,
-        problem: &Problem,
-        state: &State,
-        places: &[[f64; 3]],
-        number: usize,
-    ) -> ContactProbe {
-        let mut probe = ContactProbe::default();
-        let multiplier = |at: usize| {
-            let known = state.contacts[number].multipliers.get(at);
-            known.copied().unwrap_or(0.0)
-        };
-        match &problem.contacts[number] {
-            Contact::Walls(walls) => {
-                for (at, point) in walls.points.iter().enumerate() {
-                    let energy = point.energy(places, walls.stiffness, multiplier(at));
-                    let relieved = matches!(point.pairing, crate::problem::Pairing::Opposite(_));
-                    let middle = problem.mesh.points[point.nodes[0] as usize];
-                    probe.note(energy.gap, energy.pressure, middle, relieved);
-                }
-            }
-            Contact::Obstacle(obstacle) => {
-                let shift = shift_of(obstacle, state);
-                let mut at = 0;
-                self.each_contact_point(problem, &obstacle.surface, places, &mut |place, rest| {
-                    let gap = obstacle.shape.gap(place, shift).distance;
-                    let pressure = (multiplier(at) - obstacle.stiffness * gap).max(0.0);
-                    probe.note(gap, pressure, rest, true);
-                    at += 1;
-                });
-            }
-        }
-        probe
-    }
-}
-
-impl System {
-    /// Notes where the points of rough obstacles rest, after a step has converged.
-    pub(crate) fn anchor(&self, problem: &Problem, state: &mut State) {
-        let places = state.places(&problem.mesh);
-        for number in 0..problem.contacts.len() {
-            let Contact::Obstacle(obstacle) = &problem.contacts[number] else {
-                continue;
-            };
-            if obstacle.friction <= 0.0 {
-                continue;
-            }
-            let shift = shift_of(obstacle, state);
-            let old = std::mem::take(&mut state.contacts[number].anchors);
-            let multipliers = &state.contacts[number].multipliers;
-            let mut anchors = Vec::new();
-            self.each_contact_point(problem, &obstacle.surface, &places, &mut |place, _| {
-                let at = anchors.len();
-                let gap = obstacle.shape.gap(place, shift);
-                let multiplier = multipliers.get(at).copied().unwrap_or(0.0);
-                let pressure = multiplier - obstacle.stiffness * gap.distance;
-                let here = std::array::from_fn(|d| place[d] - shift[d]);
-                anchors.push(match old.get(at).copied().flatten() {
-                    _ if pressure <= 0.0 => None,
-                    None => Some(here),
-                    Some(anchor) => {
-                        let limit = obstacle.friction * pressure;
-                        Some(friction(&gap, here, anchor, obstacle.stiffness, limit).anchor)
-                    }
-                });
-            });
-            state.contacts[number].anchors = anchors;
-        }
-    }
-
-    /// Present and undeformed place of every contact point of a surface, in order.
-    fn each_contact_point(
-        &self,
-        problem: &Problem,
-        surface: &[Facet],
-        places: &[[f64; 3]],
-        hears: &mut dyn FnMut([f64; 3], [f64; 3]),
-    ) {
-        for &facet in surface {
-            let nodes: Vec<u32> = problem.mesh.facet_nodes(facet).collect();
-            let shape = problem.mesh.shape(facet.cell as usize).facet_shape();
-            let undeformed: Vec<[f64; 3]> = nodes
-                .iter()
-                .map(|&node| problem.mesh.points[node as usize])
-                .collect();
-            for point in self
-                .facet_table(shape)
-                .points(&undeformed, problem.kinematics)
-            {
-                let mut place = [0.0; 3];
-                for (n, &node) in nodes.iter().enumerate() {
-                    for d in 0..3 {
-                        place[d] += point.shapes.values[n] * places[node as usize][d];
-                    }
-                }
-                hears(place, point.place);
-            }
-        }
-    }
-}
-
-/// How far the travel of an obstacle has gone.
-fn shift_of(obstacle: &crate::problem::Obstacle, state: &State) -> [f64; 3] {
-    match obstacle.travel {
-        Some((direction, parameter)) => direction.map(|x| x * state.parameters[parameter.0]),
-        None => [0.0; 3],
-    }
-}
-
-impl ContactProbe {
-    fn note(&mut self, gap: f64, pressure: f64, at: [f64; 3], relieved: bool) {
-        self.gaps.push(gap);
-        self.pressures.push(pressure);
-        self.at.push(at);
-        if relieved {
-            self.overlap = self.overlap.max(-gap);
-        }
-        let least = self.pressures.iter().copied().fold(0.0, f64::max) * 1e-6;
-        if self.doubtful.is_none() && gap < 0.0 && pressure < least {
-            self.doubtful = Some(at);
-        }
     }
 }

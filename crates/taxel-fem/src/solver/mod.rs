@@ -1,5 +1,6 @@
 //! Linear and nonlinear solution.
 
+mod control;
 pub mod failure;
 mod memory;
 pub mod newton;

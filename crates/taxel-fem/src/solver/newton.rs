@@ -1,13 +1,15 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
+use super::control::solve_small;
 use super::failure::{Failure, Reason};
 use super::memory::remember;
 use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 use super::state::State;
+use crate::assembly::contact::ContactProbe;
 use crate::assembly::kernel::MAX_PRESSURES;
-use crate::assembly::system::{Assembled, ContactProbe, System};
+use crate::assembly::system::{Assembled, System};
 use crate::material::stability::ellipticity;
-use crate::problem::{Contact, Problem, ProblemError, Quantity, Rule};
+use crate::problem::{Contact, Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 
 /// How a solution is sought. The defaults suit rubber.
@@ -76,14 +78,14 @@ const SUSPECTS: usize = 100;
 
 /// A problem being solved: the last accepted state and what is reused between steps.
 pub struct Solver {
-    problem: Problem,
-    system: System,
+    pub(super) problem: Problem,
+    pub(super) system: System,
     factor: Cholesky,
     /// Settings of the search.
     pub settings: Settings,
-    state: State,
+    pub(super) state: State,
     /// Targets of the accepted state.
-    targets: Vec<f64>,
+    pub(super) targets: Vec<f64>,
     previous: Option<Previous>,
     /// First energy of an iteration, carried over steps.
     scale: f64,
@@ -243,7 +245,7 @@ impl Solver {
     /// Values of the quantities that the rules name at the present state.
     fn targets_at_rest(&mut self) -> Result<Vec<f64>, Failure> {
         let assembled = self.evaluate()?;
-        let rules = self.problem.rules().to_vec();
+        let rules = self.problem.rules();
         Ok(rules
             .iter()
             .enumerate()
@@ -530,46 +532,25 @@ impl Solver {
         change: &Change,
         length: f64,
     ) {
-        let unknowns: Vec<f64> = self
-            .system
-            .unknown_part(&before.displacement)
-            .iter()
-            .zip(&change.unknowns)
-            .map(|(u, du)| u + length * du)
-            .collect();
         for (k, dz) in change.parameters.iter().enumerate() {
             trial.parameters[k] = before.parameters[k] + length * dz;
         }
+        let mut moved = vec![[0.0; 3]; before.displacement.len()];
         self.system
-            .displace(&mut trial.displacement, &unknowns, &trial.parameters);
-        // Pressures follow the whole change; a part of it moves them in part.
-        let mut whole = before.displacement.clone();
-        let full: Vec<f64> = unknowns
-            .iter()
-            .zip(&change.unknowns)
-            .map(|(u, du)| u + (1.0 - length) * du)
-            .collect();
-        let parameters: Vec<f64> = before
-            .parameters
-            .iter()
-            .zip(&change.parameters)
-            .map(|(z, dz)| z + dz)
-            .collect();
-        self.system.displace(&mut whole, &full, &parameters);
-        for (whole, before) in whole.iter_mut().zip(&before.displacement) {
+            .displace(&mut moved, &change.unknowns, &change.parameters);
+        for (node, moved) in moved.iter().enumerate() {
             for d in 0..3 {
-                whole[d] -= before[d];
+                trial.displacement[node][d] = before.displacement[node][d] + length * moved[d];
             }
         }
-        let mut pressures = before.pressures.clone();
-        self.system
-            .recover_pressures(&self.problem, assembled, &whole, &mut pressures);
-        for (cell, pressure) in trial.pressures.iter_mut().enumerate() {
-            for m in 0..MAX_PRESSURES {
-                let old = before.pressures[cell][m];
-                pressure[m] = old + length * (pressures[cell][m] - old);
-            }
-        }
+        trial.pressures.clone_from(&before.pressures);
+        self.system.recover_pressures(
+            &self.problem,
+            assembled,
+            &moved,
+            length,
+            &mut trial.pressures,
+        );
     }
 
     /// Newton's change of unknowns and parameters.
@@ -579,7 +560,7 @@ impl Solver {
         assembled: &Assembled,
         targets: &[f64],
     ) -> Result<Change, Reason> {
-        let rules = self.problem.rules().to_vec();
+        let rules = self.problem.rules();
         let mut parameters = vec![0.0; rules.len()];
         let mut right: Vec<f64> = assembled.residual.iter().map(|r| -r).collect();
         let mut free = Vec::new();
@@ -607,11 +588,7 @@ impl Solver {
         let mut rest = vec![0.0; size];
         for (row, &k) in free.iter().enumerate() {
             let equation = self.equation(k, &rules[k], trial, assembled, targets[k]);
-            let along = |v: &[f64]| match &equation.slope {
-                Slope::Dense(slope) => dot(slope, v),
-                Slope::One(number) => v[*number],
-                Slope::None => 0.0,
-            };
+            let along = |v: &[f64]| equation.slope.along(v);
             let known: f64 = (0..rules.len())
                 .map(|l| equation.by_parameters[l] * parameters[l])
                 .sum();
@@ -633,96 +610,6 @@ impl Solver {
             unknowns,
             parameters,
         })
-    }
-
-    /// The equation of a free parameter with its derivatives.
-    fn equation(
-        &self,
-        k: usize,
-        rule: &Rule,
-        trial: &State,
-        assembled: &Assembled,
-        target: f64,
-    ) -> Equation {
-        let parameters = trial.parameters.len();
-        match rule {
-            Rule::Given => Equation {
-                value: trial.parameters[k] - target,
-                slope: Slope::None,
-                by_parameters: unit(parameters, k),
-            },
-            Rule::Follows(cavity, law) => {
-                let (pressure, slope) = law.pressure(assembled.volumes[*cavity]);
-                Equation {
-                    value: trial.parameters[k] - pressure,
-                    slope: Slope::Dense(
-                        assembled.volume_slopes[*cavity]
-                            .iter()
-                            .map(|v| -slope * v)
-                            .collect(),
-                    ),
-                    by_parameters: unit(parameters, k),
-                }
-            }
-            Rule::Brings(quantity) => {
-                let (value, slope, by_parameters) = self.quantity(quantity, k, trial, assembled);
-                Equation {
-                    value: value - target,
-                    slope,
-                    by_parameters,
-                }
-            }
-        }
-    }
-
-    fn quantity(
-        &self,
-        quantity: &Quantity,
-        k: usize,
-        trial: &State,
-        assembled: &Assembled,
-    ) -> (f64, Slope, Vec<f64>) {
-        let none = vec![0.0; trial.parameters.len()];
-        match quantity {
-            Quantity::Volume(cavity) => (
-                assembled.volumes[*cavity],
-                Slope::Dense(assembled.volume_slopes[*cavity].clone()),
-                none,
-            ),
-            Quantity::Displacement(node, component) => (
-                trial.displacement[*node as usize][*component],
-                self.system
-                    .unknowns
-                    .of(*node, *component)
-                    .map_or(Slope::None, Slope::One),
-                none,
-            ),
-            Quantity::Force(parameter) => (
-                assembled.along[parameter.0],
-                Slope::Dense(assembled.couplings[parameter.0].clone()),
-                assembled.cross[parameter.0].clone(),
-            ),
-            Quantity::Arc(scale) => self.arc(k, *scale, trial),
-        }
-    }
-
-    /// Length along the path, signed by the direction of the last step.
-    fn arc(&self, k: usize, scale: f64, trial: &State) -> (f64, Slope, Vec<f64>) {
-        let now = self.system.unknown_part(&self.state.displacement);
-        let new = self.system.unknown_part(&trial.displacement);
-        let difference: Vec<f64> = new.iter().zip(&now).map(|(a, b)| a - b).collect();
-        let travelled = scale * (trial.parameters[k] - self.state.parameters[k]);
-        let length = (dot(&difference, &difference) + travelled * travelled).sqrt();
-        let base = self.targets[k];
-        let mut by_parameters = vec![0.0; trial.parameters.len()];
-        if length == 0.0 {
-            // Off from rest: along the parameter.
-            by_parameters[k] = scale;
-            return (base, Slope::None, by_parameters);
-        }
-        by_parameters[k] = scale * travelled / length;
-        let slope = difference.iter().map(|d| d / length).collect();
-        (base + length, Slope::Dense(slope), by_parameters)
     }
 
     /// Sets the multipliers to the pressures found; false when no contact needs it.
@@ -766,25 +653,7 @@ struct Change {
     given_only: bool,
 }
 
-enum Slope {
-    Dense(Vec<f64>),
-    One(usize),
-    None,
-}
-
-struct Equation {
-    value: f64,
-    slope: Slope,
-    by_parameters: Vec<f64>,
-}
-
-fn unit(size: usize, k: usize) -> Vec<f64> {
-    let mut v = vec![0.0; size];
-    v[k] = 1.0;
-    v
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
@@ -792,33 +661,6 @@ fn axpy(factor: f64, x: &[f64], y: &mut [f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += factor * x;
     }
-}
-
-/// Gauss elimination with pivoting; none when singular.
-fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
-    let n = b.len();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-        if a[pivot][k] == 0.0 || a[pivot][k].is_nan() {
-            return None;
-        }
-        a.swap(k, pivot);
-        b.swap(k, pivot);
-        for i in k + 1..n {
-            let factor = a[i][k] / a[k][k];
-            for j in k..n {
-                a[i][j] -= factor * a[k][j];
-            }
-            b[i] -= factor * b[k];
-        }
-    }
-    for k in (0..n).rev() {
-        for j in k + 1..n {
-            b[k] -= a[k][j] * b[j];
-        }
-        b[k] /= a[k][k];
-    }
-    Some(b)
 }
 
 impl From<ProblemError> for Reason {

@@ -109,7 +109,7 @@ fn divergence(
             };
             change[node][component] = 1.0;
             let mut pressures = vec![[0.0; MAX_PRESSURES]; problem.mesh.cell_count()];
-            system.recover_pressures(problem, &assembled, &change, &mut pressures);
+            system.recover_pressures(problem, &assembled, &change, 1.0, &mut pressures);
             change[node][component] = 0.0;
             for (cell, p) in pressures.iter().enumerate() {
                 for m in 0..size {

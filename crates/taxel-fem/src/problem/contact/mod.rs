@@ -30,19 +30,11 @@ pub struct ContactState {
     pub anchors: Vec<Option<[f64; 3]>>,
 }
 
-/// What a contact does in a solution.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ContactReport {
-    /// Contact points that carry pressure.
-    pub touching: usize,
-    /// Contact points in all.
-    pub points: usize,
-    /// Deepest overlap, m.
-    pub overlap: f64,
-    /// Smallest gap, m (negative where walls overlap).
-    pub smallest_gap: f64,
-    /// Greatest contact pressure, Pa of undeformed area.
-    pub pressure: f64,
+impl ContactState {
+    /// Multiplier of a contact point, Pa; zero before the first round.
+    pub(crate) fn multiplier(&self, point: usize) -> f64 {
+        self.multipliers.get(point).copied().unwrap_or(0.0)
+    }
 }
 
 impl Contact {

@@ -1,0 +1,294 @@
+//! Contact in the equations: obstacles with their friction, walls that meet.
+
+use super::friction::{Friction, friction};
+use super::system::{Assembled, System};
+use crate::mesh::Facet;
+use crate::problem::{Contact, Obstacle, Pairing, Problem, Walls};
+use crate::solver::state::State;
+
+/// A contact point of a surface against an obstacle.
+struct ContactPoint<'p> {
+    /// Number of the facet in its surface.
+    facet: usize,
+    /// Number of the point in its surface.
+    number: usize,
+    /// Nodes of the facet and their shape functions.
+    nodes: &'p [u32],
+    values: &'p [f64],
+    /// Undeformed area that it stands for.
+    area: f64,
+    /// Undeformed and present place.
+    rest: [f64; 3],
+    place: [f64; 3],
+}
+
+impl System {
+    /// Every contact point of a surface, in order.
+    fn each_contact_point(
+        &self,
+        problem: &Problem,
+        surface: &[Facet],
+        places: &[[f64; 3]],
+        hears: &mut dyn FnMut(&ContactPoint<'_>),
+    ) {
+        let mut number = 0;
+        for (facet, &side) in surface.iter().enumerate() {
+            let nodes: Vec<u32> = problem.mesh.facet_nodes(side).collect();
+            let shape = problem.mesh.shape(side.cell as usize).facet_shape();
+            let undeformed: Vec<[f64; 3]> = nodes
+                .iter()
+                .map(|&node| problem.mesh.points[node as usize])
+                .collect();
+            let table = self.facet_table(shape);
+            for point in table.points(&undeformed, problem.kinematics) {
+                let values = &point.shapes.values;
+                let mut place = [0.0; 3];
+                for (n, &node) in nodes.iter().enumerate() {
+                    for d in 0..3 {
+                        place[d] += values[n] * places[node as usize][d];
+                    }
+                }
+                hears(&ContactPoint {
+                    facet,
+                    number,
+                    nodes: &nodes,
+                    values,
+                    area: point.area(),
+                    rest: point.place,
+                    place,
+                });
+                number += 1;
+            }
+        }
+    }
+
+    /// Adds an obstacle, by the number of its contact.
+    pub(super) fn add_obstacle(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        (number, obstacle): (usize, &Obstacle),
+        out: &mut Assembled,
+    ) {
+        let shift = shift_of(obstacle, state);
+        let contact = &state.contacts[number];
+        self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
+            let gap = obstacle.shape.gap(point.place, shift);
+            let pressure = contact.multiplier(point.number) - obstacle.stiffness * gap.distance;
+            if pressure <= 0.0 {
+                return;
+            }
+            let area = point.area;
+            out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
+            let anchor = contact.anchors.get(point.number).copied().flatten();
+            let rubbing = match anchor {
+                Some(anchor) if obstacle.friction > 0.0 => friction(
+                    &gap,
+                    std::array::from_fn(|d| point.place[d] - shift[d]),
+                    anchor,
+                    obstacle.stiffness,
+                    obstacle.friction * pressure,
+                ),
+                _ => Friction::default(),
+            };
+            let bend = std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
+                        - pressure * gap.curvature[i][j]
+                        + rubbing.tangent[i][j])
+                })
+            });
+            let push =
+                std::array::from_fn(|i| area * (rubbing.traction[i] - pressure * gap.normal[i]));
+            let places = &self.contact_places[number][point.facet];
+            self.push(point, places, &push, &bend, out);
+            if let Some((direction, parameter)) = obstacle.travel {
+                self.travel(point, direction, parameter.0, (&push, &bend), out);
+            }
+        });
+    }
+
+    /// Adds a force on a contact point with its derivative by the place.
+    fn push(
+        &self,
+        point: &ContactPoint<'_>,
+        places: &[u32],
+        push: &[f64; 3],
+        bend: &[[f64; 3]; 3],
+        out: &mut Assembled,
+    ) {
+        let components = self.unknowns.components();
+        for (&node, value) in point.nodes.iter().zip(point.values) {
+            for i in 0..components {
+                out.forces[node as usize * components + i] += push[i] * value;
+            }
+        }
+        let of =
+            |i: usize, a: usize, j: usize, b: usize| point.values[a] * point.values[b] * bend[i][j];
+        self.unknowns
+            .scatter(point.nodes, places, &mut out.values, of);
+        self.couple(point.nodes, out, of);
+    }
+
+    /// Adds what the travel of the obstacle does to a force on a contact point.
+    fn travel(
+        &self,
+        point: &ContactPoint<'_>,
+        direction: [f64; 3],
+        parameter: usize,
+        (push, bend): (&[f64; 3], &[[f64; 3]; 3]),
+        out: &mut Assembled,
+    ) {
+        for i in 0..3 {
+            let change: f64 = (0..3).map(|j| bend[i][j] * direction[j]).sum();
+            if i < self.unknowns.components() {
+                for (&node, value) in point.nodes.iter().zip(point.values) {
+                    self.couple_with(parameter, node, i, -change * value, out);
+                }
+            }
+            out.along[parameter] -= push[i] * direction[i];
+            out.cross[parameter][parameter] += direction[i] * change;
+        }
+    }
+
+    /// Adds walls that meet, by the number of their contact.
+    pub(super) fn add_walls(
+        &self,
+        state: &State,
+        places: &[[f64; 3]],
+        (number, walls): (usize, &Walls),
+        out: &mut Assembled,
+    ) {
+        let components = self.unknowns.components();
+        for (at, point) in walls.points.iter().enumerate() {
+            let multiplier = state.contacts[number].multiplier(at);
+            let energy = point.energy(places, walls.stiffness, multiplier);
+            if energy.pressure <= 0.0 {
+                continue;
+            }
+            for (n, &node) in point.nodes.iter().enumerate() {
+                for i in 0..components {
+                    out.forces[node as usize * components + i] += point.difference[n]
+                        * energy.gradient[i]
+                        + point.sum[n] * energy.gradient[3 + i];
+                }
+            }
+            let of = |i: usize, a: usize, j: usize, b: usize| {
+                let (da, sa) = (point.difference[a], point.sum[a]);
+                let (db, sb) = (point.difference[b], point.sum[b]);
+                let c = &energy.curvature;
+                da * db * c[i][j]
+                    + da * sb * c[i][3 + j]
+                    + sa * db * c[3 + i][j]
+                    + sa * sb * c[3 + i][3 + j]
+            };
+            self.unknowns.scatter(
+                &point.nodes,
+                &self.contact_places[number][at],
+                &mut out.values,
+                of,
+            );
+            self.couple(&point.nodes, out, of);
+        }
+    }
+
+    /// Gaps and pressures of a contact.
+    pub fn contact(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        number: usize,
+    ) -> ContactProbe {
+        let mut probe = ContactProbe::default();
+        let contact = &state.contacts[number];
+        match &problem.contacts[number] {
+            Contact::Walls(walls) => {
+                for (at, point) in walls.points.iter().enumerate() {
+                    let energy = point.energy(places, walls.stiffness, contact.multiplier(at));
+                    let relieved = matches!(point.pairing, Pairing::Opposite(_));
+                    let rest = problem.mesh.points[point.nodes[0] as usize];
+                    probe.note(energy.gap, energy.pressure, rest, relieved);
+                }
+            }
+            Contact::Obstacle(obstacle) => {
+                let shift = shift_of(obstacle, state);
+                self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
+                    let gap = obstacle.shape.gap(point.place, shift).distance;
+                    let pressure = contact.multiplier(point.number) - obstacle.stiffness * gap;
+                    probe.note(gap, pressure.max(0.0), point.rest, true);
+                });
+            }
+        }
+        probe
+    }
+
+    /// Notes where the points of rough obstacles rest, after a step has converged.
+    pub(crate) fn anchor(&self, problem: &Problem, state: &mut State) {
+        let places = state.places(&problem.mesh);
+        for (number, contact) in problem.contacts.iter().enumerate() {
+            let Contact::Obstacle(obstacle) = contact else {
+                continue;
+            };
+            if obstacle.friction <= 0.0 {
+                continue;
+            }
+            let shift = shift_of(obstacle, state);
+            let old = &state.contacts[number];
+            let mut anchors = Vec::new();
+            self.each_contact_point(problem, &obstacle.surface, &places, &mut |point| {
+                let gap = obstacle.shape.gap(point.place, shift);
+                let pressure = old.multiplier(point.number) - obstacle.stiffness * gap.distance;
+                let here = std::array::from_fn(|d| point.place[d] - shift[d]);
+                anchors.push(match old.anchors.get(point.number).copied().flatten() {
+                    _ if pressure <= 0.0 => None,
+                    None => Some(here),
+                    Some(anchor) => {
+                        let limit = obstacle.friction * pressure;
+                        Some(friction(&gap, here, anchor, obstacle.stiffness, limit).anchor)
+                    }
+                });
+            });
+            state.contacts[number].anchors = anchors;
+        }
+    }
+}
+
+/// How far the travel of an obstacle has gone.
+fn shift_of(obstacle: &Obstacle, state: &State) -> [f64; 3] {
+    match obstacle.travel {
+        Some((direction, parameter)) => direction.map(|x| x * state.parameters[parameter.0]),
+        None => [0.0; 3],
+    }
+}
+
+/// A contact looked at in a state.
+#[derive(Clone, Debug, Default)]
+pub struct ContactProbe {
+    /// Pressure at each contact point, Pa.
+    pub pressures: Vec<f64>,
+    /// Gap at each contact point, m.
+    pub gaps: Vec<f64>,
+    /// Undeformed place of each contact point.
+    pub at: Vec<[f64; 3]>,
+    /// Deepest overlap of points that a multiplier can relieve, m.
+    pub overlap: f64,
+    /// Undeformed place of the point that hardly touches or hardly does not.
+    pub doubtful: Option<[f64; 3]>,
+}
+
+impl ContactProbe {
+    fn note(&mut self, gap: f64, pressure: f64, at: [f64; 3], relieved: bool) {
+        self.gaps.push(gap);
+        self.pressures.push(pressure);
+        self.at.push(at);
+        if relieved {
+            self.overlap = self.overlap.max(-gap);
+        }
+        let least = self.pressures.iter().copied().fold(0.0, f64::max) * 1e-6;
+        if self.doubtful.is_none() && gap < 0.0 && pressure < least {
+            self.doubtful = Some(at);
+        }
+    }
+}

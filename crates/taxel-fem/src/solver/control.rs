@@ -1,0 +1,156 @@
+//! What determines the parameters: the equations that border those of the body.
+
+use super::newton::{Solver, dot};
+use super::state::State;
+use crate::assembly::system::Assembled;
+use crate::problem::{Quantity, Rule};
+
+/// Derivative of an equation by the unknowns.
+pub(super) enum Slope {
+    Dense(Vec<f64>),
+    One(usize),
+    None,
+}
+
+impl Slope {
+    /// Change of the equation along a change of the unknowns.
+    pub(super) fn along(&self, change: &[f64]) -> f64 {
+        match self {
+            Self::Dense(slope) => dot(slope, change),
+            Self::One(number) => change[*number],
+            Self::None => 0.0,
+        }
+    }
+}
+
+/// The equation of a parameter: its value and its derivatives.
+pub(super) struct Equation {
+    pub(super) value: f64,
+    pub(super) slope: Slope,
+    pub(super) by_parameters: Vec<f64>,
+}
+
+fn unit(size: usize, k: usize) -> Vec<f64> {
+    let mut v = vec![0.0; size];
+    v[k] = 1.0;
+    v
+}
+
+impl Solver {
+    /// The equation of a free parameter with its derivatives.
+    pub(super) fn equation(
+        &self,
+        k: usize,
+        rule: &Rule,
+        trial: &State,
+        assembled: &Assembled,
+        target: f64,
+    ) -> Equation {
+        let parameters = trial.parameters.len();
+        match rule {
+            Rule::Given => Equation {
+                value: trial.parameters[k] - target,
+                slope: Slope::None,
+                by_parameters: unit(parameters, k),
+            },
+            Rule::Follows(cavity, law) => {
+                let (pressure, slope) = law.pressure(assembled.volumes[*cavity]);
+                Equation {
+                    value: trial.parameters[k] - pressure,
+                    slope: Slope::Dense(
+                        assembled.volume_slopes[*cavity]
+                            .iter()
+                            .map(|v| -slope * v)
+                            .collect(),
+                    ),
+                    by_parameters: unit(parameters, k),
+                }
+            }
+            Rule::Brings(quantity) => {
+                let (value, slope, by_parameters) = self.quantity(quantity, k, trial, assembled);
+                Equation {
+                    value: value - target,
+                    slope,
+                    by_parameters,
+                }
+            }
+        }
+    }
+
+    pub(super) fn quantity(
+        &self,
+        quantity: &Quantity,
+        k: usize,
+        trial: &State,
+        assembled: &Assembled,
+    ) -> (f64, Slope, Vec<f64>) {
+        let none = vec![0.0; trial.parameters.len()];
+        match quantity {
+            Quantity::Volume(cavity) => (
+                assembled.volumes[*cavity],
+                Slope::Dense(assembled.volume_slopes[*cavity].clone()),
+                none,
+            ),
+            Quantity::Displacement(node, component) => (
+                trial.displacement[*node as usize][*component],
+                self.system
+                    .unknowns
+                    .of(*node, *component)
+                    .map_or(Slope::None, Slope::One),
+                none,
+            ),
+            Quantity::Force(parameter) => (
+                assembled.along[parameter.0],
+                Slope::Dense(assembled.couplings[parameter.0].clone()),
+                assembled.cross[parameter.0].clone(),
+            ),
+            Quantity::Arc(scale) => self.arc(k, *scale, trial),
+        }
+    }
+
+    /// Length along the path, signed by the direction of the last step.
+    fn arc(&self, k: usize, scale: f64, trial: &State) -> (f64, Slope, Vec<f64>) {
+        let now = self.system.unknown_part(&self.state.displacement);
+        let new = self.system.unknown_part(&trial.displacement);
+        let difference: Vec<f64> = new.iter().zip(&now).map(|(a, b)| a - b).collect();
+        let travelled = scale * (trial.parameters[k] - self.state.parameters[k]);
+        let length = (dot(&difference, &difference) + travelled * travelled).sqrt();
+        let base = self.targets[k];
+        let mut by_parameters = vec![0.0; trial.parameters.len()];
+        if length == 0.0 {
+            // Off from rest: along the parameter.
+            by_parameters[k] = scale;
+            return (base, Slope::None, by_parameters);
+        }
+        by_parameters[k] = scale * travelled / length;
+        let slope = difference.iter().map(|d| d / length).collect();
+        (base + length, Slope::Dense(slope), by_parameters)
+    }
+}
+
+/// Gauss elimination with pivoting; none when singular.
+pub(super) fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+    let n = b.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
+        if a[pivot][k] == 0.0 || a[pivot][k].is_nan() {
+            return None;
+        }
+        a.swap(k, pivot);
+        b.swap(k, pivot);
+        for i in k + 1..n {
+            let factor = a[i][k] / a[k][k];
+            for j in k..n {
+                a[i][j] -= factor * a[k][j];
+            }
+            b[i] -= factor * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        for j in k + 1..n {
+            b[k] -= a[k][j] * b[j];
+        }
+        b[k] /= a[k][k];
+    }
+    Some(b)
+}
