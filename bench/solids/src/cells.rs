@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use serde_json::json;
-use taxel_fem::assembly::kernel::{CellInput, Kernel, Kinematics};
+use taxel_fem::assembly::kernel::{CellInput, ELIMINATION_RATIO, Kernel, Kinematics};
 use taxel_fem::mesh::CellShape;
 
 use crate::measure::Meter;
@@ -31,6 +31,7 @@ pub(crate) fn run() -> Result<(), Box<dyn Error>> {
                         pressure: [1.0, 0.5, -0.5, 0.2],
                         material: &problem.materials[0],
                         memory: None,
+                        elimination: ELIMINATION_RATIO,
                     };
                     kernel
                         .evaluate(&input, tangent)

@@ -3,6 +3,7 @@
 use super::friction::{Friction, friction};
 use super::system::{Assembled, System};
 use crate::mesh::Facet;
+use crate::problem::contact::{Anchor, ContactState, Gap};
 use crate::problem::{Contact, Obstacle, Pairing, Problem, Walls};
 use crate::solver::state::State;
 
@@ -81,17 +82,7 @@ impl System {
             }
             let area = point.area;
             out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
-            let anchor = contact.anchors.get(point.number).copied().flatten();
-            let rubbing = match anchor {
-                Some(anchor) if obstacle.friction > 0.0 => friction(
-                    &gap,
-                    std::array::from_fn(|d| point.place[d] - shift[d]),
-                    anchor,
-                    obstacle.stiffness,
-                    obstacle.friction * pressure,
-                ),
-                _ => Friction::default(),
-            };
+            let rubbing = rub(obstacle, contact, point, (&gap, shift));
             let bend = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
                     area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
@@ -210,22 +201,63 @@ impl System {
                     let relieved = matches!(point.pairing, Pairing::Opposite(_));
                     let rest = problem.mesh.points[point.nodes[0] as usize];
                     probe.note(energy.gap, energy.pressure, rest, relieved);
+                    probe.tractions.push([0.0; 3]);
+                    probe.areas.push(point.weight);
                 }
             }
             Contact::Obstacle(obstacle) => {
                 let shift = shift_of(obstacle, state);
                 self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
-                    let gap = obstacle.shape.gap(point.place, shift).distance;
-                    let pressure = contact.multiplier(point.number) - obstacle.stiffness * gap;
-                    probe.note(gap, pressure.max(0.0), point.rest, true);
+                    let gap = obstacle.shape.gap(point.place, shift);
+                    let distance = gap.distance;
+                    let pressure =
+                        (contact.multiplier(point.number) - obstacle.stiffness * distance).max(0.0);
+                    let traction = if pressure > 0.0 {
+                        rub(obstacle, contact, point, (&gap, shift)).traction
+                    } else {
+                        [0.0; 3]
+                    };
+                    probe.note(distance, pressure, point.rest, true);
+                    probe.tractions.push(traction.map(|t| -t));
+                    probe.areas.push(point.area);
                 });
             }
         }
         probe
     }
 
+    /// Renews the bounds of friction from the pressures found; gives the greatest change
+    /// as a share of the greatest bound.
+    pub(crate) fn renew_bounds(&self, problem: &Problem, state: &mut State) -> f64 {
+        let (mut change, mut greatest) = (0.0_f64, f64::MIN_POSITIVE);
+        self.each_anchor(problem, state, &mut |touch| {
+            let place = touch.old?.place;
+            let bound = touch.bound;
+            change = change.max((bound - touch.old?.bound).abs());
+            greatest = greatest.max(bound);
+            Some(Anchor { place, bound })
+        });
+        change / greatest
+    }
+
     /// Notes where the points of rough obstacles rest, after a step has converged.
     pub(crate) fn anchor(&self, problem: &Problem, state: &mut State) {
+        self.each_anchor(problem, state, &mut |touch| {
+            let place = touch.old.map_or(touch.here, |old| {
+                friction(&touch.gap, touch.here, old, touch.stiffness).anchor
+            });
+            let bound = touch.bound;
+            Some(Anchor { place, bound })
+        });
+    }
+
+    /// Sets the anchors of all touching points of rough obstacles.
+    fn each_anchor(
+        &self,
+        problem: &Problem,
+        state: &mut State,
+        set: &mut dyn FnMut(&Touch) -> Option<Anchor>,
+    ) {
         let places = state.places(&problem.mesh);
         for (number, contact) in problem.contacts.iter().enumerate() {
             let Contact::Obstacle(obstacle) = contact else {
@@ -240,19 +272,44 @@ impl System {
             self.each_contact_point(problem, &obstacle.surface, &places, &mut |point| {
                 let gap = obstacle.shape.gap(point.place, shift);
                 let pressure = old.multiplier(point.number) - obstacle.stiffness * gap.distance;
-                let here = std::array::from_fn(|d| point.place[d] - shift[d]);
-                anchors.push(match old.anchors.get(point.number).copied().flatten() {
-                    _ if pressure <= 0.0 => None,
-                    None => Some(here),
-                    Some(anchor) => {
-                        let limit = obstacle.friction * pressure;
-                        Some(friction(&gap, here, anchor, obstacle.stiffness, limit).anchor)
-                    }
-                });
+                let touch = Touch {
+                    gap,
+                    stiffness: obstacle.stiffness,
+                    here: std::array::from_fn(|d| point.place[d] - shift[d]),
+                    old: old.anchor(point.number),
+                    bound: obstacle.friction * pressure,
+                };
+                anchors.push(if pressure > 0.0 { set(&touch) } else { None });
             });
             state.contacts[number].anchors = anchors;
         }
     }
+}
+
+/// Friction at a point that touches; none before it has an anchor.
+fn rub(
+    obstacle: &Obstacle,
+    contact: &ContactState,
+    point: &ContactPoint<'_>,
+    (gap, shift): (&Gap, [f64; 3]),
+) -> Friction {
+    contact
+        .anchor(point.number)
+        .map_or_else(Friction::default, |anchor| {
+            let here = std::array::from_fn(|d| point.place[d] - shift[d]);
+            friction(gap, here, anchor, obstacle.stiffness)
+        })
+}
+
+/// A point that touches a rough obstacle.
+struct Touch {
+    gap: Gap,
+    stiffness: f64,
+    /// Place in the frame of the obstacle.
+    here: [f64; 3],
+    old: Option<Anchor>,
+    /// Greatest traction by the pressure found.
+    bound: f64,
 }
 
 /// How far the travel of an obstacle has gone.
@@ -268,6 +325,10 @@ fn shift_of(obstacle: &Obstacle, state: &State) -> [f64; 3] {
 pub struct ContactProbe {
     /// Pressure at each contact point, Pa.
     pub pressures: Vec<f64>,
+    /// Friction on the body at each contact point, Pa.
+    pub tractions: Vec<[f64; 3]>,
+    /// Undeformed area that each contact point stands for, m2 (m in plane strain).
+    pub areas: Vec<f64>,
     /// Gap at each contact point, m.
     pub gaps: Vec<f64>,
     /// Undeformed place of each contact point.

@@ -1,47 +1,42 @@
 //! Coulomb friction at a contact point.
 
-use crate::problem::contact::Gap;
+use crate::problem::contact::{Anchor, Gap};
 
 /// Traction that resists sliding, with its derivative by the place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Friction {
     /// Traction against the sliding, on the side of the internal forces, Pa.
     pub traction: [f64; 3],
-    /// Its derivative at constant pressure, Pa/m: symmetric. What the traction gains
-    /// with the pressure is left to the iteration.
+    /// Its derivative at a fixed bound, Pa/m: symmetric.
     pub tangent: [[f64; 3]; 3],
     /// Where the point would rest without traction.
     pub anchor: [f64; 3],
 }
 
-/// Friction of a point at `place` (in the frame of the obstacle) that rested at
-/// `anchor`: a stiff spring along the surface up to `limit`, then constant.
-pub(crate) fn friction(
-    gap: &Gap,
-    place: [f64; 3],
-    anchor: [f64; 3],
-    stiffness: f64,
-    limit: f64,
-) -> Friction {
+/// Friction of a point at `place` (in the frame of the obstacle): a stiff spring along
+/// the surface up to the bound, then constant.
+pub(crate) fn friction(gap: &Gap, place: [f64; 3], anchor: Anchor, stiffness: f64) -> Friction {
     let n = gap.normal;
-    let from: [f64; 3] = std::array::from_fn(|d| place[d] - anchor[d]);
+    let from: [f64; 3] = std::array::from_fn(|d| place[d] - anchor.place[d]);
     let along: f64 = (0..3).map(|d| from[d] * n[d]).sum();
     let slide: [f64; 3] = std::array::from_fn(|d| from[d] - along * n[d]);
     let size = slide.iter().map(|s| s * s).sum::<f64>().sqrt();
     let flat = |i: usize, j: usize| f64::from(u8::from(i == j)) - n[i] * n[j];
-    if stiffness * size <= limit {
+    if stiffness * size <= anchor.bound {
         return Friction {
             traction: slide.map(|s| stiffness * s),
             tangent: std::array::from_fn(|i| std::array::from_fn(|j| stiffness * flat(i, j))),
-            anchor,
+            anchor: anchor.place,
         };
     }
     let direction = slide.map(|s| s / size);
-    let rest = limit / stiffness;
+    let rest = anchor.bound / stiffness;
     Friction {
-        traction: direction.map(|d| limit * d),
+        traction: direction.map(|d| anchor.bound * d),
         tangent: std::array::from_fn(|i| {
-            std::array::from_fn(|j| limit / size * (flat(i, j) - direction[i] * direction[j]))
+            std::array::from_fn(|j| {
+                anchor.bound / size * (flat(i, j) - direction[i] * direction[j])
+            })
         }),
         anchor: std::array::from_fn(|d| place[d] - rest * direction[d]),
     }
@@ -58,13 +53,15 @@ mod tests {
             normal: [0.0, 1.0, 0.0],
             curvature: [[0.0; 3]; 3],
         };
-        let at = |x: f64| friction(&gap, [x, -0.1, 0.0], [0.0; 3], 10.0, 2.0);
+        let bound = 2.0;
+        let held = |place: [f64; 3]| Anchor { place, bound };
+        let at = |x: f64| friction(&gap, [x, -0.1, 0.0], held([0.0; 3]), 10.0);
         assert_eq!(at(0.1).traction, [1.0, 0.0, 0.0]);
         assert_eq!(at(0.1).anchor, [0.0; 3]);
         assert_eq!(at(0.5).traction, [2.0, 0.0, 0.0]);
         assert!((at(0.5).anchor[0] - 0.3).abs() < 1e-15);
         // From its new anchor it carries the same traction.
-        let again = friction(&gap, [0.5, -0.1, 0.0], at(0.5).anchor, 10.0, 2.1);
+        let again = friction(&gap, [0.5, -0.1, 0.0], held(at(0.5).anchor), 10.0);
         assert!((again.traction[0] - 2.0).abs() < 1e-14);
     }
 }

@@ -59,8 +59,8 @@ impl Kinematics {
     }
 }
 
-/// Bulk over shear modulus of the elimination where the solid keeps its volume.
-pub(crate) const ELIMINATION_RATIO: f64 = 1e5;
+/// Usual bulk over shear modulus of the elimination where the solid keeps its volume.
+pub const ELIMINATION_RATIO: f64 = 1e5;
 /// Most pressure functions of a cell.
 pub const MAX_PRESSURES: usize = 4;
 /// Most nodes of a cell.
@@ -88,6 +88,8 @@ pub struct CellInput<'a> {
     pub material: &'a Material,
     /// Its past.
     pub memory: Option<Memory<'a>>,
+    /// Bulk over shear modulus of the elimination where the solid keeps its volume.
+    pub elimination: f64,
 }
 
 /// The cell turned inside out at a quadrature point.
@@ -393,7 +395,7 @@ impl Kernel {
             });
             let mut asked = Lanes::constant(0.0);
             let mut slope = Lanes::constant(0.0);
-            let stiffest = 1.0 / (ELIMINATION_RATIO * input.material.law.shear_modulus());
+            let stiffest = 1.0 / (input.elimination * input.material.law.shear_modulus());
             for lane in 0..Lanes::COUNT {
                 let (ratio, derivative) = input.material.volumetric.volume_ratio(pressure.0[lane]);
                 asked.0[lane] = ratio;

@@ -1,7 +1,7 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
 use super::dofs::Unknowns;
-use super::kernel::{CellInput, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
+use super::kernel::{CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
 use crate::mesh::{Facet, FacetShape};
 use crate::problem::load::FacetTable;
 use crate::problem::{Contact, Motion, Problem, ProblemError};
@@ -44,6 +44,8 @@ pub struct System {
     facet_places: Vec<Vec<Vec<u32>>>,
     /// Values that nobody needs any more.
     spare: Vec<f64>,
+    /// Bulk over shear modulus of the elimination where a solid keeps its volume.
+    pub(crate) elimination: f64,
 }
 
 /// Residual, tangent and what else the equations of the parameters need.
@@ -118,6 +120,7 @@ impl System {
             facet_places: Vec::new(),
             kernels: Vec::new(),
             spare: Vec::new(),
+            elimination: ELIMINATION_RATIO,
             unknowns,
         };
         for cell in 0..mesh.cell_count() {
@@ -327,6 +330,7 @@ impl System {
                 pressure: state.pressures[cell],
                 material: &problem.materials[mesh.region_of(cell)],
                 memory: state.memory.of(cell),
+                elimination: self.elimination,
             };
             kernel
                 .evaluate(&input, tangent)

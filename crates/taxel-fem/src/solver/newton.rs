@@ -6,10 +6,10 @@ use super::memory::remember;
 use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 use super::state::State;
 use crate::assembly::contact::ContactProbe;
-use crate::assembly::kernel::MAX_PRESSURES;
+use crate::assembly::kernel::{ELIMINATION_RATIO, MAX_PRESSURES};
 use crate::assembly::system::{Assembled, System};
 use crate::material::stability::ellipticity;
-use crate::problem::{Contact, Problem, ProblemError, Rule};
+use crate::problem::{Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 
 /// How a solution is sought. The defaults suit rubber.
@@ -30,11 +30,15 @@ pub struct Settings {
     pub smallest_step: f64,
     /// Starts each step on the straight line through the last two states.
     pub extrapolate: bool,
-    /// Rounds of contact multipliers in a step.
+    /// Rounds of contact multipliers and bounds of friction in a step.
     pub rounds: usize,
     /// Under given loads only stable equilibria are accepted: beyond a limit point the
     /// iteration may find another one far away.
     pub stable: bool,
+    /// Bulk over shear modulus by which pressures are eliminated where a solid keeps its
+    /// volume. The result does not hang on it: the more, the fewer iterations; the less,
+    /// the less rounding in the pressure (1e-15 of a shear modulus times this).
+    pub elimination: f64,
 }
 
 impl Default for Settings {
@@ -49,6 +53,7 @@ impl Default for Settings {
             extrapolate: true,
             rounds: 8,
             stable: true,
+            elimination: ELIMINATION_RATIO,
         }
     }
 }
@@ -72,6 +77,10 @@ pub enum Continue {
     /// Stop here; the accepted state stays.
     Stop,
 }
+
+/// Change of the bounds of friction in a round that is small enough, as a share of the
+/// greatest bound.
+const BOUND: f64 = 1e-3;
 
 /// Points of the greatest stress that are looked at after a failure.
 const SUSPECTS: usize = 100;
@@ -381,6 +390,7 @@ impl Solver {
 
     /// One step to these targets; the state changes only when it converges.
     fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
+        self.system.elimination = self.settings.elimination;
         let mut trial = self.start(targets);
         trial.memory.begin(duration);
         let mut outcome = self.iterate(&mut trial, targets);
@@ -394,7 +404,9 @@ impl Solver {
         // Rounds of multipliers change little: they are measured by the step's own scale.
         let scale = self.scale;
         for _ in 0..self.settings.rounds {
-            if !self.renew_multipliers(&mut trial) {
+            let relieved = self.renew_multipliers(&mut trial);
+            let bound = self.system.renew_bounds(&self.problem, &mut trial);
+            if !relieved && bound <= BOUND {
                 break;
             }
             let round = self.iterate(&mut trial, targets)?;
@@ -443,10 +455,7 @@ impl Solver {
         let mut assembled = self.system.assemble(&self.problem, trial, true)?;
         let mut first = 0.0_f64;
         let mut energies = Vec::new();
-        // The tangent of sliding friction is symmetrised: the last digits come slowly.
-        let rough = self.problem.contacts.iter().any(Contact::is_rough);
-        let most = self.settings.iterations * if rough { 3 } else { 1 };
-        for iteration in 1..=most {
+        for iteration in 1..=self.settings.iterations {
             let values = &assembled.values;
             let definiteness = self
                 .factor
@@ -460,8 +469,7 @@ impl Solver {
             energies.push(energy);
             first = first.max(energy);
             // A good start has little to fall; it must not end before it has begun.
-            let share = if rough { 1.0 } else { 0.03 };
-            let scale = first.max(share * self.scale);
+            let scale = first.max(0.03 * self.scale);
             let done = energy <= self.settings.tolerance * scale;
             let before = trial.clone();
             self.apply(trial, &before, &assembled, &change, 1.0);

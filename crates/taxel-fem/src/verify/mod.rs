@@ -6,6 +6,7 @@
 mod bonded;
 mod cook;
 mod fields;
+mod friction;
 mod homogeneous;
 mod indentation;
 mod inf_sup;
@@ -275,6 +276,8 @@ entries! {
     "C1", Exact, 3.0, indentation::hertz, "Sphere on a half space (Hertz)";
     "C2", Exact, 10.0, indentation::punch, "Flat punch on a bonded layer";
     "C3", Exact, 10.0, indentation::sphere_on_layer, "Sphere on a bonded layer";
+    "C4.1", Exact, 3.0, friction::cylinder, "Rough cylinder pulled along a half space (Cattaneo, Mindlin)";
+    "C4.2", Exact, 40.0, friction::sphere, "Rough sphere pulled along a half space (Cattaneo, Mindlin)";
     "C5", Exact, 2.0, slit::solve, "Slit under pressure";
     "D1", Exact, 3.0, fields::coplanar_strips, "Coplanar strips in an open space";
     "D2", Exact, 3.0, fields::opposed_strips, "Opposed strips in an open space";
@@ -410,7 +413,7 @@ mod tests {
         };
         assert_eq!(ids("B1"), ["B1"]);
         assert_eq!(ids("b7"), ["B7.1", "B7.2", "B7.3"]);
-        assert_eq!(ids("C"), ["C1", "C2", "C3", "C5"]);
+        assert_eq!(ids("C"), ["C1", "C2", "C3", "C4.1", "C4.2", "C5"]);
         assert!(chosen(&["B2", "Z"]).is_err() && chosen(&[""]).is_err());
     }
 

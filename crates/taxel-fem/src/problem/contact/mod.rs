@@ -3,7 +3,9 @@
 //! Both are energies of the overlap, `1/2 k o^2` per undeformed area, with a
 //! multiplier that takes over the pressure (augmented Lagrangian): a contact whose
 //! overlap exceeds its limit is solved again with the multiplier at the pressure
-//! found, so that the result does not hang on the stiffness `k`.
+//! found, so that the result does not hang on the stiffness `k`. Friction is handled the
+//! same way: while the iteration runs the bound of the traction is fixed, which leaves it
+//! an energy, and rounds renew the bound from the pressure found.
 
 mod obstacle;
 mod walls;
@@ -25,9 +27,17 @@ pub enum Contact {
 pub struct ContactState {
     /// Multiplier of each contact point, Pa.
     pub multipliers: Vec<f64>,
-    /// With friction: where each touching point of an obstacle's partner would rest
-    /// without traction, in the frame of the obstacle.
-    pub anchors: Vec<Option<[f64; 3]>>,
+    /// With friction: the anchor of each touching point.
+    pub anchors: Vec<Option<Anchor>>,
+}
+
+/// What holds a point of a rough contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Anchor {
+    /// Where the point would rest without traction, in the frame of the obstacle.
+    pub place: [f64; 3],
+    /// Greatest traction, the coefficient of friction times the pressure, Pa.
+    pub bound: f64,
 }
 
 impl ContactState {
@@ -35,14 +45,14 @@ impl ContactState {
     pub(crate) fn multiplier(&self, point: usize) -> f64 {
         self.multipliers.get(point).copied().unwrap_or(0.0)
     }
+
+    /// Anchor of a contact point that rubs.
+    pub(crate) fn anchor(&self, point: usize) -> Option<Anchor> {
+        self.anchors.get(point).copied().flatten()
+    }
 }
 
 impl Contact {
-    /// Whether it rubs.
-    pub(crate) fn is_rough(&self) -> bool {
-        matches!(self, Self::Obstacle(obstacle) if obstacle.friction > 0.0)
-    }
-
     /// Overlap in m above which the multipliers are renewed.
     pub fn overlap_limit(&self) -> f64 {
         match self {
