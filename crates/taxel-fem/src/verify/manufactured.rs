@@ -39,8 +39,11 @@ fn deformation(dimension: usize, x: [f64; 3]) -> ([f64; 3], Tensor<f64>) {
     (place, gradient)
 }
 
+/// Mean stress, up to 0.78 shear moduli. Elements keep the volume in the mean, not at
+/// every place: under a mean tension near one shear modulus distorted hexahedra lose a
+/// stability that the body (and tetrahedra) still have.
 fn pressure(x: [f64; 3]) -> f64 {
-    (PI * x[0]).cos() * (PI * x[1] + 0.5).sin() + 0.3 * x[2]
+    0.6 * ((PI * x[0]).cos() * (PI * x[1] + 0.5).sin() + 0.3 * x[2])
 }
 
 fn stress(dimension: usize, x: [f64; 3]) -> Tensor<f64> {
@@ -131,10 +134,6 @@ fn solved(case: &mut Case, shape: CellShape, count: usize) -> Result<[f64; 3], F
     });
     let mut solver = eager(problem)?;
     solver.settings.first_step = 0.5;
-    // Distorted hexahedra have the chosen state with a tangent that is not positive, and
-    // a solver that accepts stable states alone finds another one. The other shapes, space
-    // filled with tetrahedra among them, find it stable.
-    solver.settings.stable = shape != CellShape::Hex27;
     go(&mut solver, &[1.0])?;
     case.sized(&solver);
     Ok(errors(&solver, dimension))
@@ -142,13 +141,13 @@ fn solved(case: &mut Case, shape: CellShape, count: usize) -> Result<[f64; 3], F
 
 pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
     case.note = String::from(
-        "The solid keeps its volume; three sides follow the map, one is loaded. On the finer \
-         meshes of hexahedra the tangent is not positive in the solution, so that their \
-         stability is not asked for; with tetrahedra the same state is stable.",
+        "The solid keeps its volume; three sides follow the map, one is loaded. Only stable \
+         equilibria are accepted.",
     );
     for shape in SHAPES {
         let counts: &[usize] = match (shape, effort) {
-            (CellShape::Quad9 | CellShape::Tri7, Effort::Full) => &[4, 8, 16, 32],
+            (CellShape::Quad9, Effort::Full) => &[4, 8, 16, 32],
+            (CellShape::Tri7, Effort::Full) => &[8, 16, 32, 64],
             (CellShape::Quad9, Effort::Short) => &[4, 8, 16],
             // Triangles reach their rates on finer meshes.
             (CellShape::Tri7, Effort::Short) => &[8, 16, 32],
@@ -168,8 +167,13 @@ pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
         }
         for (curve, rate) in curves.into_iter().zip([3.0, 2.0, 2.0]) {
             let slope = curve.slope().unwrap_or(f64::NAN);
-            // Meshes are not yet fine where the slope is read; above the rate is good.
-            let limit = if shape.dimension() == 2 { 0.1 } else { 0.35 };
+            // Meshes are not yet fine where the slope is read (the pressure on triangles
+            // has 1.76, 1.87, 1.95 on its way to 2); above the rate is good.
+            let limit = match (shape.dimension(), effort) {
+                (2, Effort::Full) => 0.1,
+                (2, Effort::Short) => 0.15,
+                _ => 0.35,
+            };
             case.absolute(
                 format!("{}: rate", curve.what),
                 rate,
