@@ -139,6 +139,7 @@ pub(crate) fn problem(case: Case, mesh: Mesh) -> Result<Problem, Box<dyn Error>>
             problem.cavities.push(Cavity {
                 wall: problem.surface("void")?,
                 axis: 0,
+                origin: 0.0,
                 pressure: inside,
             });
         }

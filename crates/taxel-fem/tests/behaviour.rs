@@ -142,6 +142,7 @@ fn arc_length_and_volume_go_over_the_limit_point_of_a_balloon() {
         problem.cavities.push(Cavity {
             wall,
             axis: 0,
+            origin: 0.0,
             pressure: inside,
         });
         let quantity = if by_arc {
@@ -182,6 +183,7 @@ fn a_load_beyond_the_limit_fails_with_its_reason_and_keeps_what_was_reached() {
     problem.cavities.push(Cavity {
         wall,
         axis: 0,
+        origin: 0.0,
         pressure: inside,
     });
     let mut solver = Solver::new(problem).unwrap();

@@ -92,6 +92,7 @@ fn void_under_pressure(k: i32, pressure: f64, steps: usize) -> (f64, usize) {
     problem.cavities.push(Cavity {
         wall: problem.surface("void").unwrap(),
         axis: 0,
+        origin: 0.0,
         pressure: inside,
     });
     let mut solver = Solver::new(problem).unwrap();

@@ -42,6 +42,7 @@ fn solver(mesh: Mesh) -> Solver {
     problem.cavities.push(Cavity {
         wall: problem.surface("hole").unwrap(),
         axis: 0,
+        origin: 0.0,
         pressure: inside,
     });
     Solver::new(problem).unwrap()

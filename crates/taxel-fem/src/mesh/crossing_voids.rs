@@ -42,6 +42,29 @@ impl CrossingVoids {
     /// [`MeshError::OutOfRange`] and [`MeshError::NoWall`] for lengths that make no cell,
     /// [`MeshError::TooManyCells`].
     pub fn mesh(&self) -> Result<Mesh, MeshError> {
+        let (up, voids) = self.upward()?;
+        let growth = self.growth();
+        let (wall, middle) = (self.width / 2.0, self.pitch / 2.0);
+        let towards_wall = [Grading::FromEnd(growth), Grading::FromStart(growth)];
+        let across = Axis::new(&[0.0, wall, middle], &towards_wall)?;
+        let all = [0.0, middle];
+        Grid3::new([across.clone(), across, up], "solid")
+            .void("upper", [all, [0.0, wall], voids[0]])
+            .void("lower", [[0.0, wall], all, voids[1]])
+            .mesh()
+    }
+
+    /// How cells grow away from the edges of the voids.
+    pub(super) fn growth(&self) -> Growth {
+        Growth {
+            smallest: self.smallest,
+            ratio: self.growth,
+            largest: self.largest,
+        }
+    }
+
+    /// The axis through the layer, and where on it the upper and the lower voids lie.
+    pub(super) fn upward(&self) -> Result<(Axis, [[f64; 2]; 2]), MeshError> {
         let stack = [
             ("base below the voids", self.base),
             ("height of the lower voids", self.lower),
@@ -64,25 +87,15 @@ impl CrossingVoids {
                 pitch: self.pitch,
             });
         }
-        let growth = Growth {
-            smallest: self.smallest,
-            ratio: self.growth,
-            largest: self.largest,
-        };
-        let (from_end, from_start) = (Grading::FromEnd(growth), Grading::FromStart(growth));
-        let both = Grading::FromBoth(growth);
-        let (wall, middle) = (self.width / 2.0, self.pitch / 2.0);
-        let across = Axis::new(&[0.0, wall, middle], &[from_end, from_start])?;
         let mut levels = vec![0.0];
         for (_, thickness) in stack {
             levels.push(levels[levels.len() - 1] + thickness);
         }
+        let growth = self.growth();
+        let (from_end, from_start) = (Grading::FromEnd(growth), Grading::FromStart(growth));
+        let both = Grading::FromBoth(growth);
         let up = Axis::new(&levels, &[from_end, both, both, both, from_start])?;
-        let all = [0.0, middle];
-        Grid3::new([across.clone(), across, up], "solid")
-            .void("upper", [all, [0.0, wall], [levels[3], levels[4]]])
-            .void("lower", [[0.0, wall], all, [levels[1], levels[2]]])
-            .mesh()
+        Ok((up, [[levels[3], levels[4]], [levels[1], levels[2]]]))
     }
 }
 

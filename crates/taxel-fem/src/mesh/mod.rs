@@ -13,6 +13,7 @@ mod patchwork;
 mod promote;
 pub mod quality;
 mod structured;
+mod void_block;
 mod void_cell;
 
 pub use axis::{Axis, Grading, Growth};
@@ -21,6 +22,8 @@ pub use crossing_voids::CrossingVoids;
 pub use error::MeshError;
 pub use promote::LowerCell;
 pub use structured::{Grid, Grid2, Grid3, Part};
+pub(crate) use void_block::VOID_ROWS;
+pub use void_block::{Footprint, VoidBlock};
 pub use void_cell::{CornerDivision, VoidCell};
 
 use std::collections::BTreeMap;

@@ -7,15 +7,18 @@ use crate::mesh::{Facet, Mesh};
 
 /// A cavity whose wall carries one pressure.
 ///
-/// Its volume is `- int x_k n_k da` over the wall: the part of its outline that the
-/// wall does not close (cuts by planes of symmetry) must lie across another axis than
-/// `k`, or at `x_k = 0`.
+/// Its volume is `- int (x_k - o) n_k da` over the wall, `o` the origin: the part of its
+/// outline that the wall does not close (cuts by planes of symmetry, open ends) must lie
+/// across another axis than `k`, or at `x_k = o`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cavity {
     /// The wall.
     pub wall: Vec<Facet>,
     /// Axis `k` along which the volume is computed.
     pub axis: usize,
+    /// Place `o` on that axis from which it is measured, m. It matters for an outline that
+    /// is open: zero at a cut by a plane of symmetry, the middle of a void with open ends.
+    pub origin: f64,
     /// Pressure inside, Pa.
     pub pressure: Parameter,
 }
@@ -85,7 +88,8 @@ impl Cavity {
                     // The radius sweeps its volume twice.
                     let twice = kinematics == Kinematics::Axisymmetric && self.axis == 0;
                     let share = if twice { 0.5 } else { 1.0 };
-                    volume -= share * point.place[self.axis] * point.normal[self.axis];
+                    let from = point.place[self.axis] - self.origin;
+                    volume -= share * from * point.normal[self.axis];
                 }
             }
         }

@@ -87,6 +87,7 @@ impl CrossingStudy {
             let cavity = Cavity {
                 wall: problem.surface(name)?,
                 axis: 2,
+                origin: 0.0,
                 pressure,
             };
             rest[number] = cavity.volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
@@ -161,7 +162,7 @@ impl CrossingStudy {
     }
 }
 
-fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
+pub(super) fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
     match filling {
         Filling::Vented => Rule::Given,
         Filling::Gas(scale) => Rule::Follows(
@@ -183,7 +184,13 @@ fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
 }
 
 /// Pairs of points of roof and floor at equal undeformed place.
-fn roof_on_floor(mesh: &Mesh, name: &str, along: usize, shear: f64, contact: WallContact) -> Walls {
+pub(super) fn roof_on_floor(
+    mesh: &Mesh,
+    name: &str,
+    along: usize,
+    shear: f64,
+    contact: WallContact,
+) -> Walls {
     let surface = |side: &str| {
         let key = format!("{name}.{side}");
         mesh.surfaces.get(&key).cloned().unwrap_or_default()

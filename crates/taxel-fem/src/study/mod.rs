@@ -3,4 +3,5 @@
 pub mod crossing_voids;
 pub mod embedded_bars;
 pub mod layer;
+pub mod void_block;
 pub mod void_cell;

@@ -114,6 +114,7 @@ impl VoidStudy {
             problem.cavities.push(Cavity {
                 wall: problem.surface("void")?,
                 axis: 0,
+                origin: 0.0,
                 pressure: inside,
             });
             Ok((top, inside))

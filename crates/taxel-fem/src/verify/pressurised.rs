@@ -38,6 +38,7 @@ impl Ring {
         problem.cavities.push(Cavity {
             wall,
             axis: 1,
+            origin: 0.0,
             pressure,
         });
         Ok((problem, pressure))

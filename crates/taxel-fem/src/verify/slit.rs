@@ -32,6 +32,7 @@ fn opened(case: &mut Case, poisson: f64, smallest: f64) -> Result<[f64; 2], Fail
     problem.cavities.push(Cavity {
         wall,
         axis: 1,
+        origin: 0.0,
         pressure,
     });
     let middle = node_near(&problem.mesh, [0.0; 3]) as usize;

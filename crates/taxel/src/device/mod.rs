@@ -20,7 +20,8 @@ use crate::sensor::Broken;
 use crate::summary::{Fact, fact, number};
 
 pub use crossed_channels::{
-    ChannelArray, ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState,
+    ChannelArray, ChannelFieldPredictor, ChannelPrediction, ChannelPredictor, LayerAnswer,
+    LayerState,
 };
 pub use in_plane_capacitor::{
     InPlaneArray, InPlaneFieldPrediction, InPlaneFieldPredictor, InPlaneLoadState,

@@ -12,6 +12,7 @@ mod preload;
 mod profile;
 mod relaxation;
 mod soft_cover;
+mod solved_block;
 mod solved_voids;
 mod suspension;
 mod tabulated_cells;
@@ -40,6 +41,7 @@ pub use relaxation::{Relaxation, RelaxationTerm};
 pub use soft_cover::{
     Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
 };
+pub use solved_block::{ChannelBlock, LocalLoad, SolvedBlock};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

@@ -3,6 +3,8 @@
 mod check;
 mod drawing;
 mod facts;
+mod field;
+mod local;
 mod predict;
 mod simulated;
 
@@ -19,6 +21,7 @@ use crate::sensor::{Broken, LiquidMetalChannel, Sensor, micrometres};
 use crate::summary::Fact;
 use crate::transduction::ChannelLayer;
 
+pub use field::ChannelFieldPredictor;
 pub use predict::{ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState};
 
 /// Crossing channels with their board.
@@ -67,6 +70,15 @@ impl<'a> ChannelArray<'a> {
     pub fn taxel_share(&self) -> [f64; 2] {
         let pitch = self.sensor.array.pitch;
         std::array::from_fn(|layer| pitch[layer] / self.layers[layer].conductor.length)
+    }
+
+    /// Which of the upper (0) and the lower layer (1) the rows are, which the columns.
+    pub(crate) fn position(&self) -> [usize; 2] {
+        if self.element.rows.roof < self.element.columns.roof {
+            [0, 1]
+        } else {
+            [1, 0]
+        }
     }
 
     /// The crossing cell for finite elements.
@@ -140,7 +152,7 @@ impl Device for ChannelArray<'_> {
     }
 
     fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
-        Some(Box::new(ChannelPredictor::by_finite_elements(self)))
+        Some(Box::new(ChannelFieldPredictor::new(self)))
     }
 
     fn simulated(&self) -> Box<dyn Simulated> {

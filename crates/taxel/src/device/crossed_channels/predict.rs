@@ -9,7 +9,7 @@ use crate::mechanics::{
     SolvedLayer, SolvedVoids, Stretch, VoidStack,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Loads, Predictor};
-use crate::quantity::{AREA, FORCE, STRESS};
+use crate::quantity::{AREA, FORCE, LENGTH, STRESS};
 use crate::table::{Cell, Column};
 use crate::transduction::ChannelLayer;
 
@@ -111,11 +111,10 @@ impl ChannelPredictor {
     /// The same with the closing of both layers solved by finite elements of the
     /// crossing cell, the whole top pressed.
     pub fn by_finite_elements(array: &ChannelArray<'_>) -> Self {
-        let rows_above = array.element.rows.roof < array.element.columns.roof;
         Self {
             field: Some(Field {
                 stack: array.void_stack(),
-                position: if rows_above { [0, 1] } else { [1, 0] },
+                position: array.position(),
                 solved: None,
             }),
             ..Self::new(array)
@@ -240,10 +239,15 @@ const LARGEST_AREA: f64 = 1.0;
 /// Smallest area, m²: 1 um².
 const SMALLEST_AREA: f64 = 1e-12;
 
-const PRESSURE: usize = 0;
-const FORCE_Z: usize = 1;
-const AREA_COLUMN: usize = 2;
-const LOADED_SHARE: usize = 3;
+pub(super) const PRESSURE: usize = 0;
+pub(super) const FORCE_Z: usize = 1;
+pub(super) const AREA_COLUMN: usize = 2;
+pub(super) const LOADED_SHARE: usize = 3;
+pub(super) const PATCH_X: usize = 4;
+pub(super) const PATCH_Y: usize = 5;
+pub(super) const PUNCH: usize = 6;
+pub(super) const CENTRE_X: usize = 7;
+pub(super) const CENTRE_Y: usize = 8;
 
 /// The pressure of a load in Pa, and the column that names it.
 fn pressure_of(load: &Load<'_>) -> (usize, f64) {
@@ -253,7 +257,27 @@ fn pressure_of(load: &Load<'_>) -> (usize, f64) {
     }
 }
 
-static LOADS: [LoadColumn; 4] = [
+/// Largest length of a place on a sheet, m.
+const LARGEST_LENGTH: f64 = 1.0;
+
+const fn length(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
+    LoadColumn {
+        name,
+        short,
+        kind: LoadKind::Quantity(&LENGTH, [0.0, LARGEST_LENGTH]),
+        required: false,
+        about,
+    }
+}
+
+const fn place(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
+    LoadColumn {
+        kind: LoadKind::Quantity(&LENGTH, [-LARGEST_LENGTH, LARGEST_LENGTH]),
+        ..length(name, short, about)
+    }
+}
+
+pub(super) static LOADS: [LoadColumn; 9] = [
     LoadColumn {
         name: "pressure",
         short: "p",
@@ -282,6 +306,27 @@ static LOADS: [LoadColumn; 4] = [
         required: false,
         about: "share of the channel's length under the pressure; 1 without it",
     },
+    length(
+        "patch_x",
+        "px",
+        "length along x of a pressed patch, with fem",
+    ),
+    length(
+        "patch_y",
+        "py",
+        "length along y of a pressed patch, with fem",
+    ),
+    length(
+        "punch_diameter",
+        "punch",
+        "diameter of a flat punch under the force, with fem",
+    ),
+    place(
+        "centre_x",
+        "cx",
+        "middle of patch or punch along x, from that of the taxels; 0 without it",
+    ),
+    place("centre_y", "cy", "the same along y"),
 ];
 
 impl Predictor for ChannelPredictor {
@@ -306,6 +351,12 @@ impl Predictor for ChannelPredictor {
     }
 
     fn combination(&self, given: &[bool]) -> Result<(), String> {
+        if super::local::is_local(given) {
+            return Err(String::from(
+                "only finite elements know what a patch or a punch on a part of the sheet does: add --mechanics fem, \
+                 or give a pressure with the loaded_share of the channels",
+            ));
+        }
         let has = |column: usize| given.get(column) == Some(&true);
         match (has(PRESSURE), has(FORCE_Z), has(AREA_COLUMN)) {
             (true, false, false) | (false, true, true) => Ok(()),

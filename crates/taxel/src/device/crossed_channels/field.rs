@@ -1,0 +1,245 @@
+//! Loads on channels answered by finite elements: the whole top, a patch, a punch.
+
+use taxel_fem::study::void_block::{BlockState, BlockVoid};
+
+use super::ChannelArray;
+use super::local::{self, Place};
+use super::predict::{ChannelPredictor, LOADS};
+use crate::electronics::DividerBoard;
+use crate::mechanics::{LocalLoad, SolvedBlock};
+use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
+use crate::table::{Cell, Column};
+use crate::transduction::{ChannelLayer, mean_inverse_area_ratio};
+
+/// Predicts loads on channels as drawn, by finite elements.
+///
+/// A load on the whole top is solved in the crossing cell
+/// ([`ChannelPredictor::by_finite_elements`]), one on a part of it in the block of all
+/// taxels. [`Predictor::prepare`] solves.
+#[derive(Debug, Clone)]
+pub struct ChannelFieldPredictor {
+    whole_top: ChannelPredictor,
+    layers: [ChannelLayer; 2],
+    board: DividerBoard,
+    place: Result<Place, String>,
+    /// Answers of loads on a part of the top; none while the whole top is pressed.
+    solved: Option<Vec<(LocalLoad, SolvedBlock)>>,
+}
+
+impl ChannelFieldPredictor {
+    /// A predictor for the channels of `array`; nothing is solved yet.
+    pub fn new(array: &ChannelArray<'_>) -> Self {
+        Self {
+            whole_top: ChannelPredictor::by_finite_elements(array),
+            layers: array.layers.clone(),
+            board: array.board,
+            place: Place::new(array),
+            solved: None,
+        }
+    }
+
+    /// Solves every place that is pressed up to its greatest load.
+    fn solve(
+        &mut self,
+        loads: &Loads,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Option<String>, String> {
+        let place = self.place.as_ref().map_err(Clone::clone)?;
+        let solved = self.solved.insert(Vec::new());
+        let mut asked: Vec<(LocalLoad, Vec<f64>)> = Vec::new();
+        for index in 0..loads.len() {
+            let Ok((load, value)) = place.read(&loads.load(index)) else {
+                // It is refused with its line when it is answered.
+                return Ok(None);
+            };
+            match asked.iter_mut().find(|(known, _)| *known == load) {
+                Some((_, values)) => values.push(value),
+                None => asked.push((load, vec![value])),
+            }
+        }
+        let count = asked.len() as f64;
+        let mut ended = None;
+        for (number, (load, values)) in asked.into_iter().enumerate() {
+            let hears = &mut |part| progress((number as f64 + part) / count);
+            let block = place
+                .block
+                .solve(&load, &values, hears)
+                .map_err(|error| error.to_string())?;
+            ended = ended.or_else(|| block.ended.clone());
+            solved.push((load, block));
+        }
+        Ok(ended)
+    }
+
+    /// Relative change R/R₀ − 1 of a channel whose part in the block is `void`.
+    fn change(&self, place: &Place, layer: usize, void: &BlockVoid) -> f64 {
+        let share = place.share(layer);
+        // Nothing presses on the rest, which has the same liquid.
+        let rest = self.layers[layer].closing.at(-void.inside).area_ratio;
+        let parts = [(share, 1.0 / void.resistance_ratio), (1.0 - share, rest)];
+        mean_inverse_area_ratio(parts) - 1.0
+    }
+
+    /// Cells of one channel.
+    fn channel(&self, place: &Place, layer: usize, void: &BlockVoid, row: &mut Vec<Cell>) {
+        let drawn = &self.layers[layer];
+        let change = self.change(place, layer, void);
+        let resistance = drawn.conductor.rest_resistance() * (1.0 + change);
+        let voltage = self.board.divider.voltage(resistance);
+        row.extend(
+            [
+                void.inside,
+                void.volume_ratio,
+                void.thinnest,
+                void.thickest,
+                void.rim,
+                void.gap,
+                resistance,
+                change,
+                voltage,
+            ]
+            .map(Cell::Number),
+        );
+        let counts = self.board.read(resistance, 0.0).counts;
+        row.push(Cell::Whole(u64::from(counts)));
+        row.push(Cell::from(if self.board.divider.saturated(voltage) {
+            "saturated"
+        } else if void.gap <= 0.0 {
+            "touching"
+        } else {
+            "open"
+        }));
+    }
+
+    fn answer_locally(
+        &self,
+        solved: &[(LocalLoad, SolvedBlock)],
+        load: &Load<'_>,
+        row: &mut Vec<Cell>,
+    ) -> Result<(), LoadRefused> {
+        let place = self
+            .place
+            .as_ref()
+            .map_err(|message| local::refused(message))?;
+        let (pressed, value) = place.read(load)?;
+        let block = solved.iter().find(|(known, _)| *known == pressed);
+        let state = block.and_then(|(_, block)| block.at(value));
+        let Some(state) = state else {
+            // Beyond the end of the solution nothing is known.
+            let open = self.columns().len() - 1;
+            row.extend(std::iter::repeat_n(Cell::from(""), open));
+            row.push(Cell::from("beyond_solution"));
+            return Ok(());
+        };
+        self.block(place, &pressed, &state, row);
+        Ok(())
+    }
+
+    /// Cells of a block in a state.
+    fn block(&self, place: &Place, pressed: &LocalLoad, state: &BlockState, row: &mut Vec<Cell>) {
+        let drive = Cell::Number(state.drive);
+        let radius = Cell::Number(state.contact_radius);
+        row.push(Cell::Number(state.force));
+        row.extend(match pressed {
+            LocalLoad::Patch { .. } => [drive, Cell::from(""), Cell::from("")],
+            LocalLoad::Punch { .. } => [Cell::from(""), drive, radius],
+        });
+        row.extend([0, 1].map(|layer| {
+            let changes = place
+                .channels(state, layer)
+                .map(|void| self.change(place, layer, void));
+            Cell::Number(changes.fold(f64::NEG_INFINITY, f64::max))
+        }));
+        for layer in 0..2 {
+            for void in place.channels(state, layer) {
+                self.channel(place, layer, void, row);
+            }
+        }
+        row.push(Cell::Number(state.stress));
+        row.push(Cell::from("solved"));
+    }
+
+    fn local_columns(&self) -> Vec<Column> {
+        let mut columns = vec![
+            Column::new("support_force", "mN", 1e-3, "n", 4),
+            Column::new("pressure", "kPa", 1e3, "pa", 3),
+            Column::new("punch_depth", "um", 1e-6, "m", 3),
+            Column::new("contact_radius", "um", 1e-6, "m", 1),
+            Column::new("row_greatest_change", "", 1.0, "", 6),
+            Column::new("column_greatest_change", "", 1.0, "", 6),
+        ];
+        let counts = self.place.as_ref().map_or([0; 2], |place| place.counts);
+        for (layer, count) in super::LAYERS.into_iter().zip(counts) {
+            for number in 0..count {
+                let of = |what: &str| format!("{layer}_{number}_{what}");
+                columns.extend([
+                    Column::new(of("internal_pressure"), "kPa", 1e3, "pa", 4),
+                    Column::new(of("volume_ratio"), "", 1.0, "", 4),
+                    Column::new(of("thinnest_ratio"), "", 1.0, "", 3),
+                    Column::new(of("thickest_ratio"), "", 1.0, "", 3),
+                    Column::new(of("rim_ratio"), "", 1.0, "", 3),
+                    Column::new(of("gap"), "um", 1e-6, "m", 3),
+                    Column::new(of("resistance"), "ohm", 1.0, "ohm", 5),
+                    Column::new(of("change"), "", 1.0, "", 6),
+                    Column::new(of("voltage"), "mV", 1e-3, "v", 4),
+                    Column::plain(of("counts")),
+                    Column::plain(of("state")),
+                ]);
+            }
+        }
+        columns.push(Column::new("greatest_stress", "kPa", 1e3, "pa", 3));
+        columns.push(Column::plain("solution"));
+        columns
+    }
+}
+
+impl Predictor for ChannelFieldPredictor {
+    fn prepare(
+        &mut self,
+        loads: &Loads,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Option<String>, String> {
+        if local::is_local(&loads.given.columns) {
+            self.solve(loads, progress)
+        } else {
+            self.whole_top.prepare(loads, progress)
+        }
+    }
+
+    fn load_columns(&self) -> &'static [LoadColumn] {
+        &LOADS
+    }
+
+    fn combination(&self, given: &[bool]) -> Result<(), String> {
+        if local::is_local(given) {
+            local::combination(given)
+        } else {
+            self.whole_top.combination(given)
+        }
+    }
+
+    fn scales_with_load(&self, column: usize) -> bool {
+        self.whole_top.scales_with_load(column)
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        match self.solved {
+            Some(_) => self.local_columns(),
+            None => self.whole_top.columns(),
+        }
+    }
+
+    fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
+        match &self.solved {
+            Some(solved) => self.answer_locally(solved, load, row),
+            None => self.whole_top.answer(load, row),
+        }
+    }
+
+    fn curves(&self, given: &[bool]) -> Vec<Curve> {
+        if self.solved.is_none() {
+            return self.whole_top.curves(given);
+        }
+        local::curves()
+    }
+}

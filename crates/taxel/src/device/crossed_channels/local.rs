@@ -1,0 +1,332 @@
+//! Loads on a part of the top: what they say, and where they lie on the block.
+
+use taxel_fem::study::void_block::{BlockState, BlockVoid};
+
+use super::ChannelArray;
+use super::predict::{
+    AREA_COLUMN, CENTRE_X, CENTRE_Y, FORCE_Z, LOADED_SHARE, PATCH_X, PATCH_Y, PRESSURE, PUNCH,
+};
+use crate::mechanics::{ChannelBlock, LocalLoad};
+use crate::predict::{Curve, Load, LoadRefused};
+use crate::sensor::micrometres;
+
+/// Columns that place a load on the block.
+const PLACE: [usize; 5] = [PATCH_X, PATCH_Y, PUNCH, CENTRE_X, CENTRE_Y];
+
+/// The block of an array: all its taxels with one wall around them, its sides free.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub(super) block: ChannelBlock,
+    /// Channels of the row and of the column layer.
+    pub(super) counts: [usize; 2],
+    /// Which of the upper and the lower layer the rows are, which the columns.
+    position: [usize; 2],
+    /// Lengths along x and y, m.
+    size: [f64; 2],
+}
+
+impl Place {
+    /// # Errors
+    /// A sentence for a drawing that can't be solved.
+    pub(super) fn new(array: &ChannelArray<'_>) -> Result<Self, String> {
+        let stack = array.void_stack()?;
+        let counts = array.counts();
+        let wall = stack.pitch - stack.section.width;
+        let [rows, columns] = counts.map(|count| count as f64 * stack.pitch + wall);
+        let size = [columns, rows];
+        let position = array.position();
+        // A row is as long as the block along x, a column as it is along y.
+        let channel = |layer: usize| {
+            let drawn = &array.layers[layer];
+            let share = size[layer] / drawn.conductor.length;
+            (share.min(1.0), drawn.closing.clone())
+        };
+        // Where the rows are the columns would be: this also leads back from upper and lower.
+        let at = position;
+        Ok(Self {
+            block: ChannelBlock {
+                counts: at.map(|layer| counts[layer]),
+                size: at.map(|layer| size[layer]),
+                channels: at.map(channel),
+                stack,
+            },
+            counts,
+            position,
+            size,
+        })
+    }
+
+    /// Share of a channel of a layer (rows, columns) that lies in the block.
+    pub(super) fn share(&self, layer: usize) -> f64 {
+        self.block.channels[self.position[layer]].0
+    }
+
+    /// Channels of a layer in a state of the block, rows from +y, columns from -x.
+    pub(super) fn channels<'s>(
+        &self,
+        state: &'s BlockState,
+        layer: usize,
+    ) -> impl Iterator<Item = &'s BlockVoid> {
+        let voids = &state.voids[self.position[layer]];
+        (0..voids.len()).map(move |number| match layer {
+            0 => &voids[voids.len() - 1 - number],
+            _ => &voids[number],
+        })
+    }
+
+    /// What presses where, and how much: Pa of a patch, N of a punch.
+    pub(super) fn read(&self, load: &Load<'_>) -> Result<(LocalLoad, f64), LoadRefused> {
+        let centre = [CENTRE_X, CENTRE_Y].map(|column| load.number(column).unwrap_or(0.0));
+        let refused = |column: usize, message: &str, help: &str| LoadRefused {
+            column,
+            message: message.into(),
+            help: help.into(),
+        };
+        let (pressed, extent, value) = if let Some(diameter) = load.number(PUNCH) {
+            let force = load
+                .number(FORCE_Z)
+                .ok_or_else(|| refused(FORCE_Z, "the punch has no force", "give its force_z"))?;
+            let centre = self.turned(centre);
+            (LocalLoad::Punch { centre, diameter }, [diameter; 2], force)
+        } else {
+            let (Some(x), Some(y)) = (load.number(PATCH_X), load.number(PATCH_Y)) else {
+                let message = "the patch has no size";
+                return Err(refused(PATCH_X, message, "give patch_x and patch_y"));
+            };
+            let pressure = load.number(PRESSURE);
+            let force = load.number(FORCE_Z).map(|force| force / (x * y));
+            let value = pressure.or(force).ok_or_else(|| {
+                refused(
+                    PRESSURE,
+                    "nothing presses on the patch",
+                    "give a pressure or a force_z",
+                )
+            })?;
+            let size = self.turned([x, y]);
+            let centre = self.turned(centre);
+            (LocalLoad::Patch { centre, size }, [x, y], value)
+        };
+        self.check(centre, extent, matches!(pressed, LocalLoad::Punch { .. }))?;
+        Ok((pressed, value))
+    }
+
+    /// What lies along x and y, along the upper and the lower channels.
+    fn turned(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        if self.position == [0, 1] {
+            [x, y]
+        } else {
+            [y, x]
+        }
+    }
+
+    fn check(&self, centre: [f64; 2], extent: [f64; 2], punch: bool) -> Result<(), LoadRefused> {
+        let columns = if punch {
+            [PUNCH; 2]
+        } else {
+            [PATCH_X, PATCH_Y]
+        };
+        let what = if punch { "punch" } else { "patch" };
+        let least = self.block.stack.section.height;
+        for axis in 0..2 {
+            let name = ["x", "y"][axis];
+            let (length, side) = (extent[axis], self.size[axis]);
+            if length < least {
+                return Err(LoadRefused {
+                    column: columns[axis],
+                    message: format!(
+                        "a {what} of {} is smaller than the height of a channel, {}",
+                        micrometres(length),
+                        micrometres(least)
+                    ),
+                    help: String::from("give a larger one; the channels would not feel less"),
+                });
+            }
+            // A billionth is forgiven: lengths are often sums of others.
+            if centre[axis].abs() + length / 2.0 > side / 2.0 * (1.0 + 1e-9) {
+                let end = side / 2.0;
+                return Err(LoadRefused {
+                    column: if length > side {
+                        columns[axis]
+                    } else {
+                        [CENTRE_X, CENTRE_Y][axis]
+                    },
+                    message: format!(
+                        "a {what} of {} along {name} with its middle at {} reaches over the block of taxels, which \
+                         goes from -{} to {} along {name}",
+                        micrometres(length),
+                        micrometres(centre[axis]),
+                        micrometres(end),
+                        micrometres(end)
+                    ),
+                    help: String::from(
+                        "keep it on the block; for a load on the whole top give only the pressure",
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether these columns place a load on a part of the top.
+pub(super) fn is_local(given: &[bool]) -> bool {
+    PLACE.iter().any(|column| given.get(*column) == Some(&true))
+}
+
+/// Whether what is given makes one patch or one punch.
+pub(super) fn combination(given: &[bool]) -> Result<(), String> {
+    let has = |column: usize| given.get(column) == Some(&true);
+    let problem = if has(LOADED_SHARE) {
+        "a place on the block and a loaded_share are given; the place says what share is loaded: leave loaded_share out"
+    } else if has(AREA_COLUMN) {
+        "an area and a place on the block are given; the area is that of the patch or the punch: leave area out"
+    } else if has(PUNCH) && (has(PATCH_X) || has(PATCH_Y)) {
+        "a punch and a patch are given; name one of them"
+    } else if has(PUNCH) && (has(PRESSURE) || !has(FORCE_Z)) {
+        "a punch is pushed by a force: give it as \"fz=3 mN, punch=0.5 mm\", without a pressure"
+    } else if has(PUNCH) {
+        return Ok(());
+    } else if !(has(PATCH_X) && has(PATCH_Y)) {
+        "a place on the block needs what presses there: give patch_x and patch_y, or punch_diameter"
+    } else if has(PRESSURE) == has(FORCE_Z) {
+        "a patch is pressed by a pressure or by a force: give one of p and fz, such as \"p=10 kPa, px=1 mm, py=1 mm\""
+    } else {
+        return Ok(());
+    };
+    Err(problem.into())
+}
+
+/// A drawing that can't be solved, as a load that can't be answered.
+pub(super) fn refused(message: &str) -> LoadRefused {
+    LoadRefused {
+        column: PATCH_X,
+        message: message.into(),
+        help: String::from("give a load on the whole top"),
+    }
+}
+
+/// The changes of the most pressed channels over the force.
+pub(super) fn curves() -> Vec<Curve> {
+    vec![Curve {
+        title: String::from("Relative change of resistance against force"),
+        x: "support_force",
+        y: vec!["row_greatest_change", "column_greatest_change"],
+        y_label: "R/R0 - 1",
+    }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::predict::Loads;
+    use crate::sensor::Sensor;
+
+    fn place(edit: impl Fn(&str) -> String) -> Place {
+        let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
+        let sensor = Sensor::parse("edited.toml", &edit(text)).unwrap();
+        Place::new(&sensor.channels().unwrap()).unwrap()
+    }
+
+    fn read(place: &Place, load: &str) -> Result<(LocalLoad, f64), LoadRefused> {
+        let loads = Loads::one(load, &super::super::predict::LOADS).unwrap();
+        assert!(is_local(&loads.given.columns));
+        combination(&loads.given.columns).unwrap();
+        place.read(&loads.load(0))
+    }
+
+    /// A state whose volume ratios are 0, 1, 2 … in the order of the block.
+    fn numbered(place: &Place) -> BlockState {
+        let voids = |count: usize| {
+            let void = |number| BlockVoid {
+                volume_ratio: number as f64,
+                ..BlockVoid::default()
+            };
+            (0..count).map(void).collect()
+        };
+        BlockState {
+            drive: 0.0,
+            force: 0.0,
+            contact_radius: 0.0,
+            stress: 0.0,
+            voids: place.block.counts.map(voids),
+        }
+    }
+
+    #[test]
+    fn places_are_turned_to_the_upper_channels_and_answers_back() {
+        let shipped = place(str::to_owned);
+        // Columns lie above and run along y: the block's first axis is y.
+        assert_eq!(shipped.block.counts, [4, 2]);
+        for (size, exact) in shipped.block.size.into_iter().zip([1.4e-3, 2.6e-3]) {
+            assert!((size - exact).abs() < 1e-12);
+        }
+        let (load, pressure) = read(
+            &shipped,
+            "p=10 kPa, px=1 mm, py=0.5 mm, cx=0.3 mm, cy=-0.2 mm",
+        )
+        .unwrap();
+        let expected = LocalLoad::Patch {
+            centre: [-0.2e-3, 0.3e-3],
+            size: [0.5e-3, 1e-3],
+        };
+        assert_eq!((load, pressure), (expected, 10e3));
+        let state = numbered(&shipped);
+        let order = |layer| -> Vec<f64> {
+            let channels = shipped.channels(&state, layer);
+            channels.map(|void| void.volume_ratio).collect()
+        };
+        // Rows are counted from +y, columns from -x.
+        assert_eq!(order(0), [1.0, 0.0]);
+        assert_eq!(order(1), [0.0, 1.0, 2.0, 3.0]);
+        // With the rows above nothing is turned.
+        let other = place(|text| {
+            text.replace("roof = \"140 um\"", "roof = \"X\"")
+                .replace("roof = \"300 um\"", "roof = \"140 um\"")
+                .replace("roof = \"X\"", "roof = \"300 um\"")
+                .replace(
+                    "closing.plane_strain_cell.thickness = \"500 um\"",
+                    "closing.points = [{ net_pressure = \"5 kPa\", area_ratio = 0.5 }]",
+                )
+        });
+        assert_eq!(other.block.counts, [2, 4]);
+        let (load, force) = read(&other, "fz=3 mN, punch=0.5 mm, cx=0.3 mm").unwrap();
+        let expected = LocalLoad::Punch {
+            centre: [0.3e-3, 0.0],
+            diameter: 0.5e-3,
+        };
+        assert_eq!((load, force), (expected, 3e-3));
+    }
+
+    #[test]
+    fn what_is_not_on_the_block_is_refused() {
+        let place = place(str::to_owned);
+        for (load, column) in [
+            ("p=1 kPa, px=1 mm, py=1 mm, cx=0.9 mm", CENTRE_X),
+            ("p=1 kPa, px=1 mm, py=1 mm, cy=-0.3 mm", CENTRE_Y),
+            ("p=1 kPa, px=3 mm, py=1 mm", PATCH_X),
+            ("fz=1 mN, punch=1.5 mm", PUNCH),
+            ("fz=1 mN, punch=10 um", PUNCH),
+        ] {
+            assert_eq!(read(&place, load).unwrap_err().column, column, "{load}");
+        }
+        // A patch as large as the block is on it.
+        assert!(read(&place, "p=1 kPa, px=2.6 mm, py=1.4 mm").is_ok());
+    }
+
+    #[test]
+    fn what_makes_no_patch_and_no_punch_is_refused() {
+        for load in [
+            "p=1 kPa, px=1 mm",
+            "px=1 mm, py=1 mm",
+            "p=1 kPa, fz=1 mN, px=1 mm, py=1 mm",
+            "p=1 kPa, px=1 mm, py=1 mm, share=0.5",
+            "fz=1 mN, area=1 mm2, px=1 mm, py=1 mm",
+            "fz=1 mN, punch=0.5 mm, px=1 mm",
+            "p=1 kPa, punch=0.5 mm",
+            "p=1 kPa, cx=0.1 mm",
+        ] {
+            let loads = Loads::one(load, &super::super::predict::LOADS).unwrap();
+            assert!(combination(&loads.given.columns).is_err(), "{load}");
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! A block with crossing channels under a load on a part of its top, solved by finite
+//! elements.
+
+use taxel_fem::mesh::{CrossingVoids, Footprint, VoidBlock};
+use taxel_fem::study::void_block::{BlockLoad, BlockState, BlockStudy, BlockVoid, Sides};
+use taxel_fem::study::void_cell::{Filling, WallContact};
+
+use super::microchannel::tabulated_pressure;
+use super::solved_voids::{filling, solid};
+use super::{ClosingCurve, NotSolved, PressureLaw, VoidStack};
+
+/// A piece cut out of a sheet with free sides, with whole crossings of channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelBlock {
+    /// Section, spacing and stack of the channels, the solid and the liquid.
+    pub stack: VoidStack,
+    /// Number of upper and of lower channels.
+    pub counts: [usize; 2],
+    /// Length along the upper and along the lower channels, m.
+    pub size: [f64; 2],
+    /// Of an upper and of a lower channel: the share of its length that lies in the
+    /// block, up to 1, and how the rest of it closes, on which nothing presses.
+    pub channels: [(f64, ClosingCurve); 2],
+}
+
+/// What presses on the top of a block, with its middle along the upper and along the
+/// lower channels from the middle of the block, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LocalLoad {
+    /// A pressure on a rectangle.
+    Patch {
+        /// Its middle, m.
+        centre: [f64; 2],
+        /// Its lengths, m.
+        size: [f64; 2],
+    },
+    /// The force of a rigid, flat, round punch without friction. Its rim is rounded with
+    /// a twentieth of its diameter.
+    Punch {
+        /// Its middle, m.
+        centre: [f64; 2],
+        /// Its diameter, m.
+        diameter: f64,
+    },
+}
+
+/// Radius of the rim of a punch over its diameter.
+const RIM: f64 = 0.05;
+/// Fewest states on the way to the greatest load.
+const STATES: usize = 6;
+/// Points of the law of the liquid in a part of a channel, at each hundredth of its volume:
+/// straight lines between them are within 4 Pa of Eq. 2 down to half the volume.
+const LAW_POINTS: usize = 150;
+
+/// States of a block on the way to the greatest load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolvedBlock {
+    /// Pressure in Pa of a patch or force in N of a punch, with its state; the first is
+    /// rest.
+    states: Vec<(f64, BlockState)>,
+    /// Why the solution ended before the greatest load.
+    pub ended: Option<String>,
+}
+
+impl ChannelBlock {
+    /// Solves the block at each of these loads, in Pa of a patch or N of a punch, and at
+    /// some between; `progress` hears the fraction.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when there is not even a first state.
+    pub fn solve(
+        &self,
+        load: &LocalLoad,
+        loads: &[f64],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<SolvedBlock, NotSolved> {
+        let failed =
+            |failure: taxel_fem::solver::failure::Failure| NotSolved::Solver(failure.to_string());
+        let mut study = self.study(load).map_err(failed)?;
+        let mut states = vec![(0.0, study.state().map_err(failed)?)];
+        let mut ended = None;
+        let way = way(loads);
+        for (step, &value) in way.iter().enumerate() {
+            let state = match load {
+                LocalLoad::Patch { .. } => study.drive(value),
+                LocalLoad::Punch { .. } => study.push(value),
+            };
+            match state {
+                Ok(state) => states.push((value, state)),
+                Err(failure) if states.len() == 1 => return Err(failed(failure)),
+                Err(failure) => {
+                    ended = Some(failure.to_string());
+                    break;
+                }
+            }
+            progress((step + 1) as f64 / way.len() as f64);
+        }
+        Ok(SolvedBlock { states, ended })
+    }
+
+    fn study(&self, load: &LocalLoad) -> Result<BlockStudy, taxel_fem::solver::failure::Failure> {
+        let stack = &self.stack;
+        let (footprint, load) = match *load {
+            LocalLoad::Patch { centre, size } => (Footprint { centre, size }, BlockLoad::Pressure),
+            LocalLoad::Punch { centre, diameter } => (
+                Footprint {
+                    centre,
+                    size: [diameter; 2],
+                },
+                BlockLoad::Punch(RIM * diameter),
+            ),
+        };
+        let block = VoidBlock {
+            voids: CrossingVoids {
+                width: stack.section.width,
+                pitch: stack.pitch,
+                base: stack.base,
+                lower: stack.section.height,
+                between: stack.between,
+                upper: stack.section.height,
+                cover: stack.cover,
+                // Cells that answer in minutes; the theory has finer ones beside them.
+                smallest: stack.pitch / 8.0,
+                growth: 2.0,
+                largest: f64::INFINITY,
+            },
+            counts: self.counts,
+            size: self.size,
+            footprint,
+        };
+        let fillings = [0, 1].map(|layer| {
+            let (share, rest) = &self.channels[layer];
+            filling_of_part(&stack.liquid, *share, rest)
+        });
+        BlockStudy::new(
+            block,
+            Sides::Free,
+            load,
+            solid(&stack.material),
+            [&fillings[0], &fillings[1]],
+            WallContact::default(),
+        )
+    }
+}
+
+/// Rising loads on the way: those asked for, and some even ones where they are few.
+fn way(loads: &[f64]) -> Vec<f64> {
+    let greatest = loads.iter().copied().fold(0.0, f64::max);
+    let steps = if loads.len() < STATES { STATES } else { 1 };
+    let even = (1..steps).map(|step| greatest * step as f64 / steps as f64);
+    let mut way: Vec<f64> = loads.iter().copied().chain(even).collect();
+    way.retain(|load| *load > 0.0);
+    way.sort_by(f64::total_cmp);
+    way.dedup();
+    way
+}
+
+/// What the liquid does to a part of a channel, by the volume of this part alone.
+///
+/// The whole channel obeys the law, V = s V_part + (1 − s) V_rest, and the rest closes by
+/// its own curve under the net pressure −P.
+fn filling_of_part(liquid: &PressureLaw, share: f64, rest: &ClosingCurve) -> Filling {
+    // A billionth is forgiven: lengths are sums of others.
+    if share >= 1.0 - 1e-9 || *liquid == PressureLaw::Vented {
+        return filling(liquid);
+    }
+    let of_rest = |pressure: f64| (1.0 - share) * rest.at(-pressure).area_ratio;
+    let excess = |part: f64, pressure: f64| {
+        let volume = share * part + of_rest(pressure);
+        match liquid {
+            PressureLaw::Vented => -pressure,
+            // Nothing leaves: the sum of the volumes stays.
+            PressureLaw::Sealed => 1.0 - volume,
+            PressureLaw::Paper(law) => law.pressure(volume) - pressure,
+            PressureLaw::Tabulated(points) => tabulated_pressure(points, volume) - pressure,
+        }
+    };
+    let points = (1..=LAW_POINTS).map(|k| {
+        let part = 0.01 * k as f64;
+        (part, falling_root(|pressure| excess(part, pressure)))
+    });
+    Filling::Tabulated(points.collect())
+}
+
+/// Where a falling function of a pressure in Pa is zero.
+fn falling_root(function: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (-1e9, 1e9);
+    // 2e9 Pa halved 100 times is below the rounding of a pressure.
+    for _ in 0..100 {
+        let middle = f64::midpoint(low, high);
+        if function(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    f64::midpoint(low, high)
+}
+
+impl SolvedBlock {
+    /// The block at a load in Pa of a patch or N of a punch, on straight lines between
+    /// the states; `None` beyond the last.
+    pub fn at(&self, load: f64) -> Option<BlockState> {
+        let upper = self.states.iter().position(|(known, _)| load <= *known)?;
+        let (end, after) = &self.states[upper];
+        let Some((start, before)) = upper.checked_sub(1).map(|lower| &self.states[lower]) else {
+            return Some(after.clone());
+        };
+        let share = (load - start) / (end - start);
+        let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
+        let mixed = |a: &BlockVoid, b: &BlockVoid| BlockVoid {
+            inside: mix(a.inside, b.inside),
+            volume_ratio: mix(a.volume_ratio, b.volume_ratio),
+            thinnest: mix(a.thinnest, b.thinnest),
+            thickest: mix(a.thickest, b.thickest),
+            rim: mix(a.rim, b.rim),
+            resistance_ratio: mix(a.resistance_ratio, b.resistance_ratio),
+            gap: mix(a.gap, b.gap),
+        };
+        let voids = [0, 1].map(|layer| {
+            let pairs = before.voids[layer].iter().zip(&after.voids[layer]);
+            pairs.map(|(a, b)| mixed(a, b)).collect()
+        });
+        Some(BlockState {
+            drive: mix(before.drive, after.drive),
+            force: mix(before.force, after.force),
+            contact_radius: mix(before.contact_radius, after.contact_radius),
+            stress: mix(before.stress, after.stress),
+            voids,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ClosingPoint, PaperLaw};
+    use super::*;
+
+    const SCALE: f64 = 20.265e3;
+
+    fn rest() -> ClosingCurve {
+        let point = |net_pressure: f64, area_ratio| ClosingPoint {
+            net_pressure,
+            area_ratio,
+        };
+        ClosingCurve::from_points(&[point(2e3, 0.8), point(4e3, 0.6)]).unwrap()
+    }
+
+    fn points(liquid: &PressureLaw, share: f64) -> Vec<(f64, f64)> {
+        match filling_of_part(liquid, share, &rest()) {
+            Filling::Tabulated(points) => points,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_rest_of_a_channel_takes_what_is_pressed_out_of_its_part() {
+        let paper = PressureLaw::Paper(PaperLaw {
+            expansion: 0.2,
+            atmosphere: 101.325e3,
+        });
+        let curve = rest();
+        for liquid in [paper.clone(), PressureLaw::Sealed] {
+            let points = points(&liquid, 0.1);
+            for &(part, pressure) in points.iter().step_by(10) {
+                let volume = 0.1 * part + 0.9 * curve.at(-pressure).area_ratio;
+                let missing = match &liquid {
+                    PressureLaw::Sealed => volume - 1.0,
+                    _ => SCALE * (1.0 / volume - 1.0) / pressure.max(1.0) - 1.0,
+                };
+                // Rounding of a root among pressures up to 1e9 Pa, over at least 1 Pa.
+                if part < 1.0 {
+                    assert!(missing.abs() < 1e-6, "{liquid:?} {part} {missing}");
+                }
+            }
+            let at_rest = points.iter().find(|point| point.0 == 1.0).unwrap();
+            assert!(at_rest.1.abs() < 1e-6, "{at_rest:?}");
+            assert!(points.windows(2).all(|pair| pair[0].1 > pair[1].1));
+        }
+        // A channel that ends at the block keeps the law itself.
+        assert_eq!(
+            filling_of_part(&paper, 1.0, &curve),
+            Filling::Gas(0.2 * 101.325e3)
+        );
+        assert_eq!(
+            filling_of_part(&PressureLaw::Vented, 0.1, &curve),
+            Filling::Vented
+        );
+    }
+
+    #[test]
+    fn the_way_holds_every_load_once() {
+        assert_eq!(way(&[0.0]), Vec::<f64>::new());
+        assert_eq!(way(&[3.0, 6.0, 3.0]), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let many: Vec<f64> = (0..10).map(f64::from).collect();
+        assert_eq!(way(&many), many[1..]);
+    }
+}
