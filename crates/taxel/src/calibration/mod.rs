@@ -1,6 +1,7 @@
 //! What is known of one device: the model that estimation inverts.
 
 mod channels;
+pub mod fit;
 mod in_plane;
 mod least_squares;
 mod rest;
