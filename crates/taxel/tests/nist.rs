@@ -60,7 +60,10 @@ fn check(text: &str, model: fn(&[f64], f64) -> f64) {
             let value = estimate.value / row[2] - 1.0;
             let deviation = estimate.deviation / row[3] - 1.0;
             assert!(value.abs() < VALUES, "{context}: value {value:.1e}");
-            assert!(deviation.abs() < DEVIATIONS, "{context}: deviation {deviation:.1e}");
+            assert!(
+                deviation.abs() < DEVIATIONS,
+                "{context}: deviation {deviation:.1e}"
+            );
         }
     }
 }
@@ -75,8 +78,7 @@ fn misra1a() {
 #[test]
 fn thurber() {
     check(include_str!("reference/nist/thurber.csv"), |b, x| {
-        (b[0] + x * (b[1] + x * (b[2] + x * b[3])))
-            / (1.0 + x * (b[4] + x * (b[5] + x * b[6])))
+        (b[0] + x * (b[1] + x * (b[2] + x * b[3]))) / (1.0 + x * (b[4] + x * (b[5] + x * b[6])))
     });
 }
 
@@ -104,7 +106,6 @@ fn eckerle4() {
 #[test]
 fn hahn1() {
     check(include_str!("reference/nist/hahn1.csv"), |b, x| {
-        (b[0] + x * (b[1] + x * (b[2] + x * b[3])))
-            / (1.0 + x * (b[4] + x * (b[5] + x * b[6])))
+        (b[0] + x * (b[1] + x * (b[2] + x * b[3]))) / (1.0 + x * (b[4] + x * (b[5] + x * b[6])))
     });
 }

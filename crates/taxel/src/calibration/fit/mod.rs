@@ -423,8 +423,8 @@ fn differences<P: Problem + ?Sized>(
         // The cube root of the rounding: errors by curvature and by rounding
         // are then of one size.
         let step = 6e-6 * at[j].abs().max(1e-2 * parameter.size);
-        let [low, high] = [at[j] - step, at[j] + step]
-            .map(|x| x.clamp(parameter.bounds[0], parameter.bounds[1]));
+        let [low, high] =
+            [at[j] - step, at[j] + step].map(|x| x.clamp(parameter.bounds[0], parameter.bounds[1]));
         place[j] = low;
         let mut there = problem.residuals(&place, &mut below);
         place[j] = high;

@@ -73,8 +73,7 @@ impl Profile<'_> {
             let next = match outer {
                 None => (2.0 * distance).min(reach),
                 Some(outer) => {
-                    let secant =
-                        inner.0 - inner.1 * (outer.0 - inner.0) / (outer.1 - inner.1);
+                    let secant = inner.0 - inner.1 * (outer.0 - inner.0) / (outer.1 - inner.1);
                     // Kept off the ends, so that both of them close in.
                     let width = outer.0 - inner.0;
                     secant.clamp(inner.0 + 1e-3 * width, outer.0 - 1e-3 * width)
@@ -120,7 +119,14 @@ pub fn leave_groups_out(
     let mut residuals = vec![0.0; problem.readings()];
     for group in 0..groups.iter().max().map_or(0, |last| last + 1) {
         let kept: Vec<bool> = groups.iter().map(|g| *g != group).collect();
-        let found = fit(&Kept { problem, kept: &kept }, parameters, options)?;
+        let found = fit(
+            &Kept {
+                problem,
+                kept: &kept,
+            },
+            parameters,
+            options,
+        )?;
         problem.residuals(&found.values(), &mut residuals);
         for (i, kept) in kept.iter().enumerate() {
             if !kept {

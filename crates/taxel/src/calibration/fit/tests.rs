@@ -194,7 +194,11 @@ fn what_cannot_be_told_apart_gets_no_number() {
     assert_eq!(found.directions.len(), 1);
     let direction = &found.directions[0];
     assert_eq!(direction.members.len(), 2);
-    close(direction.members[0].share, -direction.members[1].share, 1e-9);
+    close(
+        direction.members[0].share,
+        -direction.members[1].share,
+        1e-9,
+    );
     assert!(direction.deviation > 1e5);
     assert!(direction.remedy.starts_with("measure"));
     // With a prior on one of them both are told, one by its prior alone.
@@ -248,7 +252,11 @@ fn robust_losses_forget_a_wrong_reading() {
     // The deviation of the slope by noise alone is 0.0007.
     assert!((slope(Loss::Square) - 0.3).abs() > 0.01);
     for loss in [Loss::Huber, Loss::SoftL1, Loss::Cauchy] {
-        assert!((slope(loss) - 0.3).abs() < 0.004, "{loss:?} {}", slope(loss));
+        assert!(
+            (slope(loss) - 0.3).abs() < 0.004,
+            "{loss:?} {}",
+            slope(loss)
+        );
     }
 }
 
@@ -284,8 +292,9 @@ fn intervals_cover_the_truth() {
                 Parameter::new("rate", parameters[1].start),
             ];
             let found = fit(&problem, &scaled, &options).unwrap();
-            for (count, (estimate, truth)) in
-                covered.iter_mut().zip(found.estimates.iter().zip([100.0, 0.4]))
+            for (count, (estimate, truth)) in covered
+                .iter_mut()
+                .zip(found.estimates.iter().zip([100.0, 0.4]))
             {
                 let [low, high] = estimate.interval;
                 *count += usize::from((low..=high).contains(&truth));
