@@ -133,16 +133,7 @@ impl BenchData {
             let (a, b) = (key(&self.rows[*a]), key(&self.rows[*b]));
             a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))
         });
-        // Groups may alternate in a file; only time going back within one is
-        // worth a word.
-        let back = order
-            .windows(2)
-            .filter(|pair| {
-                let [a, b] = [pair[0], pair[1]].map(|i| key(&self.rows[i]));
-                pair[1] < pair[0] && a[0] == b[0] && a[1] < b[1]
-            })
-            .map(|pair| self.lines[pair[0]]);
-        let back: Vec<usize> = back.collect();
+        let back = self.back_in_time(key);
         if let Some(first) = back.first() {
             let message = format!(
                 "time goes back in the file at {} places; the rows were put in order",
@@ -164,6 +155,21 @@ impl BenchData {
         }
         self.rows = rows;
         self.lines = lines;
+    }
+
+    /// Lines at which time goes back within a group; groups may alternate.
+    fn back_in_time(&self, key: impl Fn(&[Option<f64>]) -> [f64; 2]) -> Vec<usize> {
+        let mut latest: Vec<[f64; 2]> = Vec::new();
+        let mut back = Vec::new();
+        for (row, line) in self.rows.iter().zip(&self.lines) {
+            let [group, time] = key(row);
+            match latest.iter_mut().find(|latest| latest[0] == group) {
+                None => latest.push([group, time]),
+                Some(latest) if time < latest[1] => back.push(*line),
+                Some(latest) => latest[1] = time,
+            }
+        }
+        back
     }
 
     /// Number of readings.

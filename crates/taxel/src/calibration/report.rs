@@ -312,11 +312,8 @@ impl Outcome {
 }
 
 fn table_head(titles: &[&str]) -> String {
-    let cells: String = titles
-        .iter()
-        .map(|title| format!("<th>{title}</th>"))
-        .collect();
-    format!("<table>\n<thead><tr>{cells}</tr></thead>\n<tbody>\n")
+    let cells = titles.join("</th><th>");
+    format!("<table>\n<thead><tr><th>{cells}</th></tr></thead>\n<tbody>\n")
 }
 
 fn section(page: &mut String, title: &str, body: &str) {
@@ -327,11 +324,8 @@ fn items(items: &[String], none: &str) -> String {
     if items.is_empty() {
         return format!("<p>{none}</p>\n");
     }
-    let items: String = items
-        .iter()
-        .map(|item| format!("<li>{item}</li>\n"))
-        .collect();
-    format!("<ul>\n{items}</ul>\n")
+    let items = items.join("</li>\n<li>");
+    format!("<ul>\n<li>{items}</li>\n</ul>\n")
 }
 
 fn row((parameter, estimate): &(Parameter, Estimate)) -> Vec<Cell> {

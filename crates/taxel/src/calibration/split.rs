@@ -138,12 +138,12 @@ impl HoldOut {
 
 #[cfg(test)]
 mod tests {
+    use super::Branch::{Loading as L, Unloading as U};
     use super::*;
 
     #[test]
     fn a_load_turns_once_it_has_come_back() {
         let load = [0.0, 5.0, 10.0, 9.9, 10.0, 6.0, 1.0, 0.0, 0.1, 4.0];
-        use Branch::{Loading as L, Unloading as U};
         assert_eq!(branches(&load), [L, L, L, L, L, U, U, U, L, L]);
         assert_eq!(turns(&branches(&load)), 2);
         assert_eq!(branches(&[1.0; 3]), [L; 3]);

@@ -217,7 +217,9 @@ impl Problem for Sweep<'_> {
 
     fn slopes(&self, _: &[Parameter], at: &[f64], columns: &mut [Vec<f64>]) -> bool {
         let (area, weight) = (self.area * 1e21, 1e-15 / self.noise.capacitance);
-        columns.iter_mut().for_each(|column| column.fill(0.0));
+        for column in columns.iter_mut() {
+            column.fill(0.0);
+        }
         for index in 0..self.points.len() {
             let (force, gaps) = self.state(at, index);
             for i in 0..4 {

@@ -1,5 +1,7 @@
 //! Small dense linear algebra of a fit.
 
+use std::ops::Range;
+
 use faer::Mat;
 
 /// The triangle R of a weighted design with Qᵀr, from one QR factorisation of
@@ -21,27 +23,38 @@ const ROUNDING: f64 = 1e-13;
 impl Triangle {
     /// Of columns of equal length, one right-hand side among them; rows with
     /// one entry each (column, value, right-hand side) are appended.
+    ///
+    /// Readings of one kind touch few of the unknowns, so runs of rows that
+    /// are zero in the same columns are factored by themselves first.
     pub(super) fn new(columns: &[&[f64]], target: &[f64], extra: &[(usize, f64, f64)]) -> Self {
-        let (unknowns, readings) = (columns.len(), target.len());
-        let design = Mat::from_fn(
-            (readings + extra.len()).max(unknowns + 1),
-            unknowns + 1,
-            |i, j| match (extra.get(i.wrapping_sub(readings)), columns.get(j)) {
-                (Some((column, value, _)), Some(_)) if *column == j => *value,
-                (Some((_, _, value)), None) => *value,
-                (None, Some(column)) if i < readings => column[i],
-                (None, None) if i < readings => target[i],
-                _ => 0.0,
-            },
-        );
-        let qr = design.qr();
-        let r = qr.thin_R();
-        let above = |i: usize, j: usize| if i <= j { r[(i, j)] } else { 0.0 };
+        let unknowns = columns.len();
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        for run in runs(columns, target.len()) {
+            let used = |j: &usize| columns[*j][run.clone()].iter().any(|value| *value != 0.0);
+            let used: Vec<usize> = (0..unknowns).filter(used).collect();
+            let of = |j: usize| used.get(j).map_or(target, |&column| columns[column]);
+            for row in triangle(&Mat::from_fn(run.len(), used.len() + 1, |i, j| {
+                of(j)[run.start + i]
+            })) {
+                let mut whole = vec![0.0; unknowns + 1];
+                for (place, value) in row.iter().enumerate() {
+                    whole[used.get(place).copied().unwrap_or(unknowns)] = *value;
+                }
+                rows.push(whole);
+            }
+        }
+        for (column, value, target) in extra {
+            let mut row = vec![0.0; unknowns + 1];
+            row[*column] = *value;
+            row[unknowns] = *target;
+            rows.push(row);
+        }
+        rows.resize(rows.len().max(unknowns + 1), vec![0.0; unknowns + 1]);
+        let mut rows = triangle(&Mat::from_fn(rows.len(), unknowns + 1, |i, j| rows[i][j]));
+        rows.truncate(unknowns);
         Self {
-            rows: (0..unknowns)
-                .map(|i| (0..unknowns).map(|j| above(i, j)).collect())
-                .collect(),
-            target: (0..unknowns).map(|i| r[(i, unknowns)]).collect(),
+            target: rows.iter_mut().filter_map(Vec::pop).collect(),
+            rows,
         }
     }
 
@@ -114,6 +127,38 @@ impl Triangle {
         let length = |row: &Vec<f64>| row.iter().map(|x| x * x).sum::<f64>().sqrt();
         inverse.iter().map(length).collect()
     }
+}
+
+/// Longest run: what fits in the cache next to the processor.
+const RUN: usize = 512;
+
+/// Rows that follow one another and are zero in the same columns.
+fn runs(columns: &[&[f64]], count: usize) -> Vec<Range<usize>> {
+    let mut patterns = vec![0_u64; count];
+    for (j, column) in columns.iter().enumerate() {
+        for (pattern, value) in patterns.iter_mut().zip(*column) {
+            // Columns beyond 64 share a mark, which only makes runs shorter.
+            *pattern |= u64::from(*value != 0.0) << (j % 64);
+        }
+    }
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for (i, pattern) in patterns.iter().enumerate() {
+        match runs.last_mut() {
+            Some(run) if patterns[run.start] == *pattern && run.len() < RUN => run.end = i + 1,
+            _ => runs.push(i..i + 1),
+        }
+    }
+    runs
+}
+
+/// Rows of the triangle of `matrix`.
+fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
+    let qr = matrix.qr();
+    let r = qr.thin_R();
+    let above = |i: usize, j: usize| if i <= j { r[(i, j)] } else { 0.0 };
+    (0..r.nrows())
+        .map(|i| (0..r.ncols()).map(|j| above(i, j)).collect())
+        .collect()
 }
 
 /// The smallest singular value that is taken at its word.

@@ -63,7 +63,9 @@ fn members(column: &[f64], free: &[usize]) -> Vec<Member> {
     members.sort_by(|a, b| b.share.abs().total_cmp(&a.share.abs()));
     // The first one counts as moving up.
     if members.first().is_some_and(|first| first.share < 0.0) {
-        members.iter_mut().for_each(|m| m.share = -m.share);
+        for member in &mut members {
+            member.share = -member.share;
+        }
     }
     members
 }

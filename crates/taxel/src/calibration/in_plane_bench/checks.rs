@@ -2,12 +2,11 @@
 
 use super::super::fit::Fit;
 use super::super::split::Branch;
+use super::columns::{CAPACITANCE_DEVIATION, FORCE_DEVIATION};
 use super::problem::Reading;
-use super::{
-    BenchData, CAPACITANCE_DEVIATION, FORCE_DEVIATION, InPlaneCalibrator, InputError, OWN, Remark,
-};
+use super::{BenchData, InPlaneCalibrator, InputError, OWN, Remark};
 use crate::mechanics::LARGEST_COMPRESSION;
-use crate::transduction::InPlaneModel;
+use crate::transduction::{CapacitanceLaw, InPlaneModel};
 
 /// A row belongs to the sensor whose drawn gap is as near as this share.
 const SAME_GAP: f64 = 0.2;
@@ -206,19 +205,14 @@ fn units(
 /// from the fall of the capacitance.
 fn expected_force(model: &InPlaneModel, readings: &[&Reading], rest: f64) -> Option<(f64, f64)> {
     let most = readings.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;
-    let expected = match most.displacement {
-        Some(displacement) => {
-            let compression = displacement / model.layer.thickness;
-            model.layer.compress(compression.max(0.0)).ok()?.force
-        }
-        None => {
-            let mut drawn = *model;
-            drawn.law = crate::transduction::CapacitanceLaw::Mechanics;
-            drawn
-                .inverse()
-                .ok()?
-                .force_from_change(rest - most.capacitance)
-        }
+    let expected = if let Some(displacement) = most.displacement {
+        let compression = displacement / model.layer.thickness;
+        model.layer.compress(compression.max(0.0)).ok()?.force
+    } else {
+        let mut drawn = *model;
+        drawn.law = CapacitanceLaw::Mechanics;
+        let fall = rest - most.capacitance;
+        drawn.inverse().ok()?.force_from_change(fall)
     };
     (expected > 0.0).then_some((expected, most.force))
 }

@@ -5,7 +5,9 @@
 //! t_min and n are each gap's own, as in P1 Table 1.
 
 mod checks;
+mod columns;
 mod problem;
+mod result;
 mod synthetic;
 
 use std::borrow::Cow;
@@ -15,20 +17,17 @@ use super::fit::{
     Fit, FitError, FitOptions, Loss, NoiseSize, Parameter, Prior, fit, profile_interval,
 };
 use super::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, Derived, ModelComparison,
-    NamedSensor, Outcome, ResidualSummary, Scope, open_in_words,
+    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
+    Outcome, open_in_words,
 };
 use super::remark::Remark;
 use super::split::{Branch, branches, turns};
-use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::input::InputError;
-use crate::mechanics::{EndCondition, EndShear};
-use crate::numerics;
-use crate::predict::{LoadColumn, LoadKind};
-use crate::quantity::{CAPACITANCE, FORCE, LENGTH, TIME};
+use crate::predict::LoadColumn;
 use crate::sensor::{InPlaneCapacitor, Sensor};
 use crate::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
 
+use columns::COLUMNS;
 use problem::{Bench, FACTOR, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
 
 /// Key of the element in the sensor file.
@@ -37,67 +36,9 @@ pub(super) const ELEMENT: &str = "in_plane_capacitor";
 /// Calibrates in-plane sensors that share a layer.
 pub(super) struct InPlaneCalibrator<'a> {
     sensors: &'a [NamedSensor<'a>],
-    pub(self) models: Vec<InPlaneModel>,
-    pub(self) prefixes: Vec<String>,
+    models: Vec<InPlaneModel>,
+    prefixes: Vec<String>,
 }
-
-const fn column(
-    name: &'static str,
-    kind: LoadKind,
-    required: bool,
-    about: &'static str,
-) -> LoadColumn {
-    LoadColumn {
-        name,
-        short: name,
-        kind,
-        required,
-        about,
-    }
-}
-
-const ANY_TIME: LoadKind = LoadKind::Quantity(&TIME, [-1e12, 1e12]);
-const ANY_FORCE: LoadKind = LoadKind::Quantity(&FORCE, [-1e6, 1e6]);
-const ANY_CAPACITANCE: LoadKind = LoadKind::Quantity(&CAPACITANCE, [0.0, 1.0]);
-
-static COLUMNS: [LoadColumn; 9] = [
-    column("time", ANY_TIME, false, "clock of the gauge"),
-    column("sensor_time", ANY_TIME, false, "clock of the sensor"),
-    column("force_z", ANY_FORCE, true, "pressing force"),
-    column(
-        "displacement",
-        LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
-        false,
-        "how far the pressed face sinks",
-    ),
-    column("capacitance", ANY_CAPACITANCE, true, "of the electrodes"),
-    column(
-        "gap",
-        LoadKind::Quantity(&LENGTH, [0.0, 1.0]),
-        false,
-        "which sensor, by its drawn gap",
-    ),
-    column(
-        "force_z_deviation",
-        ANY_FORCE,
-        false,
-        "standard deviation of the force",
-    ),
-    column(
-        "capacitance_deviation",
-        ANY_CAPACITANCE,
-        false,
-        "standard deviation of the capacitance",
-    ),
-    column(
-        "hold_out",
-        LoadKind::Number([0.0, 1.0]),
-        false,
-        "1 where a reading is held out",
-    ),
-];
-const FORCE_DEVIATION: usize = 6;
-const CAPACITANCE_DEVIATION: usize = 7;
 
 static MODELS: [&str; 3] = ["model-1", "model-2", "first-principles"];
 
@@ -125,6 +66,17 @@ impl Model {
             Self::Two => "change of parallel plates, thickness by t_min and n",
             Self::FirstPrinciples => "mechanics and field of the drawing; no fitted change",
         }
+    }
+
+    fn wanted(options: &CalibrateOptions) -> Result<Self, InputError> {
+        let Some(name) = &options.model else {
+            return Ok(Self::One);
+        };
+        let found = Self::ALL.into_iter().find(|model| model.name() == name);
+        found.ok_or_else(|| {
+            InputError::whole("--model", format!("\"{name}\" is no model of this device"))
+                .help(format!("use one of: {}", MODELS.join(", ")))
+        })
     }
 
     fn law(self) -> CapacitanceLaw {
@@ -237,6 +189,18 @@ impl<'a> InPlaneCalibrator<'a> {
             .clamp(FACTOR_BOUNDS[0], FACTOR_BOUNDS[1])
     }
 
+    /// A word where the drawing's χ changes with the compression.
+    fn one_factor(&self) -> Option<Remark> {
+        let layer = &self.models[0].layer;
+        let at = |compression| layer.end_condition.factor(layer.aspect(), compression).ok();
+        let [low, high] = [at(0.05)?, at(0.3)?];
+        let message = format!(
+            "the end condition of the drawing goes from an end factor of {low:.3} at a compression of 0.05 to {high:.3} at \
+             0.3; the fit takes one for all, and modulus and end_factor then share what is left"
+        );
+        ((low / high - 1.0).abs() > 0.01).then(|| Remark::whole(message))
+    }
+
     /// Starts of a search: as in the sensor file, and plain ones.
     fn starts(&self, model: Model, readings: &[Reading]) -> Vec<Vec<f64>> {
         let start = |own: &dyn Fn(&InPlaneModel) -> [f64; OWN - 1]| {
@@ -333,48 +297,8 @@ impl<'a> InPlaneCalibrator<'a> {
         })
     }
 
-    /// Residual of the capacitance over its range, all sensors together.
-    fn relative(&self, fitted: &Fitted, readings: &[Reading]) -> f64 {
-        let bench = fitted.bench(&self.models, readings);
-        let at = fitted.fit.values();
-        let ranges: Vec<f64> = (0..self.models.len())
-            .map(|sensor| checks::range(readings, sensor, |r| r.capacitance))
-            .collect();
-        let mut square = 0.0;
-        let mut count = 0;
-        for (index, reading) in readings.iter().enumerate() {
-            if let Some([_, misfit]) = bench.misfits(&at, index) {
-                square += (misfit / ranges[reading.sensor].max(f64::MIN_POSITIVE)).powi(2);
-                count += 1;
-            }
-        }
-        (square / f64::from(count.max(1))).sqrt()
-    }
-
-    /// Residuals of each sensor's capacitance, and of its force where a
-    /// displacement was read.
-    fn residuals(&self, fitted: &Fitted, readings: &[Reading]) -> Vec<ResidualSummary> {
-        let bench = fitted.bench(&self.models, readings);
-        let at = fitted.fit.values();
-        let mut summaries = Vec::new();
-        for (sensor, prefix) in self.prefixes.iter().enumerate() {
-            let misfits: Vec<[f64; 2]> = (0..readings.len())
-                .filter(|i| readings[*i].sensor == sensor)
-                .filter_map(|i| bench.misfits(&at, i))
-                .collect();
-            let kinds = [("capacitance", "F", 1), ("force_z", "N", 0)];
-            for (name, unit, kind) in kinds.into_iter().take(1 + usize::from(bench.with_force())) {
-                let values: Vec<f64> = misfits.iter().map(|misfit| misfit[kind]).collect();
-                let range = checks::range(readings, sensor, |r| [r.force, r.capacitance][kind]);
-                let name = format!("{prefix}{name}");
-                summaries.push(ResidualSummary::of(name, unit, &values, range));
-            }
-        }
-        summaries
-    }
-
     /// Takes the readings of the loading branch; remarks on the rest.
-    fn loading(&self, readings: Vec<Reading>, remarks: &mut Vec<Remark>) -> Vec<Reading> {
+    fn loading(&self, readings: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
         let mut kept = Vec::new();
         for (sensor, prefix) in self.prefixes.iter().enumerate() {
             let of: Vec<Reading> = readings
@@ -418,122 +342,6 @@ impl<'a> InPlaneCalibrator<'a> {
             held.extend(options.hold_out.held(&marked));
         }
         held
-    }
-
-    /// ζ at the m of the drawing, where its end condition has them.
-    fn derived(&self, fitted: &Fitted) -> Vec<Derived> {
-        let with = |zeta: f64, m: f64| -> Option<EndCondition> {
-            let shear = EndShear { zeta, m };
-            match self.models[0].layer.end_condition {
-                EndCondition::Tapered(_) => Some(EndCondition::Tapered(shear)),
-                EndCondition::Tail(_) => Some(EndCondition::Tail(shear)),
-                _ => None,
-            }
-        };
-        let m = match self.models[0].layer.end_condition {
-            EndCondition::Tapered(shear) | EndCondition::Tail(shear) => shear.m,
-            _ => return Vec::new(),
-        };
-        let factor = |log: f64| {
-            with(log.exp(), m)
-                .and_then(|end| end.factor(2.0, 0.1).ok())
-                .unwrap_or(FACTOR_BOUNDS[0])
-        };
-        let range = [0.02_f64.ln(), 1e5_f64.ln()];
-        let rising = factor(range[1]) > factor(range[0]);
-        let zeta = |chi: f64| {
-            let misfit = |log: f64| {
-                if rising {
-                    factor(log) - chi
-                } else {
-                    chi - factor(log)
-                }
-            };
-            numerics::ridders(range, misfit).exp()
-        };
-        let estimate = fitted.fit.estimates[1];
-        let mut interval = estimate.interval.map(zeta);
-        interval.sort_by(f64::total_cmp);
-        vec![Derived {
-            name: "zeta".into(),
-            value: zeta(estimate.value),
-            interval,
-            about: format!(
-                "of the end condition at m = {m}: only its end_factor is told, never zeta and m both"
-            ),
-        }]
-    }
-
-    fn figures(&self, fitted: &[Fitted], readings: &[Reading]) -> Vec<Figure> {
-        let mut figures = Vec::new();
-        for (sensor, prefix) in self.prefixes.iter().enumerate() {
-            let of: Vec<Reading> = readings
-                .iter()
-                .filter(|r| r.sensor == sensor)
-                .copied()
-                .collect();
-            let name = prefix.trim_end_matches('.').replace('_', " ");
-            let mut sorted = of.clone();
-            sorted.sort_by(|a, b| a.force.total_cmp(&b.force));
-            let shown = |x: f64, y: f64| [x, y * 1e15];
-            let marks = of.iter().map(|r| shown(r.force, r.capacitance)).collect();
-            let mut curves = vec![Series::new("readings", marks, Style::Marks)];
-            let mut left = Vec::new();
-            for fitted in fitted {
-                let (bench, at) = (fitted.bench(&self.models, &sorted), fitted.fit.values());
-                let points = (0..sorted.len()).filter_map(|i| Some((i, bench.predict(&at, i)?)));
-                let points: Vec<_> = points.collect();
-                let curve = points.iter().map(|(_, [force, c])| shown(*force, *c));
-                let mut curve: Vec<[f64; 2]> = curve.collect();
-                curve.sort_by(|a, b| a[0].total_cmp(&b[0]));
-                curves.push(Series::new(fitted.model.name(), curve, Style::Line));
-                if fitted.model == Model::FirstPrinciples {
-                    continue;
-                }
-                let residual =
-                    |(i, [force, c]): &(usize, [f64; 2])| shown(*force, sorted[*i].capacitance - c);
-                let residuals = points.iter().map(residual).collect();
-                left.push(Series::new(fitted.model.name(), residuals, Style::Marks));
-            }
-            let chart = |title: &str, y: &str, series| Chart {
-                title: title.into(),
-                x: Axis::new("force", "N"),
-                y: Axis::new(y, "fF"),
-                series,
-            };
-            figures.push(Figure {
-                title: name,
-                charts: vec![
-                    chart("Capacitance", "capacitance", curves),
-                    chart("Readings less model", "residual", left),
-                ],
-                caption: "Curves and residuals of the models that were fitted to the readings of loading.".into(),
-            });
-        }
-        figures
-    }
-
-    fn scope(&self, fitted: &Fitted, readings: &[Reading]) -> Vec<Scope> {
-        let bench = fitted.bench(&self.models, readings);
-        let at = fitted.fit.values();
-        let compressions = (0..readings.len()).filter_map(|i| bench.compression(&at, i));
-        let around = |values: &mut dyn Iterator<Item = f64>| {
-            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(x), high.max(x)]
-            })
-        };
-        vec![
-            Scope {
-                name: "force_z".into(),
-                unit: "N",
-                range: around(&mut readings.iter().map(|r| r.force)),
-            },
-            Scope {
-                name: "compression".into(),
-                unit: "",
-                range: around(&mut compressions.into_iter()),
-            },
-        ]
     }
 
     fn with_profiles(
@@ -607,20 +415,11 @@ impl Calibrator for InPlaneCalibrator<'_> {
         data: &BenchData,
         options: &CalibrateOptions,
     ) -> Result<Outcome, InputError> {
-        let wanted = match &options.model {
-            None => Model::One,
-            Some(name) => Model::ALL
-                .into_iter()
-                .find(|model| model.name() == name)
-                .ok_or_else(|| {
-                    let help = format!("use one of: {}", MODELS.join(", "));
-                    InputError::whole("--model", format!("\"{name}\" is no model of this device"))
-                        .help(help)
-                })?,
-        };
+        let wanted = Model::wanted(options)?;
         let mut remarks = data.remarks.clone();
         let all = checks::readings(self, data, &mut remarks)?;
-        let readings = self.loading(all, &mut remarks);
+        let readings = self.loading(&all, &mut remarks);
+        remarks.extend(self.one_factor());
         checks::enough(self, data, &readings)?;
         let held = self.held(&readings, options);
         let pick = |wanted: bool| -> Vec<Reading> {
@@ -652,7 +451,7 @@ impl Calibrator for InPlaneCalibrator<'_> {
                     .iter()
                     .filter(|p| p.bounds[0] < p.bounds[1])
                     .count(),
-                residual: self.relative(found, &readings),
+                residual: self.relative(found, &readings, &readings),
                 hold_out: None,
             };
             if !unseen.is_empty() {
@@ -660,9 +459,9 @@ impl Calibrator for InPlaneCalibrator<'_> {
                 let trained = self
                     .fit(found.model, &seen, options, &starts)
                     .map_err(|error| fitted(found.model, error))?;
-                comparison.hold_out = Some(self.relative(&trained, &unseen));
+                comparison.hold_out = Some(self.relative(&trained, &unseen, &readings));
                 if place == 0 {
-                    hold_out = self.residuals(&trained, &unseen);
+                    hold_out = self.residuals(&trained, &unseen, &readings);
                 }
             }
             models.push(comparison);
@@ -703,7 +502,7 @@ impl Calibrator for InPlaneCalibrator<'_> {
                 found.reduced_chi_square(),
                 found.freedom
             ),
-            residuals: self.residuals(best, &readings),
+            residuals: self.residuals(best, &readings, &readings),
             hold_out,
             held_out: options.hold_out.words(),
             models,

@@ -305,7 +305,9 @@ impl Problem for Bench<'_> {
 
     fn slopes(&self, _: &[Parameter], at: &[f64], columns: &mut [Vec<f64>]) -> bool {
         let count = self.readings.len();
-        columns.iter_mut().for_each(|column| column.fill(0.0));
+        for column in columns.iter_mut() {
+            column.fill(0.0);
+        }
         for (index, reading) in self.readings.iter().enumerate() {
             let noise = self.noise[index];
             let own = own(reading.sensor);

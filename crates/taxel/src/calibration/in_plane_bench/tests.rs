@@ -3,7 +3,7 @@ use rayon::prelude::*;
 use super::*;
 use crate::calibration::fit::{Problem, Status};
 use crate::calibration::split::HoldOut;
-use crate::mechanics::GivenFactor;
+use crate::mechanics::{EndCondition, GivenFactor};
 use crate::sensor::Element;
 
 /// A shipped sensor under the published law with a known end factor.
@@ -119,7 +119,7 @@ fn without_displacement(text: &str) -> String {
 fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
     with(&SHIPPED, |calibrator| {
         let truth = truth(&calibrator.models);
-        let inside: Vec<[usize; 2]> = (0..20_u64)
+        let runs: Vec<[usize; 3]> = (0..16_u64)
             .into_par_iter()
             .map(|seed| {
                 let text = calibrator.bench(&BenchOptions {
@@ -128,28 +128,44 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
                     readings: 400,
                     ..BenchOptions::default()
                 });
-                let outcome = calibrator
-                    .calibrate(&parse(calibrator, &text), &no_hold_out())
-                    .unwrap();
-                // The floor of the widest gap lies beyond the readings.
-                assert!(
-                    outcome
-                        .open
-                        .iter()
-                        .any(|open| open.contains("gap_100um.thinning_rate"))
-                );
-                let pairs = outcome.parameters.iter().zip(&truth);
-                let covers = |[low, high]: [f64; 2], truth| (low..=high).contains(truth);
-                let inside = pairs.map(|((_, estimate), truth)| covers(estimate.interval, truth));
-                inside.fold([0; 2], |[inside, all], covered| {
-                    [inside + usize::from(covered), all + 1]
-                })
+                let data = parse(calibrator, &text);
+                let readings = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
+                let starts = calibrator.starts(Model::One, &readings);
+                let options = no_hold_out();
+                let found = calibrator
+                    .fit(Model::One, &readings, &options, &starts)
+                    .unwrap()
+                    .fit;
+                let inside = found
+                    .estimates
+                    .iter()
+                    .zip(&truth)
+                    .filter(|(estimate, truth)| {
+                        let [low, high] = estimate.interval;
+                        (low..=high).contains(truth)
+                    });
+                // The last parameter is n of the widest gap.
+                let open = found
+                    .directions
+                    .iter()
+                    .flat_map(|direction| &direction.members);
+                let told = !open
+                    .into_iter()
+                    .any(|member| member.parameter + 1 == truth.len());
+                [inside.count(), truth.len(), usize::from(told)]
             })
             .collect();
-        let [inside, all] = inside.iter().fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
-        // 340 intervals of 95 % that miss in groups of about four: 95 % and
-        // three deviations of some 85 independent ones.
-        assert!(inside as f64 > 0.88 * all as f64, "{inside} of {all}");
+        let sum = |k: usize| runs.iter().map(|run| run[k]).sum::<usize>();
+        // 272 intervals of 95 % that miss in groups of about four: 95 % and
+        // three deviations of some 70 independent ones.
+        assert!(
+            sum(0) as f64 > 0.87 * sum(1) as f64,
+            "{} of {}",
+            sum(0),
+            sum(1)
+        );
+        // The floor of the widest gap lies beyond the readings.
+        assert!(sum(2) <= 4, "{} tell n of the widest gap", sum(2));
     });
 }
 
@@ -223,11 +239,7 @@ fn readings_that_cannot_be_are_named() {
                 .unwrap_err()
                 .to_string()
         };
-        let few: String = text
-            .lines()
-            .take(9)
-            .map(|line| format!("{line}\n"))
-            .collect();
+        let few: Vec<&str> = text.lines().take(9).collect();
         let columns = |to: &str| text.replace("force_z [N]", to);
         let constant: String = text
             .lines()
@@ -242,7 +254,7 @@ fn readings_that_cannot_be_are_named() {
             })
             .collect();
         for (text, message) in [
-            (few, "readings of loading"),
+            (few.join("\n"), "readings of loading"),
             (columns("force_z [kN]"), "1000 times"),
             (columns("force_z [mN]"), "a thousandth"),
             (
