@@ -112,6 +112,29 @@ fn readings_become_a_calibration_that_predicts_and_feels() {
 }
 
 #[test]
+fn the_shipped_readings_are_fitted_for_three_gaps_together() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sensors/bench/in-plane-synthetic.csv");
+    let text = done(&[
+        "calibrate",
+        "in-plane-20um",
+        &data.to_string_lossy(),
+        "--with",
+        SENSOR,
+        "--with",
+        "in-plane-100um",
+        "--format",
+        "json",
+    ]);
+    let found: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(found["parameters"].as_array().unwrap().len(), 17);
+    // Their truth is the drawing, which therefore fits to within the noise of
+    // 0.5 % and the drift of as much.
+    let first = found["models"].as_array().unwrap().iter();
+    let first = first.clone().find(|model| model["name"] == "first-principles").unwrap();
+    assert!(first["relative_residual"].as_f64().unwrap() < 0.01, "{first}");
+}
+
+#[test]
 fn a_calibration_of_another_file_is_refused() {
     let bench = Bench::new("other");
     let file = bench.path("c.toml");

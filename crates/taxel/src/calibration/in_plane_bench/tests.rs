@@ -125,7 +125,7 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
                 let text = calibrator.bench(&BenchOptions {
                     seed,
                     cycles: 1,
-                    readings: 400,
+                    readings: 200,
                     ..BenchOptions::default()
                 });
                 let data = parse(calibrator, &text);
