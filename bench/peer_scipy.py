@@ -73,10 +73,10 @@ def fit(method):
         residuals, start, slopes, bounds=bounds, method=method, x_scale=sizes, ftol=1e-12, xtol=1e-12, gtol=1e-12
     )
     # Covariance, as taxel gives it.
-    _, sv, vt = np.linalg.svd(found.jac / 1.0 * sizes, full_matrices=False)
+    _, sv, vt = np.linalg.svd(found.jac * sizes, full_matrices=False)
     deviation = np.sqrt(np.sum((vt.T / sv) ** 2, axis=1)) * sizes
     seconds = time.perf_counter() - t
-    return {"seconds": seconds, "values": found.x.tolist(), "deviations": deviation.tolist(), "evaluations": found.nfev}
+    return {"seconds": seconds, "values": found.x.tolist(), "deviations": deviation.tolist(), "evaluations": found.nfev, "square_sum": 2.0 * found.cost}
 
 
 print("ready", flush=True)

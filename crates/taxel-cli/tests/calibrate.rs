@@ -113,7 +113,8 @@ fn readings_become_a_calibration_that_predicts_and_feels() {
 
 #[test]
 fn the_shipped_readings_are_fitted_for_three_gaps_together() {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sensors/bench/in-plane-synthetic.csv");
+    let data =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sensors/bench/in-plane-synthetic.csv");
     let text = done(&[
         "calibrate",
         "in-plane-20um",
@@ -130,8 +131,14 @@ fn the_shipped_readings_are_fitted_for_three_gaps_together() {
     // Their truth is the drawing, which therefore fits to within the noise of
     // 0.5 % and the drift of as much.
     let first = found["models"].as_array().unwrap().iter();
-    let first = first.clone().find(|model| model["name"] == "first-principles").unwrap();
-    assert!(first["relative_residual"].as_f64().unwrap() < 0.01, "{first}");
+    let first = first
+        .clone()
+        .find(|model| model["name"] == "first-principles")
+        .unwrap();
+    assert!(
+        first["relative_residual"].as_f64().unwrap() < 0.01,
+        "{first}"
+    );
 }
 
 #[test]
