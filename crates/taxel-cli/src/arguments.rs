@@ -31,6 +31,11 @@ pub(crate) enum Command {
     Predict(Predict),
     /// One question to many drawings: a table, and a map of it
     Sweep(Sweep),
+    /// Readings of a bench to the constants of one device, with what they
+    /// cannot tell
+    Calibrate(Calibrate),
+    /// Readings of a bench that exists in the computer only
+    Twin(Twin),
     /// Every published number of the four papers beside ours
     Reproduce(Reproduce),
     /// The solver of soft solids against exact solutions and other programs
@@ -95,6 +100,10 @@ pub(crate) struct Predict {
     /// as force_z [mN]; other columns are passed on
     #[arg(long, value_name = "FILE", required_unless_present = "load")]
     pub(crate) loads: Option<PathBuf>,
+    /// Calibration of this sensor: its values take the place of the file's
+    /// constants, and answers carry the deviation that it leaves
+    #[arg(long, value_name = "FILE")]
+    pub(crate) calibration: Option<PathBuf>,
     /// Which mechanics answers; without it what the sensor file says
     #[arg(long, value_enum)]
     pub(crate) mechanics: Option<MechanicsName>,
@@ -148,6 +157,9 @@ pub(crate) struct Live {
     /// itself needs none
     #[arg(default_value = "three-axis-8x8")]
     pub(crate) sensor: PathBuf,
+    /// Calibration of this sensor, which estimation then inverts
+    #[arg(long, value_name = "FILE")]
+    pub(crate) calibration: Option<PathBuf>,
     /// Where frames come from: sim: (the twin under a shipped script that fits
     /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING
     #[arg(long, default_value = "sim:")]
@@ -185,6 +197,99 @@ pub(crate) struct Live {
     /// Port of the page; 0 takes a free one
     #[arg(long, default_value_t = 7117)]
     pub(crate) port: u16,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Calibrate {
+    /// Sensor file, or the name of a shipped one
+    pub(crate) sensor: PathBuf,
+    /// Readings (CSV): columns with their units, such as force_z [N],
+    /// displacement [um], capacitance [fF]; a wrong one is answered with all
+    pub(crate) data: PathBuf,
+    /// Another sensor whose readings are in the same table, told apart by
+    /// their column (gap); may be repeated
+    #[arg(long, value_name = "SENSOR")]
+    pub(crate) with: Vec<PathBuf>,
+    /// Write the calibration file (TOML) to this file
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write a report with figures to this file (HTML)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Readings held out to judge the fit: 20% (the last of each sensor in
+    /// time), random:20%, column (the column hold_out), none
+    #[arg(long, value_name = "WHICH", default_value = "20%")]
+    pub(crate) hold_out: String,
+    /// Model that is wanted; without it the usual one of the device
+    #[arg(long)]
+    pub(crate) model: Option<String>,
+    /// Intervals from profiles of the likelihood: slower, and right where the
+    /// model is curved
+    #[arg(long)]
+    pub(crate) profile: bool,
+    /// Forget wrong readings (Huber's loss)
+    #[arg(long)]
+    pub(crate) robust: bool,
+    /// How the result is written
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: CalibrateFormat,
+}
+
+/// How the result of a calibration is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CalibrateFormat {
+    /// For people
+    Table,
+    /// SI values
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Twin {
+    /// Sensor file, or the name of a shipped one
+    pub(crate) sensor: PathBuf,
+    /// Readings of a bench, as `taxel calibrate` reads them
+    #[arg(long, required = true)]
+    pub(crate) bench: bool,
+    /// Another sensor on the same bench; may be repeated
+    #[arg(long, value_name = "SENSOR")]
+    pub(crate) with: Vec<PathBuf>,
+    /// Write the readings to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Readings of each sensor
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(8..=1_000_000))]
+    pub(crate) readings: u64,
+    /// Cycles of loading and unloading
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub(crate) cycles: u64,
+    /// Largest relative compression, up to 0.4
+    #[arg(long, value_name = "E", default_value_t = 0.28, value_parser = share::<40>)]
+    pub(crate) compression: f64,
+    /// Standard deviation of a reading over the largest one
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share::<50>)]
+    pub(crate) noise: f64,
+    /// Force of loading over that of unloading, less one
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share::<50>)]
+    pub(crate) hysteresis: f64,
+    /// Change of the signal from first to last reading, over its range
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share::<100>)]
+    pub(crate) drift: f64,
+    /// Tilt of the probe along the gap, degrees, up to 5
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = share::<500>)]
+    pub(crate) tilt: f64,
+}
+
+/// A number from 0 to `PERCENT` hundredths.
+fn share<const PERCENT: u16>(text: &str) -> Result<f64, String> {
+    let most = f64::from(PERCENT) / 100.0;
+    match text.parse() {
+        Ok(value) if (0.0..=most).contains(&value) => Ok(value),
+        _ => Err(format!("must be a number from 0 to {most}")),
+    }
 }
 
 #[derive(Debug, Args)]

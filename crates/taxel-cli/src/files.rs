@@ -14,6 +14,7 @@ use crate::{Done, Stop};
 const LARGEST: u64 = 1 << 28;
 
 /// A sensor with what is said of it in files.
+#[derive(Clone)]
 pub(crate) struct NamedSensor {
     pub(crate) sensor: Sensor,
     /// SHA-256 of the text.

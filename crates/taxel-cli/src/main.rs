@@ -53,6 +53,8 @@ fn main() -> ExitCode {
         Command::Check(check) => commands::check::run(check),
         Command::Predict(predict) => commands::predict::run(predict),
         Command::Sweep(sweep) => commands::sweep::run(sweep),
+        Command::Calibrate(calibrate) => commands::calibrate::run(calibrate),
+        Command::Twin(twin) => commands::twin::run(twin),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
         Command::Verify(verify) => commands::verify::run(verify),
         Command::Live(live) => commands::live::run(live),

@@ -48,6 +48,7 @@ fn device(gap: f64, [rate, scale, exponent]: [f64; 3], law: CapacitanceLaw) -> I
             fringe: PublishedFringe { scale, exponent },
         }),
         law,
+        stray_capacitance: 0.0,
     }
 }
 

@@ -64,6 +64,7 @@ fn device(gap: f64, modulus_ratio: f64, surroundings: Surroundings) -> InPlaneMo
             fringe: PublishedFringe { scale, exponent },
         }),
         law: CapacitanceLaw::Mechanics,
+        stray_capacitance: 0.0,
     }
 }
 

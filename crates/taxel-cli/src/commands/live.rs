@@ -15,6 +15,7 @@ use taxel_serve::{
 };
 
 use crate::arguments::{COMMIT, Format, Live, VERSION};
+use crate::commands::calibrate;
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
@@ -108,6 +109,7 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
         .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
     let source = TwinSource::new(twin);
+    let named = calibrate::applied(named, arguments.calibration.as_deref())?;
     let device = files::device(&named.sensor)?;
     let sense = sense(device.as_ref(), &source, arguments)?;
     let drawing = device.drawing().svg();
@@ -139,6 +141,14 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     // other recordings describe themselves.
     let needs_sensor = stream.channels_per_taxel == 4 || stream.unit.quantity == Quantity::Counts;
     if !needs_sensor {
+        if let Some(path) = &arguments.calibration {
+            let message = format!(
+                "--calibration {}: {} describes itself and takes no calibration",
+                path.display(),
+                arguments.source
+            );
+            return Err(Stop::WrongInput(message));
+        }
         let provenance = provenance(arguments, stream.name.clone(), String::new());
         return Ok(Session {
             sense: Sense::map(stream),
@@ -149,6 +159,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         });
     }
     let named = files::sensor(&arguments.sensor)?;
+    let named = calibrate::applied(named, arguments.calibration.as_deref())?;
     let device = files::device(&named.sensor)?;
     let sense = sense(device.as_ref(), &source, arguments)?;
     let drawing = device.drawing().svg();

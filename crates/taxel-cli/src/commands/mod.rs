@@ -1,9 +1,11 @@
 //! One file per command; each only asks the library and shows the answer.
 
+pub(crate) mod calibrate;
 pub(crate) mod check;
 pub(crate) mod live;
 pub(crate) mod predict;
 pub(crate) mod reproduce;
 pub(crate) mod schema;
 pub(crate) mod sweep;
+pub(crate) mod twin;
 pub(crate) mod verify;

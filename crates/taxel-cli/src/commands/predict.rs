@@ -6,8 +6,10 @@ use serde_json::{Map, Value};
 use taxel::InputError;
 use taxel::mechanics::Mechanics;
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
+use taxel::sensor::Sensor;
 
 use crate::arguments::{COMMIT, Predict, VERSION};
+use crate::commands::calibrate;
 use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
@@ -50,18 +52,28 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     Ok(Done::Complete)
 }
 
-/// The predictor by the mechanics asked for, on the command line or in the file.
+/// The predictor by the mechanics asked for, on the command line or in the
+/// file, of the sensor as drawn or as calibrated.
 fn predictor(arguments: &Predict, named: &files::NamedSensor) -> Result<Box<dyn Predictor>, Stop> {
-    let device = files::device(&named.sensor)?;
+    let of = |sensor: &Sensor| mechanics(arguments, sensor);
+    let Some(path) = &arguments.calibration else {
+        return of(&named.sensor);
+    };
+    let calibrated = calibrate::applied(named.clone(), Some(path))?;
+    calibrate::propagated(of(&calibrated.sensor)?, named, path, of)
+}
+
+fn mechanics(arguments: &Predict, sensor: &Sensor) -> Result<Box<dyn Predictor>, Stop> {
+    let device = files::device(sensor)?;
     let mechanics = arguments
         .mechanics
-        .map_or(named.sensor.mechanics, Mechanics::from);
+        .map_or(sensor.mechanics, Mechanics::from);
     match mechanics {
         Mechanics::ClosedForm => Ok(device.predictor()),
         Mechanics::Fem => device.field_predictor().ok_or_else(|| {
             Stop::WrongInput(format!(
                 "a {} has no mechanics by finite elements; use --mechanics closed-form",
-                named.sensor.element.key()
+                sensor.element.key()
             ))
         }),
     }

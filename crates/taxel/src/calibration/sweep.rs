@@ -7,7 +7,7 @@
 //! part of the fit (the true forces are unknowns with the readings as priors),
 //! and the fit says itself when it is no use.
 
-use super::least_squares;
+use super::fit::{Fit, FitOptions, Parameter, Prior, Problem, fit};
 
 /// One point of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,163 +66,118 @@ const SHARED: usize = 9;
 /// Relative standard deviation of the stiffness, and of C_par against the rest
 /// capacitance, above which a fit is called no use.
 const USELESS: f64 = 0.05;
-const MOST_STEPS: usize = 200;
 
 /// Fits a sweep; `area` is ε₀ab, F m.
 ///
-/// `None` when the points do not determine the unknowns, or no step from
-/// `start` improves the fit.
+/// `None` when the points are too few, or have no model at `start`.
 pub fn fit_normal_sweep(
     points: &[SweepPoint],
     area: f64,
     noise: &SweepNoise,
     start: &SweepStart,
 ) -> Option<SweepFit> {
-    let problem = Problem {
+    let sweep = Sweep {
         points,
         area,
         noise,
     };
-    let mut unknowns = problem.start(start)?;
-    let (mut design, mut residual) = problem.linearise(&unknowns)?;
-    let mut misfit = square_sum(&residual);
-    let mut damping = 1e-3;
-    for _ in 0..MOST_STEPS {
-        let step = damped_step(&design, &residual, damping)?;
-        let moved: Vec<f64> = unknowns.iter().zip(&step).map(|(u, s)| u + s).collect();
-        let trial = problem.linearise(&moved);
-        let better = trial.filter(|(_, residual)| square_sum(residual) <= misfit);
-        if let Some((next_design, next_residual)) = better {
-            let small = unknowns
-                .iter()
-                .zip(&step)
-                .all(|(u, s)| s.abs() <= 1e-12 * u.abs());
-            (unknowns, design, residual) = (moved, next_design, next_residual);
-            misfit = square_sum(&residual);
-            damping *= 0.1;
-            if small {
-                break;
-            }
-        } else {
-            damping = (damping * 10.0).max(1e-12);
-            if damping > 1e12 {
-                break;
-            }
-        }
-    }
-    problem.report(&unknowns, &design, &residual)
+    let found = fit(&sweep, &sweep.parameters(start)?, &FitOptions::default()).ok()?;
+    Some(sweep.report(&found))
 }
 
-struct Problem<'a> {
+struct Sweep<'a> {
     points: &'a [SweepPoint],
     area: f64,
     noise: &'a SweepNoise,
 }
 
-impl Problem<'_> {
+impl Sweep<'_> {
     fn gauge_is_exact(&self) -> bool {
         self.noise.force <= 0.0
     }
 
-    /// Unknowns in natural units: fF, um, kN/m, mN, all of the order of one
-    /// to a few hundred.
-    fn start(&self, start: &SweepStart) -> Option<Vec<f64>> {
-        let rest = self
-            .points
-            .iter()
-            .min_by(|a, b| a.force.total_cmp(&b.force))?;
-        let mut unknowns: Vec<f64> = start
-            .parallel_capacitance
-            .iter()
-            .map(|c| c * 1e15)
+    fn least_capacitance(&self) -> f64 {
+        let all = self.points.iter().map(|point| point.capacitance[0]);
+        all.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Unknowns in natural units: fF, um, kN/m, mN. The gauge's readings are
+    /// priors of the true forces.
+    fn parameters(&self, start: &SweepStart) -> Option<Vec<Parameter>> {
+        let by_force = |a: &&SweepPoint, b: &&SweepPoint| a.force.total_cmp(&b.force);
+        let rest = self.points.iter().min_by(by_force)?;
+        let measured = self.noise.measured_parallel;
+        let mut parameters: Vec<Parameter> = (0..4)
+            .map(|i| Parameter {
+                size: USELESS * self.least_capacitance() * 1e15,
+                prior: measured.map(|(parallel, deviation)| Prior {
+                    value: parallel[i] * 1e15,
+                    deviation: deviation * 1e15,
+                }),
+                ..Parameter::new("parallel_capacitance", start.parallel_capacitance[i] * 1e15)
+            })
             .collect();
         for i in 0..4 {
             let plate = rest.capacitance[i] - start.parallel_capacitance[i];
-            unknowns.push((self.area / plate + rest.force / start.stiffness) * 1e6);
+            let gap = (self.area / plate + rest.force / start.stiffness) * 1e6;
+            parameters.push(Parameter {
+                size: USELESS * gap.abs(),
+                ..Parameter::new("gap", gap)
+            });
         }
-        unknowns.push(start.stiffness * 1e-3);
+        let stiffness = start.stiffness * 1e-3;
+        parameters.push(Parameter {
+            size: USELESS * stiffness,
+            ..Parameter::new("stiffness", stiffness)
+        });
         if !self.gauge_is_exact() {
-            unknowns.extend(self.points.iter().map(|point| point.force * 1e3));
+            parameters.extend(self.points.iter().map(|point| {
+                let prior = Prior {
+                    value: point.force * 1e3,
+                    deviation: self.noise.force * 1e3,
+                };
+                Parameter {
+                    size: prior.deviation,
+                    prior: Some(prior),
+                    ..Parameter::new("force", prior.value)
+                }
+            }));
         }
-        unknowns
+        let finite = parameters
             .iter()
-            .all(|value| value.is_finite())
-            .then_some(unknowns)
+            .all(|parameter| parameter.start.is_finite());
+        finite.then_some(parameters)
     }
 
-    /// Weighted slopes and residuals (measured − model); `None` when a gap of
-    /// the trial is closed.
-    fn linearise(&self, unknowns: &[f64]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
-        let (mut design, mut residual) = (Vec::new(), Vec::new());
-        let area = self.area * 1e21; // fF um
-        let stiffness = unknowns[8];
-        for (index, point) in self.points.iter().enumerate() {
-            let force = if self.gauge_is_exact() {
-                point.force * 1e3
-            } else {
-                unknowns[SHARED + index]
-            };
-            for i in 0..4 {
-                let gap = unknowns[4 + i] - force / stiffness;
-                if gap.is_nan() || gap <= 0.0 {
-                    return None;
-                }
-                let weight = 1e-15 / self.noise.capacitance;
-                let slope = area / (gap * gap) * weight;
-                let mut row = vec![0.0; unknowns.len()];
-                row[i] = weight;
-                row[4 + i] = -slope;
-                row[8] = -slope * force / (stiffness * stiffness);
-                if !self.gauge_is_exact() {
-                    row[SHARED + index] = slope / stiffness;
-                }
-                design.push(row);
-                let model = unknowns[i] + area / gap;
-                residual.push((point.capacitance[i] * 1e15 - model) * weight);
-            }
-            if !self.gauge_is_exact() {
-                let weight = 1e-3 / self.noise.force;
-                let mut row = vec![0.0; unknowns.len()];
-                row[SHARED + index] = weight;
-                design.push(row);
-                residual.push((point.force * 1e3 - force) * weight);
-            }
-        }
-        if let Some((parallel, deviation)) = self.noise.measured_parallel {
-            for i in 0..4 {
-                let weight = 1e-15 / deviation;
-                let mut row = vec![0.0; unknowns.len()];
-                row[i] = weight;
-                design.push(row);
-                residual.push((parallel[i] * 1e15 - unknowns[i]) * weight);
-            }
-        }
-        Some((design, residual))
+    /// Force of a point, mN, and its gaps, um.
+    fn state(&self, at: &[f64], index: usize) -> (f64, [f64; 4]) {
+        let force = if self.gauge_is_exact() {
+            self.points[index].force * 1e3
+        } else {
+            at[SHARED + index]
+        };
+        (force, std::array::from_fn(|i| at[4 + i] - force / at[8]))
     }
 
-    fn report(&self, unknowns: &[f64], design: &[Vec<f64>], residual: &[f64]) -> Option<SweepFit> {
-        let covariance = least_squares::solve(design, residual)?.covariance;
-        let deviation = |i: usize| covariance[i][i].sqrt();
+    fn report(&self, found: &Fit) -> SweepFit {
+        let value = |j: usize| found.estimates[j].value;
+        let deviation = |j: usize| found.estimates[j].deviation;
         let mut fit = SweepFit {
-            parallel_capacitance: std::array::from_fn(|i| unknowns[i] * 1e-15),
+            parallel_capacitance: std::array::from_fn(|i| value(i) * 1e-15),
             parallel_deviation: std::array::from_fn(|i| deviation(i) * 1e-15),
-            gap: std::array::from_fn(|i| unknowns[4 + i] * 1e-6),
+            gap: std::array::from_fn(|i| value(4 + i) * 1e-6),
             gap_deviation: std::array::from_fn(|i| deviation(4 + i) * 1e-6),
-            stiffness: unknowns[8] * 1e3,
+            stiffness: value(8) * 1e3,
             stiffness_deviation: deviation(8) * 1e3,
-            chi2: square_sum(residual),
+            chi2: found.chi_square,
             warning: None,
         };
         fit.warning = self.warning(&fit);
-        Some(fit)
+        fit
     }
 
     fn warning(&self, fit: &SweepFit) -> Option<String> {
-        let rest = self
-            .points
-            .iter()
-            .map(|point| point.capacitance[0])
-            .fold(f64::INFINITY, f64::min);
+        let rest = self.least_capacitance();
         let parallel = fit.parallel_deviation.iter().copied().fold(0.0, f64::max);
         let useless =
             fit.stiffness_deviation > USELESS * fit.stiffness || parallel > USELESS * rest;
@@ -239,21 +194,44 @@ impl Problem<'_> {
     }
 }
 
-/// Levenberg-Marquardt step: rows damping·|column| appended to the problem.
-fn damped_step(design: &[Vec<f64>], residual: &[f64], damping: f64) -> Option<Vec<f64>> {
-    let columns = design.first()?.len();
-    let mut rows = design.to_vec();
-    for j in 0..columns {
-        let length = design.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
-        let mut row = vec![0.0; columns];
-        row[j] = damping.sqrt() * length;
-        rows.push(row);
+impl Problem for Sweep<'_> {
+    fn readings(&self) -> usize {
+        4 * self.points.len()
     }
-    let mut target = residual.to_vec();
-    target.resize(rows.len(), 0.0);
-    Some(least_squares::solve(&rows, &target)?.coefficients)
-}
 
-fn square_sum(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum()
+    fn residuals(&self, at: &[f64], residuals: &mut [f64]) -> bool {
+        let (area, weight) = (self.area * 1e21, 1e-15 / self.noise.capacitance); // fF um
+        for (index, point) in self.points.iter().enumerate() {
+            let (_, gaps) = self.state(at, index);
+            // A closed gap, or one that is not a number, has no capacitance.
+            if !gaps.iter().all(|gap| *gap > 0.0) {
+                return false;
+            }
+            for i in 0..4 {
+                let model = at[i] + area / gaps[i];
+                residuals[4 * index + i] = (point.capacitance[i] * 1e15 - model) * weight;
+            }
+        }
+        true
+    }
+
+    fn slopes(&self, _: &[Parameter], at: &[f64], columns: &mut [Vec<f64>]) -> bool {
+        let (area, weight) = (self.area * 1e21, 1e-15 / self.noise.capacitance);
+        for column in columns.iter_mut() {
+            column.fill(0.0);
+        }
+        for index in 0..self.points.len() {
+            let (force, gaps) = self.state(at, index);
+            for i in 0..4 {
+                let (row, slope) = (4 * index + i, area / gaps[i].powi(2) * weight);
+                columns[i][row] = -weight;
+                columns[4 + i][row] = slope;
+                columns[8][row] = slope * force / at[8].powi(2);
+                if !self.gauge_is_exact() {
+                    columns[SHARED + index][row] = -slope / at[8];
+                }
+            }
+        }
+        true
+    }
 }

@@ -84,6 +84,19 @@ pub enum ElectrodeStiffness {
     Modulus(ElectrodeModulus),
 }
 
+impl ElectrodeStiffness {
+    /// The same electrodes with their modulus times `factor`.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::AsLayer => Self::AsLayer,
+            Self::Modulus(ElectrodeModulus { youngs_modulus }) => Self::Modulus(ElectrodeModulus {
+                youngs_modulus: factor * youngs_modulus,
+            }),
+        }
+    }
+}
+
 /// The modulus of the electrodes.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

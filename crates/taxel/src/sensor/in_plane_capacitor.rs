@@ -28,6 +28,10 @@ pub struct InPlaneCapacitor {
     pub layer_width: f64,
     /// How far made devices differ from the drawing; used by the twin.
     pub fabrication: GapScatter,
+    /// Capacitance beside that of the electrodes, F: only a calibration tells
+    /// it.
+    #[serde(skip)]
+    pub stray_capacitance: f64,
 }
 
 /// Scatter of the made gap about its drawing.
@@ -54,6 +58,7 @@ impl InPlaneCapacitor {
             dielectric: self.dielectric,
             published_fit: self.published_fit,
             law: self.law,
+            stray_capacitance: self.stray_capacitance,
         }
     }
 

@@ -89,6 +89,9 @@ pub struct InPlaneModel {
     pub published_fit: Option<PublishedFit>,
     /// The law of its capacitance.
     pub law: CapacitanceLaw,
+    /// Capacitance beside that of the electrodes, F, such as that of leads;
+    /// no load changes it.
+    pub stray_capacitance: f64,
 }
 
 /// What a compression does to the sensor.
@@ -236,7 +239,8 @@ impl InPlaneModel {
     fn mechanical_capacitance(&self, electrodes: &DeformedElectrodes, compression: f64) -> f64 {
         let depth = self.electrodes.depth;
         let gap = self.electrodes.gap / self.electrodes.thickness;
-        self.dielectric.uniform(electrodes, depth)
+        self.stray_capacitance
+            + self.dielectric.uniform(electrodes, depth)
             + self.dielectric.surroundings.offset(gap, compression, depth)
     }
 

@@ -1,0 +1,121 @@
+//! `taxel calibrate`: readings of a bench to what is known of one device.
+
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use taxel::calibration::{
+    BenchData, CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Propagated, Provenance,
+    calibrator, civil_date,
+};
+use taxel::predict::Predictor;
+use taxel::sensor::Sensor;
+use taxel::table;
+
+use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
+use crate::{Done, Stop, files};
+
+pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
+    let named = read_sensors(&arguments.sensor, &arguments.with)?;
+    let sensors = sensors(&named);
+    let calibrator = calibrator(&sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
+    let options = CalibrateOptions {
+        hold_out: HoldOut::parse(&arguments.hold_out)
+            .map_err(|message| Stop::WrongInput(format!("--hold-out: {message}")))?,
+        model: arguments.model.clone(),
+        profile: arguments.profile,
+        robust: arguments.robust,
+    };
+    let file = arguments.data.to_string_lossy();
+    let text = files::text(&arguments.data)?;
+    let data = BenchData::parse(&file, &text, calibrator.columns(), calibrator.group())?;
+    let outcome = calibrator.calibrate(&data, &options)?;
+    let (version, date) = (format!("{VERSION} {COMMIT}"), today());
+    let about = Provenance {
+        version: &version,
+        date: &date,
+        data: &file,
+        data_hash: &files::sha256(text.as_bytes()),
+    };
+    if let Some(path) = &arguments.output {
+        files::write(Some(path), &outcome.to_toml(&about))?;
+    }
+    if let Some(path) = &arguments.report {
+        files::write(Some(path), &outcome.html(&about))?;
+    }
+    let result = match arguments.format {
+        CalibrateFormat::Table => outcome.text(),
+        CalibrateFormat::Json => table::json(&outcome.json(&about)),
+    };
+    files::write(None, &result)
+}
+
+/// Reads the first sensor and those beside it.
+pub(crate) fn read_sensors(
+    first: &Path,
+    others: &[PathBuf],
+) -> Result<Vec<(String, files::NamedSensor)>, Stop> {
+    let paths = std::iter::once(first).chain(others.iter().map(PathBuf::as_path));
+    paths
+        .map(|path| Ok((path.to_string_lossy().into_owned(), files::sensor(path)?)))
+        .collect()
+}
+
+pub(crate) fn sensors(named: &[(String, files::NamedSensor)]) -> Vec<NamedSensor<'_>> {
+    named
+        .iter()
+        .map(|(name, named)| NamedSensor {
+            name,
+            hash: &named.hash,
+            sensor: &named.sensor,
+        })
+        .collect()
+}
+
+fn today() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    civil_date(now.map_or(0, |now| now.as_secs()))
+}
+
+/// A calibration that was asked for, with its name for messages.
+struct Read {
+    name: String,
+    file: CalibrationFile,
+}
+
+fn read(path: &Path) -> Result<Read, Stop> {
+    let name = path.to_string_lossy().into_owned();
+    let file = CalibrationFile::parse(&name, &files::text(path)?)?;
+    Ok(Read { name, file })
+}
+
+/// The sensor with its calibrated values, if a calibration is given.
+pub(crate) fn applied(
+    named: files::NamedSensor,
+    calibration: Option<&Path>,
+) -> Result<files::NamedSensor, Stop> {
+    let Some(path) = calibration else {
+        return Ok(named);
+    };
+    let read = read(path)?;
+    let sensor = read.file.apply(&read.name, &named.sensor, &named.hash)?;
+    Ok(files::NamedSensor { sensor, ..named })
+}
+
+/// `predictor` of a calibrated sensor, whose answers carry the deviation that
+/// the calibration leaves; `drawn` is the sensor as its file says.
+pub(crate) fn propagated(
+    predictor: Box<dyn Predictor>,
+    drawn: &files::NamedSensor,
+    calibration: &Path,
+    make: impl Fn(&Sensor) -> Result<Box<dyn Predictor>, Stop>,
+) -> Result<Box<dyn Predictor>, Stop> {
+    let read = read(calibration)?;
+    let sides = read
+        .file
+        .spread(&read.name, &drawn.sensor, &drawn.hash)?
+        .iter()
+        .map(|[below, above]| Ok([make(below)?, make(above)?]))
+        .collect::<Result<_, Stop>>()?;
+    let names = CalibrationFile::uncertain_columns(&drawn.sensor);
+    Ok(Box::new(Propagated::new(predictor, sides, names)))
+}

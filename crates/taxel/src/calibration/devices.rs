@@ -1,0 +1,78 @@
+//! Which devices can be calibrated on a bench: a device is added here.
+
+use super::in_plane_bench::{self, InPlaneCalibrator};
+use super::outcome::{Calibrator, NamedSensor};
+use crate::sensor::{Element, Sensor};
+
+/// A device that has no calibration on a bench.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NoCalibrator {
+    /// Not this kind.
+    #[error("a {element} cannot be calibrated from readings yet; in_plane_capacitor can")]
+    Kind {
+        /// Key of the element.
+        element: &'static str,
+    },
+    /// The sensors are not of one kind.
+    #[error("{name} is a {element}, the others are not; calibrate them apart")]
+    Mixed {
+        /// The first one that differs.
+        name: String,
+        /// Key of its element.
+        element: &'static str,
+    },
+    /// There is none.
+    #[error("there is no sensor to calibrate")]
+    None,
+}
+
+/// What calibrates these sensors together.
+///
+/// # Errors
+/// [`NoCalibrator`].
+pub fn calibrator<'a>(
+    sensors: &'a [NamedSensor<'a>],
+) -> Result<Box<dyn Calibrator + 'a>, NoCalibrator> {
+    let first = sensors.first().ok_or(NoCalibrator::None)?;
+    let element = first.sensor.element.key();
+    if let Some(other) = sensors
+        .iter()
+        .find(|other| other.sensor.element.key() != element)
+    {
+        return Err(NoCalibrator::Mixed {
+            name: other.name.to_owned(),
+            element: other.sensor.element.key(),
+        });
+    }
+    match first.sensor.element {
+        Element::InPlaneCapacitor(_) => match InPlaneCalibrator::new(sensors) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+        _ => Err(NoCalibrator::Kind { element }),
+    }
+}
+
+/// Puts calibrated values in the place of a sensor file's constants.
+///
+/// # Errors
+/// The name of a parameter that is missing.
+pub(super) fn apply(
+    sensor: &mut Sensor,
+    model: &str,
+    prefix: &str,
+    value: &dyn Fn(&str) -> Option<f64>,
+) -> Result<(), String> {
+    match sensor.element {
+        Element::InPlaneCapacitor(_) => in_plane_bench::apply(sensor, model, prefix, value),
+        _ => Err("element".into()),
+    }
+}
+
+/// Columns of the answers of `taxel predict` that get a standard deviation.
+pub(super) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
+    match sensor.element {
+        Element::InPlaneCapacitor(_) => &["force_z", "capacitance"],
+        _ => &[],
+    }
+}

@@ -1,0 +1,39 @@
+//! What a calibration noticed about its readings.
+
+use std::fmt;
+
+/// A remark, at a line of the readings or about all of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remark {
+    /// Line, from 1; 0 for the file as a whole.
+    pub line: usize,
+    /// What was noticed and done.
+    pub message: String,
+}
+
+impl Remark {
+    /// A remark at a line.
+    pub fn at(line: usize, message: &str) -> Self {
+        Self {
+            line,
+            message: message.to_owned(),
+        }
+    }
+
+    /// A remark about all readings.
+    pub fn whole(message: impl Into<String>) -> Self {
+        Self {
+            line: 0,
+            message: message.into(),
+        }
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line {
+            0 => f.write_str(&self.message),
+            line => write!(f, "line {line}: {}", self.message),
+        }
+    }
+}

@@ -1,0 +1,396 @@
+//! What a calibration found, for people (a page, a table) and programs.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value, json};
+
+use super::file::Provenance;
+use super::fit::{Estimate, Parameter, Status};
+use super::outcome::{Outcome, ResidualSummary};
+use crate::svg::escape;
+use crate::table::{self, Cell, Column, Format};
+
+impl Outcome {
+    /// The parameters as a table, with what else there is to say below it.
+    pub fn text(&self) -> String {
+        let columns = [
+            "parameter",
+            "value",
+            "sigma",
+            "95 % interval",
+            "unit",
+            "status",
+        ]
+        .map(Column::plain);
+        let rows: Vec<Vec<Cell>> = self.parameters.iter().map(row).collect();
+        let mut text = table::render(Format::Table, &Map::new(), &columns, &rows);
+        for derived in &self.derived {
+            let [low, high] = derived.interval.map(digits);
+            let _ = writeln!(
+                text,
+                "{} = {} ({low} to {high}), {}",
+                derived.name,
+                digits(derived.value),
+                derived.about
+            );
+        }
+        text.push('\n');
+        let _ = writeln!(text, "model     {}", self.model);
+        let _ = writeln!(text, "noise     {}", self.noise);
+        let _ = writeln!(text, "search    {}", self.search);
+        for residual in &self.residuals {
+            let _ = writeln!(text, "residual  {}", in_words(residual));
+        }
+        let _ = writeln!(text, "held out  {}", self.held_out);
+        for residual in &self.hold_out {
+            let _ = writeln!(text, "held out  {}", in_words(residual));
+        }
+        for model in &self.models {
+            let hold_out = model.hold_out.map_or(String::new(), |error| {
+                format!(", held out {}", percent(error))
+            });
+            let _ = writeln!(
+                text,
+                "models    {}: {} unknowns, residual {}{hold_out}",
+                model.name,
+                model.unknowns,
+                percent(model.residual)
+            );
+        }
+        for open in &self.open {
+            let _ = writeln!(text, "not told  {open}");
+        }
+        for remark in &self.remarks {
+            let _ = writeln!(text, "remark    {remark}");
+        }
+        text
+    }
+
+    /// All of it, SI.
+    pub fn json(&self, about: &Provenance<'_>) -> Value {
+        let parameters: Vec<Value> = self
+            .parameters
+            .iter()
+            .map(|(parameter, estimate)| {
+                json!({
+                    "name": parameter.name,
+                    "unit": parameter.unit,
+                    "value": estimate.value,
+                    "deviation": estimate.deviation,
+                    "interval": estimate.interval,
+                    "status": estimate.status.name(),
+                })
+            })
+            .collect();
+        let residual = |residual: &ResidualSummary| {
+            json!({
+                "name": residual.name,
+                "unit": residual.unit,
+                "count": residual.count,
+                "root_mean_square": residual.root_mean_square,
+                "largest": residual.largest,
+                "range": residual.range,
+            })
+        };
+        let residuals = |all: &[ResidualSummary]| all.iter().map(residual).collect::<Vec<_>>();
+        let models: Vec<Value> = self
+            .models
+            .iter()
+            .map(|model| {
+                json!({
+                    "name": model.name,
+                    "about": model.about,
+                    "unknowns": model.unknowns,
+                    "relative_residual": model.residual,
+                    "relative_hold_out": model.hold_out,
+                })
+            })
+            .collect();
+        let derived: Vec<Value> = self
+            .derived
+            .iter()
+            .map(|d| json!({"name": d.name, "value": d.value, "interval": d.interval, "about": d.about}))
+            .collect();
+        let scope: Vec<Value> = self
+            .scope
+            .iter()
+            .map(|s| json!({"name": s.name, "unit": s.unit, "range": s.range}))
+            .collect();
+        let sensors: Vec<Value> = self
+            .sensors
+            .iter()
+            .map(|s| json!({"file": s.name, "sha256": s.hash, "prefix": s.prefix}))
+            .collect();
+        let remarks: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
+        json!({
+            "version": about.version,
+            "date": about.date,
+            "data": {"file": about.data, "sha256": about.data_hash},
+            "element": self.element,
+            "model": self.model,
+            "sensors": sensors,
+            "parameters": parameters,
+            "covariance": self.covariance,
+            "not_told": self.open,
+            "derived": derived,
+            "noise": self.noise,
+            "search": self.search,
+            "residuals": residuals(&self.residuals),
+            "held_out": self.held_out,
+            "hold_out": residuals(&self.hold_out),
+            "models": models,
+            "scope": scope,
+            "remarks": remarks,
+        })
+    }
+
+    /// All of it as a page with its figures inside.
+    pub fn html(&self, about: &Provenance<'_>) -> String {
+        let names: Vec<&str> = self
+            .sensors
+            .iter()
+            .map(|sensor| sensor.name.as_str())
+            .collect();
+        let title = format!("Calibration of {}", names.join(", "));
+        let mut page = format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n\
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n\
+             <p>taxel {1}, {2}, readings <code>{3}</code> (SHA-256 <code>{4}</code>), model <b>{5}</b>.</p>\n",
+            escape(&title),
+            escape(about.version),
+            escape(about.date),
+            escape(about.data),
+            escape(about.data_hash.get(..12).unwrap_or(about.data_hash)),
+            self.model
+        );
+        self.parameter_section(&mut page);
+        self.identifiability_section(&mut page);
+        self.model_section(&mut page);
+        self.residual_section(&mut page);
+        let remarks: Vec<String> = self
+            .remarks
+            .iter()
+            .map(|r| escape(&r.to_string()))
+            .collect();
+        section(
+            &mut page,
+            "What was noticed in the readings",
+            &items(&remarks, "Nothing."),
+        );
+        for figure in &self.figures {
+            let _ = writeln!(
+                page,
+                "<figure>\n{}<figcaption>{}</figcaption>\n</figure>",
+                figure.svg(),
+                escape(&figure.caption)
+            );
+        }
+        page.push_str("</body>\n</html>\n");
+        page
+    }
+
+    fn parameter_section(&self, page: &mut String) {
+        let mut body = table_head(&[
+            "Parameter",
+            "Value",
+            "Sigma",
+            "95 % interval",
+            "Unit",
+            "Status",
+        ]);
+        for (parameter, estimate) in &self.parameters {
+            let [low, high] = estimate.interval.map(digits);
+            let (value, deviation) = shown(estimate);
+            let _ = writeln!(
+                body,
+                "<tr class=\"{}\"><td><code>{}</code></td><td class=\"n\">{value}</td><td class=\"n\">{deviation}</td>\
+                 <td class=\"n\">{low} to {high}</td><td>{}</td><td>{}</td></tr>",
+                estimate.status.name().replace(' ', "-"),
+                escape(&parameter.name),
+                parameter.unit,
+                estimate.status.name()
+            );
+        }
+        body.push_str("</tbody>\n</table>\n");
+        for derived in &self.derived {
+            let [low, high] = derived.interval.map(digits);
+            let _ = writeln!(
+                body,
+                "<p>{} = {} ({low} to {high}), {}.</p>",
+                derived.name,
+                digits(derived.value),
+                escape(&derived.about)
+            );
+        }
+        let scopes: Vec<String> = self
+            .scope
+            .iter()
+            .map(|scope| {
+                let [low, high] = scope.range.map(digits);
+                format!("{} from {low} to {high} {}", scope.name, scope.unit)
+            })
+            .collect();
+        let _ = writeln!(
+            body,
+            "<p>Holds for {}. A value that is not identified is one of many that fit as well; its interval is that of \
+             its bounds.</p>\n<p>Noise: {}. Search: {}.</p>",
+            scopes.join(", "),
+            escape(&self.noise),
+            escape(&self.search)
+        );
+        section(page, "Parameters", &body);
+    }
+
+    fn identifiability_section(&self, page: &mut String) {
+        let open: Vec<String> = self.open.iter().map(|open| escape(open)).collect();
+        section(
+            page,
+            "What the readings cannot tell",
+            &items(
+                &open,
+                "Every combination of the parameters is told to within its sensible size.",
+            ),
+        );
+    }
+
+    fn model_section(&self, page: &mut String) {
+        let mut body = table_head(&["Model", "What it is", "Unknowns", "Residual", "Held out"]);
+        for model in &self.models {
+            let _ = writeln!(
+                body,
+                "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+                model.name,
+                model.about,
+                model.unknowns,
+                percent(model.residual),
+                model.hold_out.map_or(String::new(), percent)
+            );
+        }
+        let _ = writeln!(
+            body,
+            "</tbody>\n</table>\n<p>Root of the mean square over the range of the signal. Held out: {}, predicted by a \
+             fit to the others.</p>",
+            escape(&self.held_out)
+        );
+        section(page, "Models beside one another", &body);
+    }
+
+    fn residual_section(&self, page: &mut String) {
+        let mut body = table_head(&[
+            "Readings",
+            "Count",
+            "Root mean square",
+            "Largest",
+            "Of the range",
+        ]);
+        let held = self
+            .hold_out
+            .iter()
+            .map(|residual| (residual, " (held out)"));
+        for (residual, note) in self
+            .residuals
+            .iter()
+            .map(|residual| (residual, ""))
+            .chain(held)
+        {
+            let _ = writeln!(
+                body,
+                "<tr><td><code>{}</code>{note}</td><td class=\"n\">{}</td><td class=\"n\">{} {unit}</td>\
+                 <td class=\"n\">{} {unit}</td><td class=\"n\">{}</td></tr>",
+                escape(&residual.name),
+                residual.count,
+                digits(residual.root_mean_square),
+                digits(residual.largest),
+                percent(share(residual)),
+                unit = residual.unit
+            );
+        }
+        body.push_str("</tbody>\n</table>\n");
+        section(page, "Residuals", &body);
+    }
+}
+
+fn table_head(titles: &[&str]) -> String {
+    let cells = titles.join("</th><th>");
+    format!("<table>\n<thead><tr><th>{cells}</th></tr></thead>\n<tbody>\n")
+}
+
+fn section(page: &mut String, title: &str, body: &str) {
+    let _ = writeln!(page, "<section>\n<h2>{title}</h2>\n{body}</section>");
+}
+
+fn items(items: &[String], none: &str) -> String {
+    if items.is_empty() {
+        return format!("<p>{none}</p>\n");
+    }
+    let items = items.join("</li>\n<li>");
+    format!("<ul>\n<li>{items}</li>\n</ul>\n")
+}
+
+fn row((parameter, estimate): &(Parameter, Estimate)) -> Vec<Cell> {
+    let [low, high] = estimate.interval.map(digits);
+    let (value, deviation) = shown(estimate);
+    [
+        parameter.name.clone(),
+        value,
+        deviation,
+        format!("{low} to {high}"),
+        parameter.unit.to_owned(),
+        estimate.status.name().to_owned(),
+    ]
+    .map(Cell::from)
+    .into()
+}
+
+/// Value and deviation; none that would look confident where nothing is told.
+fn shown(estimate: &Estimate) -> (String, String) {
+    match estimate.status {
+        Status::NotIdentified => (format!("({})", digits(estimate.value)), String::from("-")),
+        Status::Fixed => (digits(estimate.value), String::from("-")),
+        _ => (digits(estimate.value), digits(estimate.deviation)),
+    }
+}
+
+fn in_words(residual: &ResidualSummary) -> String {
+    format!(
+        "{}: {} readings, {} {unit} root mean square ({} of the range), largest {} {unit}",
+        residual.name,
+        residual.count,
+        digits(residual.root_mean_square),
+        percent(share(residual)),
+        digits(residual.largest),
+        unit = residual.unit
+    )
+}
+
+fn share(residual: &ResidualSummary) -> f64 {
+    residual.root_mean_square / residual.range.max(f64::MIN_POSITIVE)
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.2} %", 100.0 * share)
+}
+
+/// Five significant digits.
+fn digits(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if !(1e-3..1e6).contains(&size) {
+        return format!("{value:.4e}");
+    }
+    let decimals = (4 - size.log10().floor() as i32).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:900px;margin:1.5rem auto;padding:0 1rem;color:#111;background:#fff}\
+    table{border-collapse:collapse;width:100%;font-size:.88rem}\
+    th,td{border-bottom:1px solid #ddd;padding:.3rem .5rem;text-align:left;vertical-align:top}\
+    th{border-bottom:2px solid #333}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
+    td:last-child{border-left:5px solid transparent}\
+    tr.identified td:last-child{border-left-color:#009e73}tr.not-identified td:last-child{border-left-color:#d55e00}\
+    tr.prior-only td:last-child{border-left-color:#cc79a7}tr.at-bound td:last-child{border-left-color:#8a6d00}\
+    tr.fixed td:last-child{border-left-color:#999}\
+    figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem}";
