@@ -33,7 +33,7 @@ fn place(criterion: &mut Criterion) {
         run_in: 0.0,
     }];
     let (map, _) = PositionMap::train(run.sensor.rows(), &places, &options).expect("trains");
-    let mut estimator = PositionEstimator::new(map);
+    let mut estimator = PositionEstimator::new(map).expect("sound");
     let mut next = run.sensor.rows().iter().cycle();
     criterion.bench_function("15 channels to place", |bencher| {
         bencher.iter(|| estimator.estimate(black_box(next.next().expect("a cycle never ends"))));

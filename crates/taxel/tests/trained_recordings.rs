@@ -48,15 +48,15 @@ fn places_of_the_last_pass_are_found_better_than_by_neighbours() {
     let (map, _) = PositionMap::train(&frames[..train], &places[..train], &options).unwrap();
     let targets: Vec<Vec<f64>> = places.iter().map(|p| p.to_vec()).collect();
     let nearest = Nearest::train(&frames[..train], &targets[..train], 5).unwrap();
-    let mut estimator = PositionEstimator::new(map);
+    let mut estimator = PositionEstimator::new(map).unwrap();
     let (mut errors, mut deviations, mut neighbours) = (Vec::new(), Vec::new(), Vec::new());
     for (frame, place) in frames[train..].iter().zip(&places[train..]) {
         let estimate = estimator.estimate(frame).unwrap();
         assert_eq!(estimate.support, Support::Trained);
-        for axis in 0..2 {
-            errors.push(estimate.place[axis] - place[axis]);
+        for (axis, truth) in place.iter().enumerate() {
+            errors.push(estimate.place[axis] - truth);
             deviations.push(estimate.deviation()[axis]);
-            neighbours.push(nearest.estimate(frame).unwrap()[axis][0] - place[axis]);
+            neighbours.push(nearest.estimate(frame).unwrap()[axis][0] - truth);
         }
     }
     let score = Score::of(&errors, &deviations);

@@ -217,6 +217,34 @@ impl ForceMap {
         })
     }
 
+    /// Whether the parts of a map from a file belong together.
+    fn check(&self) -> Result<(), TrainingError> {
+        let channels = self.standard.used.len();
+        let (times, thresholds) = (&self.memory.creep_times, &self.memory.play_thresholds);
+        let memory = times.iter().all(|time| *time > 0.0) && thresholds.iter().all(|r| *r >= 0.0);
+        let degree = (1..=3).contains(&self.polynomial.degree);
+        let features = if degree { self.products() } else { 0 };
+        let features = features + channels * (times.len() + thresholds.len());
+        let intervals = self.intervals.factors.len() == self.intervals.levels.len() + 1;
+        for (sound, table) in [
+            (self.standard.is_sound(), "standard"),
+            (degree, "polynomial"),
+            (memory, "memory"),
+            (
+                self.memory_spread.len() == channels * times.len(),
+                "memory_spread",
+            ),
+            (self.ridge.is_sound(features), "ridge"),
+            (intervals, "intervals"),
+            (self.range[0].is_finite(), "range"),
+        ] {
+            if !sound {
+                return Err(TrainingError::Unsound { table });
+            }
+        }
+        Ok(())
+    }
+
     /// Number of products, the constant among them.
     fn products(&self) -> usize {
         let mut features = Vec::new();
@@ -394,8 +422,10 @@ impl ForceEstimator {
     /// An estimator for a device that rests, with its readings `baseline`.
     ///
     /// # Errors
-    /// [`TrainingError`] for a baseline of another length or with a missing reading.
+    /// [`TrainingError`] for a baseline of another length or with a missing
+    /// reading, or for a map that was changed by hand.
     pub fn new(map: ForceMap, baseline: Vec<f64>) -> Result<Self, TrainingError> {
+        map.check()?;
         map.standard.apply(&baseline)?;
         Ok(Self {
             stream: FeatureStream::new(&map, baseline),

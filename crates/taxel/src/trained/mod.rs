@@ -103,6 +103,12 @@ pub enum TrainingError {
         /// The channel, counted from 1.
         channel: usize,
     },
+    /// A map from a file whose parts do not belong together.
+    #[error("the table `{table}` of the trained map does not fit the others: train it again")]
+    Unsound {
+        /// Its key.
+        table: &'static str,
+    },
     /// All channels are constant.
     #[error("no channel changes: there is nothing to learn from")]
     NoSignal,

@@ -56,6 +56,20 @@ impl Standard {
         Ok(standard)
     }
 
+    /// Whether a scale from a file is one.
+    pub(super) fn is_sound(&self) -> bool {
+        let count = self.used.len();
+        count > 0
+            && self.centre.len() == count
+            && self.scale.len() == count
+            && self.used.iter().all(|channel| *channel < self.channels)
+            && self.centre.iter().all(|centre| centre.is_finite())
+            && self
+                .scale
+                .iter()
+                .all(|scale| *scale > 0.0 && scale.is_finite())
+    }
+
     /// Channels that are not used, counted from 1, for people.
     pub fn left_out(&self) -> Vec<usize> {
         let unused = |channel: &usize| !self.used.contains(&(channel - 1));

@@ -133,6 +133,26 @@ impl PositionMap {
         })
     }
 
+    /// Whether the parts of a map from a file belong together.
+    fn check(&self) -> Result<(), TrainingError> {
+        let width = self.surface.width;
+        let whitening = self.whitening.len() == width * (width + 1) / 2
+            && self.whitening.iter().all(|entry| entry.is_finite());
+        let standard = self.standard.is_sound() && self.standard.used.len() == width;
+        let factor = self.interval_factor > 0.0 && self.interval_factor.is_finite();
+        for (sound, table) in [
+            (self.surface.is_sound(), "surface"),
+            (standard, "standard"),
+            (whitening, "whitening"),
+            (factor, "interval_factor"),
+        ] {
+            if !sound {
+                return Err(TrainingError::Unsound { table });
+            }
+        }
+        Ok(())
+    }
+
     /// Score of the estimates of held-out rows, the factor on their
     /// deviations, and the largest misfit among them.
     fn held_out(
@@ -140,14 +160,14 @@ impl PositionMap {
         frames: &[Vec<f64>],
         places: &[[f64; 2]],
     ) -> Result<(Score, f64, f64), TrainingError> {
-        let mut estimator = PositionEstimator::new(self.clone());
+        let mut estimator = PositionEstimator::new(self.clone())?;
         let (mut errors, mut deviations) = (Vec::new(), Vec::new());
         let mut misfit = 0.0f64;
         for (frame, place) in frames.iter().zip(places) {
             let estimate = estimator.estimate(frame)?;
             misfit = misfit.max(estimate.misfit);
-            for axis in 0..2 {
-                errors.push(estimate.place[axis] - place[axis]);
+            for (axis, truth) in place.iter().enumerate() {
+                errors.push(estimate.place[axis] - truth);
                 deviations.push(estimate.deviation()[axis]);
             }
         }
@@ -229,8 +249,10 @@ fn whiten(whitening: &[f64], row: &[f64]) -> Vec<f64> {
 #[derive(Debug, Clone)]
 pub struct PositionEstimator {
     map: PositionMap,
-    /// Corners of the intervals with their whitened answers, padded to eights.
-    nodes: Vec<([f64; 2], Vec<f32>)>,
+    /// Corners of the intervals.
+    nodes: Vec<[f64; 2]>,
+    /// Their whitened answers one after the other, each padded to eights.
+    answers: Vec<f32>,
     value: Vec<f64>,
     slope: [Vec<f64>; 2],
 }
@@ -244,21 +266,27 @@ const HALVINGS: usize = 6;
 
 impl PositionEstimator {
     /// An estimator of places.
-    pub fn new(map: PositionMap) -> Self {
+    ///
+    /// # Errors
+    /// [`TrainingError::Unsound`] for a map that was changed by hand.
+    pub fn new(map: PositionMap) -> Result<Self, TrainingError> {
+        map.check()?;
         let surface = &map.surface;
         let node = |k: usize| {
             let columns = surface.intervals[1] + 1;
             let at = [k / columns, k % columns];
-            let place = [0, 1].map(|a| surface.corner[a] + surface.step[a] * at[a] as f64);
-            (place, padded(&surface.at(place)))
+            [0, 1].map(|a| surface.corner[a] + surface.step[a] * at[a] as f64)
         };
         let count = (surface.intervals[0] + 1) * (surface.intervals[1] + 1);
-        Self {
-            nodes: (0..count).map(node).collect(),
+        let nodes: Vec<[f64; 2]> = (0..count).map(node).collect();
+        let answer = |place: &[f64; 2]| padded(&surface.at(*place));
+        Ok(Self {
+            answers: nodes.iter().flat_map(answer).collect(),
+            nodes,
             value: vec![0.0; surface.width],
             slope: [vec![0.0; surface.width], vec![0.0; surface.width]],
             map,
-        }
+        })
     }
 
     /// The place that the frame speaks for.
@@ -272,14 +300,14 @@ impl PositionEstimator {
         for _ in 0..STEPS {
             let (gradient, normal) = self.normal(&white);
             let step = newton_step(gradient, normal);
+            let small = |a: usize| step[a].abs() < SETTLED * self.map.surface.step[a];
+            if small(0) && small(1) {
+                break;
+            }
             let Some((next, lower)) = self.descend(&white, place, step, misfit) else {
                 break;
             };
-            let moved: [f64; 2] = std::array::from_fn(|a| (next[a] - place[a]).abs());
             (place, misfit) = (next, lower);
-            if (0..2).all(|a| moved[a] < SETTLED * self.map.surface.step[a]) {
-                break;
-            }
         }
         self.misfit(&white, place);
         let (_, normal) = self.normal(&white);
@@ -288,7 +316,8 @@ impl PositionEstimator {
 
     fn nearest_node(&self, white: &[f32]) -> [f64; 2] {
         let mut best = (f32::INFINITY, self.map.surface.corner);
-        for (place, answer) in &self.nodes {
+        let answers = self.answers.chunks_exact(white.len().max(1));
+        for (place, answer) in self.nodes.iter().zip(answers) {
             let distance = squared_distance(answer, white);
             if distance < best.0 {
                 best = (distance, *place);
@@ -393,9 +422,10 @@ fn padded(row: &[f64]) -> Vec<f32> {
 fn squared_distance(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0f32; 8];
     for (a, b) in a.chunks_exact(8).zip(b.chunks_exact(8)) {
-        for i in 0..8 {
-            sums[i] += (a[i] - b[i]) * (a[i] - b[i]);
-        }
+        let terms = a.iter().zip(b);
+        sums.iter_mut()
+            .zip(terms)
+            .for_each(|(sum, (a, b))| *sum += (a - b) * (a - b));
     }
     sums.iter().sum()
 }

@@ -138,6 +138,16 @@ impl Ridge {
         })
     }
 
+    /// Whether a map from a file is one of `features` features.
+    pub(super) fn is_sound(&self, features: usize) -> bool {
+        self.weights.len() == features
+            && self.inverse_factor.len() == features * (features + 1) / 2
+            && self.weights.iter().all(|weight| weight.is_finite())
+            && self.inverse_factor.iter().all(|entry| entry.is_finite())
+            && self.noise_variance > 0.0
+            && self.noise_variance.is_finite()
+    }
+
     /// Mean of the target for one row of features.
     pub fn mean(&self, features: &[f64]) -> f64 {
         dot(&self.weights, features)
@@ -197,9 +207,10 @@ fn dot_short(a: &[f32], b: &[f32]) -> f32 {
         .map(|(a, b)| a * b)
         .sum();
     for (a, b) in a_chunks.zip(b_chunks) {
-        for i in 0..8 {
-            sums[i] += a[i] * b[i];
-        }
+        let terms = a.iter().zip(b);
+        sums.iter_mut()
+            .zip(terms)
+            .for_each(|(sum, (a, b))| *sum += a * b);
     }
     sums.iter().sum::<f32>() + rest
 }

@@ -54,7 +54,7 @@ impl Series {
         let mut column = 1;
         for cell in content.split(',') {
             let number: Option<f64> = cell.trim().parse().ok();
-            let valid = number.filter(|n| !n.is_infinite() && !(row.is_empty() && n.is_nan()));
+            let valid = number.filter(|n| n.is_finite() || (n.is_nan() && !row.is_empty()));
             let Some(number) = valid else {
                 let shown: String = cell.trim().chars().take(QUOTED).collect();
                 let width = cell.chars().count();

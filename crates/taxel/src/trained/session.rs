@@ -82,7 +82,8 @@ impl Session {
 
     /// By how much the scale comes after the sensor, s: the offset among
     /// `offsets` after which a linear map explains held-out blocks of the
-    /// force best.
+    /// force best. Creep and hysteresis of the body turn the phase as well: the
+    /// offset is what the map wants, and not the delay of the scale alone.
     ///
     /// # Errors
     /// [`TrainingError`] without a scale or with too few readings.

@@ -131,6 +131,19 @@ impl Surface {
         }
     }
 
+    /// Whether a surface from a file is one.
+    pub(super) fn is_sound(&self) -> bool {
+        let most = 1 << 12;
+        self.intervals
+            .iter()
+            .all(|count| (1..=most).contains(count))
+            && self.step.iter().all(|step| *step > 0.0 && step.is_finite())
+            && self.corner.iter().all(|corner| corner.is_finite())
+            && self.width > 0
+            && self.coefficients.len() == self.unknowns() * self.width
+            && self.coefficients.iter().all(|c| c.is_finite())
+    }
+
     /// Number of coefficients of one function.
     pub fn unknowns(&self) -> usize {
         (self.intervals[0] + 3) * self.columns()
@@ -142,17 +155,14 @@ impl Surface {
 
     /// The interval of a place along x and y, its weights and their slopes (1/m).
     fn local(&self, place: [f64; 2]) -> ([usize; 2], [[f64; 4]; 2], [[f64; 4]; 2]) {
-        let mut cell = [0; 2];
-        let (mut weights, mut slopes) = ([[0.0; 4]; 2], [[0.0; 4]; 2]);
-        for axis in 0..2 {
+        let [x, y] = [0, 1].map(|axis| {
             let last = self.intervals[axis] - 1;
             let at = (place[axis] - self.corner[axis]) / self.step[axis];
-            cell[axis] = (at.max(0.0) as usize).min(last);
-            let (w, s) = basis(at - cell[axis] as f64);
-            weights[axis] = w;
-            slopes[axis] = s.map(|slope| slope / self.step[axis]);
-        }
-        (cell, weights, slopes)
+            let cell = (at.max(0.0) as usize).min(last);
+            let (weights, slopes) = basis(at - cell as f64);
+            (cell, weights, slopes.map(|slope| slope / self.step[axis]))
+        });
+        ([x.0, y.0], [x.1, y.1], [x.2, y.2])
     }
 
     /// Numbers of the sixteen coefficients of an interval.
@@ -257,7 +267,7 @@ impl Banded {
             for j in i.saturating_sub(self.band)..i {
                 subtract(&mut row, &right[j * width..], self.rows[self.at(i, j)]);
             }
-            row.iter_mut().for_each(|r| *r /= self.rows[self.at(i, i)]);
+            divide(&mut row, self.rows[self.at(i, i)]);
             right[i * width..(i + 1) * width].copy_from_slice(&row);
         }
         for i in (0..self.size).rev() {
@@ -265,9 +275,15 @@ impl Banded {
             for j in i + 1..(i + self.band + 1).min(self.size) {
                 subtract(&mut row, &right[j * width..], self.rows[self.at(j, i)]);
             }
-            row.iter_mut().for_each(|r| *r /= self.rows[self.at(i, i)]);
+            divide(&mut row, self.rows[self.at(i, i)]);
             right[i * width..(i + 1) * width].copy_from_slice(&row);
         }
+    }
+}
+
+fn divide(row: &mut [f64], divisor: f64) {
+    for value in row {
+        *value /= divisor;
     }
 }
 
