@@ -182,11 +182,10 @@ impl Surface {
             let (i, j) = (k / 4, k % 4);
             let (w, x, y) = (wx[i] * wy[j], sx[i] * wy[j], wx[i] * sy[j]);
             let row = &self.coefficients[at * self.width..(at + 1) * self.width];
-            let out = value.iter_mut().zip(&mut *slope_x).zip(&mut *slope_y);
-            for (c, ((v, dx), dy)) in row.iter().zip(out) {
-                *v += w * c;
-                *dx += x * c;
-                *dy += y * c;
+            for (function, c) in row.iter().enumerate() {
+                value[function] += w * c;
+                slope_x[function] += x * c;
+                slope_y[function] += y * c;
             }
         }
     }
