@@ -312,6 +312,17 @@ fn microseconds(frames: usize, mut estimate: impl FnMut(usize) -> f64) -> f64 {
 
 // ------------------------------------------------------------------- force
 
+/// What is tried for forces, with the offset that the training runs want.
+fn options_of(training: &[Session]) -> Shown<Vec<ForceOptions>> {
+    let offsets: Vec<f64> = (-5..=15).map(|i| f64::from(i) * 0.1).collect();
+    let mut mean = 0.0;
+    for session in training {
+        mean += shown(session.scale_offset(&offsets))? / training.len() as f64;
+    }
+    let tried = candidates((mean * 10.0).round() / 10.0);
+    Ok(tried.into_iter().map(|(_, options)| options).collect())
+}
+
 /// What is tried for forces.
 fn candidates(offset: f64) -> Vec<(String, ForceOptions)> {
     let memories: [(&str, &[f64], &[f64]); 5] = [
@@ -456,7 +467,7 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
         line(name, *score, 1.0, note);
     }
     head("Force, last half of the last run held out [N]", "rms");
-    last_half(&sessions, &options, page)?;
+    last_half(&sessions, page)?;
     if runs.len() > 1 {
         head("Force, one run held out, trained on the others [N]", "rms");
     }
@@ -465,7 +476,7 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
             .filter(|i| *i != held)
             .map(|i| sessions[i].clone())
             .collect();
-        let (map, _) = shown(ForceMap::choose(&others, &options))?;
+        let (map, _) = shown(ForceMap::choose(&others, &options_of(&others)?))?;
         test(&map, &run.session)?.show(&format!("test on {}", run.name));
     }
     let mut estimator = shown(ForceEstimator::new(map.clone(), first.baseline()))?;
@@ -483,7 +494,7 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
 }
 
 /// The last run's second half is the test; memory runs through.
-fn last_half(sessions: &[Session], options: &[ForceOptions], page: &mut Figure) -> Shown<()> {
+fn last_half(sessions: &[Session], page: &mut Figure) -> Shown<()> {
     let Some((last, before)) = sessions.split_last() else {
         return Ok(());
     };
@@ -499,13 +510,17 @@ fn last_half(sessions: &[Session], options: &[ForceOptions], page: &mut Figure) 
         force.rows()[..count].to_vec(),
     );
     training.push(first_half);
+    let options = options_of(&training)?;
     let memoryless: Vec<ForceOptions> = options
         .iter()
         .filter(|o| o.memory == MemoryLaw::default())
         .cloned()
         .collect();
     let mut curves = Vec::new();
-    for (name, options) in [("without memory", &memoryless[..]), ("chosen", options)] {
+    for (name, options) in [
+        ("without memory", &memoryless[..]),
+        ("chosen", &options[..]),
+    ] {
         let (map, _) = shown(ForceMap::choose(&training, options))?;
         let mut tested = test(&map, last)?;
         let begin = tested.times.partition_point(|t| *t < half);
