@@ -27,6 +27,7 @@ pub mod summary;
 mod svg;
 pub mod table;
 mod toml_input;
+pub mod trained;
 pub mod transduction;
 
 pub use input::{InputError, Place};

@@ -1,0 +1,118 @@
+//! Maps learned from recordings, for devices without a physical model.
+//!
+//! The models of [`crate::transduction`] know from the drawing what a device
+//! answers; calibration only corrects their parameters. Some devices have no
+//! such drawing: magnetometers under a printed lattice, arrays bought without
+//! papers. For those the map from channels to touch is learned from presses
+//! of known place and force, and what it is worth is learned with it: every
+//! estimate has a deviation, measured on blocks of time that training did not
+//! see, and a frame unlike all training frames is marked as such. It stands
+//! beside the physical models because nothing of it follows from physics: it
+//! holds for the device, the range and the speeds it was trained with.
+//!
+//! [`Series`] and [`Session`] bring recordings to one time, [`PositionMap`]
+//! says where a probe of fixed depth presses, [`ForceMap`] how hard, with the
+//! memory of a creeping body. `docs/theory/trained-maps.md` has the equations
+//! and what the maps reach on real recordings.
+
+mod blocks;
+mod force;
+mod gaussian_process;
+mod hysteresis;
+mod memory;
+mod nearest;
+mod polynomial;
+mod position;
+mod ridge;
+mod series;
+mod session;
+mod surface;
+
+pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
+pub use force::{ForceEstimator, ForceMap, ForceOptions, Intervals, TrainingRun};
+pub use gaussian_process::{GaussianProcess, Kernel};
+pub use hysteresis::{HysteresisOperator, Play, PrandtlIshlinskii};
+pub use memory::MemoryLaw;
+pub use nearest::Nearest;
+pub use polynomial::{Polynomial, Standard};
+pub use position::{PositionEstimate, PositionEstimator, PositionMap, PositionOptions};
+pub use ridge::{Moments, Ridge};
+pub use series::Series;
+pub use session::{STANDARD_GRAVITY, Session};
+pub use surface::Surface;
+
+use serde::Serialize;
+
+/// What an estimate rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Support {
+    /// The frame is like those of training.
+    Trained,
+    /// The frame is unlike all frames of training: the deviation is large, and
+    /// still a guess.
+    Outside,
+}
+
+/// One estimated quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Value, in the unit of the training target.
+    pub value: f64,
+    /// Its standard deviation, in the same unit.
+    pub deviation: f64,
+    /// Whether training saw such frames.
+    pub support: Support,
+}
+
+/// Why there is no map or no estimate.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainingError {
+    /// Not enough rows are left.
+    #[error("{found} usable rows, at least {needed} are needed")]
+    TooFew {
+        /// Rows found.
+        found: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// Features that depend on each other.
+    #[error("the {features} features depend on each other: use a stronger prior")]
+    Dependent {
+        /// Number of features.
+        features: usize,
+    },
+    /// A sum of weights that is not positive.
+    #[error("hysteresis of slope {slope} has no inverse: all slopes must be positive")]
+    NoInverse {
+        /// The slope.
+        slope: f64,
+    },
+    /// Frames of another number of channels.
+    #[error("a frame has {found} channels, the map was trained with {expected}")]
+    Channels {
+        /// Channels of the frame.
+        found: usize,
+        /// Channels of the map.
+        expected: usize,
+    },
+    /// A channel without a reading.
+    #[error("channel {channel} (from 1) has no reading, and the map needs it")]
+    Dead {
+        /// The channel, counted from 1.
+        channel: usize,
+    },
+    /// A map from a file whose parts do not belong together.
+    #[error("the table `{table}` of the trained map does not fit the others: train it again")]
+    Unsound {
+        /// Its key.
+        table: &'static str,
+    },
+    /// All channels are constant.
+    #[error("no channel changes: there is nothing to learn from")]
+    NoSignal,
+    /// Presses in one place or along one line.
+    #[error("the presses span {0:.3e} m by {1:.3e} m: positions need an area")]
+    NoArea(f64, f64),
+}

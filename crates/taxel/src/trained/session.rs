@@ -1,0 +1,127 @@
+//! A sensor and the motion stage that pressed it, each at its own times.
+
+use super::ridge::{Moments, Ridge};
+use super::{Series, TrainingError, blocks_of_time};
+use crate::InputError;
+
+/// Standard acceleration of gravity, m/s²: grams of a scale to newtons.
+pub const STANDARD_GRAVITY: f64 = 9.80665;
+/// What the scale of a stage writes when it has nothing new.
+const NO_READING: f64 = -1.0;
+/// A stage has begun to move beyond this distance from its start, m.
+const MOVED: f64 = 1e-6;
+/// Frames of a baseline, at least and at most.
+const BASELINE_FRAMES: [usize; 2] = [5, 50];
+
+/// A recording of a sensor with the readings of its stage.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// Channels of the sensor, raw.
+    pub sensor: Series,
+    /// Place of the probe (x, y, z), m.
+    pub place: Series,
+    /// Force of the probe, N, at the times of new readings; `None` without a scale.
+    pub force: Option<Series>,
+}
+
+impl Session {
+    /// Joins `sensor` with the readings of the stage: x, y, z in mm and, where
+    /// it has a scale, its reading in grams (−1: nothing new).
+    ///
+    /// # Errors
+    /// [`InputError`] about `file`, the file of the stage, when its rows have
+    /// another number of columns or the two do not overlap in time.
+    pub fn new(file: &str, sensor: Series, stage: &Series) -> Result<Self, InputError> {
+        if !matches!(stage.width(), 3 | 4) {
+            let message = format!("a row has {} numbers beside the time", stage.width());
+            return Err(InputError::whole(file, message)
+                .help("give time [s], x, y, z [mm] and, if there is a scale, its reading [g]"));
+        }
+        let ends = |series: &Series| [series.times()[0], series.times()[series.times().len() - 1]];
+        let (sensor_ends, stage_ends) = (ends(&sensor), ends(stage));
+        if sensor_ends[0] > stage_ends[1] || stage_ends[0] > sensor_ends[1] {
+            let message = format!(
+                "the stage moved from {} s to {} s, the sensor was read from {} s to {} s",
+                stage_ends[0], stage_ends[1], sensor_ends[0], sensor_ends[1]
+            );
+            return Err(InputError::whole(file, message).help("give two files of one recording"));
+        }
+        let place = |row: &Vec<f64>| row[..3].iter().map(|mm| mm * 1e-3).collect();
+        let places = stage.rows().iter().map(place).collect();
+        let readings = stage
+            .times()
+            .iter()
+            .zip(stage.rows())
+            .filter_map(|(time, row)| {
+                let grams = row.get(3).filter(|g| g.is_finite() && **g != NO_READING)?;
+                Some((*time, vec![grams * 1e-3 * STANDARD_GRAVITY]))
+            });
+        let (times, forces): (Vec<_>, Vec<_>) = readings.unzip();
+        Ok(Self {
+            sensor,
+            place: Series::new(stage.times().to_vec(), places)
+                .ok_or_else(|| InputError::whole(file, "the times do not rise"))?,
+            force: Series::new(times, forces).filter(|force| force.times().len() > 1),
+        })
+    }
+
+    /// Mean of the frames before the probe began to move: the sensor without
+    /// contact. At most 50 frames, and at least 5, as a pause may be missing.
+    pub fn baseline(&self) -> Vec<f64> {
+        let start = &self.place.rows()[0];
+        let moved = |row: &Vec<f64>| row.iter().zip(start).any(|(a, b)| (a - b).abs() > MOVED);
+        let begin = self.place.rows().iter().position(moved);
+        let begin = begin.map_or(f64::INFINITY, |row| self.place.times()[row]);
+        let still = self.sensor.times().partition_point(|time| *time < begin);
+        let [least, most] = BASELINE_FRAMES;
+        let frames = &self.sensor.rows()[..still.clamp(least, most).min(self.sensor.rows().len())];
+        (0..self.sensor.width())
+            .map(|c| frames.iter().map(|row| row[c]).sum::<f64>() / frames.len() as f64)
+            .collect()
+    }
+
+    /// By how much the scale comes after the sensor, s: the offset among
+    /// `offsets` after which a linear map explains held-out blocks of the
+    /// force best. Creep and hysteresis of the body turn the phase as well: the
+    /// offset is what the map wants, and not the delay of the scale alone.
+    ///
+    /// # Errors
+    /// [`TrainingError`] without a scale or with too few readings.
+    pub fn scale_offset(&self, offsets: &[f64]) -> Result<f64, TrainingError> {
+        let mut best = (f64::INFINITY, 0.0);
+        for offset in offsets {
+            let misfit = self.linear_misfit(*offset)?;
+            if misfit < best.0 {
+                best = (misfit, *offset);
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// Mean square held-out error of a linear map at `offset`.
+    fn linear_misfit(&self, offset: f64) -> Result<f64, TrainingError> {
+        const BLOCKS: usize = 10;
+        let baseline = self.baseline();
+        let reach = self.sensor.longest_step();
+        let force = self.force.as_ref();
+        let (rows, target): (Vec<_>, Vec<_>) = force
+            .into_iter()
+            .flat_map(|force| force.times().iter().zip(force.rows()))
+            .filter_map(|(time, force)| {
+                let frame = self.sensor.at(time - offset, reach)?;
+                let tared = frame.iter().zip(&baseline).map(|(a, b)| a - b);
+                let row: Vec<f64> = [1.0].into_iter().chain(tared).collect();
+                row.iter().all(|v| v.is_finite()).then_some((row, force[0]))
+            })
+            .unzip();
+        let all = Moments::of(&rows, &target)?;
+        let mut misfit = 0.0;
+        for block in blocks_of_time(rows.len(), BLOCKS) {
+            let part = Moments::of(&rows[block.clone()], &target[block.clone()])?;
+            let ridge = Ridge::fit(&all.without(&part), 1e-2)?;
+            let error = |row: usize| (ridge.mean(&rows[row]) - target[row]).powi(2);
+            misfit += block.map(error).sum::<f64>();
+        }
+        Ok(misfit / rows.len() as f64)
+    }
+}
