@@ -82,6 +82,9 @@ pub enum Continue {
 /// greatest bound.
 const BOUND: f64 = 1e-3;
 
+/// An iteration whose energy has grown so many times over that of the step is lost.
+const LOST: f64 = 10.0;
+
 /// Points of the greatest stress that are looked at after a failure.
 const SUSPECTS: usize = 100;
 
@@ -467,6 +470,9 @@ impl Solver {
                 return Err(Reason::NotANumber);
             }
             energies.push(energy);
+            if iteration > 3 && energy > LOST * first.max(self.scale) {
+                break;
+            }
             first = first.max(energy);
             // A good start has little to fall; it must not end before it has begun.
             let scale = first.max(0.03 * self.scale);
