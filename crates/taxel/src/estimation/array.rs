@@ -1,6 +1,7 @@
 //! Frames of an array of three-axis units to touch.
 
-use super::contact::{Cell, Contact, Segmentation};
+use super::contact::{Cell, Contact};
+use super::segmentation::Segmentation;
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::{Calibration, RestCapture, RestRefused};
@@ -231,7 +232,8 @@ impl Estimator {
             return Err(FrameError::Quantity { found: quantity });
         }
         let taxels = calibration.layout.taxels();
-        let segmentation = Segmentation::new(calibration.layout.rows, calibration.layout.columns);
+        let layout = &calibration.layout;
+        let segmentation = Segmentation::new(layout.rows, layout.columns, layout.pitch);
         let mut estimator = Self {
             relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
             pause: vec![0.0; taxels],
@@ -470,6 +472,8 @@ impl Estimator {
                 f64::NAN
             };
             cell.deviation = taxel.covariance[2][2].sqrt();
+            cell.force_covariance = taxel.covariance;
+            cell.state = taxel.state;
             cell.threshold = floor.max(self.options.contact_deviations * cell.deviation);
         }
         let cell = |index: usize| self.cells[index];
@@ -507,6 +511,8 @@ fn empty_cell(position: [f64; 2]) -> Cell {
         deviation: f64::NAN,
         threshold: f64::NAN,
         force: [f64::NAN; 3],
+        force_covariance: [[f64::NAN; 3]; 3],
+        state: State::Masked,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Frames of a pressure map: what they have without a three-axis calibration.
 
-use super::contact::{Cell, Contact, Segmentation};
+use super::contact::{Cell, Contact, normal_only};
+use super::segmentation::Segmentation;
 use super::{FrameError, State};
 use crate::acquisition::{Frame, Quantity, Stream};
 
@@ -47,6 +48,9 @@ impl MapEstimator {
             segmentation: Segmentation::new(
                 stream.rows,
                 stream.columns * stream.channels_per_taxel,
+                stream
+                    .pitch
+                    .map_or([1.0; 2], |[down, across]| [across, down]),
             ),
             rest: vec![0.0; cells],
             capture: None,
@@ -156,12 +160,11 @@ impl MapEstimator {
                 deviation: f64::NAN,
                 threshold,
                 force: [0.0, 0.0, values[index] * area],
+                force_covariance: normal_only(f64::NAN),
+                state: self.touch.states[index],
             }
         };
         let centre = self.segmentation.run(cell, &mut self.touch.contacts);
         self.touch.centre_of_pressure = centre.map(|(centre, _)| centre);
-        for contact in &mut self.touch.contacts {
-            contact.covariance = [f64::NAN; 3];
-        }
     }
 }

@@ -8,6 +8,7 @@ mod crossed_channels;
 mod event;
 mod in_plane;
 mod map;
+mod segmentation;
 mod signal;
 mod unit;
 
