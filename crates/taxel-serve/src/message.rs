@@ -399,6 +399,7 @@ mod tests {
                 peak_taxel: 0,
                 bound: None,
             }],
+            regions: vec![Some(0), None],
         };
         let mut continuity = Continuity::default();
         (continuity.lost, continuity.late, continuity.duplicate) = (1, 2, 3);

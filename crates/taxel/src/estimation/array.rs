@@ -120,6 +120,8 @@ pub struct Touch {
     pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
     /// Contact regions, strongest first.
     pub contacts: Vec<Contact>,
+    /// Index of the contact of each taxel, row by row.
+    pub regions: Vec<Option<u32>>,
     /// Taxels whose force is not part of the totals and contacts, because it is
     /// known to be wrong (inconsistent, not converged) or there is none.
     pub left_out: usize,
@@ -478,6 +480,7 @@ impl Estimator {
         }
         let cell = |index: usize| self.cells[index];
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+        self.segmentation.label(&mut self.touch.regions);
     }
 }
 
@@ -534,6 +537,7 @@ fn empty_touch(taxels: usize) -> Touch {
         total_covariance: [[0.0; 3]; 3],
         centre_of_pressure: None,
         contacts: Vec::new(),
+        regions: Vec::new(),
         left_out: taxels,
         clipped: 0,
         history_uncertain: false,

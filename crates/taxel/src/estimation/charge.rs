@@ -223,6 +223,7 @@ impl ChargeEstimator {
         let centre = self.segmentation.run(cell, &mut contacts);
         self.touch.contacts = contacts;
         self.touch.centre_of_pressure = centre;
+        self.segmentation.label(&mut self.touch.regions);
     }
 
     fn capture_frame(&mut self) -> RestEnd {

@@ -217,6 +217,7 @@ impl CrossedChannels {
             }
         };
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+        self.segmentation.label(&mut self.touch.regions);
     }
 
     fn capture_frame(&mut self, values: &[f64]) -> RestEnd {

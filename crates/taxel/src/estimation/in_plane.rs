@@ -152,6 +152,7 @@ impl InPlaneEstimator {
             }
         };
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+        self.segmentation.label(&mut self.touch.regions);
     }
 }
 

@@ -28,6 +28,8 @@ pub struct MapTouch {
     /// Contact regions, strongest first; the covariance is not known (`NaN`),
     /// and the force is (0, 0, Σ).
     pub contacts: Vec<Contact>,
+    /// Index of the contact of each taxel, row by row.
+    pub regions: Vec<Option<u32>>,
 }
 
 /// Turns frames of a pressure map into contacts and totals.
@@ -63,6 +65,7 @@ impl MapEstimator {
                 force: None,
                 centre_of_pressure: None,
                 contacts: Vec::new(),
+                regions: Vec::new(),
             },
             stream: stream.clone(),
         }
@@ -166,5 +169,6 @@ impl MapEstimator {
         };
         let centre = self.segmentation.run(cell, &mut self.touch.contacts);
         self.touch.centre_of_pressure = centre.map(|(centre, _)| centre);
+        self.segmentation.label(&mut self.touch.regions);
     }
 }

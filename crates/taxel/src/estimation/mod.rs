@@ -1,6 +1,7 @@
 //! Frames to touch: the inverse of the model that a calibration carries.
 
 mod array;
+mod assignment;
 mod charge;
 mod contact;
 mod continuity;
@@ -8,8 +9,10 @@ mod crossed_channels;
 mod event;
 mod in_plane;
 mod map;
+mod motion;
 mod segmentation;
 mod signal;
+mod tracking;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
@@ -25,4 +28,5 @@ pub use map::{MapEstimator, MapTouch};
 pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };
+pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

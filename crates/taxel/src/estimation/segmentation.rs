@@ -58,11 +58,12 @@ impl Segmentation {
         }
     }
 
-    /// The contact of each cell, an index into the contacts of the last run.
-    pub(super) fn labels(&self) -> impl Iterator<Item = Option<u32>> {
-        self.labels
-            .iter()
-            .map(|label| (*label != NONE).then_some(*label))
+    /// Writes the contact of each cell, an index into the contacts of the last
+    /// run.
+    pub(super) fn label(&self, regions: &mut Vec<Option<u32>>) {
+        regions.clear();
+        let label = |label: &u32| (*label != NONE).then_some(*label);
+        regions.extend(self.labels.iter().map(label));
     }
 
     /// Writes the contacts, strongest first, and returns the centre and

@@ -49,7 +49,8 @@ fn corners_connect_and_gaps_divide() {
     );
     assert_eq!(found[0].peak_taxel, 11);
     assert_eq!(found[1].area, 2.0);
-    let labels: Vec<_> = segmentation.labels().collect();
+    let mut labels = Vec::new();
+    segmentation.label(&mut labels);
     assert_eq!([0, 3, 5, 11].map(|i| labels[i]), [1, 2, 1, 0].map(Some));
     let centre = all.unwrap().0;
     // Rounding of sums of three.
