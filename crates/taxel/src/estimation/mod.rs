@@ -7,11 +7,14 @@ mod contact;
 mod continuity;
 mod crossed_channels;
 mod event;
+mod force_history;
 mod in_plane;
 mod map;
 mod motion;
 mod segmentation;
 mod signal;
+mod slip;
+mod touch_event;
 mod tracking;
 mod unit;
 
@@ -23,10 +26,13 @@ pub use crossed_channels::{
     ChannelRestRefused, ChannelState, ChannelTouch, CrossedChannels, CrossedOptions, TaxelPressure,
 };
 pub use event::Event;
+pub use force_history::HistoryOptions;
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };
+pub use slip::{Slip, SlipEstimator, SlipOptions};
+pub use touch_event::{TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents};
 pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
