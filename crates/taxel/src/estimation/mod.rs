@@ -2,6 +2,7 @@
 
 mod array;
 mod assignment;
+mod baseline;
 mod charge;
 mod contact;
 mod continuity;
@@ -9,6 +10,7 @@ mod crossed_channels;
 mod event;
 mod force_history;
 mod in_plane;
+mod localisation;
 mod map;
 mod motion;
 mod segmentation;
@@ -19,6 +21,7 @@ mod tracking;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
+pub use baseline::{Baseline, BaselineOptions, Change, Why};
 pub use charge::{ChargeEstimator, ChargeEstimatorOptions, ChargeModel};
 pub use contact::Contact;
 pub use continuity::Continuity;
@@ -28,6 +31,7 @@ pub use crossed_channels::{
 pub use event::Event;
 pub use force_history::HistoryOptions;
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
+pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
