@@ -9,6 +9,7 @@ mod continuity;
 mod crossed_channels;
 mod event;
 mod force_history;
+mod health;
 mod in_plane;
 mod localisation;
 mod map;
@@ -16,6 +17,7 @@ mod motion;
 mod segmentation;
 mod signal;
 mod slip;
+mod swap;
 mod touch_event;
 mod tracking;
 mod unit;
@@ -30,6 +32,9 @@ pub use crossed_channels::{
 };
 pub use event::Event;
 pub use force_history::HistoryOptions;
+pub use health::{
+    ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
+};
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
@@ -37,6 +42,7 @@ pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };
 pub use slip::{Slip, SlipEstimator, SlipOptions};
+pub use swap::swapped;
 pub use touch_event::{TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents};
 pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
