@@ -96,7 +96,10 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
             .collect(),
         pitch: layout.pitch,
     };
-    println!("{}, {PRESSES} presses of 1 N, rms error of the place", sensor.name);
+    println!(
+        "{}, {PRESSES} presses of 1 N, rms error of the place",
+        sensor.name
+    );
     for radius in [1.5e-3, 2.3e-3, 2.9e-3, 3.6e-3, 5e-3] {
         let mut random = ChaCha8Rng::seed_from_u64(2);
         let places: Vec<[f64; 2]> = (0..PRESSES)
@@ -119,9 +122,14 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
             }
             (1e3 * (squares / f64::from(found)).sqrt(), found)
         };
+        let noise: Vec<f64> = profiles
+            .iter()
+            .map(|[forces, deviations]| forces.iter().copied().fold(0.0, f64::max) / deviations[0])
+            .collect();
+        let noise = noise.iter().sum::<f64>() / noise.len() as f64;
         let ((fitted, found), (centre, _)) = (rms(&fit), rms(&centroid));
         println!(
-            "  radius {:.1} mm: profile {fitted:.3} mm ({found} placed), centroid {centre:.3} mm",
+            "  radius {:.1} mm: profile {fitted:.3} mm ({found} placed), centroid {centre:.3} mm, signal over noise {noise:.0}",
             radius * 1e3
         );
     }
@@ -153,18 +161,40 @@ fn profiles(
     let mut twin = Twin::new(sensor, &script, 3)?;
     let model = sensor.piezoelectric()?.model();
     let mut estimator = ChargeEstimator::new(model, ChargeEstimatorOptions::default());
+    // Over 40 ms of the hold; the smoothing of 5 ms leaves eight independent
+    // readings in it.
+    // What earlier presses left is taken off: the profile is a change.
+    let mut before = vec![0.0; estimator.meaning().rows * estimator.meaning().columns];
+    let mut sums = vec![0.0; estimator.meaning().rows * estimator.meaning().columns];
+    let mut count = 0.0;
     let mut found = Vec::new();
     while found.len() < places.len() {
         let Delivery::Frame(frame) = twin.next_delivery() else {
             continue;
         };
         let (touch, _) = estimator.push(&frame)?;
-        let top = PRESS * found.len() as f64 + 0.13;
-        if frame.time_ns as f64 * 1e-9 >= top {
-            found.push([
-                touch.taxels.iter().map(|taxel| taxel.value).collect(),
-                touch.taxels.iter().map(|taxel| taxel.deviation).collect(),
-            ]);
+        let time = frame.time_ns as f64 * 1e-9 - PRESS * found.len() as f64;
+        if time < 0.045 {
+            before.clear();
+            before.extend(touch.taxels.iter().map(|taxel| taxel.value));
+        }
+        if time < 0.09 {
+            continue;
+        }
+        for (sum, taxel) in sums.iter_mut().zip(&touch.taxels) {
+            *sum += taxel.value;
+        }
+        count += 1.0;
+        if time >= 0.13 {
+            let deviation = estimator.deviation() / 8f64.sqrt();
+            let forces: Vec<f64> = sums
+                .iter()
+                .zip(&before)
+                .map(|(sum, before)| sum / count - before)
+                .collect();
+            found.push([forces, vec![deviation; sums.len()]]);
+            sums.fill(0.0);
+            count = 0.0;
         }
     }
     Ok(found)
