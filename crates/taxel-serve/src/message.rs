@@ -391,10 +391,15 @@ mod tests {
                 taxels: 1,
                 centre: [0.25, -0.5],
                 covariance: [f64::NAN; 3],
+                area: 1.0,
                 force: [0.0, 0.0, 1.5],
+                force_covariance: [[f64::NAN; 3]; 3],
+                torsion: 0.0,
                 peak: 1.5,
                 peak_taxel: 0,
+                bound: None,
             }],
+            regions: vec![Some(0), None],
         };
         let mut continuity = Continuity::default();
         (continuity.lost, continuity.late, continuity.duplicate) = (1, 2, 3);

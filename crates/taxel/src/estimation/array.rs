@@ -1,6 +1,7 @@
 //! Frames of an array of three-axis units to touch.
 
-use super::contact::{Cell, Contact, Segmentation};
+use super::contact::{Cell, Contact};
+use super::segmentation::Segmentation;
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::{Calibration, RestCapture, RestRefused};
@@ -119,6 +120,8 @@ pub struct Touch {
     pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
     /// Contact regions, strongest first.
     pub contacts: Vec<Contact>,
+    /// Index of the contact of each taxel, row by row.
+    pub regions: Vec<Option<u32>>,
     /// Taxels whose force is not part of the totals and contacts, because it is
     /// known to be wrong (inconsistent, not converged) or there is none.
     pub left_out: usize,
@@ -231,7 +234,8 @@ impl Estimator {
             return Err(FrameError::Quantity { found: quantity });
         }
         let taxels = calibration.layout.taxels();
-        let segmentation = Segmentation::new(calibration.layout.rows, calibration.layout.columns);
+        let layout = &calibration.layout;
+        let segmentation = Segmentation::new(layout.rows, layout.columns, layout.pitch);
         let mut estimator = Self {
             relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
             pause: vec![0.0; taxels],
@@ -470,10 +474,13 @@ impl Estimator {
                 f64::NAN
             };
             cell.deviation = taxel.covariance[2][2].sqrt();
+            cell.force_covariance = taxel.covariance;
+            cell.state = taxel.state;
             cell.threshold = floor.max(self.options.contact_deviations * cell.deviation);
         }
         let cell = |index: usize| self.cells[index];
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+        self.segmentation.label(&mut self.touch.regions);
     }
 }
 
@@ -507,6 +514,8 @@ fn empty_cell(position: [f64; 2]) -> Cell {
         deviation: f64::NAN,
         threshold: f64::NAN,
         force: [f64::NAN; 3],
+        force_covariance: [[f64::NAN; 3]; 3],
+        state: State::Masked,
     }
 }
 
@@ -528,6 +537,7 @@ fn empty_touch(taxels: usize) -> Touch {
         total_covariance: [[0.0; 3]; 3],
         centre_of_pressure: None,
         contacts: Vec::new(),
+        regions: Vec::new(),
         left_out: taxels,
         clipped: 0,
         history_uncertain: false,

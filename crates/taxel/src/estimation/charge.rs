@@ -1,7 +1,8 @@
 //! Frames of an array of charge-giving elements to force changes: the
 //! high-pass of the leak undone, with a guard against drift.
 
-use super::contact::{Cell, Contact, Segmentation};
+use super::contact::{Cell, Contact, normal_only};
+use super::segmentation::Segmentation;
 use super::{
     FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
     TaxelValue,
@@ -114,7 +115,11 @@ impl ChargeEstimator {
             last_time_ns: None,
             deviation,
             capture: None,
-            segmentation: Segmentation::new(model.layout.rows, model.layout.columns),
+            segmentation: Segmentation::new(
+                model.layout.rows,
+                model.layout.columns,
+                model.layout.pitch,
+            ),
             touch: SignalTouch::default(),
             inverse,
             step,
@@ -210,12 +215,15 @@ impl ChargeEstimator {
                 deviation: taxel.deviation,
                 threshold,
                 force: [0.0, 0.0, taxel.value],
+                force_covariance: normal_only(taxel.deviation),
+                state: taxel.state,
             }
         };
         let mut contacts: Vec<Contact> = std::mem::take(&mut self.touch.contacts);
         let centre = self.segmentation.run(cell, &mut contacts);
         self.touch.contacts = contacts;
         self.touch.centre_of_pressure = centre;
+        self.segmentation.label(&mut self.touch.regions);
     }
 
     fn capture_frame(&mut self) -> RestEnd {

@@ -1,20 +1,34 @@
-//! Contact regions: connected taxels above their threshold.
+//! One contact on the array: what its taxels say together.
+
+use super::State;
 
 /// One contact region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Number of taxels.
     pub taxels: usize,
+    /// Area of their cells on the developed surface, m².
+    pub area: f64,
     /// Centre of the normal force on the developed surface, m.
     pub centre: [f64; 2],
-    /// Covariance of the centre xx, xy, yy, m².
+    /// Covariance of the centre xx, xy, yy, m²: the noise of the taxels, what
+    /// untouched neighbours may carry, and the grid itself; `NaN` where the
+    /// noise of a taxel is not known.
     pub covariance: [f64; 3],
     /// Sum of the taxels' forces x, y, z, each in its taxel's frame, N.
     pub force: [f64; 3],
+    /// Its covariance, N².
+    pub force_covariance: [[f64; 3]; 3],
+    /// Moment about the normal through the centre, N m, right-handed about z.
+    /// The two others vanish: the centre is that of the normal force.
+    pub torsion: f64,
     /// Largest weight in the region (normal force, N).
     pub peak: f64,
     /// Index of the taxel with the largest weight.
     pub peak_taxel: usize,
+    /// The state of a taxel that gives no more than a bound (saturated, gap
+    /// closed, out of range), if there is one: the force is a least force.
+    pub bound: Option<State>,
 }
 
 /// Weight of a cell for segmentation.
@@ -30,185 +44,154 @@ pub(super) struct Cell {
     pub(super) threshold: f64,
     /// Force for the sum of the region.
     pub(super) force: [f64; 3],
+    /// Covariance of the force.
+    pub(super) force_covariance: [[f64; 3]; 3],
+    /// How far the cell can be trusted.
+    pub(super) state: State,
 }
 
-/// Finds regions of touched cells, neighbours by side or corner, without
-/// allocating once warm.
-#[derive(Debug, Clone)]
-pub(super) struct Segmentation {
-    rows: usize,
-    columns: usize,
-    visited: Vec<bool>,
-    stack: Vec<usize>,
+/// Covariance of a force that is a normal force only.
+pub(super) fn normal_only(deviation: f64) -> [[f64; 3]; 3] {
+    let mut covariance = [[0.0; 3]; 3];
+    covariance[2][2] = deviation * deviation;
+    covariance
 }
 
-/// A weighted centre with covariance, gathered cell by cell.
-#[derive(Debug, Clone, Copy, Default)]
-struct Centroid {
+/// A contact while it is gathered: first [`Gathering::add`] for all its cells,
+/// then [`Gathering::settle`], then [`Gathering::add_about_centre`] and
+/// [`Gathering::add_neighbour`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gathering {
+    pub(super) contact: Contact,
     weight: f64,
+    /// Σwx, Σwy.
     moment: [f64; 2],
-    /// Σσ², Σσ²x, Σσ²y, Σσ²xx, Σσ²xy, Σσ²yy.
-    variance: [f64; 6],
+    /// Σσ²δδᵀ about the centre, xx, xy, yy.
+    noise: [f64; 3],
+    /// Σwδδ about the centre, along x and y.
+    spread: [f64; 2],
 }
 
-impl Centroid {
-    fn add(&mut self, cell: &Cell) {
-        let [x, y] = cell.position;
+impl Default for Gathering {
+    fn default() -> Self {
+        Self {
+            contact: Contact {
+                taxels: 0,
+                area: 0.0,
+                centre: [0.0; 2],
+                covariance: [0.0; 3],
+                force: [0.0; 3],
+                force_covariance: [[0.0; 3]; 3],
+                torsion: 0.0,
+                peak: f64::NEG_INFINITY,
+                peak_taxel: 0,
+                bound: None,
+            },
+            weight: 0.0,
+            moment: [0.0; 2],
+            noise: [0.0; 3],
+            spread: [0.0; 2],
+        }
+    }
+}
+
+impl Gathering {
+    pub(super) fn add(&mut self, index: usize, cell: &Cell) {
         self.weight += cell.weight;
-        self.moment[0] += cell.weight * x;
-        self.moment[1] += cell.weight * y;
-        let variance = cell.deviation * cell.deviation;
-        for (sum, factor) in self
-            .variance
+        for axis in 0..2 {
+            self.moment[axis] += cell.weight * cell.position[axis];
+        }
+        let contact = &mut self.contact;
+        contact.taxels += 1;
+        if cell.weight > contact.peak {
+            (contact.peak, contact.peak_taxel) = (cell.weight, index);
+        }
+        for (sum, force) in contact.force.iter_mut().zip(cell.force) {
+            *sum += force;
+        }
+        let covariance = cell.force_covariance.iter().flatten();
+        for (sum, value) in contact
+            .force_covariance
             .iter_mut()
-            .zip([1.0, x, y, x * x, x * y, y * y])
+            .flatten()
+            .zip(covariance)
         {
+            *sum += value;
+        }
+        if bounds(cell.state) {
+            contact.bound = contact.bound.or(Some(cell.state));
+        }
+    }
+
+    /// Fixes the centre.
+    pub(super) fn settle(&mut self) {
+        self.contact.centre = self.moment.map(|moment| moment / self.weight);
+    }
+
+    pub(super) fn add_about_centre(&mut self, cell: &Cell) {
+        let [x, y] = self.offset(cell);
+        self.add_noise(cell.deviation * cell.deviation, [x, y]);
+        self.spread[0] += cell.weight * x * x;
+        self.spread[1] += cell.weight * y * y;
+        self.contact.torsion += x * cell.force[1] - y * cell.force[0];
+    }
+
+    /// A neighbour that is not touched may carry anything between nothing and
+    /// its threshold.
+    pub(super) fn add_neighbour(&mut self, cell: &Cell) {
+        let offset = self.offset(cell);
+        self.add_noise(cell.threshold * cell.threshold / 12.0, offset);
+    }
+
+    fn offset(&self, cell: &Cell) -> [f64; 2] {
+        std::array::from_fn(|axis| cell.position[axis] - self.contact.centre[axis])
+    }
+
+    fn add_noise(&mut self, variance: f64, [x, y]: [f64; 2]) {
+        for (sum, factor) in self.noise.iter_mut().zip([x * x, x * y, y * y]) {
             *sum += variance * factor;
         }
     }
 
-    /// Centre Σwx/Σw and its covariance Σσ²(x−x̄)(y−ȳ)/(Σw)².
-    fn finish(&self) -> ([f64; 2], [f64; 3]) {
-        let [cx, cy] = self.moment.map(|moment| moment / self.weight);
-        let [one, x, y, xx, xy, yy] = self.variance;
+    /// The contact on a grid of this pitch x, y, m.
+    pub(super) fn finish(&self, pitch: [f64; 2]) -> Contact {
+        let mut contact = self.contact;
+        contact.area = contact.taxels as f64 * pitch[0] * pitch[1];
         let square = self.weight * self.weight;
-        let covariance = [
-            (xx - 2.0 * cx * x + cx * cx * one) / square,
-            (xy - cx * y - cy * x + cx * cy * one) / square,
-            (yy - 2.0 * cy * y + cy * cy * one) / square,
-        ];
-        // Rounding can leave a variance of a single cell just below zero.
-        (
-            [cx, cy],
-            [
-                covariance[0].max(0.0),
-                covariance[1],
-                covariance[2].max(0.0),
-            ],
-        )
+        contact.covariance = self.noise.map(|sum| sum / square);
+        for (axis, place) in [(0, 0), (1, 2)] {
+            contact.covariance[place] +=
+                grid_variance(self.spread[axis] / self.weight, pitch[axis]);
+        }
+        contact
+    }
+
+    /// Sum of the weights.
+    pub(super) fn weight(&self) -> f64 {
+        self.weight
     }
 }
 
-impl Segmentation {
-    pub(super) fn new(rows: usize, columns: usize) -> Self {
-        Self {
-            rows,
-            columns,
-            visited: vec![false; rows * columns],
-            stack: Vec::new(),
-        }
-    }
-
-    /// Writes the regions into `contacts`, strongest first, and returns the
-    /// centre and covariance over all of them.
-    pub(super) fn run(
-        &mut self,
-        cell: impl Fn(usize) -> Cell,
-        contacts: &mut Vec<Contact>,
-    ) -> Option<([f64; 2], [f64; 3])> {
-        contacts.clear();
-        self.visited.fill(false);
-        let mut all = Centroid::default();
-        for seed in 0..self.visited.len() {
-            if !self.visited[seed] && touched(&cell(seed)) {
-                contacts.push(self.grow(seed, &cell, &mut all));
-            }
-        }
-        contacts.sort_by(|a, b| b.peak.total_cmp(&a.peak));
-        (all.weight > 0.0).then(|| all.finish())
-    }
-
-    fn grow(&mut self, seed: usize, cell: &impl Fn(usize) -> Cell, all: &mut Centroid) -> Contact {
-        let mut centroid = Centroid::default();
-        let mut force = [0.0; 3];
-        let (mut taxels, mut peak, mut peak_taxel) = (0, f64::NEG_INFINITY, seed);
-        self.visited[seed] = true;
-        self.stack.push(seed);
-        while let Some(at) = self.stack.pop() {
-            let here = cell(at);
-            centroid.add(&here);
-            all.add(&here);
-            for (sum, value) in force.iter_mut().zip(here.force) {
-                *sum += value;
-            }
-            taxels += 1;
-            if here.weight > peak {
-                (peak, peak_taxel) = (here.weight, at);
-            }
-            let (row, column) = (at / self.columns, at % self.columns);
-            for r in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
-                for c in column.saturating_sub(1)..=(column + 1).min(self.columns - 1) {
-                    let next = r * self.columns + c;
-                    if !self.visited[next] && touched(&cell(next)) {
-                        self.visited[next] = true;
-                        self.stack.push(next);
-                    }
-                }
-            }
-        }
-        let (centre, covariance) = centroid.finish();
-        Contact {
-            taxels,
-            centre,
-            covariance,
-            force,
-            peak,
-            peak_taxel,
-        }
-    }
+/// Whether a force in this state is no more than a bound.
+fn bounds(state: State) -> bool {
+    matches!(state, State::Saturated | State::Contact | State::OutOfRange)
 }
 
-fn touched(cell: &Cell) -> bool {
-    cell.weight > cell.threshold
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn cells(weights: &'static [f64], columns: usize) -> impl Fn(usize) -> Cell {
-        move |index| Cell {
-            position: [(index % columns) as f64, -((index / columns) as f64)],
-            weight: weights[index],
-            deviation: 0.1,
-            threshold: 0.5,
-            force: [0.0, 0.0, weights[index]],
-        }
-    }
-
-    #[test]
-    fn corners_connect_and_gaps_divide() {
-        let weights = &[
-            2.0,
-            0.0,
-            0.0,
-            1.0,
-            0.0,
-            1.0,
-            0.0,
-            0.0,
-            f64::NAN,
-            0.0,
-            0.0,
-            4.0,
-        ];
-        let mut contacts = Vec::new();
-        let all = Segmentation::new(3, 4).run(cells(weights, 4), &mut contacts);
-        assert_eq!(
-            contacts.iter().map(|c| c.taxels).collect::<Vec<_>>(),
-            [1, 2, 1]
-        );
-        assert_eq!(contacts[0].peak_taxel, 11);
-        assert_eq!(contacts[1].centre, [1.0 / 3.0, -1.0 / 3.0]);
-        assert_eq!(all.unwrap().0, [(1.0 + 3.0 + 12.0) / 8.0, -9.0 / 8.0]);
-    }
-
-    #[test]
-    fn covariance_of_a_centre_of_two_is_the_textbook_one() {
-        let mut contacts = Vec::new();
-        Segmentation::new(1, 2).run(cells(&[1.0, 3.0], 2), &mut contacts);
-        // x̄ = 3/4; var = σ²(x̄² + (1−x̄)²)/16.
-        let expected = 0.01 * (0.5625 + 0.0625) / 16.0;
-        assert!((contacts[0].covariance[0] - expected).abs() < 1e-16);
-    }
+/// Variance of a centre along one axis because cells of width `pitch` gather
+/// the load, where the weights spread by the variance `spread` about it.
+///
+/// A cell tells nothing of a place within it: a load on one cell may be
+/// anywhere in it, p²/12. A load over the border of two cells is narrower than
+/// they are and lies between the border and the centre of force: (p²/4 − s²)/3.
+/// Of a wide load the error is the first harmonic of the grid,
+/// (p/π) ĝ(2π/p) sin(2πx/p), with ĝ of a Hertzian pressure of radius a = √5 s,
+/// |ĝ(u)|² ≤ 1/(1 + u⁴/9).
+fn grid_variance(spread: f64, pitch: f64) -> f64 {
+    let square = pitch * pitch;
+    let narrow = (square / 4.0 - spread) / 3.0;
+    let load = (spread - square / 12.0).max(0.0);
+    let u = 20.0 * std::f64::consts::PI.powi(2) * load / square;
+    narrow
+        .min(square / 12.0)
+        .max(square / 12.0 / (1.0 + u * u / 9.0))
 }

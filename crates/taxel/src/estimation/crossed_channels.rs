@@ -5,7 +5,8 @@
 //! alone: two touches at (r, c) and (s, d) make the same readings as two at
 //! (r, d) and (s, c).
 
-use super::contact::{Cell, Segmentation};
+use super::contact::{Cell, normal_only};
+use super::segmentation::Segmentation;
 use super::{
     FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
     TaxelValue,
@@ -143,7 +144,7 @@ impl CrossedChannels {
             meaning: meaning(&calibration),
             channels: vec![without_resistance(ChannelState::Quiet); rows + columns],
             taxels: vec![TaxelPressure::Quiet; rows * columns],
-            segmentation: Segmentation::new(rows, columns),
+            segmentation: Segmentation::new(rows, columns, calibration.layout.pitch),
             touch: SignalTouch {
                 signals: rest.clone(),
                 rest,
@@ -211,9 +212,12 @@ impl CrossedChannels {
                 deviation: taxel.deviation,
                 threshold: 0.0,
                 force: [0.0, 0.0, taxel.value * area],
+                force_covariance: normal_only(taxel.deviation * area),
+                state: taxel.state,
             }
         };
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+        self.segmentation.label(&mut self.touch.regions);
     }
 
     fn capture_frame(&mut self, values: &[f64]) -> RestEnd {

@@ -1,6 +1,7 @@
 //! Frames of in-plane capacitive sensors to the force on each.
 
-use super::contact::{Cell, Segmentation};
+use super::contact::{Cell, normal_only};
+use super::segmentation::Segmentation;
 use super::{
     FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
     TaxelValue,
@@ -66,7 +67,11 @@ impl InPlaneEstimator {
         Ok(Self {
             drawn: calibration.clone(),
             meaning: meaning(&calibration, &inverses),
-            segmentation: Segmentation::new(calibration.layout.rows, calibration.layout.columns),
+            segmentation: Segmentation::new(
+                calibration.layout.rows,
+                calibration.layout.columns,
+                calibration.layout.pitch,
+            ),
             touch: SignalTouch {
                 signals: vec![f64::NAN; taxels],
                 rest: rest(&calibration),
@@ -142,9 +147,12 @@ impl InPlaneEstimator {
                 deviation: taxel.deviation,
                 threshold: floor.max(CONTACT_DEVIATIONS * taxel.deviation),
                 force: [0.0, 0.0, weight],
+                force_covariance: normal_only(taxel.deviation),
+                state: taxel.state,
             }
         };
         self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
+        self.segmentation.label(&mut self.touch.regions);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Frames of a pressure map: what they have without a three-axis calibration.
 
-use super::contact::{Cell, Contact, Segmentation};
+use super::contact::{Cell, Contact, normal_only};
+use super::segmentation::Segmentation;
 use super::{FrameError, State};
 use crate::acquisition::{Frame, Quantity, Stream};
 
@@ -27,6 +28,8 @@ pub struct MapTouch {
     /// Contact regions, strongest first; the covariance is not known (`NaN`),
     /// and the force is (0, 0, Σ).
     pub contacts: Vec<Contact>,
+    /// Index of the contact of each taxel, row by row.
+    pub regions: Vec<Option<u32>>,
 }
 
 /// Turns frames of a pressure map into contacts and totals.
@@ -47,6 +50,9 @@ impl MapEstimator {
             segmentation: Segmentation::new(
                 stream.rows,
                 stream.columns * stream.channels_per_taxel,
+                stream
+                    .pitch
+                    .map_or([1.0; 2], |[down, across]| [across, down]),
             ),
             rest: vec![0.0; cells],
             capture: None,
@@ -59,6 +65,7 @@ impl MapEstimator {
                 force: None,
                 centre_of_pressure: None,
                 contacts: Vec::new(),
+                regions: Vec::new(),
             },
             stream: stream.clone(),
         }
@@ -156,12 +163,12 @@ impl MapEstimator {
                 deviation: f64::NAN,
                 threshold,
                 force: [0.0, 0.0, values[index] * area],
+                force_covariance: normal_only(f64::NAN),
+                state: self.touch.states[index],
             }
         };
         let centre = self.segmentation.run(cell, &mut self.touch.contacts);
         self.touch.centre_of_pressure = centre.map(|(centre, _)| centre);
-        for contact in &mut self.touch.contacts {
-            contact.covariance = [f64::NAN; 3];
-        }
+        self.segmentation.label(&mut self.touch.regions);
     }
 }

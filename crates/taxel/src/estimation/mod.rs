@@ -1,17 +1,29 @@
 //! Frames to touch: the inverse of the model that a calibration carries.
 
 mod array;
+mod assignment;
+mod baseline;
 mod charge;
 mod contact;
 mod continuity;
 mod crossed_channels;
 mod event;
+mod force_history;
+mod health;
 mod in_plane;
+mod localisation;
 mod map;
+mod motion;
+mod segmentation;
 mod signal;
+mod slip;
+mod swap;
+mod touch_event;
+mod tracking;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
+pub use baseline::{Baseline, BaselineOptions, Change, Why};
 pub use charge::{ChargeEstimator, ChargeEstimatorOptions, ChargeModel};
 pub use contact::Contact;
 pub use continuity::Continuity;
@@ -19,9 +31,18 @@ pub use crossed_channels::{
     ChannelRestRefused, ChannelState, ChannelTouch, CrossedChannels, CrossedOptions, TaxelPressure,
 };
 pub use event::Event;
+pub use force_history::HistoryOptions;
+pub use health::{
+    ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
+};
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
+pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{
     Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };
+pub use slip::{Slip, SlipEstimator, SlipOptions};
+pub use swap::swapped;
+pub use touch_event::{TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents};
+pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

@@ -94,6 +94,8 @@ pub struct SignalTouch {
     pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
     /// Contact regions, strongest first.
     pub contacts: Vec<Contact>,
+    /// Index of the contact of each taxel, row by row.
+    pub regions: Vec<Option<u32>>,
     /// Channels whose reading was clipped.
     pub clipped: usize,
 }

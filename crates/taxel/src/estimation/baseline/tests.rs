@@ -1,0 +1,145 @@
+use super::*;
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+
+/// One channel of unit noise, 50 readings a second.
+struct Bench {
+    baseline: Baseline,
+    random: rand_chacha::ChaCha8Rng,
+    time_ns: u64,
+}
+
+impl Bench {
+    fn new(seed: u64) -> Self {
+        let mut baseline = Baseline::new(BaselineOptions::new(vec![1.0]));
+        baseline.tare(0, &[0.0]);
+        Self {
+            baseline,
+            random: rand_chacha::ChaCha8Rng::seed_from_u64(seed),
+            time_ns: 0,
+        }
+    }
+
+    /// Mean of reading less baseline over the last ten seconds of `seconds`;
+    /// `truth` is the noiseless reading at the time from the start of the run.
+    fn run(&mut self, seconds: f64, truth: impl Fn(f64) -> f64) -> f64 {
+        let steps = (50.0 * seconds) as usize;
+        let (mut sum, mut count) = (0.0, 0.0);
+        for step in 0..steps {
+            self.time_ns += 20_000_000;
+            // Twelve even numbers: variance one.
+            let noise: f64 = (0..12).map(|_| self.random.random_range(-0.5..0.5)).sum();
+            let reading = truth((step + 1) as f64 / 50.0) + noise;
+            let known = reading - self.baseline.level(0) > 6.0;
+            self.baseline.push(self.time_ns, &[reading], |_| known);
+            if step + 500 >= steps {
+                sum += reading - self.baseline.level(0);
+                count += 1.0;
+            }
+        }
+        sum / count
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// From a third of the noise to far above it, quick or gentle, of either
+    /// sign.
+    #[test]
+    fn ten_minutes_of_contact_change_the_force_by_less_than_its_deviation(
+        (size, negative) in (-1.0_f64..7.0, any::<bool>()),
+        rise in 0.05_f64..1.0,
+        seed in 0_u64..1000,
+    ) {
+        let force = size.exp() * if negative { -1.0 } else { 1.0 };
+        let mut bench = Bench::new(seed);
+        bench.run(60.0, |_| 0.0);
+        let early = bench.run(12.0, |t| force * (t / rise).min(1.0));
+        let late = bench.run(590.0, |_| force);
+        prop_assert!((late - early).abs() < 1.0, "{force}: {early} {late}");
+        prop_assert!((late - force).abs() < 1.0, "{force}: {late}");
+        // What is left behind is no more than what may pass for a drift: five
+        // deviations of the average, 0.5, and a fifth; and noise of 0.1.
+        let after = bench.run(40.0, |_| 0.0);
+        prop_assert!(after.abs() < 1.0, "{after}");
+    }
+
+    #[test]
+    fn a_slow_drift_of_the_empty_device_is_followed_within_the_stated_deviation(
+        rate in -0.01_f64..0.01,
+        seed in 0_u64..1000,
+    ) {
+        let mut bench = Bench::new(seed);
+        let mut start = 0.0;
+        for _ in 0..10 {
+            let off = bench.run(60.0, |t| start + rate * t);
+            start += rate * 60.0;
+            // The mean of 500 readings has a deviation of 0.045 of its own.
+            let stated = bench.baseline.deviation(0).hypot(0.045);
+            prop_assert!(off.abs() < 4.0 * stated, "{rate}: {off} of {stated}");
+            prop_assert!(stated < 0.5);
+        }
+        let last = bench.baseline.level(0);
+        prop_assert!((last - start).abs() < 1.0, "{last} {start}");
+        // Each deviation that it moved is on record.
+        let moves = bench.baseline.history().len();
+        prop_assert!(moves > (start.abs() - 1.0).max(0.0) as usize);
+    }
+
+    #[test]
+    fn a_contact_during_a_drift_leaves_the_drift_alone(
+        rate in -0.009_f64..0.009,
+        force in 30.0_f64..500.0,
+        seed in 0_u64..1000,
+    ) {
+        let mut bench = Bench::new(seed);
+        bench.run(100.0, |t| rate * t);
+        let level = bench.baseline.level(0);
+        bench.run(300.0, |t| rate * (100.0 + t) + force);
+        prop_assert!((bench.baseline.level(0) - level).abs() < 0.2);
+        prop_assert!(bench.baseline.held(0));
+        let hidden = bench.baseline.deviation(0);
+        prop_assert!(hidden > rate.abs() * 300.0 / 3.0, "{hidden}");
+        let after = bench.run(60.0, |t| rate * (400.0 + t));
+        prop_assert!(after.abs() < 0.6, "{rate}: {after}");
+        prop_assert!(!bench.baseline.held(0));
+    }
+}
+
+#[test]
+fn every_change_is_on_record_and_can_be_undone() {
+    let mut baseline = Baseline::new(BaselineOptions::new(vec![1.0, 1.0]));
+    baseline.tare(1, &[5.0, 6.0]);
+    let mark = baseline.history().len();
+    baseline.tare(2, &[50.0, f64::NAN]);
+    baseline.tare(3, &[60.0, 7.0]);
+    assert_eq!([baseline.level(0), baseline.level(1)], [60.0, 7.0]);
+    baseline.undo_to(4, mark);
+    assert_eq!([baseline.level(0), baseline.level(1)], [5.0, 6.0]);
+    let last = baseline.history()[baseline.history().len() - 2];
+    let expected = Change {
+        time_ns: 4,
+        channel: 0,
+        from: 60.0,
+        to: 5.0,
+        why: Why::Undone,
+    };
+    assert_eq!(last, expected);
+    // The chain of records has no gap.
+    let of_first = baseline
+        .history()
+        .iter()
+        .filter(|change| change.channel == 0);
+    let of_first: Vec<_> = of_first.collect();
+    assert!(of_first.windows(2).all(|pair| pair[0].to == pair[1].from));
+}
+
+#[test]
+fn a_pause_with_a_contact_after_it_is_not_followed() {
+    let mut bench = Bench::new(3);
+    bench.run(60.0, |_| 0.0);
+    bench.time_ns += 3_600_000_000_000;
+    let off = bench.run(60.0, |_| 3.0);
+    assert!((off - 3.0).abs() < 0.5, "{off}");
+}

@@ -1,0 +1,241 @@
+//! Touched cells of the array divided into contacts.
+
+use super::contact::{Cell, Contact, Gathering};
+
+/// A touched cell stays touched down to this share of its threshold.
+const HOLD: f64 = 0.5;
+/// Neighbouring peaks are two contacts when the lower one stands above the
+/// saddle between them by this many standard deviations of the difference ...
+const PROMINENCE_DEVIATIONS: f64 = 6.0;
+/// ... and by this share of itself: gains that differ make dips too.
+const PROMINENCE_SHARE: f64 = 0.25;
+
+/// No contact, in [`Segmentation::labels`].
+const NONE: u32 = u32::MAX;
+
+/// Finds contacts, neighbours by side or corner, without allocating once warm.
+///
+/// Touched cells are taken from the highest down. A cell next to none yet taken
+/// is a peak; one next to two peaks is their saddle, and joins them unless both
+/// are prominent (a watershed). So two fingers side by side are two contacts as
+/// long as a dip is between them.
+#[derive(Debug, Clone)]
+pub(super) struct Segmentation {
+    rows: usize,
+    columns: usize,
+    pitch: [f64; 2],
+    cells: Vec<Cell>,
+    /// Cells touched in this frame; the next one's hysteresis begins here.
+    touched: Vec<bool>,
+    order: Vec<u32>,
+    /// Peak of each cell, later its contact.
+    labels: Vec<u32>,
+    peaks: Vec<Peak>,
+    found: Vec<Gathering>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Peak {
+    cell: u32,
+    /// The higher peak that it belongs to, or itself; later its contact.
+    into: u32,
+}
+
+impl Segmentation {
+    /// For cells of `pitch` x, y, m.
+    pub(super) fn new(rows: usize, columns: usize, pitch: [f64; 2]) -> Self {
+        let count = rows * columns;
+        Self {
+            rows,
+            columns,
+            pitch,
+            cells: Vec::with_capacity(count),
+            touched: vec![false; count],
+            order: Vec::with_capacity(count),
+            labels: vec![NONE; count],
+            peaks: Vec::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Writes the contact of each cell, an index into the contacts of the last
+    /// run.
+    pub(super) fn label(&self, regions: &mut Vec<Option<u32>>) {
+        regions.clear();
+        let label = |label: &u32| (*label != NONE).then_some(*label);
+        regions.extend(self.labels.iter().map(label));
+    }
+
+    /// Writes the contacts, strongest first, and returns the centre and
+    /// covariance over all of them.
+    pub(super) fn run(
+        &mut self,
+        cell: impl Fn(usize) -> Cell,
+        contacts: &mut Vec<Contact>,
+    ) -> Option<([f64; 2], [f64; 3])> {
+        self.cells.clear();
+        self.cells.extend((0..self.labels.len()).map(cell));
+        self.sort();
+        self.flood();
+        self.number();
+        self.gather();
+        contacts.clear();
+        contacts.extend(self.found.iter().map(|found| found.finish(self.pitch)));
+        self.whole(contacts)
+    }
+
+    /// Touched cells, the highest first.
+    fn sort(&mut self) {
+        self.order.clear();
+        for (index, cell) in self.cells.iter().enumerate() {
+            let share = if self.touched[index] { HOLD } else { 1.0 };
+            self.touched[index] = cell.weight > share * cell.threshold;
+            if self.touched[index] {
+                self.order.push(index as u32);
+            }
+        }
+        let cells = &self.cells;
+        self.order.sort_unstable_by(|a, b| {
+            let weight = |index: &u32| cells[*index as usize].weight;
+            weight(b).total_cmp(&weight(a)).then(a.cmp(b))
+        });
+    }
+
+    fn flood(&mut self) {
+        self.labels.fill(NONE);
+        self.peaks.clear();
+        for place in 0..self.order.len() {
+            let index = self.order[place];
+            // The highest neighbour decides to which peak the cell belongs.
+            let mut up: Option<(f64, u32)> = None;
+            for next in neighbours(self.rows, self.columns, index as usize) {
+                if self.labels[next] == NONE {
+                    continue;
+                }
+                let (weight, peak) = (self.cells[next].weight, self.root(self.labels[next]));
+                if let Some((best, mine)) = up {
+                    let joined = self.meet(mine, peak, index);
+                    let peak = if weight > best { peak } else { mine };
+                    up = Some((best.max(weight), joined.unwrap_or(peak)));
+                } else {
+                    up = Some((weight, peak));
+                }
+            }
+            self.labels[index as usize] = up.map_or(self.peaks.len() as u32, |(_, peak)| peak);
+            if up.is_none() {
+                let into = self.peaks.len() as u32;
+                self.peaks.push(Peak { cell: index, into });
+            }
+        }
+    }
+
+    fn root(&self, mut peak: u32) -> u32 {
+        while self.peaks[peak as usize].into != peak {
+            peak = self.peaks[peak as usize].into;
+        }
+        peak
+    }
+
+    /// Joins two peaks at their saddle if the lower one is not prominent.
+    fn meet(&mut self, one: u32, other: u32, saddle: u32) -> Option<u32> {
+        // Peaks are numbered from the highest down.
+        let (high, low) = (one.min(other), one.max(other));
+        let top = &self.cells[self.peaks[low as usize].cell as usize];
+        let saddle = &self.cells[saddle as usize];
+        let noise = PROMINENCE_DEVIATIONS * top.deviation.hypot(saddle.deviation);
+        // Of an unknown noise (not a number) the share decides.
+        let needed = (PROMINENCE_SHARE * top.weight).max(noise);
+        (top.weight - saddle.weight < needed).then(|| {
+            self.peaks[low as usize].into = high;
+            high
+        })
+    }
+
+    /// Numbers the peaks that remain and labels the cells with them.
+    fn number(&mut self) {
+        let mut contacts = 0;
+        for peak in 0..self.peaks.len() {
+            let into = self.peaks[peak].into as usize;
+            // A higher peak has its number already.
+            self.peaks[peak].into = if into == peak {
+                contacts += 1;
+                contacts - 1
+            } else {
+                self.peaks[into].into
+            };
+        }
+        for label in self.labels.iter_mut().filter(|label| **label != NONE) {
+            *label = self.peaks[*label as usize].into;
+        }
+        self.found.clear();
+        self.found.resize(contacts as usize, Gathering::default());
+    }
+
+    fn gather(&mut self) {
+        for index in &self.order {
+            let index = *index as usize;
+            self.found[self.labels[index] as usize].add(index, &self.cells[index]);
+        }
+        self.found.iter_mut().for_each(Gathering::settle);
+        for index in &self.order {
+            let index = *index as usize;
+            self.found[self.labels[index] as usize].add_about_centre(&self.cells[index]);
+        }
+        for (index, cell) in self.cells.iter().enumerate() {
+            if self.labels[index] != NONE || cell.weight.is_nan() {
+                continue;
+            }
+            let mut last = NONE;
+            for next in neighbours(self.rows, self.columns, index) {
+                let label = self.labels[next];
+                if label != NONE && label != last {
+                    self.found[label as usize].add_neighbour(cell);
+                    last = label;
+                }
+            }
+        }
+    }
+
+    /// Centre and covariance over all contacts.
+    fn whole(&self, contacts: &[Contact]) -> Option<([f64; 2], [f64; 3])> {
+        let weight: f64 = self.found.iter().map(Gathering::weight).sum();
+        if weight <= 0.0 {
+            return None;
+        }
+        let share = |found: &Gathering| found.weight() / weight;
+        let parts = || self.found.iter().map(share).zip(contacts);
+        let centre = std::array::from_fn(|axis| {
+            parts()
+                .map(|(share, contact)| share * contact.centre[axis])
+                .sum()
+        });
+        let mut covariance: [f64; 3] = std::array::from_fn(|place| {
+            parts()
+                .map(|(share, contact)| share * share * contact.covariance[place])
+                .sum()
+        });
+        // That the shares are not exact either moves the centre between them.
+        for (share, contact) in parts() {
+            let [x, y]: [f64; 2] = std::array::from_fn(|axis| contact.centre[axis] - centre[axis]);
+            let variance: f64 = contact.force_covariance[2][2] * share * share
+                / (contact.force[2] * contact.force[2]);
+            for (sum, factor) in covariance.iter_mut().zip([x * x, x * y, y * y]) {
+                *sum += variance * factor;
+            }
+        }
+        Some((centre, covariance))
+    }
+}
+
+/// The up to eight cells round a cell.
+fn neighbours(rows: usize, columns: usize, at: usize) -> impl Iterator<Item = usize> {
+    let (row, column) = (at / columns, at % columns);
+    (row.saturating_sub(1)..=(row + 1).min(rows - 1))
+        .flat_map(move |r| {
+            (column.saturating_sub(1)..=(column + 1).min(columns - 1)).map(move |c| r * columns + c)
+        })
+        .filter(move |next| *next != at)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,168 @@
+use super::*;
+use crate::estimation::State;
+use crate::estimation::contact::normal_only;
+
+fn cell(columns: usize, index: usize, weight: f64, deviation: f64, threshold: f64) -> Cell {
+    Cell {
+        position: [(index % columns) as f64, -((index / columns) as f64)],
+        weight,
+        deviation,
+        threshold,
+        force: [0.0, 0.0, weight],
+        force_covariance: normal_only(deviation),
+        state: State::Ok,
+    }
+}
+
+fn contacts(rows: usize, columns: usize, weights: &[f64]) -> Vec<Contact> {
+    let mut contacts = Vec::new();
+    let cell = |index| cell(columns, index, weights[index], 0.05, 0.5);
+    Segmentation::new(rows, columns, [1.0; 2]).run(cell, &mut contacts);
+    contacts
+}
+
+#[test]
+fn corners_connect_and_gaps_divide() {
+    let weights = [
+        2.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+        1.9,
+        0.0,
+        0.0,
+        f64::NAN,
+        0.0,
+        0.0,
+        4.0,
+    ];
+    let mut found = Vec::new();
+    let mut segmentation = Segmentation::new(3, 4, [1.0; 2]);
+    let all = segmentation.run(
+        |index| cell(4, index, weights[index], 0.05, 0.5),
+        &mut found,
+    );
+    assert_eq!(
+        found.iter().map(|c| c.taxels).collect::<Vec<_>>(),
+        [1, 2, 1]
+    );
+    assert_eq!(found[0].peak_taxel, 11);
+    assert_eq!(found[1].area, 2.0);
+    let mut labels = Vec::new();
+    segmentation.label(&mut labels);
+    assert_eq!([0, 3, 5, 11].map(|i| labels[i]), [1, 2, 1, 0].map(Some));
+    let centre = all.unwrap().0;
+    // Rounding of sums of three.
+    assert!((centre[0] - (3.0 + 1.9 + 12.0) / 8.9).abs() < 1e-15);
+}
+
+#[test]
+fn touching_neighbours_are_divided_at_a_dip_and_only_there() {
+    let found = contacts(1, 7, &[0.0, 1.0, 4.0, 1.5, 3.0, 1.0, 0.0]);
+    assert_eq!(found.len(), 2);
+    // The saddle goes with the higher of its neighbours.
+    assert_eq!([found[0].taxels, found[1].taxels], [3, 2]);
+    assert_eq!([found[0].peak_taxel, found[1].peak_taxel], [2, 4]);
+    // 3.0 above 2.8 is within six deviations of the difference, and less than a quarter.
+    assert_eq!(
+        contacts(1, 7, &[0.0, 1.0, 4.0, 2.8, 3.0, 1.0, 0.0]).len(),
+        1
+    );
+}
+
+#[test]
+fn a_low_peak_between_two_high_ones_joins_one_and_leaves_two() {
+    let found = contacts(1, 9, &[0.0, 4.0, 1.0, 1.2, 1.0, 4.0, 0.0, 0.0, 0.0]);
+    assert_eq!(found.iter().map(|c| c.taxels).sum::<usize>(), 5);
+    assert_eq!(found.len(), 2);
+}
+
+#[test]
+fn what_is_touched_stays_so_down_to_half_the_threshold() {
+    let mut segmentation = Segmentation::new(1, 3, [1.0; 2]);
+    let mut count = |weight: f64| {
+        let mut found = Vec::new();
+        let weights = [0.0, weight, 0.0];
+        segmentation.run(|i| cell(3, i, weights[i], 0.05, 0.5), &mut found);
+        found.len()
+    };
+    assert_eq!([0.4, 0.6, 0.3, 0.2, 0.4].map(&mut count), [0, 1, 1, 0, 0]);
+}
+
+#[test]
+fn moment_and_covariances_are_sums_over_the_members() {
+    let mut found = Vec::new();
+    let with_shear = |index: usize| {
+        let mut cell = cell(2, index, 1.0, 0.1, 0.5);
+        // A couple about the middle.
+        cell.force[1] = if index == 0 { -2.0 } else { 2.0 };
+        cell.state = [State::Ok, State::Contact][index];
+        cell
+    };
+    Segmentation::new(1, 2, [1.0; 2]).run(with_shear, &mut found);
+    let contact = found[0];
+    assert_eq!(contact.torsion, 2.0);
+    assert_eq!(contact.bound, Some(State::Contact));
+    // Two variances of 0.01.
+    assert!((contact.force_covariance[2][2] - 0.02).abs() < 1e-17);
+    // Σσ²δ²/(Σw)² = 0.01·(0.25 + 0.25)/4; a half on either side leaves to the
+    // grid the harmonic with s² = 1/4: u² = 20π²(1/4 − 1/12).
+    let u2 = 20.0 * std::f64::consts::PI.powi(2) / 6.0;
+    let expected = 0.01 * 0.5 / 4.0 + 1.0 / 12.0 / (1.0 + u2 * u2 / 9.0);
+    assert!((contact.covariance[0] - expected).abs() < 1e-15);
+}
+
+/// Share of a round pressure of unit force that a cell from `left` to `right`
+/// carries along x.
+fn cell_share(shape: Shape, [left, right]: [f64; 2]) -> f64 {
+    match shape {
+        // Marginal of √(1 − r²): (3/4)(1 − x²), integrated.
+        Shape::Hertz(a) => {
+            let within = |x: f64| {
+                let t = (x / a).clamp(-1.0, 1.0);
+                0.5 + 0.25 * (3.0 * t - t * t * t)
+            };
+            within(right) - within(left)
+        }
+        Shape::Gauss(s) => {
+            let within = |x: f64| 0.5 * (1.0 + libm::erf(x / (s * 2f64.sqrt())));
+            within(right) - within(left)
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    Hertz(f64),
+    Gauss(f64),
+}
+
+/// The stated covariance must cover the error of the grid for every size, at
+/// every place within a cell: squared over all places and, by four deviations,
+/// at each.
+#[test]
+fn stated_covariance_covers_the_grid_for_every_size_and_place() {
+    let sizes = [0.05, 0.2, 0.35, 0.5, 0.7, 1.0, 1.5, 2.5];
+    let shapes = sizes
+        .into_iter()
+        .flat_map(|a| [Shape::Hertz(a), Shape::Gauss(a / 5f64.sqrt())]);
+    for shape in shapes {
+        let mut squares = 0.0;
+        for step in 0..200 {
+            let place = 8.0 + f64::from(step) / 200.0;
+            let weights: Vec<f64> = (0..17)
+                .map(|i| f64::from(i) - place)
+                .map(|x| cell_share(shape, [x - 0.5, x + 0.5]))
+                .collect();
+            let mut found = Vec::new();
+            let cell = |i: usize| cell(17, i, weights[i], 1e-4, 0.01);
+            Segmentation::new(1, 17, [1.0; 2]).run(cell, &mut found);
+            let contact = found[0];
+            let ratio = (contact.centre[0] - place) / contact.covariance[0].sqrt();
+            assert!(ratio.abs() < 4.0, "{shape:?} at {place}: {ratio}");
+            squares += ratio * ratio / 200.0;
+        }
+        assert!(squares < 1.2, "{shape:?}: {squares}");
+    }
+}

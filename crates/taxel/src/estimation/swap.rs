@@ -1,0 +1,101 @@
+//! Two capacitors of a three-axis unit that changed places.
+
+use super::unit::{SearchOptions, estimate_unit};
+use crate::transduction::UnitModel;
+
+/// All pairs of the capacitors 11, 12, 21, 22.
+const PAIRS: [[usize; 2]; 6] = [[0, 1], [2, 3], [0, 2], [1, 3], [0, 3], [1, 2]];
+/// Sums of squares beyond their mean by this many deviations are no chance.
+const BEYOND: f64 = 6.0;
+
+/// The pairs of capacitors (0 to 3 for 11, 12, 21, 22) whose exchange explains
+/// `readings`, F, that contradict the model as they are; empty when they do not,
+/// or when no exchange helps.
+///
+/// A unit is symmetric: 11 with 12 looks like 21 with 22 under the mirrored
+/// shear, so two pairs are named unless their capacitances at rest differ by
+/// more than the noise `sigma`, F. An exchange across the diagonal turns the
+/// shear and contradicts nothing; only such a difference at rest shows it.
+pub fn swapped(unit: &UnitModel, readings: &[[f64; 4]], sigma: [f64; 4]) -> Vec<[usize; 2]> {
+    let count = readings.len() as f64;
+    let bound = count + BEYOND * (2.0 * count).sqrt();
+    if misfit(unit, readings, sigma, None) <= bound {
+        return Vec::new();
+    }
+    let explains = |pair: &[usize; 2]| misfit(unit, readings, sigma, Some(*pair)) <= bound;
+    PAIRS.into_iter().filter(explains).collect()
+}
+
+/// Sum of the misfits of all readings, each of one degree of freedom, with a
+/// pair exchanged.
+fn misfit(
+    unit: &UnitModel,
+    readings: &[[f64; 4]],
+    sigma: [f64; 4],
+    pair: Option<[usize; 2]>,
+) -> f64 {
+    let options = SearchOptions::default();
+    let one = |reading: &[f64; 4]| {
+        let mut reading = *reading;
+        if let Some([a, b]) = pair {
+            reading.swap(a, b);
+        }
+        let found = estimate_unit(unit, reading, sigma, [true; 4], &options);
+        // Without a force nothing is explained.
+        if found.chi2.is_nan() {
+            f64::INFINITY
+        } else {
+            found.chi2
+        }
+    };
+    readings.iter().map(one).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::Sensor;
+
+    fn readings(unit: &UnitModel) -> Vec<[f64; 4]> {
+        let forces = [
+            [3e-3, 0.0, 8e-3],
+            [0.0, 3e-3, 8e-3],
+            [-2e-3, 1e-3, 6e-3],
+            [1e-3, -3e-3, 9e-3],
+            [0.0, 0.0, 0.0],
+        ];
+        let capacitance = |force| unit.predict(force).1.capacitance();
+        forces.into_iter().map(capacitance).collect()
+    }
+
+    #[test]
+    fn a_swap_is_named_with_its_mirror_and_a_sound_unit_has_none() {
+        let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+        let unit = sensor.three_axis().unwrap().unit_model();
+        let sound = readings(&unit);
+        assert!(swapped(&unit, &sound, [1e-16; 4]).is_empty());
+        for (pair, named) in [
+            ([0, 1], vec![[0, 1], [2, 3]]),
+            ([2, 3], vec![[0, 1], [2, 3]]),
+            ([0, 2], vec![[0, 2], [1, 3]]),
+            ([0, 3], vec![]),
+        ] {
+            let mut wrong = sound.clone();
+            for reading in &mut wrong {
+                reading.swap(pair[0], pair[1]);
+            }
+            assert_eq!(swapped(&unit, &wrong, [1e-16; 4]), named, "{pair:?}");
+        }
+    }
+
+    #[test]
+    fn what_no_exchange_explains_names_none() {
+        let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+        let unit = sensor.three_axis().unwrap().unit_model();
+        let mut wrong = readings(&unit);
+        for reading in &mut wrong {
+            reading[0] *= 1.05;
+        }
+        assert!(swapped(&unit, &wrong, [1e-16; 4]).is_empty());
+    }
+}
