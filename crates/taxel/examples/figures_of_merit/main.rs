@@ -1,7 +1,8 @@
-//! What trained maps reach on recordings of a pressed array: every figure is
-//! measured on blocks of time that training did not see.
+//! Figures of merit: what estimation reaches on simulated devices, or what trained
+//! maps reach on recordings of a pressed array, measured on blocks of time that
+//! training did not see.
 //!
-//! `cargo run --release -p taxel --example figures_of_merit -- FOLDER [--figure FILE.html]`
+//! `cargo run --release -p taxel --example figures_of_merit [-- FOLDER [--figure FILE.html]]`
 //!
 //! FOLDER is searched for folders with `sensor.csv` and `states.csv`. Runs are
 //! told apart by what is in them: presses all over a plane are a position run,
@@ -10,6 +11,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod report;
+mod simulated;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,15 +27,15 @@ struct Run {
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let (folder, figure) = match arguments.as_slice() {
-        [folder] => (folder, None),
-        [folder, flag, file] if flag == "--figure" => (folder, Some(file.clone())),
-        _ => {
-            eprintln!("usage: figures_of_merit FOLDER [--figure FILE.html]");
-            return ExitCode::from(2);
-        }
+    let done = match arguments.as_slice() {
+        [] => simulated::all().map_err(|error| error.to_string()),
+        [folder] => run(Path::new(folder), None),
+        [folder, flag, file] if flag == "--figure" => run(Path::new(folder), Some(file)),
+        _ => Err(String::from(
+            "usage: figures_of_merit [FOLDER [--figure FILE.html]]",
+        )),
     };
-    match run(Path::new(folder), figure.as_deref()) {
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("{message}");

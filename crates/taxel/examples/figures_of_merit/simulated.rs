@@ -1,6 +1,4 @@
-//! Figures of merit of the estimators on simulated devices:
-//! `cargo run --release -p taxel --example figures_of_merit`.
-#![allow(clippy::print_stdout)]
+//! What the estimators reach on simulated devices.
 
 use std::error::Error;
 
@@ -14,7 +12,8 @@ use taxel::estimation::{
 };
 use taxel::sensor::Sensor;
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// Prints all figures.
+pub(crate) fn all() -> Result<(), Box<dyn Error>> {
     three_axis()?;
     let sensor = Sensor::shipped("piezo-1.5mm").ok_or("no such sensor")?;
     position(&sensor)?;
