@@ -16,6 +16,7 @@ mod rest;
 mod split;
 mod stiffness;
 mod sweep;
+mod three_axis_bench;
 
 use crate::layout::Layout;
 use crate::mechanics::RelaxationTerm;
