@@ -2,6 +2,7 @@
 
 use super::in_plane_bench::{self, InPlaneCalibrator};
 use super::outcome::{Calibrator, NamedSensor};
+use super::piezoelectric_bench::{self, PiezoelectricCalibrator};
 use super::three_axis_bench::{self, ThreeAxisCalibrator};
 use crate::sensor::{Element, Sensor};
 
@@ -10,7 +11,7 @@ use crate::sensor::{Element, Sensor};
 pub enum NoCalibrator {
     /// Not this kind.
     #[error(
-        "a {element} cannot be calibrated from readings yet; in_plane_capacitor and three_axis_capacitor can"
+        "a {element} cannot be calibrated from readings yet; in_plane_capacitor, three_axis_capacitor and piezoelectric can"
     )]
     Kind {
         /// Key of the element.
@@ -58,8 +59,14 @@ pub fn calibrator<'a>(
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
-        Element::ThreeAxisCapacitor(_) if sensors.len() > 1 => Err(NoCalibrator::Alone { element }),
+        Element::ThreeAxisCapacitor(_) | Element::Piezoelectric(_) if sensors.len() > 1 => {
+            Err(NoCalibrator::Alone { element })
+        }
         Element::ThreeAxisCapacitor(_) => match ThreeAxisCalibrator::new(first) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+        Element::Piezoelectric(_) => match PiezoelectricCalibrator::new(first) {
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
@@ -80,6 +87,7 @@ pub(super) fn apply(
     match sensor.element {
         Element::InPlaneCapacitor(_) => in_plane_bench::apply(sensor, model, prefix, value),
         Element::ThreeAxisCapacitor(_) => three_axis_bench::apply(sensor, prefix, value),
+        Element::Piezoelectric(_) => piezoelectric_bench::apply(sensor, prefix, value),
         _ => Err("element".into()),
     }
 }
@@ -94,6 +102,7 @@ pub(super) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
             "capacitance_21",
             "capacitance_22",
         ],
+        Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
         _ => &[],
     }
 }

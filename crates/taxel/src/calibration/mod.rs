@@ -9,6 +9,7 @@ mod in_plane;
 mod in_plane_bench;
 mod least_squares;
 mod outcome;
+mod piezoelectric_bench;
 mod propagated;
 mod remark;
 mod report;
