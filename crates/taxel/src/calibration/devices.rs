@@ -70,7 +70,7 @@ pub fn calibrator<'a>(
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
-        _ => Err(NoCalibrator::Kind { element }),
+        Element::LiquidMetalChannel(_) => Err(NoCalibrator::Kind { element }),
     }
 }
 
@@ -88,7 +88,7 @@ pub(super) fn apply(
         Element::InPlaneCapacitor(_) => in_plane_bench::apply(sensor, model, prefix, value),
         Element::ThreeAxisCapacitor(_) => three_axis_bench::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric_bench::apply(sensor, prefix, value),
-        _ => Err("element".into()),
+        Element::LiquidMetalChannel(_) => Err("element".into()),
     }
 }
 
@@ -103,6 +103,6 @@ pub(super) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
             "capacitance_22",
         ],
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
-        _ => &[],
+        Element::LiquidMetalChannel(_) => &[],
     }
 }

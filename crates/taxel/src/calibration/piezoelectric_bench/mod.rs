@@ -27,7 +27,7 @@ use crate::sensor::Sensor;
 
 use checks::Table;
 use columns::COLUMNS;
-use problem::{Bench, Device, Drive, GAIN, LEAK, NAMES, OWN, Reading, UNITS, VISCOSITY};
+use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, UNITS, VISCOSITY};
 
 /// Calibrates one piezoelectric sensor.
 pub(super) struct PiezoelectricCalibrator<'a> {
@@ -43,7 +43,7 @@ static MODELS: [&str; 2] = ["dynamic", "gain"];
 /// Which parameters are free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Model {
-    /// All three; the viscosity under a displacement only.
+    /// All three; the viscosity from a displacement that was recorded only.
     Dynamic,
     /// The charge per force alone.
     Gain,
@@ -74,12 +74,17 @@ impl Model {
         })
     }
 
-    fn frees(self, place: usize, drive: Drive) -> bool {
+    /// The viscosity delays the signal by μ/E of the silicone: a peak, where the
+    /// signal stands still, does not tell it, a recording does.
+    fn frees(self, place: usize, table: &Table) -> bool {
         match place {
             GAIN => true,
             LEAK => self == Self::Dynamic,
             // A force reaches the element whole, however it came.
-            _ => self == Self::Dynamic && drive == Drive::Displacement,
+            _ => {
+                let recorded = !table.path.is_empty();
+                self == Self::Dynamic && recorded && table.device.drive == Drive::Displacement
+            }
         }
     }
 }
@@ -134,7 +139,7 @@ impl<'a> PiezoelectricCalibrator<'a> {
                     VISCOSITY => at.max(1.0),
                     _ => at,
                 };
-                let free = model.frees(place, table.device.drive);
+                let free = model.frees(place, table);
                 Parameter {
                     unit: UNITS[place],
                     bounds: if free {
@@ -147,27 +152,11 @@ impl<'a> PiezoelectricCalibrator<'a> {
                 }
             })
             .collect();
-        let found = fit(&bench, &parameters, &self.fit_options(readings, options))?;
+        let found = fit(&bench, &parameters, &fit_options(readings, options))?;
         Ok(Fitted {
             parameters,
             fit: found,
         })
-    }
-
-    fn fit_options(&self, readings: &[Reading], options: &CalibrateOptions) -> FitOptions {
-        FitOptions {
-            noise: if readings.iter().all(|r| r.deviation.is_some()) {
-                NoiseSize::Given
-            } else {
-                NoiseSize::Estimated
-            },
-            loss: if options.robust {
-                Loss::Huber
-            } else {
-                Loss::Square
-            },
-            ..FitOptions::default()
-        }
     }
 
     fn with_profiles(
@@ -177,14 +166,30 @@ impl<'a> PiezoelectricCalibrator<'a> {
         options: &CalibrateOptions,
     ) -> Result<(), FitError> {
         let bench = self.problem(table, &table.readings);
-        let fit_options = self.fit_options(&table.readings, options);
+        let fitting = fit_options(&table.readings, options);
         for j in 0..OWN {
             if fitted.fit.estimates[j].status == Status::Identified {
                 fitted.fit.estimates[j].interval =
-                    profile_interval(&bench, &fitted.parameters, &fit_options, &fitted.fit, j)?;
+                    profile_interval(&bench, &fitted.parameters, &fitting, &fitted.fit, j)?;
             }
         }
         Ok(())
+    }
+}
+
+fn fit_options(readings: &[Reading], options: &CalibrateOptions) -> FitOptions {
+    FitOptions {
+        noise: if readings.iter().all(|r| r.deviation.is_some()) {
+            NoiseSize::Given
+        } else {
+            NoiseSize::Estimated
+        },
+        loss: if options.robust {
+            Loss::Huber
+        } else {
+            Loss::Square
+        },
+        ..FitOptions::default()
     }
 }
 

@@ -207,7 +207,7 @@ impl Problem for Bench<'_> {
     fn remedy(&self, together: &[usize]) -> String {
         let of = |place: usize| together.contains(&place);
         if of(VISCOSITY) {
-            return "use ramps of a few times viscosity/modulus of the silicone, and slow ones beside them".into();
+            return "record fast ramps, with displacement and voltage on one clock".into();
         }
         if of(LEAK) {
             return "hold the load about as long as the time constant, or vary the period".into();

@@ -120,9 +120,12 @@ impl PiezoelectricCalibrator<'_> {
             What::Peak { .. } => reading.load * scale,
             What::Sample(time) => time,
         };
-        let axis = || match table.path.is_empty() {
-            true => Axis::new(label, unit),
-            false => Axis::new("time", "s"),
+        let axis = || {
+            if table.path.is_empty() {
+                Axis::new(label, unit)
+            } else {
+                Axis::new("time", "s")
+            }
         };
         let pairs = || table.readings.iter().zip(&misfits);
         let style = if table.path.is_empty() {

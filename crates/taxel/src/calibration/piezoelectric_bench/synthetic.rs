@@ -12,9 +12,7 @@ use crate::sensor::Sensor;
 const FILLED: f64 = 0.6;
 /// Loads of each profile from the least to the largest.
 const LOADS: usize = 10;
-/// Ramps, s: as slow as the paper's presses, and as fast as tells the
-/// silicone's viscosity from its stiffness.
-const RAMPS: [f64; 3] = [10e-3, 2e-3, 1e-3];
+const RAMP: f64 = 10e-3;
 const DWELL: f64 = 0.2;
 const PERIOD: f64 = 0.35;
 const CYCLES: u32 = 8;
@@ -95,19 +93,19 @@ pub(super) fn bench(sensor: &Sensor, options: &BenchOptions) -> String {
     text
 }
 
-fn profiles() -> Vec<Profile> {
-    let of = |ramp: f64| {
-        [
-            Profile::Step { ramp },
-            Profile::Impact { ramp, dwell: DWELL },
-            Profile::Cyclic {
-                ramp,
-                period: PERIOD,
-                cycles: CYCLES,
-            },
-        ]
-    };
-    RAMPS.into_iter().flat_map(of).collect()
+fn profiles() -> [Profile; 3] {
+    [
+        Profile::Step { ramp: RAMP },
+        Profile::Impact {
+            ramp: RAMP,
+            dwell: DWELL,
+        },
+        Profile::Cyclic {
+            ramp: RAMP,
+            period: PERIOD,
+            cycles: CYCLES,
+        },
+    ]
 }
 
 /// The largest displacement, m, for peaks of at most `most` V/m.

@@ -2,6 +2,7 @@ use std::fmt::Write as _;
 
 use rayon::prelude::*;
 
+use super::problem::Device;
 use super::*;
 use crate::calibration::split::HoldOut;
 use crate::calibration::{CalibrationFile, Provenance};
@@ -85,7 +86,9 @@ fn intervals_cover_the_truth_of_tables_of_peaks() {
     });
     // 95 % of 100 with three deviations of that count, 2.2 each.
     assert!(
-        covered.iter().all(|count| (89..=100).contains(count)),
+        covered[..VISCOSITY]
+            .iter()
+            .all(|count| (89..=100).contains(count)),
         "{covered:?}"
     );
 }
@@ -200,8 +203,8 @@ fn slopes_have_the_published_ratios() {
             let of = outcome.derived.iter().find(|d| d.name.starts_with(name));
             of.unwrap().value
         };
-        // Sections 4 and 6 of the specification: 1.553 and 1.303 are printed,
-        // 1.555 and 1.304 are the model's at 0.242 s.
+        // P3 table 2 gives 1.553 and 1.303; 1.555 and 1.304 are the
+        // model's at 0.242 s.
         for (name, printed) in [("slope_impact", 1.555), ("slope_cyclic", 1.304)] {
             let ratio = slope(name) / slope("slope_step");
             assert!((ratio - printed).abs() < 2e-3, "{name}: {ratio}");
@@ -215,30 +218,15 @@ fn slopes_have_the_published_ratios() {
 }
 
 #[test]
-fn slow_ramps_do_not_tell_the_viscosity() {
+fn peaks_leave_the_viscosity_as_drawn() {
     with(|calibrator| {
-        let text = calibrator.bench(&BenchOptions {
-            noise: 0.02,
-            readings: 90,
-            ..BenchOptions::default()
-        });
-        let slow: Vec<&str> = text
-            .lines()
-            .filter(|line| !line.contains(",1,") && !line.contains(",2,"))
-            .collect();
         let outcome = calibrator
-            .calibrate(&parse(&slow.join("\n")), &no_hold_out())
+            .calibrate(&parse(&calibrator.bench(&quiet())), &no_hold_out())
             .unwrap();
-        assert_eq!(
-            outcome.parameters[VISCOSITY].1.status,
-            Status::NotIdentified
-        );
-        assert!(
-            outcome
-                .open
-                .iter()
-                .any(|open| open.contains("ramps of a few times"))
-        );
+        let statuses = outcome.parameters.iter().map(|(_, e)| e.status);
+        let wanted = [Status::Identified, Status::Identified, Status::Fixed];
+        assert!(statuses.eq(wanted));
+        assert!(outcome.open.is_empty(), "{:?}", outcome.open);
     });
 }
 

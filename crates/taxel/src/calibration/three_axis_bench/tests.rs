@@ -173,7 +173,7 @@ fn normal_sweep(calibrator: &ThreeAxisCalibrator<'_>, last: u32, gauge: f64) -> 
     text
 }
 
-/// The table of the specification: smallest possible deviations of C_par, gap
+/// Smallest possible deviations (Cramér and Rao's bound) of C_par, gap
 /// and stiffness.
 #[test]
 fn a_short_sweep_says_that_it_cannot_tell_the_parallel_capacitance() {
@@ -264,7 +264,7 @@ fn the_reference_sweep_gives_its_truth() {
                 ((found[GAP + i] + insulation) * 1e6, row[2]),
                 (1.0 / found[COMPLIANCE + 8], row[3]),
             ] {
-                // As the specification asks.
+                // The reference is exact; the search ends far below this.
                 assert!((value / wanted - 1.0).abs() < 1e-6, "{value} {wanted}");
             }
         }
