@@ -209,3 +209,57 @@ fn what_cannot_be_fitted_writes_no_file() {
         refused(&arguments);
     }
 }
+
+#[test]
+fn arrays_go_from_readings_to_predictions_and_live_touch() {
+    let bench = Bench::new("arrays");
+    let (data, file) = (bench.path("array.csv"), bench.path("array.toml"));
+    for (sensor, load, column) in [
+        (
+            "three-axis-8x8",
+            "fx=5 mN, fy=0 mN, fz=10 mN",
+            "capacitance_11",
+        ),
+        ("piezo-1.5mm", "profile=step, x=10 um, ramp=10 ms", "a1"),
+    ] {
+        done(&[
+            "twin",
+            sensor,
+            "--bench",
+            "--noise",
+            "0.002",
+            "--compression",
+            "0.4",
+            "-o",
+            &data,
+        ]);
+        let found = done(&["calibrate", sensor, &data, "-o", &file, "--format", "json"]);
+        let found: Value = serde_json::from_str(&found).unwrap();
+        // Noise of 0.2 % of the largest change.
+        let held_out = found["models"][0]["relative_hold_out"].as_f64().unwrap();
+        assert!(held_out < 0.005, "{sensor}: {held_out}");
+        let answer = done(&[
+            "predict",
+            sensor,
+            "--calibration",
+            &file,
+            "--load",
+            load,
+            "--format",
+            "csv",
+        ]);
+        assert!(answer.contains(&format!("{column}_deviation")), "{answer}");
+        let live = done(&[
+            "live",
+            sensor,
+            "--calibration",
+            &file,
+            "--headless",
+            "--speed",
+            "max",
+            "--frames",
+            "60",
+        ]);
+        assert!(live.contains("last_force_n"), "{live}");
+    }
+}

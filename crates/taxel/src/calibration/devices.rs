@@ -2,13 +2,17 @@
 
 use super::in_plane_bench::{self, InPlaneCalibrator};
 use super::outcome::{Calibrator, NamedSensor};
+use super::piezoelectric_bench::{self, PiezoelectricCalibrator};
+use super::three_axis_bench::{self, ThreeAxisCalibrator};
 use crate::sensor::{Element, Sensor};
 
 /// A device that has no calibration on a bench.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoCalibrator {
     /// Not this kind.
-    #[error("a {element} cannot be calibrated from readings yet; in_plane_capacitor can")]
+    #[error(
+        "a {element} cannot be calibrated from readings yet; in_plane_capacitor, three_axis_capacitor and piezoelectric can"
+    )]
     Kind {
         /// Key of the element.
         element: &'static str,
@@ -19,6 +23,12 @@ pub enum NoCalibrator {
         /// The first one that differs.
         name: String,
         /// Key of its element.
+        element: &'static str,
+    },
+    /// One sensor at a time.
+    #[error("a {element} is calibrated alone: give the readings of each sensor a table of its own")]
+    Alone {
+        /// Key of the element.
         element: &'static str,
     },
     /// There is none.
@@ -49,7 +59,18 @@ pub fn calibrator<'a>(
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
-        _ => Err(NoCalibrator::Kind { element }),
+        Element::ThreeAxisCapacitor(_) | Element::Piezoelectric(_) if sensors.len() > 1 => {
+            Err(NoCalibrator::Alone { element })
+        }
+        Element::ThreeAxisCapacitor(_) => match ThreeAxisCalibrator::new(first) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+        Element::Piezoelectric(_) => match PiezoelectricCalibrator::new(first) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+        Element::LiquidMetalChannel(_) => Err(NoCalibrator::Kind { element }),
     }
 }
 
@@ -65,7 +86,9 @@ pub(super) fn apply(
 ) -> Result<(), String> {
     match sensor.element {
         Element::InPlaneCapacitor(_) => in_plane_bench::apply(sensor, model, prefix, value),
-        _ => Err("element".into()),
+        Element::ThreeAxisCapacitor(_) => three_axis_bench::apply(sensor, prefix, value),
+        Element::Piezoelectric(_) => piezoelectric_bench::apply(sensor, prefix, value),
+        Element::LiquidMetalChannel(_) => Err("element".into()),
     }
 }
 
@@ -73,6 +96,13 @@ pub(super) fn apply(
 pub(super) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
     match sensor.element {
         Element::InPlaneCapacitor(_) => &["force_z", "capacitance"],
-        _ => &[],
+        Element::ThreeAxisCapacitor(_) => &[
+            "capacitance_11",
+            "capacitance_12",
+            "capacitance_21",
+            "capacitance_22",
+        ],
+        Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
+        Element::LiquidMetalChannel(_) => &[],
     }
 }

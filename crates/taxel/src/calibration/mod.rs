@@ -9,6 +9,7 @@ mod in_plane;
 mod in_plane_bench;
 mod least_squares;
 mod outcome;
+mod piezoelectric_bench;
 mod propagated;
 mod remark;
 mod report;
@@ -16,6 +17,7 @@ mod rest;
 mod split;
 mod stiffness;
 mod sweep;
+mod three_axis_bench;
 
 use crate::layout::Layout;
 use crate::mechanics::RelaxationTerm;

@@ -27,7 +27,7 @@ pub use mask::{CapacitorName, Mask};
 pub use piezoelectric::{
     CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
 };
-pub use three_axis_capacitor::{Fabrication, Outline, ThreeAxisCapacitor};
+pub use three_axis_capacitor::{CalibratedUnit, Fabrication, Outline, ThreeAxisCapacitor};
 
 pub use checks::Broken;
 pub(crate) use checks::{

@@ -32,6 +32,19 @@ pub struct ThreeAxisCapacitor {
     pub outline: Outline,
     /// How far made devices differ from the drawing; used by the twin.
     pub fabrication: Fabrication,
+    /// Taxels that were calibrated, in the place of their drawing: a sensor
+    /// file has no such key, a calibration file sets it.
+    #[serde(skip)]
+    pub calibrated: Vec<CalibratedUnit>,
+}
+
+/// The model of one calibrated taxel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CalibratedUnit {
+    /// Number of the taxel, row by row.
+    pub taxel: usize,
+    /// Its model.
+    pub unit: UnitModel,
 }
 
 /// Scatter of the made device about its drawing.
@@ -93,19 +106,33 @@ impl ThreeAxisCapacitor {
         }
     }
 
+    /// The models of all taxels: as calibrated, or else as drawn.
+    pub fn unit_models(&self, taxels: usize) -> Vec<UnitModel> {
+        self.with_calibrated(vec![self.unit_model(); taxels])
+    }
+
+    fn with_calibrated(&self, mut units: Vec<UnitModel>) -> Vec<UnitModel> {
+        for calibrated in &self.calibrated {
+            if let Some(unit) = units.get_mut(calibrated.taxel) {
+                *unit = calibrated.unit;
+            }
+        }
+        units
+    }
+
     /// The units of one piece of fabrication: the air gap of each capacitor
-    /// scattered about its drawing, cut at three standard deviations.
+    /// scattered about its drawing, cut at three standard deviations; taxels
+    /// that were calibrated are as found.
     pub fn fabricate(&self, taxels: usize) -> Vec<UnitModel> {
         let mut scatter = Noise::seeded(self.fabrication.seed);
-        (0..taxels)
-            .map(|_| {
-                let mut unit = self.unit_model();
-                for air in &mut unit.plates.air_gap {
-                    *air += self.fabrication.air_gap_deviation * scatter.normal().clamp(-3.0, 3.0);
-                }
-                unit
-            })
-            .collect()
+        let made = (0..taxels).map(|_| {
+            let mut unit = self.unit_model();
+            for air in &mut unit.plates.air_gap {
+                *air += self.fabrication.air_gap_deviation * scatter.normal().clamp(-3.0, 3.0);
+            }
+            unit
+        });
+        self.with_calibrated(made.collect())
     }
 
     /// Height of the bump's top above the air gap, m: the lever of a side force.

@@ -46,6 +46,12 @@ impl<'a> ThreeAxisArray<'a> {
         self.element.unit_model()
     }
 
+    /// The first calibrated unit; without one as drawn.
+    pub fn typical_unit(&self) -> UnitModel {
+        let first = self.element.calibrated.first();
+        first.map_or_else(|| self.unit_model(), |calibrated| calibrated.unit)
+    }
+
     /// Where the units are.
     pub fn layout(&self) -> Layout {
         self.sensor.layout()
@@ -68,7 +74,7 @@ impl<'a> ThreeAxisArray<'a> {
                 farad_per_count: board.capacitance(1.0) - at_zero,
                 highest_code: f64::from(board.highest_code()),
             },
-            units: vec![element.unit_model(); taxels],
+            units: element.unit_models(taxels),
             deviation: vec![[board.deviation(); 4]; taxels],
             masked: self.masked(),
             relaxation: element.relaxation.clone(),

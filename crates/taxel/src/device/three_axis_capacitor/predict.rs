@@ -52,7 +52,7 @@ impl LoadState {
     }
 }
 
-/// Predicts loads on one unit as drawn.
+/// Predicts loads on one unit: the first calibrated taxel, or else as drawn.
 #[derive(Debug, Clone)]
 pub struct ThreeAxisPredictor {
     unit: UnitModel,
@@ -65,7 +65,7 @@ impl ThreeAxisPredictor {
     /// A predictor for the units of `array`.
     pub fn new(array: &ThreeAxisArray<'_>) -> Self {
         Self {
-            unit: array.unit_model(),
+            unit: array.typical_unit(),
             board: array.board.clone(),
             usable_force: array.element.usable_force,
             full_scale: array.element.full_scale,

@@ -1,0 +1,74 @@
+//! What readings of piezoelectric elements may name.
+
+use crate::predict::{LoadColumn, LoadKind};
+use crate::quantity::{FORCE, LENGTH, TIME, VOLTAGE};
+
+const fn column(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
+    LoadColumn {
+        name,
+        short: name,
+        kind,
+        required: false,
+        about,
+    }
+}
+
+const ANY_TIME: LoadKind = LoadKind::Quantity(&TIME, [-1e12, 1e12]);
+const DURATION: LoadKind = LoadKind::Quantity(&TIME, [0.0, 1e3]);
+const ANY_VOLTAGE: LoadKind = LoadKind::Quantity(&VOLTAGE, [-1e6, 1e6]);
+
+pub(super) const TIME_AT: usize = 0;
+pub(super) const DISPLACEMENT: usize = 1;
+pub(super) const FORCE_Z: usize = 2;
+pub(super) const RAMP: usize = 3;
+pub(super) const DWELL: usize = 4;
+pub(super) const PERIOD: usize = 5;
+pub(super) const CYCLES: usize = 6;
+pub(super) const FIRST_PEAK: usize = 7;
+pub(super) const SECOND_PEAK: usize = 8;
+pub(super) const VOLTAGE_AT: usize = 9;
+pub(super) const DEVIATION: usize = 10;
+pub(super) const HOLD_OUT: usize = 11;
+
+pub(super) static COLUMNS: [LoadColumn; 12] = [
+    column("time", ANY_TIME, "clock of the bench"),
+    column(
+        "displacement",
+        LoadKind::Quantity(&LENGTH, [-1e-2, 1e-2]),
+        "of the surface over the element; of a peak that at the top",
+    ),
+    column(
+        "force_z",
+        LoadKind::Quantity(&FORCE, [-1e3, 1e3]),
+        "force on the element, in place of the displacement",
+    ),
+    column("ramp", DURATION, "duration of a ramp of a test load"),
+    column("dwell", DURATION, "time at the top: an impact"),
+    column("period", DURATION, "period of a cyclic load"),
+    column(
+        "cycles",
+        LoadKind::Number([1.0, 1000.0]),
+        "cycles; the peaks are those of the last one",
+    ),
+    column(
+        "a1",
+        ANY_VOLTAGE,
+        "peak of the output in the direction of loading",
+    ),
+    column("a2", ANY_VOLTAGE, "peak in the other direction"),
+    column(
+        "voltage",
+        ANY_VOLTAGE,
+        "output at the moment, in place of peaks",
+    ),
+    column(
+        "voltage_deviation",
+        ANY_VOLTAGE,
+        "standard deviation of a voltage",
+    ),
+    column(
+        "hold_out",
+        LoadKind::Number([0.0, 1.0]),
+        "1 where a reading is held out",
+    ),
+];

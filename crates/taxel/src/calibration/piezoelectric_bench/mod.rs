@@ -1,0 +1,337 @@
+//! Calibration of piezoelectric elements (P3) from a bench: peaks of test
+//! loads over the load, or a voltage over time, driven by a displacement or a
+//! force.
+//!
+//! Charge per force, leak resistance and the silicone's viscosity are fitted.
+//! The modulus of the silicone stays that of the drawing: under a displacement
+//! it acts as the charge per force does.
+
+mod checks;
+mod columns;
+mod problem;
+mod result;
+mod synthetic;
+
+use super::bench_data::BenchData;
+use super::fit::{
+    Fit, FitError, FitOptions, Loss, NoiseSize, Parameter, Status, fit, profile_interval,
+};
+use super::outcome::{
+    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
+    Outcome, open_in_words,
+};
+use super::remark::Remark;
+use crate::input::InputError;
+use crate::predict::LoadColumn;
+use crate::sensor::Sensor;
+
+use checks::Table;
+use columns::COLUMNS;
+use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, UNITS, VISCOSITY};
+
+/// Calibrates one piezoelectric sensor.
+pub(super) struct PiezoelectricCalibrator<'a> {
+    named: &'a NamedSensor<'a>,
+    /// Least and greatest voltage that is not clipped, V.
+    span: [f64; 2],
+    /// Of a reading by the board's own figures, V.
+    deviation: f64,
+}
+
+static MODELS: [&str; 2] = ["dynamic", "gain"];
+
+/// Which parameters are free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Model {
+    /// All three; the viscosity from a displacement that was recorded only.
+    Dynamic,
+    /// The charge per force alone.
+    Gain,
+}
+
+impl Model {
+    const ALL: [Self; 2] = [Self::Dynamic, Self::Gain];
+
+    fn name(self) -> &'static str {
+        MODELS[self as usize]
+    }
+
+    fn about(self) -> &'static str {
+        match self {
+            Self::Dynamic => "charge per force, leak and viscosity",
+            Self::Gain => "charge per force; leak and viscosity of the drawing",
+        }
+    }
+
+    fn wanted(options: &CalibrateOptions) -> Result<Self, InputError> {
+        let Some(name) = &options.model else {
+            return Ok(Self::Dynamic);
+        };
+        let found = Self::ALL.into_iter().find(|model| model.name() == name);
+        found.ok_or_else(|| {
+            InputError::whole("--model", format!("\"{name}\" is no model of this device"))
+                .help(format!("use one of: {}", MODELS.join(", ")))
+        })
+    }
+
+    /// The viscosity delays the signal by μ/E of the silicone: a peak, where the
+    /// signal stands still, does not tell it, a recording does.
+    fn frees(self, place: usize, table: &Table) -> bool {
+        match place {
+            GAIN => true,
+            LEAK => self == Self::Dynamic,
+            // A force reaches the element whole, however it came.
+            _ => {
+                let recorded = !table.path.is_empty();
+                self == Self::Dynamic && recorded && table.device.drive == Drive::Displacement
+            }
+        }
+    }
+}
+
+/// Share of each constant that matters: of the slope two hundredths, of the
+/// time constant a tenth, of the viscosity a quarter.
+const SIZES: [f64; OWN] = [0.02, 0.1, 0.25];
+/// Factors about the drawing between which each constant is searched.
+const WITHIN: [[f64; 2]; OWN] = [[0.01, 100.0], [1e-3, 1e3], [0.0, 1e3]];
+
+struct Fitted {
+    parameters: Vec<Parameter>,
+    fit: Fit,
+}
+
+impl<'a> PiezoelectricCalibrator<'a> {
+    /// `None` when the sensor is of another kind.
+    pub(super) fn new(named: &'a NamedSensor<'a>) -> Option<Self> {
+        let array = named.sensor.piezoelectric().ok()?;
+        Some(Self {
+            named,
+            span: array.board.span(),
+            deviation: array.board.deviation(),
+        })
+    }
+
+    fn problem<'b>(&self, table: &'b Table, readings: &'b [Reading]) -> Bench<'b> {
+        Bench {
+            device: &table.device,
+            profiles: &table.profiles,
+            readings,
+            path: &table.path,
+            deviation: self.deviation,
+        }
+    }
+
+    fn fit(
+        &self,
+        model: Model,
+        table: &Table,
+        readings: &[Reading],
+        options: &CalibrateOptions,
+    ) -> Result<Fitted, FitError> {
+        let drawn = table.device.drawn();
+        let bench = self.problem(table, readings);
+        let parameters: Vec<Parameter> = (0..OWN)
+            .map(|place| {
+                let at = drawn[place];
+                let start = match place {
+                    GAIN => at * checks::ratio(&bench, &drawn).clamp(0.02, 50.0),
+                    // A silicone without damping would have no size.
+                    VISCOSITY => at.max(1.0),
+                    _ => at,
+                };
+                let free = model.frees(place, table);
+                Parameter {
+                    unit: UNITS[place],
+                    bounds: if free {
+                        WITHIN[place].map(|factor| factor * start)
+                    } else {
+                        [at; 2]
+                    },
+                    size: SIZES[place] * start,
+                    ..Parameter::new(NAMES[place], if free { start } else { at })
+                }
+            })
+            .collect();
+        let found = fit(&bench, &parameters, &fit_options(readings, options))?;
+        Ok(Fitted {
+            parameters,
+            fit: found,
+        })
+    }
+
+    fn with_profiles(
+        &self,
+        fitted: &mut Fitted,
+        table: &Table,
+        options: &CalibrateOptions,
+    ) -> Result<(), FitError> {
+        let bench = self.problem(table, &table.readings);
+        let fitting = fit_options(&table.readings, options);
+        for j in 0..OWN {
+            if fitted.fit.estimates[j].status == Status::Identified {
+                fitted.fit.estimates[j].interval =
+                    profile_interval(&bench, &fitted.parameters, &fitting, &fitted.fit, j)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn fit_options(readings: &[Reading], options: &CalibrateOptions) -> FitOptions {
+    FitOptions {
+        noise: if readings.iter().all(|r| r.deviation.is_some()) {
+            NoiseSize::Given
+        } else {
+            NoiseSize::Estimated
+        },
+        loss: if options.robust {
+            Loss::Huber
+        } else {
+            Loss::Square
+        },
+        ..FitOptions::default()
+    }
+}
+
+impl Calibrator for PiezoelectricCalibrator<'_> {
+    fn columns(&self) -> &'static [LoadColumn] {
+        &COLUMNS
+    }
+
+    fn group(&self) -> &'static str {
+        ""
+    }
+
+    fn models(&self) -> &'static [&'static str] {
+        &MODELS
+    }
+
+    fn calibrate(
+        &self,
+        data: &BenchData,
+        options: &CalibrateOptions,
+    ) -> Result<Outcome, InputError> {
+        let wanted = Model::wanted(options)?;
+        let mut remarks = data.remarks.clone();
+        let table = checks::table(self, data, &mut remarks)?;
+        let marked: Vec<bool> = table.readings.iter().map(|r| r.marked).collect();
+        let held = options.hold_out.held(&marked);
+        let pick = |wanted: bool| -> Vec<Reading> {
+            let pairs = table.readings.iter().zip(&held);
+            pairs
+                .filter(|(_, held)| **held == wanted)
+                .map(|(r, _)| *r)
+                .collect()
+        };
+        let (seen, unseen) = (pick(false), pick(true));
+        let wrong = |model: Model, error: FitError| {
+            let help = "check the units and the sensor file, or take more readings";
+            data.error("", format!("{}: {error}", model.name()), help)
+        };
+        let mut best = None;
+        let (mut models, mut hold_out) = (Vec::new(), Vec::new());
+        for model in Model::ALL {
+            let fitted = self
+                .fit(model, &table, &table.readings, options)
+                .map_err(|error| wrong(model, error))?;
+            let free = fitted
+                .parameters
+                .iter()
+                .filter(|p| p.bounds[0] < p.bounds[1]);
+            let mut comparison = ModelComparison {
+                name: model.name(),
+                about: model.about(),
+                unknowns: free.count(),
+                residual: self.relative(&fitted, &table, &table.readings),
+                hold_out: None,
+            };
+            if !unseen.is_empty() {
+                let trained = self
+                    .fit(model, &table, &seen, options)
+                    .map_err(|error| wrong(model, error))?;
+                comparison.hold_out = Some(self.relative(&trained, &table, &unseen));
+                if model == wanted {
+                    hold_out = self.residuals(&trained, &table, &unseen);
+                }
+            }
+            if model == wanted {
+                models.insert(0, comparison);
+                best = Some(fitted);
+            } else {
+                models.push(comparison);
+            }
+        }
+        let Some(mut best) = best else {
+            return Err(data.error("", "no model was fitted", "choose another --model"));
+        };
+        if options.profile {
+            self.with_profiles(&mut best, &table, options)
+                .map_err(|error| wrong(wanted, error))?;
+        }
+        remarks.push(Remark::whole(match table.device.drive {
+            Drive::Displacement => {
+                "charge_per_force stands for its product with the silicone's stiffness, which stays that of the drawing"
+            }
+            Drive::Force => "the viscosity does not act between a force and its signal and stays that of the drawing",
+        }));
+        let found = &best.fit;
+        Ok(Outcome {
+            element: self.named.sensor.element.key(),
+            model: wanted.name(),
+            sensors: vec![CalibratedSensor {
+                name: self.named.name.to_owned(),
+                hash: self.named.hash.to_owned(),
+                prefix: String::new(),
+            }],
+            parameters: best
+                .parameters
+                .iter()
+                .cloned()
+                .zip(found.estimates.iter().copied())
+                .collect(),
+            covariance: found.covariance.clone(),
+            open: open_in_words(&best.parameters, found),
+            derived: self.derived(&best, &table),
+            noise: result::noise_in_words(&table.readings, found, self.deviation),
+            search: format!(
+                "{} after {} steps; chi-square over degrees of freedom {:.3} ({} of them)",
+                found.stop.name(),
+                found.iterations,
+                found.reduced_chi_square(),
+                found.freedom
+            ),
+            residuals: self.residuals(&best, &table, &table.readings),
+            hold_out,
+            held_out: options.hold_out.words(),
+            models,
+            scope: result::scope(&table),
+            remarks,
+            figures: self.figures(&best, &table),
+        })
+    }
+
+    fn bench(&self, options: &BenchOptions) -> String {
+        synthetic::bench(self.named.sensor, options)
+    }
+}
+
+/// Puts calibrated values in the place of a sensor file's constants.
+///
+/// # Errors
+/// The name of a parameter that is missing.
+pub(super) fn apply(
+    sensor: &mut Sensor,
+    prefix: &str,
+    value: &dyn Fn(&str) -> Option<f64>,
+) -> Result<(), String> {
+    let found = NAMES.map(|name| {
+        let name = format!("{prefix}{name}");
+        value(&name).ok_or(name)
+    });
+    let at: Vec<f64> = found.into_iter().collect::<Result<_, _>>()?;
+    problem::put(sensor, &at);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,456 @@
+use std::fmt::Write as _;
+
+use rayon::prelude::*;
+
+use super::*;
+use crate::calibration::fit::Problem;
+use crate::calibration::split::HoldOut;
+use crate::calibration::{CalibrationFile, Provenance};
+use crate::predict::Loads;
+use crate::table::Cell;
+
+const FF: f64 = 1e-15;
+const MN: f64 = 1e-3;
+
+/// A shipped array; the parallel capacitances of the measured rest values.
+fn sensor() -> Sensor {
+    let mut sensor = Sensor::shipped("three-axis-unit").unwrap();
+    if let Element::ThreeAxisCapacitor(element) = &mut sensor.element {
+        element.plates.parallel_capacitance = [30.7, 31.7, 17.7, 32.7].map(|c| c * FF);
+        element.plates.air_gap = [6e-6; 4];
+        element.suspension.bump_sinking = [0.05, 0.02];
+        element.fabrication.air_gap_deviation = 0.1e-6;
+    }
+    sensor
+}
+
+fn with<T>(sensor: &Sensor, run: impl FnOnce(&ThreeAxisCalibrator<'_>) -> T) -> T {
+    let named = NamedSensor {
+        name: "unit",
+        hash: "0123456789abcdef",
+        sensor,
+    };
+    run(&ThreeAxisCalibrator::new(&named).unwrap())
+}
+
+fn parse(text: &str) -> BenchData {
+    BenchData::parse("bench.csv", text, &COLUMNS, "taxel").unwrap()
+}
+
+fn no_hold_out() -> CalibrateOptions {
+    CalibrateOptions {
+        hold_out: HoldOut::None,
+        ..CalibrateOptions::default()
+    }
+}
+
+fn readings(calibrator: &ThreeAxisCalibrator<'_>, text: &str) -> Vec<Reading> {
+    checks::readings(calibrator, &parse(text), &mut Vec::new()).unwrap()
+}
+
+/// Rows of a table beside the tests, with their header.
+fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header = lines.next().unwrap().split(',').collect();
+    let row = |line: &str| {
+        line.split(',')
+            .map(|field| field.parse().unwrap_or(f64::NAN))
+            .collect()
+    };
+    (header, lines.map(row).collect())
+}
+
+macro_rules! reference {
+    ($name:literal) => {
+        include_str!(concat!("../../../tests/reference/", $name))
+    };
+}
+
+#[test]
+fn slopes_are_those_of_differences() {
+    with(&sensor(), |calibrator| {
+        let text = calibrator.bench(&BenchOptions {
+            readings: 60,
+            tilt: 0.02,
+            ..BenchOptions::default()
+        });
+        let readings = readings(calibrator, &text);
+        let unit = synthetic::tilted(&calibrator.made[0], 0.02);
+        let deviations = vec![[0.1 * MN, 0.1 * FF]; readings.len()];
+        let bench = Bench::new(
+            calibrator.drawn,
+            &unit,
+            &readings,
+            &deviations,
+            Some(([1e-14; 4], 1e-15)),
+        )
+        .unwrap();
+        let at = values(&unit);
+        let parameters = calibrator.parameters(Model::Matrix, 0, &unit, [true; 3]);
+        let mut columns = vec![vec![0.0; bench.readings()]; OWN];
+        assert!(bench.slopes(&parameters, &at, &mut columns));
+        for (j, column) in columns.iter().enumerate() {
+            let step = 1e-4 * parameters[j].size;
+            let side = |sign: f64| {
+                let mut moved = at.clone();
+                moved[j] += sign * step;
+                let mut residuals = vec![0.0; bench.readings()];
+                assert!(bench.residuals(&moved, &mut residuals));
+                residuals
+            };
+            let (low, high) = (side(-1.0), side(1.0));
+            let size = column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            for (i, slope) in column.iter().enumerate() {
+                let difference = (high[i] - low[i]) / (2.0 * step);
+                // Steps of 5e-6: curvature adds 1e-10, rounding of residuals of
+                // about 1000 adds 1e-7 of the largest.
+                assert!(
+                    (slope - difference).abs() < 1e-6 * size,
+                    "{} {i}: {slope} {difference}",
+                    parameters[j].name
+                );
+            }
+        }
+    });
+}
+
+#[test]
+fn intervals_cover_the_truth_of_a_thousand_benches() {
+    with(&sensor(), |calibrator| {
+        let truth = values(&synthetic::tilted(&calibrator.made[0], 0.01));
+        let counts: Vec<Vec<usize>> = (0..1000_u64)
+            .into_par_iter()
+            .map(|seed| {
+                let text = calibrator.bench(&BenchOptions {
+                    seed,
+                    readings: 84,
+                    cycles: 1,
+                    compression: 0.5,
+                    noise: 0.001,
+                    tilt: 0.01,
+                    ..BenchOptions::default()
+                });
+                let readings = readings(calibrator, &text);
+                let start = with_values(&calibrator.drawn, &truth);
+                let fitted = calibrator
+                    .fit_from(Model::Matrix, &start, &readings, None, &no_hold_out())
+                    .unwrap();
+                let estimates = fitted.fit.estimates.iter().zip(&truth);
+                estimates
+                    .map(|(estimate, truth)| {
+                        let [low, high] = estimate.interval;
+                        usize::from((low..=high).contains(truth))
+                    })
+                    .collect()
+            })
+            .collect();
+        let covered: Vec<usize> = (0..OWN)
+            .map(|j| counts.iter().map(|count| count[j]).sum())
+            .collect();
+        // 95 % of 1000 with three deviations of that count.
+        assert!(
+            covered.iter().all(|count| (930..=970).contains(count)),
+            "{covered:?}"
+        );
+    });
+}
+
+/// A pure normal sweep of the truth without noise, with deviations given.
+fn normal_sweep(calibrator: &ThreeAxisCalibrator<'_>, last: u32, gauge: f64) -> String {
+    let mut text = String::from(
+        "force_z [mN],capacitance_11 [fF],capacitance_12 [fF],capacitance_21 [fF],capacitance_22 [fF],\
+         force_deviation [mN],capacitance_deviation [fF]\n",
+    );
+    for force in 0..=last {
+        let unit = &calibrator.drawn;
+        let c = unit
+            .predict([0.0, 0.0, f64::from(force) * MN])
+            .1
+            .capacitance();
+        let [a, b, c, d] = c.map(|c| c / FF);
+        let _ = writeln!(text, "{force},{a},{b},{c},{d},{gauge},0.1");
+    }
+    text
+}
+
+/// Smallest possible deviations (Cramér and Rao's bound) of C_par, gap
+/// and stiffness.
+#[test]
+fn a_short_sweep_says_that_it_cannot_tell_the_parallel_capacitance() {
+    with(&sensor(), |calibrator| {
+        for (last, gauge, parallel, gap, stiffness, told) in [
+            (15, 0.29, 56.0, 2.7, 6200.0, false),
+            (15, 0.03, 7.0, 0.34, 780.0, false),
+            (40, 0.29, 5.3, 0.25, 490.0, true),
+            (40, 0.03, 0.6, 0.03, 58.0, true),
+        ] {
+            let text = normal_sweep(calibrator, last, gauge);
+            let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+            let deviation = |place: usize| outcome.parameters[place].1.deviation;
+            let mean = |first: usize| (first..first + 4).map(deviation).sum::<f64>() / 4.0;
+            let z = outcome.parameters[COMPLIANCE + 8].1;
+            // Printed with one or two digits.
+            for (found, printed, digit) in [
+                (mean(0) / FF, parallel, 0.05),
+                (mean(GAP) * 1e6, gap, 0.005),
+                (z.deviation / z.value.powi(2), stiffness, 0.0),
+            ] {
+                assert!(
+                    (found - printed).abs() <= 0.1 * printed + digit,
+                    "{last} mN, gauge {gauge} mN: {found} {printed}"
+                );
+            }
+            let words = outcome.open.first();
+            let is_told = words.is_none_or(|words| !words.contains("cannot be told apart: sigma"));
+            assert_eq!(is_told, told, "{last} {gauge}: {:?}", outcome.open);
+        }
+        let text = normal_sweep(calibrator, 15, 0.29);
+        let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        assert!(
+            outcome.open[0].contains("a sweep to 40 mN"),
+            "{}",
+            outcome.open[0]
+        );
+    });
+}
+
+#[test]
+fn a_measured_parallel_capacitance_closes_what_is_open() {
+    with(&sensor(), |calibrator| {
+        let text = normal_sweep(calibrator, 15, 0.29);
+        let mut lines = text.lines();
+        let mut with_measured = format!(
+            "{},parallel_capacitance_11 [fF],parallel_capacitance_12 [fF],parallel_capacitance_21 [fF],\
+             parallel_capacitance_22 [fF],parallel_capacitance_deviation [fF]\n",
+            lines.next().unwrap()
+        );
+        for line in lines {
+            let _ = writeln!(with_measured, "{line},30.7,31.7,17.7,32.7,0.5");
+        }
+        let outcome = calibrator
+            .calibrate(&parse(&with_measured), &no_hold_out())
+            .unwrap();
+        assert!(outcome.is_identified());
+        assert!(outcome.parameters[0].1.deviation <= 0.5 * FF);
+    });
+}
+
+/// The reference sweep: noise-free, tiles that follow half of the tilt.
+#[test]
+fn the_reference_sweep_gives_its_truth() {
+    let (_, rows) = table(reference!("p2_zsweep.csv"));
+    let mut text = String::from(
+        "force_z [mN],capacitance_11 [fF],capacitance_12 [fF],capacitance_21 [fF],capacitance_22 [fF]\n",
+    );
+    for row in rows {
+        let fields: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
+        let _ = writeln!(text, "{}", fields.join(","));
+    }
+    let mut sensor = sensor();
+    if let Element::ThreeAxisCapacitor(element) = &mut sensor.element {
+        element.suspension.tile_tilt = 0.5;
+    }
+    with(&sensor, |calibrator| {
+        let readings = readings(calibrator, &text);
+        let fitted = calibrator
+            .fit(Model::Matrix, &readings, None, &no_hold_out())
+            .unwrap();
+        let found = fitted.fit.values();
+        let insulation = calibrator.drawn.plates.insulation_gap;
+        let (_, expected) = table(reference!("p2_zsweep_expected.csv"));
+        for (i, row) in expected.iter().enumerate() {
+            for (value, wanted) in [
+                (found[i] / FF, row[1]),
+                ((found[GAP + i] + insulation) * 1e6, row[2]),
+                (1.0 / found[COMPLIANCE + 8], row[3]),
+            ] {
+                // The reference is exact; the search ends far below this.
+                assert!((value / wanted - 1.0).abs() < 1e-6, "{value} {wanted}");
+            }
+        }
+    });
+}
+
+/// The reference table of gauge forces, with the parallel capacitances given.
+#[test]
+fn the_reference_stiffness_comes_back() {
+    let (_, rest) = table(reference!("p2_calibration_rest.csv"));
+    let (_, rows) = table(reference!("p2_calibration_data.csv"));
+    let mut text = String::from(
+        "capacitance_11 [fF],capacitance_12 [fF],capacitance_21 [fF],capacitance_22 [fF],force_x [mN],force_y [mN],\
+         force_z [mN],parallel_capacitance_11 [fF],parallel_capacitance_12 [fF],parallel_capacitance_21 [fF],\
+         parallel_capacitance_22 [fF],parallel_capacitance_deviation [fF]\n",
+    );
+    for row in rows {
+        let fields: Vec<String> = row
+            .iter()
+            .chain(&rest[0][4..8])
+            .map(|x| format!("{x:?}"))
+            .collect();
+        let _ = writeln!(text, "{},1e-9", fields.join(","));
+    }
+    with(&sensor(), |calibrator| {
+        let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        let (_, expected) = table(reference!("p2_calibration_expected.csv"));
+        for (axis, row) in expected.iter().enumerate() {
+            for column in 0..3 {
+                let found = outcome.derived[3 * axis + column].value;
+                let wanted = row[1 + column] * 1e6;
+                // The parallel capacitances are held to 1e-9 fF; small entries
+                // to that share of the large ones.
+                assert!(
+                    (found - wanted).abs() < 1e-9 * 1e4,
+                    "{axis} {column}: {found} {wanted}"
+                );
+            }
+        }
+    });
+}
+
+#[test]
+fn a_tilted_probe_is_cross_talk_that_is_found() {
+    with(&sensor(), |calibrator| {
+        let text = calibrator.bench(&BenchOptions {
+            tilt: 0.05,
+            noise: 0.002,
+            compression: 0.5,
+            ..BenchOptions::default()
+        });
+        let outcome = calibrator
+            .calibrate(&parse(&text), &CalibrateOptions::default())
+            .unwrap();
+        let truth = values(&synthetic::tilted(&calibrator.made[0], 0.05));
+        for (place, (parameter, estimate)) in outcome.parameters.iter().enumerate() {
+            // Four deviations: one in 16 000 lies farther.
+            let off = (estimate.value - truth[place]).abs() / estimate.deviation;
+            assert!(off < 4.0, "{}: {off}", parameter.name);
+        }
+        let by_name = |name: &str| outcome.models.iter().find(|m| m.name == name).unwrap();
+        let (matrix, springs) = (by_name("matrix"), by_name("springs"));
+        assert!(matrix.hold_out.unwrap() < 0.7 * springs.hold_out.unwrap());
+    });
+}
+
+#[test]
+fn hysteresis_is_remarked_on() {
+    with(&sensor(), |calibrator| {
+        let text = calibrator.bench(&BenchOptions {
+            hysteresis: 0.1,
+            noise: 0.002,
+            ..BenchOptions::default()
+        });
+        let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        let found = outcome
+            .remarks
+            .iter()
+            .find(|r| r.message.contains("less force_z"));
+        let message = &found.expect("a remark").message;
+        let word = message.split_whitespace().nth(3).unwrap();
+        // 10 % of the mean of both branches is 9.5 % of loading; the light
+        // presses of the side sweeps, of both branches, take up to a tenth off.
+        let share: f64 = word.parse().unwrap();
+        assert!((8.5..10.0).contains(&share), "{message}");
+    });
+}
+
+/// Names of the columns of `text` exchanged.
+fn renamed(text: &str, names: [&str; 2]) -> String {
+    let [a, b] = names;
+    text.replace(a, "@").replace(b, a).replace('@', b)
+}
+
+#[test]
+fn swapped_channels_and_wrong_units_are_named() {
+    with(&sensor(), |calibrator| {
+        let text = calibrator.bench(&BenchOptions::default());
+        let of = |text: &str| {
+            calibrator
+                .calibrate(&parse(text), &no_hold_out())
+                .unwrap_err()
+                .to_string()
+        };
+        let capacitance = |name: &str| format!("capacitance_{name} [fF]");
+        for (a, b) in [
+            ("11", "12"),
+            ("11", "21"),
+            ("11", "22"),
+            ("12", "21"),
+            ("12", "22"),
+            ("21", "22"),
+        ] {
+            let error = of(&renamed(&text, [&capacitance(a), &capacitance(b)]));
+            assert!(error.contains(&format!("{a} behaves like {b}")), "{error}");
+            assert!(error.contains(&format!("{b} behaves like {a}")), "{error}");
+        }
+        let error = of(&renamed(&text, ["force_x [mN]", "force_y [mN]"]));
+        assert!(error.contains("force_x and force_y are swapped"), "{error}");
+        let few: Vec<&str> = text.lines().take(30).collect();
+        for (text, message) in [
+            (few.join("\n"), "at least 12 are needed"),
+            (text.replace("force_z [mN]", "force_z [N]"), "1000 times"),
+            (text.replace("force_x [mN]", "force_x [uN]"), "a thousandth"),
+            (
+                text.replace("capacitance_21 [fF]", "capacitance_21 [pF]"),
+                "1000 times",
+            ),
+            (
+                text.replace("capacitance_21 [fF]", "capacitance_21"),
+                "no unit",
+            ),
+            (text.replace("capacitance_21 [fF]", "other"), "are missing"),
+            (text.replace(",0,0,", ",99,0,"), "no taxel"),
+        ] {
+            let found = BenchData::parse("bench.csv", &text, &COLUMNS, "taxel")
+                .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
+            let error = found.unwrap_err().to_string();
+            assert!(error.contains(message), "{message}: {error}");
+        }
+    });
+}
+
+#[test]
+fn a_calibration_file_carries_the_compliance_to_prediction_and_estimation() {
+    let sensor = sensor();
+    with(&sensor, |calibrator| {
+        let text = calibrator.bench(&BenchOptions {
+            tilt: 0.05,
+            compression: 0.5,
+            noise: 0.001,
+            ..BenchOptions::default()
+        });
+        let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        let about = Provenance {
+            version: "0",
+            date: "2000-01-01",
+            data: "bench.csv",
+            data_hash: "00",
+        };
+        let file = CalibrationFile::parse("calibration.toml", &outcome.to_toml(&about)).unwrap();
+        let calibrated = file
+            .apply("calibration.toml", &sensor, "0123456789abcdef")
+            .unwrap();
+        let found: Vec<f64> = outcome.parameters.iter().map(|(_, e)| e.value).collect();
+        let array = calibrated.three_axis().unwrap();
+        assert_eq!(values(&array.calibration().units[0]), found);
+        let predictor = calibrated.device().unwrap().predictor();
+        let loads = Loads::one("fx=5 mN, fy=0 mN, fz=10 mN", predictor.load_columns()).unwrap();
+        let mut row = Vec::new();
+        predictor.answer(&loads.load(0), &mut row).unwrap();
+        let place = predictor
+            .columns()
+            .iter()
+            .position(|c| c.name == "capacitance_11")
+            .unwrap();
+        let truth = synthetic::tilted(&calibrator.made[0], 0.05);
+        let wanted = truth.predict([5e-3, 0.0, 10e-3]).1.capacitance()[0];
+        let Cell::Number(capacitance) = row[place] else {
+            panic!("no number");
+        };
+        // 200 readings of 0.1 fF.
+        assert!(
+            (capacitance - wanted).abs() < 0.1 * FF,
+            "{capacitance} {wanted}"
+        );
+        assert!(file.apply("calibration.toml", &sensor, "another").is_err());
+    });
+}
