@@ -331,9 +331,15 @@ fn report(
             }
         }
     };
-    let data = minimum.triangle(parameters, &free, scale, false);
-    let all = minimum.triangle(parameters, &free, scale, true);
-    let inverse = all.bounded_inverse();
+    let spectrum = |with_priors| {
+        let triangle = minimum.triangle(parameters, &free, scale, with_priors);
+        triangle.spectrum()
+    };
+    let data = spectrum(false);
+    let inverse = match priors {
+        0 => data.bounded_inverse(),
+        _ => spectrum(true).bounded_inverse(),
+    };
     let leverage = minimum.leverage(parameters, &free, scale, &inverse);
     let told = data.deviations();
     let quantile = quantile(scale, options.noise, freedom);
