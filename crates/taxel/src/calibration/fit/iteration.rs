@@ -161,7 +161,7 @@ impl<'a> Search<'a> {
     /// Parameters that are neither fixed nor pressed against a bound.
     fn movable(&self) -> Vec<usize> {
         let minimum = &self.minimum;
-        let slope = |j| minimum.slope_of_cost(self.parameters, j);
+        let slope = |j| minimum.slope_of_cost(self.parameters, j, minimum.noise);
         (0..self.parameters.len())
             .filter(|&j| {
                 let [low, high] = self.parameters[j].bounds;
@@ -321,8 +321,9 @@ impl Minimum {
         readings + (all - readings) * noise * noise
     }
 
-    /// Half the slope of the cost along a parameter.
-    fn slope_of_cost(&self, parameters: &[Parameter], j: usize) -> f64 {
+    /// Half the slope of the cost along a parameter, for residuals divided by
+    /// `noise`.
+    pub(super) fn slope_of_cost(&self, parameters: &[Parameter], j: usize, noise: f64) -> f64 {
         let readings: f64 = self
             .residuals
             .iter()
@@ -332,7 +333,7 @@ impl Minimum {
         let prior = parameters[j].prior.map_or(0.0, |prior| {
             (self.at[j] - prior.value) / prior.deviation.powi(2)
         });
-        readings / (self.noise * self.noise) + prior
+        readings / (noise * noise) + prior
     }
 
     /// Slopes of the parameters `free` per size and residuals, weighted and
