@@ -1,5 +1,6 @@
 //! Which devices can be calibrated on a bench: a device is added here.
 
+use super::channel_bench::{self, ChannelCalibrator};
 use super::in_plane_bench::{self, InPlaneCalibrator};
 use super::outcome::{Calibrator, NamedSensor};
 use crate::sensor::{Element, Sensor};
@@ -8,7 +9,9 @@ use crate::sensor::{Element, Sensor};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoCalibrator {
     /// Not this kind.
-    #[error("a {element} cannot be calibrated from readings yet; in_plane_capacitor can")]
+    #[error(
+        "a {element} cannot be calibrated from readings yet; in_plane_capacitor and liquid_metal_channel can"
+    )]
     Kind {
         /// Key of the element.
         element: &'static str,
@@ -49,6 +52,10 @@ pub fn calibrator<'a>(
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
+        Element::LiquidMetalChannel(_) => match ChannelCalibrator::new(sensors) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
         _ => Err(NoCalibrator::Kind { element }),
     }
 }
@@ -65,6 +72,7 @@ pub(super) fn apply(
 ) -> Result<(), String> {
     match sensor.element {
         Element::InPlaneCapacitor(_) => in_plane_bench::apply(sensor, model, prefix, value),
+        Element::LiquidMetalChannel(_) => channel_bench::apply(sensor, value),
         _ => Err("element".into()),
     }
 }
@@ -73,6 +81,7 @@ pub(super) fn apply(
 pub(super) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
     match sensor.element {
         Element::InPlaneCapacitor(_) => &["force_z", "capacitance"],
+        Element::LiquidMetalChannel(_) => &channel_bench::UNCERTAIN,
         _ => &[],
     }
 }
