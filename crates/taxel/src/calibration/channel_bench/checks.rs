@@ -163,10 +163,7 @@ fn units(
 
 /// Whether there are enough readings of different loads for each channel.
 pub(super) fn enough(data: &BenchData, readings: &[Reading]) -> Result<(), InputError> {
-    let mut channels: Vec<usize> = readings.iter().map(|r| r.channel).collect();
-    channels.sort_unstable();
-    channels.dedup();
-    for channel in channels {
+    for channel in channels(readings) {
         let of = readings.iter().filter(|r| r.channel == channel);
         let loads: Vec<f64> = of.map(|r| r.load.pressure(0.0)).collect();
         if loads.len() < LEAST {
@@ -189,6 +186,14 @@ pub(super) fn enough(data: &BenchData, readings: &[Reading]) -> Result<(), Input
         }
     }
     Ok(())
+}
+
+/// The channels that were read, in their order.
+pub(super) fn channels(readings: &[Reading]) -> Vec<usize> {
+    let mut channels: Vec<usize> = readings.iter().map(|r| r.channel).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    channels
 }
 
 /// The largest force, N; zero when all loads are pressures.

@@ -168,7 +168,7 @@ impl<'a> ChannelCalibrator<'a> {
     }
 
     /// Starts of a search.
-    fn starts(&self, channels: &[usize], readings: &[Reading]) -> Vec<Vec<f64>> {
+    fn starts(&self, readings: &[Reading]) -> Vec<Vec<f64>> {
         let divider = self.array.board.divider;
         let force = checks::largest_force(readings);
         let biases = if force > 0.0 {
@@ -186,14 +186,14 @@ impl<'a> ChannelCalibrator<'a> {
                 at[STIFFNESS[0]] = stiffness;
                 at[STIFFNESS[1]] = stiffness;
                 at[BIAS] = bias * force;
-                for channel in channels {
-                    let voltage = checks::rest_voltage(readings, *channel);
+                for channel in checks::channels(readings) {
+                    let voltage = checks::rest_voltage(readings, channel);
                     let sum = divider.reference * voltage / (divider.supply - voltage);
                     let rest = (sum - at[LEAD]).max(0.5 * sum);
                     at.push(if rest.is_finite() {
                         rest
                     } else {
-                        self.drawn_rest(*channel)
+                        self.drawn_rest(channel)
                     });
                 }
                 starts.push(at);
@@ -206,11 +206,9 @@ impl<'a> ChannelCalibrator<'a> {
         &self,
         readings: &[Reading],
         options: &CalibrateOptions,
-        starts: Option<&[Vec<f64>]>,
+        starts: &[Vec<f64>],
     ) -> Result<Fitted, FitError> {
-        let mut channels: Vec<usize> = readings.iter().map(|r| r.channel).collect();
-        channels.sort_unstable();
-        channels.dedup();
+        let channels = checks::channels(readings);
         let given = readings.iter().all(|r| r.deviation.is_some());
         let fit_options = FitOptions {
             noise: if given {
@@ -229,14 +227,6 @@ impl<'a> ChannelCalibrator<'a> {
             let parameters = self.parameters(&channels, kept, at);
             let bench = self.bench_of(&channels, kept);
             fit(&bench, &parameters, &fit_options).map(|found| (parameters, found))
-        };
-        let own;
-        let starts = match starts {
-            Some(starts) => starts,
-            None => {
-                own = self.starts(&channels, readings);
-                &own
-            }
         };
         let mut best: Option<(Vec<Parameter>, Fit)> = None;
         let mut failure = FitError::TooFew {
@@ -357,7 +347,9 @@ impl Calibrator for ChannelCalibrator<'_> {
             let help = "check the units and the sensor file, or take more readings";
             data.error("", error.to_string(), help)
         };
-        let mut fitted = self.fit(&readings, options, None).map_err(refused)?;
+        let mut fitted = self
+            .fit(&readings, options, &self.starts(&readings))
+            .map_err(refused)?;
         if options.profile {
             self.with_profiles(&mut fitted).map_err(refused)?;
         }
@@ -372,7 +364,7 @@ impl Calibrator for ChannelCalibrator<'_> {
         let mut held_residual = None;
         if !unseen.is_empty() {
             let starts = [fitted.fit.values()];
-            let trained = self.fit(&seen, options, Some(&starts)).map_err(refused)?;
+            let trained = self.fit(&seen, options, &starts).map_err(refused)?;
             hold_out = self.residuals(&trained, &unseen);
             held_residual = Some(self.relative(&trained, &unseen));
         }
@@ -419,7 +411,7 @@ impl Calibrator for ChannelCalibrator<'_> {
                 residual: self.relative(&fitted, &fitted.readings),
                 hold_out: held_residual,
             }],
-            scope: self.scope(&fitted),
+            scope: result::scope(&fitted),
             figures: self.figures(&fitted),
             remarks,
         })

@@ -34,19 +34,6 @@ impl ChannelCalibrator<'_> {
         (summaries.iter().map(square).sum::<f64>() / count.max(1) as f64).sqrt()
     }
 
-    pub(super) fn scope(&self, fitted: &Fitted) -> Vec<Scope> {
-        let bias = fitted.fit.estimates[BIAS].value;
-        let pressures = fitted.readings.iter().map(|r| r.load.pressure(bias));
-        let range = pressures.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], x| {
-            [low.min(x), high.max(x)]
-        });
-        vec![Scope {
-            name: "pressure".into(),
-            unit: "Pa",
-            range,
-        }]
-    }
-
     pub(super) fn figures(&self, fitted: &Fitted) -> Vec<Figure> {
         let at = fitted.fit.values();
         let bench = self.bench_of(&fitted.channels, &fitted.readings);
@@ -90,6 +77,20 @@ impl ChannelCalibrator<'_> {
         };
         fitted.channels.iter().map(figure).collect()
     }
+}
+
+/// Range of the pressures.
+pub(super) fn scope(fitted: &Fitted) -> Vec<Scope> {
+    let bias = fitted.fit.estimates[BIAS].value;
+    let pressures = fitted.readings.iter().map(|r| r.load.pressure(bias));
+    let range = pressures.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], x| {
+        [low.min(x), high.max(x)]
+    });
+    vec![Scope {
+        name: "pressure".into(),
+        unit: "Pa",
+        range,
+    }]
 }
 
 /// Range of the voltages of a channel, V.

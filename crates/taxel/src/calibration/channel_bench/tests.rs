@@ -1,3 +1,5 @@
+use std::fmt::Write as _;
+
 use rayon::prelude::*;
 
 use super::*;
@@ -168,18 +170,17 @@ fn a_device_comes_back_and_live_touch_inverts_it() {
 #[test]
 fn a_force_bias_is_found_and_subtracted() {
     let text = bench(&quiet(), &[0, 2]);
-    let forces: String = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| {
-            let fields: Vec<&str> = line.split(',').collect();
-            if i == 0 {
-                return "time [s],channel,force_z [mN],area [mm2],voltage [mV]\n".to_owned();
-            }
-            let force = fields[2].parse::<f64>().unwrap() + 5.0;
-            format!("{},{},{force},1,{}\n", fields[0], fields[1], fields[3])
-        })
-        .collect();
+    let mut forces = String::from("time [s],channel,force_z [mN],area [mm2],voltage [mV]\n");
+    for line in text.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let force = fields[2].parse::<f64>().unwrap() + 5.0;
+        writeln!(
+            forces,
+            "{},{},{force},1,{}",
+            fields[0], fields[1], fields[3]
+        )
+        .unwrap();
+    }
     with(&drawn(), |calibrator| {
         let outcome = calibrator
             .calibrate(&parse(calibrator, &forces), &options())
@@ -218,9 +219,7 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
                 for reading in &mut readings {
                     reading.voltage += 2e-5 * noise.normal();
                 }
-                let found = calibrator
-                    .fit(&readings, &options(), Some(&starts))
-                    .unwrap();
+                let found = calibrator.fit(&readings, &options(), &starts).unwrap();
                 let estimates = found.fit.estimates.iter().zip(&truth);
                 estimates
                     .map(|(estimate, truth)| {

@@ -191,9 +191,9 @@ impl Triangle {
         let length = norm(step.iter().copied());
         // |R⁻ᵀ step/|step||²: the transposed triangle from the top.
         let mut solved: Vec<f64> = Vec::with_capacity(step.len());
-        for i in 0..step.len() {
+        for (i, step) in step.iter().enumerate() {
             let known: f64 = (0..i).map(|k| self.rows[k][i] * solved[k]).sum();
-            solved.push((step[i] / length - known) / self.rows[i][i]);
+            solved.push((step / length - known) / self.rows[i][i]);
         }
         let square: f64 = solved.iter().map(|x| x * x).sum();
         (length - radius) / (radius * square)
