@@ -18,7 +18,7 @@ pub(super) fn readings(
     data: &BenchData,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
-    let divider = calibrator.array.board.divider;
+    let divider = calibrator.board.divider;
     let mut readings = Vec::with_capacity(data.len());
     let (mut saturated, mut impossible) = (0, 0);
     for row in 0..data.len() {
@@ -104,7 +104,7 @@ fn voltage(
     data: &BenchData,
     row: usize,
 ) -> Result<f64, InputError> {
-    let divider = calibrator.array.board.divider;
+    let divider = calibrator.board.divider;
     // A given resistance has the leads in it already.
     let of = |resistance: f64| divider.voltage(resistance - divider.lead);
     let found = data.number(row, 6).or(data.number(row, 7).map(of));
@@ -125,7 +125,6 @@ fn units(
             continue;
         }
         let drawn = calibrator
-            .array
             .board
             .divider
             .voltage(calibrator.drawn_rest(*channel));

@@ -22,12 +22,12 @@ use super::outcome::{
 };
 use super::remark::Remark;
 use super::split::{Branch, branches};
-use crate::device::ChannelArray;
-use crate::electronics::Readout;
+use crate::electronics::{DividerBoard, Readout};
 use crate::input::InputError;
 use crate::mechanics::PressureLaw;
 use crate::predict::LoadColumn;
 use crate::sensor::{Element, FoundChannels, Sensor};
+use crate::transduction::ChannelLayer;
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
@@ -53,7 +53,10 @@ pub(super) static UNCERTAIN: [&str; 4] = [
 /// Calibrates one array of crossing channels.
 pub(super) struct ChannelCalibrator<'a> {
     named: &'a NamedSensor<'a>,
-    array: ChannelArray<'a>,
+    layers: [ChannelLayer; 2],
+    /// Channels of the row and of the column layer.
+    counts: [usize; 2],
+    board: DividerBoard,
     /// Largest pressure that each layer's closing curve knows, Pa.
     highest: [f64; 2],
     all: Vec<usize>,
@@ -90,36 +93,38 @@ impl<'a> ChannelCalibrator<'a> {
             highest: [highest(0)?, highest(1)?],
             all: (0..array.counts().iter().sum()).collect(),
             named,
-            array,
+            counts: array.counts(),
+            board: array.board,
+            layers: array.layers,
         })
     }
 
     fn layer_of(&self, channel: usize) -> usize {
-        usize::from(channel >= self.array.counts()[0])
+        usize::from(channel >= self.counts[0])
     }
 
     /// Parameters of the drawing, all channels read.
     fn drawn(&self) -> Vec<f64> {
-        let expansion = match &self.array.element.liquid.pressure {
+        let expansion = match &self.layers[0].liquid {
             PressureLaw::Paper(law) => law.expansion,
             _ => 1.0,
         };
-        let mut at = vec![self.array.board.divider.lead, 1.0, 1.0, expansion, 0.0];
+        let mut at = vec![self.board.divider.lead, 1.0, 1.0, expansion, 0.0];
         at.extend(self.all.iter().map(|channel| self.drawn_rest(*channel)));
         at
     }
 
     fn drawn_rest(&self, channel: usize) -> f64 {
-        self.array.layers[self.layer_of(channel)]
+        self.layers[self.layer_of(channel)]
             .conductor
             .rest_resistance()
     }
 
     fn bench_of<'b>(&'b self, channels: &'b [usize], readings: &'b [Reading]) -> Bench<'b> {
-        let usual = self.array.board.deviation();
+        let usual = self.board.deviation();
         Bench {
-            layers: &self.array.layers,
-            divider: self.array.board.divider,
+            layers: &self.layers,
+            divider: self.board.divider,
             channels,
             readings,
             noise: readings
@@ -133,7 +138,7 @@ impl<'a> ChannelCalibrator<'a> {
         let rest = self.drawn_rest(0);
         let force = checks::largest_force(readings);
         let read = |layer: usize| readings.iter().any(|r| r.layer == layer);
-        let trapped = matches!(self.array.element.liquid.pressure, PressureLaw::Paper(_));
+        let trapped = matches!(self.layers[0].liquid, PressureLaw::Paper(_));
         // Unit, least and largest value, a difference that matters, and whether
         // the readings can say anything of it.
         let shared = [
@@ -169,7 +174,7 @@ impl<'a> ChannelCalibrator<'a> {
 
     /// Starts of a search.
     fn starts(&self, readings: &[Reading]) -> Vec<Vec<f64>> {
-        let divider = self.array.board.divider;
+        let divider = self.board.divider;
         let force = checks::largest_force(readings);
         let biases = if force > 0.0 {
             &BIASES[..]
