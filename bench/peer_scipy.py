@@ -30,7 +30,7 @@ def parts(at, i, s):
     gone = np.exp(-rate * s["e"])
     thinned = 1.0 - gone
     facing = s["scale"] - s["per"] * (1.0 - (1.0 - least) * thinned)
-    power = s["u"] ** gamma
+    power = np.exp(gamma * s["logu"])
     return rest, q, least, gone, thinned, facing, power
 
 

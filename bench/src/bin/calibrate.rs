@@ -295,7 +295,7 @@ impl Problem for Three {
             for row in &one.rows {
                 let thinned = -(-own[4] * row.e).exp_m1();
                 let facing = one.scale - row.per * (1.0 - (1.0 - own[3]) * thinned);
-                let change = facing * own[1] * row.over_gap.powf(own[2]);
+                let change = facing * own[1] * (own[2] * row.logarithm).exp();
                 let force = at[0] * (row.alone + at[1] * row.by_factor);
                 residuals[index] = (row.capacitance - own[0] + change) / one.sigma[1];
                 residuals[rows + index] = (row.force - force) / one.sigma[0];
@@ -314,7 +314,7 @@ impl Problem for Three {
             for row in &one.rows {
                 let gone = (-own[4] * row.e).exp();
                 let facing = one.scale - row.per * (1.0 - (1.0 - own[3]) * (1.0 - gone));
-                let power = row.over_gap.powf(own[2]) / one.sigma[1];
+                let power = (own[2] * row.logarithm).exp() / one.sigma[1];
                 let thinning = own[1] * power * row.per;
                 columns[first][index] = -1.0 / one.sigma[1];
                 columns[first + 1][index] = facing * power;

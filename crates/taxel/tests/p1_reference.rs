@@ -23,6 +23,7 @@ fn layer(aspect: f64, end_condition: EndCondition) -> CompressedLayer {
         contact_depth: 3e-3,
         top: TopFace::Frictionless,
         end_condition,
+        end_scale: 1.0,
     }
 }
 

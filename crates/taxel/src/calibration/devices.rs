@@ -1,5 +1,6 @@
 //! Which devices can be calibrated on a bench: a device is added here.
 
+use super::channel_bench::{self, ChannelCalibrator};
 use super::in_plane_bench::{self, InPlaneCalibrator};
 use super::outcome::{Calibrator, NamedSensor};
 use super::piezoelectric_bench::{self, PiezoelectricCalibrator};
@@ -10,9 +11,7 @@ use crate::sensor::{Element, Sensor};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoCalibrator {
     /// Not this kind.
-    #[error(
-        "a {element} cannot be calibrated from readings yet; in_plane_capacitor, three_axis_capacitor and piezoelectric can"
-    )]
+    #[error("a {element} of this sensor file cannot be calibrated from readings")]
     Kind {
         /// Key of the element.
         element: &'static str,
@@ -70,7 +69,10 @@ pub fn calibrator<'a>(
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
-        Element::LiquidMetalChannel(_) => Err(NoCalibrator::Kind { element }),
+        Element::LiquidMetalChannel(_) => match ChannelCalibrator::new(sensors) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
     }
 }
 
@@ -88,7 +90,7 @@ pub(super) fn apply(
         Element::InPlaneCapacitor(_) => in_plane_bench::apply(sensor, model, prefix, value),
         Element::ThreeAxisCapacitor(_) => three_axis_bench::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric_bench::apply(sensor, prefix, value),
-        Element::LiquidMetalChannel(_) => Err("element".into()),
+        Element::LiquidMetalChannel(_) => channel_bench::apply(sensor, value),
     }
 }
 
@@ -103,6 +105,6 @@ pub(super) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
             "capacitance_22",
         ],
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
-        Element::LiquidMetalChannel(_) => &[],
+        Element::LiquidMetalChannel(_) => &channel_bench::UNCERTAIN,
     }
 }

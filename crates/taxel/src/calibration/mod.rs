@@ -1,6 +1,7 @@
 //! What is known of one device: the model that estimation inverts.
 
 mod bench_data;
+mod channel_bench;
 mod channels;
 mod devices;
 mod file;

@@ -118,6 +118,11 @@ pub struct CompressedLayer {
     pub top: TopFace,
     /// What happens at the ends of the loaded length.
     pub end_condition: EndCondition,
+    /// What multiplies the factor of the end condition: 1 as drawn, and what a
+    /// calibration finds on a device.
+    #[serde(skip, default = "as_drawn")]
+    #[schemars(skip)]
+    pub end_scale: f64,
 }
 
 /// What a compression does to a layer as a whole.
@@ -172,6 +177,7 @@ impl CompressedLayer {
     ///     contact_depth: 3e-3,
     ///     top: TopFace::Frictionless,
     ///     end_condition: EndCondition::Free,
+    ///     end_scale: 1.0,
     /// };
     /// let state = layer.compress(0.1)?;
     /// assert!((state.mean_stress / 0.4e6 - 1.092207991354).abs() < 1e-11);
@@ -182,7 +188,7 @@ impl CompressedLayer {
     pub fn compress(&self, compression: f64) -> Result<LayerState, LayerError> {
         let kinematics = LayerKinematics::new(compression)?;
         let aspect = self.aspect();
-        let end_factor = self.end_condition.factor(aspect, compression)?;
+        let end_factor = self.end_scale * self.end_condition.factor(aspect, compression)?;
         let mean_stress = self.shear_modulus() * kinematics.mean_stress(aspect, end_factor);
         Ok(LayerState {
             kinematics,
@@ -506,6 +512,10 @@ impl LayerKinematics {
             sigma22: -pressure + c1 * upwards + c2 * along,
         }
     }
+}
+
+fn as_drawn() -> f64 {
+    1.0
 }
 
 /// Σ cᵢ x^{i+1}.

@@ -362,6 +362,14 @@ impl ClosingCurve {
         self
     }
 
+    /// The same curve for a solid that is `factor` times as stiff: all pressures
+    /// are multiplied by it.
+    #[must_use]
+    pub fn stiffened(mut self, factor: f64) -> Self {
+        self.curve = self.curve.stretched(factor);
+        self
+    }
+
     /// Share of the area lost per net pressure at rest, c₀ = −da/dq, 1/Pa.
     pub fn compliance(&self) -> f64 {
         -self.curve.start_slope()

@@ -93,6 +93,16 @@ impl MonotoneCurve {
         Ok(Self { points, slopes })
     }
 
+    /// The same curve with all x multiplied by a positive `factor`.
+    #[must_use]
+    pub fn stretched(mut self, factor: f64) -> Self {
+        for (point, slope) in self.points.iter_mut().zip(&mut self.slopes) {
+            point[0] *= factor;
+            *slope /= factor;
+        }
+        self
+    }
+
     /// Value and slope at `x`; a NaN counts as below.
     pub fn at(&self, x: f64) -> OnCurve {
         let (first, last) = (self.points[0], self.end());

@@ -35,6 +35,20 @@ pub struct LiquidMetalChannel {
     pub columns: LayerDescription,
     /// How far made devices differ from the drawing; used by the twin.
     pub fabrication: ChannelFabrication,
+    /// What a calibration found; `None` as drawn.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub found: Option<FoundChannels>,
+}
+
+/// What a calibration finds of the channels of one device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundChannels {
+    /// Pressures of the closing curves over those of the drawing, of the row
+    /// and of the column layer.
+    pub stiffness: [f64; 2],
+    /// Resistance at rest of each channel over that of the drawing, rows first.
+    pub rest: Vec<f64>,
 }
 
 /// Scatter of the made channels about their drawing.
@@ -136,12 +150,16 @@ impl LiquidMetalChannel {
         pitch: [f64; 2],
     ) -> Result<[ChannelLayer; 2], (&'static str, ChannelError)> {
         // Channels along x lie side by side along y.
-        let rows = self
+        let mut rows = self
             .layer(&self.rows, pitch[1])
             .map_err(|error| ("rows", error))?;
-        let columns = self
+        let mut columns = self
             .layer(&self.columns, pitch[0])
             .map_err(|error| ("columns", error))?;
+        if let Some(found) = &self.found {
+            rows.closing = rows.closing.stiffened(found.stiffness[0]);
+            columns.closing = columns.closing.stiffened(found.stiffness[1]);
+        }
         Ok([rows, columns])
     }
 

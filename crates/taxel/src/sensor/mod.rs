@@ -20,8 +20,8 @@ use crate::toml_input;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use liquid_metal_channel::{
-    ChannelFabrication, ClosingDescription, LayerDescription, Liquid, LiquidMetalChannel,
-    PlaneStrainCell, SectionDescription,
+    ChannelFabrication, ClosingDescription, FoundChannels, LayerDescription, Liquid,
+    LiquidMetalChannel, PlaneStrainCell, SectionDescription,
 };
 pub use mask::{CapacitorName, Mask};
 pub use piezoelectric::{

@@ -1,7 +1,7 @@
 //! What the readings cannot tell, as combinations of parameters.
 
 use super::Problem;
-use super::dense::{Triangle, floor, singular_values};
+use super::dense::Spectrum;
 
 /// A combination of parameters that the readings do not tell to within the
 /// sizes of its members.
@@ -28,15 +28,15 @@ pub struct Member {
 /// Members that move by less than this share of the largest are left out.
 const NEGLIGIBLE: f64 = 0.25;
 
-/// The combinations that the slopes `triangle` (per size and noise) of the
-/// parameters `free` leave open, the worst first.
+/// The combinations that the slopes (per size and noise) of the parameters
+/// `free` leave open, by their `spectrum`, the worst first.
 pub(super) fn directions(
     problem: &dyn Problem,
-    triangle: &Triangle,
+    spectrum: &Spectrum,
     free: &[usize],
 ) -> Vec<Direction> {
-    let (values, vectors) = singular_values(&triangle.rows);
-    let least = floor(&values);
+    let Spectrum { values, vectors } = spectrum;
+    let least = spectrum.floor();
     let mut order: Vec<usize> = (0..values.len()).filter(|k| values[*k] < 1.0).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
     let direction = |k: usize| {

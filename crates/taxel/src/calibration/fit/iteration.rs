@@ -1,6 +1,6 @@
 //! The search: steps of Levenberg and Marquardt inside bounds.
 
-use super::dense::Triangle;
+use super::dense::{Triangle, norm};
 use super::{FitError, FitOptions, Loss, Parameter, Problem};
 
 /// Why a search ended.
@@ -51,13 +51,17 @@ pub(super) struct Minimum {
 
 const FLAT: f64 = 1e-12;
 const SMALL_STEP: f64 = 1e-12;
-const FIRST_DAMPING: f64 = 1e-3;
+/// The first steps may be this many times as long as the way from zero.
+const FIRST_RADIUS: f64 = 100.0;
+/// A step that gains less than this share of what the slopes promise halves
+/// the radius, one that gains more than [`GOOD`] doubles it.
+const POOR: f64 = 0.25;
+const GOOD: f64 = 0.75;
 /// Sums that differ by less than this share are the same: near the minimum the
-/// step knows more than the sum.
+/// slopes know more than the sum.
 const ROUNDING: f64 = 1e-14;
-/// So many steps may be taken on the word of the slopes alone.
-const MOST_LEVEL: usize = 4;
-const MOST_DAMPING: f64 = 1e16;
+/// The radius ends the search below this share of the way from zero.
+const LEAST_RADIUS: f64 = 1e-16;
 
 /// Searches from `start`; residuals are divided by `noise`.
 pub(super) fn minimise(
@@ -79,12 +83,15 @@ struct Search<'a> {
     problem: &'a dyn Problem,
     parameters: &'a [Parameter],
     minimum: Minimum,
-    damping: f64,
-    growth: f64,
-    /// Steps in a row that left the sum as it was.
-    level: usize,
-    /// Largest length of each column so far.
-    lengths: Vec<f64>,
+    /// Where the next step leads, and its residuals.
+    trial: Trial,
+    /// Longest step, in sizes of the parameters; `None` before the first one.
+    radius: Option<f64>,
+}
+
+struct Trial {
+    at: Vec<f64>,
+    residuals: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -123,11 +130,12 @@ impl<'a> Search<'a> {
         Ok(Self {
             problem,
             parameters,
+            trial: Trial {
+                at: minimum.at.clone(),
+                residuals: vec![0.0; readings],
+            },
             minimum,
-            damping: FIRST_DAMPING,
-            growth: 2.0,
-            level: 0,
-            lengths: vec![0.0; parameters.len()],
+            radius: None,
         })
     }
 
@@ -141,25 +149,11 @@ impl<'a> Search<'a> {
         if triangle.reach() <= FLAT * self.minimum.cost.sqrt() {
             return Some(Stop::Flat);
         }
-        for (a, &j) in free.iter().enumerate() {
-            let square: f64 = triangle.rows.iter().map(|row| row[a] * row[a]).sum();
-            self.lengths[j] = self.lengths[j].max(square.sqrt());
-        }
         loop {
             match self.attempt(&triangle, &free) {
-                Attempt::Better { small: true } => return Some(Stop::SmallStep),
-                Attempt::Better { small: false } if self.level >= MOST_LEVEL => {
-                    return Some(Stop::NoDecrease);
-                }
-                Attempt::Better { small: false } => return None,
-                Attempt::Worse { small: true } => return Some(Stop::NoDecrease),
-                Attempt::Worse { small: false } => {
-                    self.damping *= self.growth;
-                    self.growth *= 2.0;
-                    if self.damping > MOST_DAMPING {
-                        return Some(Stop::NoDecrease);
-                    }
-                }
+                Attempt::Better => return None,
+                Attempt::Last(stop) => return Some(stop),
+                Attempt::Worse => {}
             }
         }
     }
@@ -167,69 +161,136 @@ impl<'a> Search<'a> {
     /// Parameters that are neither fixed nor pressed against a bound.
     fn movable(&self) -> Vec<usize> {
         let minimum = &self.minimum;
+        let slope = |j| minimum.slope_of_cost(self.parameters, j, minimum.noise);
         (0..self.parameters.len())
             .filter(|&j| {
                 let [low, high] = self.parameters[j].bounds;
-                let slope = minimum.slope_of_cost(self.parameters, j);
                 let at = minimum.at[j];
-                low < high && !(at <= low && slope > 0.0 || at >= high && slope < 0.0)
+                low < high && !(at <= low && slope(j) > 0.0 || at >= high && slope(j) < 0.0)
             })
             .collect()
     }
 
     fn attempt(&mut self, triangle: &Triangle, free: &[usize]) -> Attempt {
-        // A column without any slope must not make the damping vanish.
-        let longest = self.lengths.iter().copied().fold(0.0, f64::max);
-        let lengths: Vec<f64> = free
-            .iter()
-            .map(|&j| self.lengths[j].max(1e-8 * longest))
-            .collect();
-        let Some(step) = triangle.step(self.damping, &lengths) else {
-            return Attempt::Worse { small: false };
-        };
-        let mut at = self.minimum.at.clone();
-        let mut small = true;
-        for (&j, step) in free.iter().zip(&step) {
-            let parameter = &self.parameters[j];
-            let moved = at[j] - step * parameter.size;
-            at[j] = moved.clamp(parameter.bounds[0], parameter.bounds[1]);
-            let change = (at[j] - self.minimum.at[j]).abs();
-            small &= change <= SMALL_STEP * at[j].abs().max(1e-3 * parameter.size);
-        }
-        let mut residuals = vec![0.0; self.problem.readings()];
-        let there = self.problem.residuals(&at, &mut residuals);
-        let cost = self.minimum.cost_of(self.parameters, &at, &residuals);
-        let better = there && cost <= self.minimum.cost * (1.0 + ROUNDING);
-        let slopes = better
-            && self
-                .problem
-                .slopes(self.parameters, &at, &mut self.minimum.columns);
-        if !slopes {
-            if better {
-                // The columns were overwritten: bring them back.
-                let here = self.minimum.at.clone();
-                self.problem
-                    .slopes(self.parameters, &here, &mut self.minimum.columns);
-            }
-            return Attempt::Worse { small };
-        }
-        let lower = cost < self.minimum.cost * (1.0 - ROUNDING);
-        self.level = if lower { 0 } else { self.level + 1 };
+        let whole = self.whole_length();
+        let radius = self.radius.unwrap_or(FIRST_RADIUS * whole);
+        let step = self.step(triangle, free, radius);
+        let length = norm(step.iter().copied());
+        let small = self.take(free, &step);
         let expected = triangle.decrease(&step);
+        // What is left to gain cannot be seen in the sum any more.
+        let unseen = expected <= ROUNDING * self.minimum.cost;
+        let there = self
+            .problem
+            .residuals(&self.trial.at, &mut self.trial.residuals);
+        let cost = self
+            .minimum
+            .cost_of(self.parameters, &self.trial.at, &self.trial.residuals);
         let gain = (self.minimum.cost - cost) / expected.max(f64::MIN_POSITIVE);
-        let less = 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3);
-        self.damping = (self.damping * less.max(0.1)).max(1e-14);
-        self.growth = 2.0;
-        self.minimum.at = at;
-        self.minimum.residuals = residuals;
-        self.minimum.cost = cost;
-        Attempt::Better { small }
+        let better =
+            there && (gain > 1e-4 || unseen && cost <= self.minimum.cost * (1.0 + ROUNDING));
+        if better && self.accept(cost) {
+            let radius = self.radius.unwrap_or(length).min(radius);
+            self.radius = Some(if gain < POOR {
+                0.5 * radius
+            } else if gain > GOOD {
+                radius.max(2.0 * length)
+            } else {
+                radius
+            });
+            return match (small, unseen) {
+                (true, _) => Attempt::Last(Stop::SmallStep),
+                (false, true) => Attempt::Last(Stop::NoDecrease),
+                _ => Attempt::Better,
+            };
+        }
+        if small || unseen || radius <= LEAST_RADIUS * whole {
+            return Attempt::Last(Stop::NoDecrease);
+        }
+        self.radius = Some(shorter(gain) * radius.min(length));
+        Attempt::Worse
+    }
+
+    /// Length of the way from zero to here, in sizes.
+    fn whole_length(&self) -> f64 {
+        let parts = self.minimum.at.iter().zip(self.parameters);
+        let whole = norm(parts.map(|(at, p)| at / p.size));
+        if whole > 0.0 { whole } else { 1.0 }
+    }
+
+    /// The best step no longer than `radius`. Where it meets bounds, those
+    /// parameters go to them and the others do their best beside them.
+    fn step(&self, triangle: &Triangle, free: &[usize], radius: f64) -> Vec<f64> {
+        let (damping, mut step) = triangle.bounded_step(radius);
+        let mut held: Vec<Option<f64>> = vec![None; free.len()];
+        loop {
+            let mut met = false;
+            for (place, &j) in free.iter().enumerate() {
+                let parameter = &self.parameters[j];
+                let room = parameter
+                    .bounds
+                    .map(|bound| (self.minimum.at[j] - bound) / parameter.size);
+                let within = step[place].clamp(room[1], room[0]);
+                if held[place].is_none() && within != step[place] {
+                    held[place] = Some(within);
+                    met = true;
+                }
+            }
+            if !met {
+                return step;
+            }
+            step = triangle.step_beside(damping, &held);
+        }
+    }
+
+    /// Moves the trial by `step`; whether that is no more than rounding.
+    fn take(&mut self, free: &[usize], step: &[f64]) -> bool {
+        let mut small = true;
+        self.trial.at.clone_from(&self.minimum.at);
+        for (&j, step) in free.iter().zip(step) {
+            let parameter = &self.parameters[j];
+            let here = self.minimum.at[j];
+            let moved =
+                (here - step * parameter.size).clamp(parameter.bounds[0], parameter.bounds[1]);
+            small &= (moved - here).abs() <= SMALL_STEP * moved.abs().max(1e-3 * parameter.size);
+            self.trial.at[j] = moved;
+        }
+        small
+    }
+
+    /// Goes to the trial, unless there are no slopes.
+    fn accept(&mut self, cost: f64) -> bool {
+        let minimum = &mut self.minimum;
+        if !self
+            .problem
+            .slopes(self.parameters, &self.trial.at, &mut minimum.columns)
+        {
+            // The columns were overwritten: bring them back.
+            self.problem
+                .slopes(self.parameters, &minimum.at, &mut minimum.columns);
+            return false;
+        }
+        std::mem::swap(&mut minimum.at, &mut self.trial.at);
+        std::mem::swap(&mut minimum.residuals, &mut self.trial.residuals);
+        minimum.cost = cost;
+        true
     }
 }
 
 enum Attempt {
-    Better { small: bool },
-    Worse { small: bool },
+    Better,
+    Worse,
+    Last(Stop),
+}
+
+/// How much shorter the next step is after one that gained `gain` of what was
+/// promised: the least of the parabola through both sums and the first slope.
+fn shorter(gain: f64) -> f64 {
+    if gain.is_finite() {
+        (0.5 / (1.0 - 0.5 * gain.min(0.0))).clamp(0.1, 0.5)
+    } else {
+        0.1
+    }
 }
 
 impl Minimum {
@@ -260,8 +321,9 @@ impl Minimum {
         readings + (all - readings) * noise * noise
     }
 
-    /// Half the slope of the cost along a parameter.
-    fn slope_of_cost(&self, parameters: &[Parameter], j: usize) -> f64 {
+    /// Half the slope of the cost along a parameter, for residuals divided by
+    /// `noise`.
+    pub(super) fn slope_of_cost(&self, parameters: &[Parameter], j: usize, noise: f64) -> f64 {
         let readings: f64 = self
             .residuals
             .iter()
@@ -271,7 +333,7 @@ impl Minimum {
         let prior = parameters[j].prior.map_or(0.0, |prior| {
             (self.at[j] - prior.value) / prior.deviation.powi(2)
         });
-        readings / (self.noise * self.noise) + prior
+        readings / (noise * noise) + prior
     }
 
     /// Slopes of the parameters `free` per size and residuals, weighted and
@@ -283,23 +345,17 @@ impl Minimum {
         noise: f64,
         with_priors: bool,
     ) -> Triangle {
-        let weights = self.weights(noise);
-        let weighted = |values: &[f64], size: f64| -> Vec<f64> {
-            let pairs = values.iter().zip(&weights);
-            pairs.map(|(value, weight)| value * weight * size).collect()
-        };
-        let columns: Vec<Vec<f64>> = free
+        let columns: Vec<(&[f64], f64)> = free
             .iter()
-            .map(|&j| weighted(&self.columns[j], parameters[j].size))
+            .map(|&j| (self.columns[j].as_slice(), parameters[j].size))
             .collect();
-        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let prior = |(place, &j): (usize, &usize)| {
             let prior = parameters[j].prior.filter(|_| with_priors)?;
             let misfit = (self.at[j] - prior.value) / prior.deviation;
             Some((place, parameters[j].size / prior.deviation, misfit))
         };
         let extra: Vec<_> = free.iter().enumerate().filter_map(prior).collect();
-        Triangle::new(&columns, &weighted(&self.residuals, 1.0), &extra)
+        Triangle::new(&columns, &self.residuals, &self.weights(noise), &extra)
     }
 
     fn weights(&self, noise: f64) -> Vec<f64> {
@@ -317,14 +373,19 @@ impl Minimum {
         inverse: &[Vec<f64>],
     ) -> Vec<f64> {
         let weights = self.weights(noise);
+        let mut along = vec![0.0; free.len()];
         let share = |i: usize| -> f64 {
-            let along = |k: usize| -> f64 {
-                let terms = free.iter().zip(inverse);
-                terms
-                    .map(|(&j, row)| self.columns[j][i] * parameters[j].size * row[k])
-                    .sum()
-            };
-            let square: f64 = (0..free.len()).map(|k| along(k).powi(2)).sum();
+            along.fill(0.0);
+            for (&j, row) in free.iter().zip(inverse) {
+                let slope = self.columns[j][i] * parameters[j].size;
+                // Most readings touch few parameters.
+                if slope != 0.0 {
+                    for (sum, part) in along.iter_mut().zip(row) {
+                        *sum += slope * part;
+                    }
+                }
+            }
+            let square: f64 = along.iter().map(|x| x * x).sum();
             (square * weights[i] * weights[i]).clamp(0.0, 1.0)
         };
         (0..self.residuals.len()).map(share).collect()

@@ -162,7 +162,7 @@ pub enum Status {
     NotIdentified,
     /// The readings add next to nothing to its prior.
     PriorOnly,
-    /// The best value lies on a bound.
+    /// The best value lies on a bound; the interval goes from there to one side.
     AtBound,
     /// It was not fitted.
     Fixed,
@@ -331,12 +331,22 @@ fn report(
             }
         }
     };
-    let data = minimum.triangle(parameters, &free, scale, false);
-    let all = minimum.triangle(parameters, &free, scale, true);
-    let inverse = all.bounded_inverse();
+    let spectrum = |with_priors| {
+        let triangle = minimum.triangle(parameters, &free, scale, with_priors);
+        triangle.spectrum()
+    };
+    let data = spectrum(false);
+    let inverse = match priors {
+        0 => data.bounded_inverse(),
+        _ => spectrum(true).bounded_inverse(),
+    };
     let leverage = minimum.leverage(parameters, &free, scale, &inverse);
     let told = data.deviations();
     let quantile = quantile(scale, options.noise, freedom);
+    let mut slopes = vec![0.0; parameters.len()];
+    for &j in &free {
+        slopes[j] = minimum.slope_of_cost(parameters, j, scale);
+    }
     let mut covariance = vec![vec![0.0; parameters.len()]; parameters.len()];
     for (a, &i) in free.iter().enumerate() {
         for (b, &j) in free.iter().enumerate() {
@@ -351,7 +361,11 @@ fn report(
             let place = free.iter().position(|k| *k == j);
             let told = place.map(|place| told[place]);
             let deviation = covariance[j][j].sqrt();
-            estimate(parameter, minimum.at[j], deviation, told, quantile)
+            // Where the sum would be least if there were no bounds.
+            let pairs = free.iter().map(|k| covariance[j][*k] * slopes[*k]);
+            let beyond = pairs.sum::<f64>().abs();
+            let half = one_sided(quantile * deviation, beyond);
+            estimate(parameter, minimum.at[j], deviation, told, half)
         })
         .collect();
     Fit {
@@ -375,14 +389,21 @@ fn quantile(scale: f64, noise: NoiseSize, freedom: usize) -> f64 {
     student_quantile(0.975, if known { usize::MAX } else { freedom })
 }
 
+/// How far an interval reaches from a value that a bound keeps `beyond` away from
+/// the least sum: that sum costs t² more there than at the bound. Without a
+/// bound in the way it is t·σ.
+fn one_sided(half: f64, beyond: f64) -> f64 {
+    half * half / (half.hypot(beyond) + beyond).max(f64::MIN_POSITIVE)
+}
+
 /// `told` is the deviation that the readings alone leave, in sizes; `None` for
-/// a fixed parameter.
+/// a fixed parameter; `half` is half the interval.
 fn estimate(
     parameter: &Parameter,
     value: f64,
     deviation: f64,
     told: Option<f64>,
-    quantile: f64,
+    half: f64,
 ) -> Estimate {
     let [low, high] = parameter.bounds;
     let around = |centre: f64, half: f64| [(centre - half).max(low), (centre + half).min(high)];
@@ -393,10 +414,8 @@ fn estimate(
             (Status::PriorOnly, around(prior.value, half))
         }
         (Some(told), None) if told > 1.0 => (Status::NotIdentified, [low, high]),
-        _ if value <= low || value >= high => {
-            (Status::AtBound, around(value, quantile * deviation))
-        }
-        _ => (Status::Identified, around(value, quantile * deviation)),
+        _ if value <= low || value >= high => (Status::AtBound, around(value, half)),
+        _ => (Status::Identified, around(value, half)),
     };
     Estimate {
         value,

@@ -138,6 +138,26 @@ fn prior_and_readings_have_their_common_posterior() {
     close(found.covariance[0][1], -b / determinant, 1e-10);
 }
 
+#[test]
+fn a_bound_that_holds_a_value_leaves_a_shorter_interval_on_one_side() {
+    let readings = [1.0, 1.2, 0.8, 1.1, 0.9];
+    let problem = Linear {
+        design: vec![vec![1.0]; 5],
+        readings: readings.to_vec(),
+    };
+    let parameter = |low: f64| Parameter {
+        bounds: [low, 5.0],
+        ..Parameter::new("mean", 3.0)
+    };
+    let found = fit(&problem, &[parameter(1.5)], &given()).unwrap();
+    let estimate = found.estimates[0];
+    assert_eq!((estimate.status, estimate.value), (Status::AtBound, 1.5));
+    // 5 (x − 1)² less that at 1.5 is 1.96².
+    let end = 1.0 + (0.25 + 1.959963985_f64.powi(2) / 5.0).sqrt();
+    close(estimate.interval[0], 1.5, 1e-12);
+    close(estimate.interval[1], end, 1e-8);
+}
+
 struct Rosenbrock;
 
 impl Problem for Rosenbrock {

@@ -1,11 +1,12 @@
 //! Calibration of in-plane capacitive sensors (P1) from a bench: force,
 //! displacement if there is one, and capacitance, for one gap or several.
 //!
-//! Modulus and end factor are shared by all gaps; rest capacitance, q, γ,
+//! Modulus and scale of the end factor are shared by all gaps; rest capacitance, q, γ,
 //! t_min and n are each gap's own, as in P1 Table 1.
 
 mod checks;
 mod columns;
+mod model;
 mod problem;
 mod result;
 mod synthetic;
@@ -28,7 +29,8 @@ use crate::sensor::{InPlaneCapacitor, Sensor};
 use crate::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
 
 use columns::COLUMNS;
-use problem::{Bench, FACTOR, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
+use model::{MODELS, Model};
+use problem::{Bench, END_SCALE, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
 
 /// Key of the element in the sensor file.
 pub(super) const ELEMENT: &str = "in_plane_capacitor";
@@ -40,58 +42,11 @@ pub(super) struct InPlaneCalibrator<'a> {
     prefixes: Vec<String>,
 }
 
-static MODELS: [&str; 3] = ["model-1", "model-2", "first-principles"];
-
-/// Which parameters are free under which law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Model {
-    /// P1 Eqs. 7 and 8.
-    One,
-    /// Parallel plates with the published thickness: q = 1, γ = 0.
-    Two,
-    /// Mechanics and fields; only the rest capacitance is free.
-    FirstPrinciples,
-}
-
-impl Model {
-    const ALL: [Self; 3] = [Self::One, Self::Two, Self::FirstPrinciples];
-
-    fn name(self) -> &'static str {
-        MODELS[self as usize]
-    }
-
-    fn about(self) -> &'static str {
-        match self {
-            Self::One => "change of parallel plates times q (U/D)^gamma, thickness by t_min and n",
-            Self::Two => "change of parallel plates, thickness by t_min and n",
-            Self::FirstPrinciples => "mechanics and field of the drawing; no fitted change",
-        }
-    }
-
-    fn wanted(options: &CalibrateOptions) -> Result<Self, InputError> {
-        let Some(name) = &options.model else {
-            return Ok(Self::One);
-        };
-        let found = Self::ALL.into_iter().find(|model| model.name() == name);
-        found.ok_or_else(|| {
-            InputError::whole("--model", format!("\"{name}\" is no model of this device"))
-                .help(format!("use one of: {}", MODELS.join(", ")))
-        })
-    }
-
-    fn law(self) -> CapacitanceLaw {
-        match self {
-            Self::FirstPrinciples => CapacitanceLaw::Mechanics,
-            _ => CapacitanceLaw::Published,
-        }
-    }
-}
-
-/// Without displacements modulus and end factor are taken from the drawing
+/// Without displacements modulus and end condition are taken from the drawing
 /// with these deviations: 10 % of a cast elastomer's modulus, and the spread of
 /// the end conditions.
 const MODULUS_PRIOR: f64 = 0.1;
-const FACTOR_PRIOR: f64 = 0.1;
+const END_PRIOR: f64 = 0.1;
 /// Rates n at which searches start, beside that of the sensor file.
 const RATES: [f64; 3] = [10.0, 4.0, 25.0];
 /// Noise that is not given is found by weighing again until it settles.
@@ -104,6 +59,7 @@ struct Fitted {
     parameters: Vec<Parameter>,
     fit: Fit,
     noise: Vec<[f64; 2]>,
+    options: FitOptions,
 }
 
 impl Fitted {
@@ -133,7 +89,6 @@ impl<'a> InPlaneCalibrator<'a> {
 
     fn parameters(&self, model: Model, at: &[f64], with_displacement: bool) -> Vec<Parameter> {
         let drawn = self.models[0].layer;
-        let factor = at[1];
         let prior =
             |value: f64, deviation: f64| (!with_displacement).then_some(Prior { value, deviation });
         let modulus = drawn.youngs_modulus;
@@ -146,10 +101,10 @@ impl<'a> InPlaneCalibrator<'a> {
                 ..Parameter::new(MODULUS, at[0])
             },
             Parameter {
-                bounds: FACTOR_BOUNDS,
+                bounds: FACTOR_BOUNDS.map(|factor| factor / self.largest_factor()),
                 size: 0.1,
-                prior: prior(self.drawn_factor(), FACTOR_PRIOR),
-                ..Parameter::new(FACTOR, factor)
+                prior: prior(1.0, END_PRIOR),
+                ..Parameter::new(END_SCALE, at[1])
             },
         ];
         for (sensor, drawn) in self.models.iter().enumerate() {
@@ -180,32 +135,19 @@ impl<'a> InPlaneCalibrator<'a> {
         parameters
     }
 
-    /// χ of the drawing at a middle compression.
-    fn drawn_factor(&self) -> f64 {
+    /// The largest χ of the drawing.
+    fn largest_factor(&self) -> f64 {
         let layer = &self.models[0].layer;
-        let factor = layer.end_condition.factor(layer.aspect(), 0.1);
-        factor
-            .unwrap_or(1.0)
-            .clamp(FACTOR_BOUNDS[0], FACTOR_BOUNDS[1])
-    }
-
-    /// A word where the drawing's χ changes with the compression.
-    fn one_factor(&self) -> Option<Remark> {
-        let layer = &self.models[0].layer;
-        let at = |compression| layer.end_condition.factor(layer.aspect(), compression).ok();
-        let [low, high] = [at(0.05)?, at(0.3)?];
-        let message = format!(
-            "the end condition of the drawing goes from an end factor of {low:.3} at a compression of 0.05 to {high:.3} at \
-             0.3; the fit takes one for all, and modulus and end_factor then share what is left"
-        );
-        ((low / high - 1.0).abs() > 0.01).then(|| Remark::whole(message))
+        let at = |e: &f64| layer.end_condition.factor(layer.aspect(), *e).ok();
+        let found = [0.01, 0.1, 0.2, 0.3, 0.4].iter().filter_map(at);
+        found.reduce(f64::max).unwrap_or(1.0)
     }
 
     /// Starts of a search: as in the sensor file, and plain ones.
     fn starts(&self, model: Model, readings: &[Reading]) -> Vec<Vec<f64>> {
         let start = |own: &dyn Fn(&InPlaneModel) -> [f64; OWN - 1]| {
             let modulus = self.models[0].layer.youngs_modulus;
-            let mut at = vec![modulus, self.drawn_factor()];
+            let mut at = vec![modulus, 1.0];
             for (sensor, drawn) in self.models.iter().enumerate() {
                 at.push(checks::rest_of(readings, sensor));
                 at.extend(own(drawn));
@@ -294,6 +236,7 @@ impl<'a> InPlaneCalibrator<'a> {
             parameters,
             fit: found,
             noise,
+            options: fit_options,
         })
     }
 
@@ -361,9 +304,8 @@ impl<'a> InPlaneCalibrator<'a> {
         );
         for j in 0..fitted.parameters.len() {
             if fitted.fit.estimates[j].status == super::fit::Status::Identified {
-                let options = FitOptions::default();
                 fitted.fit.estimates[j].interval =
-                    profile_interval(&bench, &fitted.parameters, &options, &fitted.fit, j)?;
+                    profile_interval(&bench, &fitted.parameters, &fitted.options, &fitted.fit, j)?;
             }
         }
         Ok(())
@@ -419,7 +361,6 @@ impl Calibrator for InPlaneCalibrator<'_> {
         let mut remarks = data.remarks.clone();
         let all = checks::readings(self, data, &mut remarks)?;
         let readings = self.loading(&all, &mut remarks);
-        remarks.extend(self.one_factor());
         checks::enough(self, data, &readings)?;
         let held = self.held(&readings, options);
         let pick = |wanted: bool| -> Vec<Reading> {
@@ -529,7 +470,7 @@ pub(super) fn apply(
     value: &dyn Fn(&str) -> Option<f64>,
 ) -> Result<(), String> {
     let find = |name: Cow<'_, str>| value(&name).ok_or_else(|| name.clone().into_owned());
-    let shared = [find(MODULUS.into())?, find(FACTOR.into())?];
+    let shared = [find(MODULUS.into())?, find(END_SCALE.into())?];
     let mut own = [0.0; OWN];
     for (place, name) in own.iter_mut().zip(NAMES) {
         *place = find(format!("{prefix}{name}").into())?;

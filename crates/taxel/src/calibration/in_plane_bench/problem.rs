@@ -1,13 +1,10 @@
 //! The readings of in-plane sensors as a least-squares problem.
 
 use crate::calibration::fit::{Parameter, Problem};
-use crate::mechanics::{
-    CompressedLayer, EndCondition, GivenFactor, LARGEST_COMPRESSION, LayerKinematics,
-    PublishedThinning,
-};
+use crate::mechanics::{CompressedLayer, LARGEST_COMPRESSION, LayerKinematics, PublishedThinning};
 use crate::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit, PublishedFringe};
 
-/// Parameters that all sensors share: modulus and end factor.
+/// Parameters that all sensors share: modulus and scale of the end factor.
 pub(super) const SHARED: usize = 2;
 /// Parameters of each sensor: rest capacitance, then q, γ, t_min/T, n.
 pub(super) const OWN: usize = 5;
@@ -39,12 +36,10 @@ pub(super) struct Reading {
 #[derive(Debug, Clone, Copy)]
 struct Motion {
     compression: f64,
-    kinematics: LayerKinematics,
-    /// s̄/μ = `alone` + χ·`by_factor`.
+    /// s̄/μ = `alone` + k·`by_factor`, k the scale of the drawn end factor.
     alone: f64,
     by_factor: f64,
-    /// d/D of the layer alone.
-    stretch: f64,
+    law: Published,
 }
 
 /// The problem for one law.
@@ -72,16 +67,17 @@ pub(super) const NAMES: [&str; OWN] = [
     "thinning_rate",
 ];
 pub(super) const MODULUS: &str = "youngs_modulus";
-pub(super) const FACTOR: &str = "end_factor";
+pub(super) const END_SCALE: &str = "end_scale";
+/// Least and largest end factor at the stiffest compression of the drawing.
 pub(super) const FACTOR_BOUNDS: [f64; 2] = [LEAST_FACTOR, 20.0];
 
-/// The device with the parameters `shared` (modulus, end factor) and `own`.
+/// The device with the parameters `shared` (modulus, scale of the end factor) and `own`.
 ///
 /// The electrodes keep the ratio of their modulus to that of the layer.
 pub(in crate::calibration) fn calibrated(
     model: &InPlaneModel,
     law: CapacitanceLaw,
-    [modulus, factor]: [f64; SHARED],
+    [modulus, end_scale]: [f64; SHARED],
     [rest, scale, exponent, least_thickness, rate]: [f64; OWN],
 ) -> InPlaneModel {
     let mut found = *model;
@@ -91,7 +87,7 @@ pub(in crate::calibration) fn calibrated(
         .electrodes
         .stiffness
         .scaled(modulus / model.layer.youngs_modulus);
-    found.layer.end_condition = EndCondition::Given(GivenFactor { chi: factor });
+    found.layer.end_scale = end_scale;
     found.published_fit = Some(PublishedFit {
         thinning: PublishedThinning {
             least_thickness,
@@ -154,7 +150,7 @@ impl<'a> Bench<'a> {
         let model = &self.models[reading.sensor];
         let mut layer = model.layer;
         layer.youngs_modulus = at[0];
-        layer.end_condition = EndCondition::Given(GivenFactor { chi: at[1] });
+        layer.end_scale = at[1];
         // Noise about zero is no pull.
         let compression = layer.compression_from_force(reading.force.max(0.0)).ok()?;
         Motion::new(model, compression)
@@ -165,7 +161,7 @@ impl<'a> Bench<'a> {
         match self.law {
             CapacitanceLaw::Published => {
                 let own = own(sensor);
-                let law = Published::new(model, motion);
+                let law = &motion.law;
                 let [scale, exponent] = [at[own + 1], at[own + 2]];
                 let facing = law.facing(at[own + 3], at[own + 4]);
                 Some(facing * scale * law.power(exponent))
@@ -184,14 +180,14 @@ impl<'a> Bench<'a> {
             return [0.0; OWN - 1];
         }
         let own = own(sensor);
-        let law = Published::new(&self.models[sensor], motion);
+        let law = &motion.law;
         let [scale, exponent, least, rate] = [1, 2, 3, 4].map(|k| at[own + k]);
         let (facing, power) = (law.facing(least, rate), law.power(exponent));
         let thinned = -(-rate * law.compression).exp_m1();
         let thinning = scale * power * law.per_thickness;
         let by_rate = (1.0 - least) * law.compression * (1.0 - thinned);
-        let logarithm = if law.over_gap > 0.0 {
-            law.over_gap.ln()
+        let logarithm = if law.compression > 0.0 {
+            law.logarithm
         } else {
             0.0
         };
@@ -234,22 +230,24 @@ impl Motion {
     fn new(model: &InPlaneModel, compression: f64) -> Option<Self> {
         let kinematics = LayerKinematics::new(compression.max(0.0)).ok()?;
         let aspect = model.layer.aspect();
+        let compression = kinematics.compression();
+        let drawn = model.layer.end_condition.factor(aspect, compression).ok()?;
         let alone = kinematics.mean_stress(aspect, 0.0);
-        let middle = model.electrodes.middle();
         Some(Self {
-            compression: kinematics.compression(),
+            compression,
             alone,
-            by_factor: kinematics.mean_stress(aspect, 1.0) - alone,
-            stretch: 1.0 + model.layer.stretch_excess(&kinematics, middle),
-            kinematics,
+            by_factor: kinematics.mean_stress(aspect, drawn) - alone,
+            law: Published::new(model, &kinematics),
         })
     }
 }
 
 /// The published law at one state: X(t_min, n)·q·(U/D)^γ.
+#[derive(Debug, Clone, Copy)]
 struct Published {
     compression: f64,
-    over_gap: f64,
+    /// ln(U/D); −∞ at rest.
+    logarithm: f64,
     /// ε₀ε_r w_e T/D.
     scale: f64,
     /// ε₀ε_r w_e T/d.
@@ -257,13 +255,17 @@ struct Published {
 }
 
 impl Published {
-    fn new(model: &InPlaneModel, motion: &Motion) -> Self {
+    fn new(model: &InPlaneModel, kinematics: &LayerKinematics) -> Self {
         let scale = model.rest_capacitance_without_fringe();
+        let middle = model.electrodes.middle();
+        let stretch = 1.0 + model.layer.stretch_excess(kinematics, middle);
+        let compression = kinematics.compression();
+        let displacement = compression * model.layer.thickness;
         Self {
-            compression: motion.compression,
-            over_gap: motion.compression * model.layer.thickness / model.electrodes.gap,
+            compression,
+            logarithm: (displacement / model.electrodes.gap).ln(),
             scale,
-            per_thickness: scale / motion.stretch,
+            per_thickness: scale / stretch,
         }
     }
 
@@ -273,8 +275,8 @@ impl Published {
     }
 
     fn power(&self, exponent: f64) -> f64 {
-        if self.over_gap > 0.0 {
-            self.over_gap.powf(exponent)
+        if self.compression > 0.0 {
+            (exponent * self.logarithm).exp()
         } else {
             0.0
         }
@@ -372,7 +374,7 @@ impl Bench<'_> {
     /// The state of the layer at a reading, for figures: compression.
     pub(super) fn compression(&self, at: &[f64], index: usize) -> Option<f64> {
         match self.motions[index] {
-            Some(motion) => Some(motion.kinematics.compression()),
+            Some(motion) => Some(motion.compression),
             None => Some(self.motion_of_force(at, &self.readings[index])?.compression),
         }
     }

@@ -87,14 +87,18 @@ impl InPlaneCalibrator<'_> {
             numerics::ridders(range, misfit).exp()
         };
         let estimate = fitted.fit.estimates[1];
-        let mut interval = estimate.interval.map(zeta);
+        let layer = &self.models[0].layer;
+        // These end conditions have one factor for all compressions.
+        let drawn = layer.end_condition.factor(layer.aspect(), 0.1);
+        let drawn = drawn.unwrap_or(1.0);
+        let mut interval = estimate.interval.map(|scale| zeta(scale * drawn));
         interval.sort_by(f64::total_cmp);
         vec![Derived {
             name: "zeta".into(),
-            value: zeta(estimate.value),
+            value: zeta(estimate.value * drawn),
             interval,
             about: format!(
-                "of the end condition at m = {m}: only its end_factor is told, never zeta and m both"
+                "of the end condition at m = {m}: only its end factor is told, never zeta and m both"
             ),
         }]
     }

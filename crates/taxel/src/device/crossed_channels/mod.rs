@@ -47,10 +47,19 @@ impl<'a> ChannelArray<'a> {
     /// second is found when a file is read.
     pub(crate) fn new(sensor: &'a Sensor, element: &'a LiquidMetalChannel) -> Option<Self> {
         let array = &sensor.array;
+        let mut layers = element.layers(array.pitch).ok()?;
+        if let Some(found) = &element.found {
+            // A prediction is of the mean channel of its layer.
+            let (rows, columns) = found.rest.split_at(array.rows.min(found.rest.len()));
+            for (layer, rest) in layers.iter_mut().zip([rows, columns]) {
+                let mean = rest.iter().sum::<f64>() / rest.len().max(1) as f64;
+                layer.conductor.resistivity *= mean;
+            }
+        }
         Some(Self {
             sensor,
             element,
-            layers: element.layers(array.pitch).ok()?,
+            layers,
             board: DividerBoard::new(&sensor.electronics, array.rows + array.columns)?,
         })
     }
@@ -70,6 +79,20 @@ impl<'a> ChannelArray<'a> {
     pub fn taxel_share(&self) -> [f64; 2] {
         let pitch = self.sensor.array.pitch;
         std::array::from_fn(|layer| pitch[layer] / self.layers[layer].conductor.length)
+    }
+
+    /// Resistance at rest of a channel of a layer, Ω.
+    fn rest_resistance(&self, layer: usize, channel: usize) -> f64 {
+        let conductor = self.layers[layer].conductor;
+        let found = self.element.found.as_ref();
+        match found.and_then(|found| found.rest.get(channel)) {
+            Some(rest) => {
+                self.element.liquid.resistivity / conductor.resistivity
+                    * conductor.rest_resistance()
+                    * rest
+            }
+            None => conductor.rest_resistance(),
+        }
     }
 
     /// Which of the upper (0) and the lower layer (1) the rows are, which the columns.
@@ -117,8 +140,13 @@ impl<'a> ChannelArray<'a> {
     pub fn calibration(&self) -> Result<ChannelCalibration, ChannelError> {
         let (board, share) = (&self.board, self.taxel_share());
         let channels = |layer: usize| {
-            let model = ChannelModel::new(&self.layers[layer], share[layer], board.deviation())?;
-            Ok::<_, ChannelError>(vec![model; self.counts()[layer]])
+            let drawn = ChannelModel::new(&self.layers[layer], share[layer], board.deviation())?;
+            let first = layer * self.counts()[0];
+            let model = |place: usize| ChannelModel {
+                rest_resistance: self.rest_resistance(layer, first + place),
+                ..drawn.clone()
+            };
+            Ok::<_, ChannelError>((0..self.counts()[layer]).map(model).collect())
         };
         let layout = self.layout();
         Ok(ChannelCalibration {

@@ -1,0 +1,72 @@
+//! What readings of crossing channels may name.
+
+use crate::predict::{LoadColumn, LoadKind};
+use crate::quantity::{AREA, FORCE, RESISTANCE, STRESS, TIME, VOLTAGE};
+
+const fn column(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
+    LoadColumn {
+        name,
+        short: name,
+        kind,
+        required: false,
+        about,
+    }
+}
+
+pub(super) static COLUMNS: [LoadColumn; 10] = [
+    column(
+        "time",
+        LoadKind::Quantity(&TIME, [-1e12, 1e12]),
+        "clock of the readings",
+    ),
+    LoadColumn {
+        required: true,
+        ..column(
+            CHANNEL,
+            LoadKind::Number([0.0, 1e6]),
+            "which one, rows first, from 0",
+        )
+    },
+    column(
+        "pressure",
+        LoadKind::Quantity(&STRESS, [-1e9, 1e9]),
+        "on the surface above the loaded part",
+    ),
+    column(
+        "force_z",
+        LoadKind::Quantity(&FORCE, [-1e6, 1e6]),
+        "pressing force, with area",
+    ),
+    column(
+        "area",
+        LoadKind::Quantity(&AREA, [1e-12, 1.0]),
+        "under the force",
+    ),
+    column(
+        "loaded_share",
+        LoadKind::Number([1e-6, 1.0]),
+        "share of the channel's length under the load; 1 without it",
+    ),
+    column(
+        "voltage",
+        LoadKind::Quantity(&VOLTAGE, [-1e6, 1e6]),
+        "of the divider",
+    ),
+    column(
+        "resistance",
+        LoadKind::Quantity(&RESISTANCE, [0.0, 1e12]),
+        "of the channel with its leads, in place of the voltage",
+    ),
+    column(
+        "voltage_deviation",
+        LoadKind::Quantity(&VOLTAGE, [0.0, 1e3]),
+        "standard deviation of the voltage",
+    ),
+    column(
+        "hold_out",
+        LoadKind::Number([0.0, 1.0]),
+        "1 where a reading is held out",
+    ),
+];
+/// The column that says of which channel a row is.
+pub(super) const CHANNEL: &str = "channel";

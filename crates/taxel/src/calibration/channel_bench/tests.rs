@@ -1,0 +1,268 @@
+use std::fmt::Write as _;
+
+use rayon::prelude::*;
+
+use super::*;
+use crate::calibration::fit::Problem;
+use crate::calibration::split::HoldOut;
+use crate::calibration::{CalibrationFile, Provenance};
+use problem::Load;
+
+const NAME: &str = "liquid-metal-2x4";
+/// Leads, stiffnesses, expansion and bias of a device that is not as drawn.
+const TRUTH: [f64; SHARED] = [0.3, 1.3, 0.8, 0.25, 0.0];
+/// Its resistances at rest, rows first, Ω.
+const RESTS: [f64; 6] = [3.5, 3.3, 3.4, 3.45, 3.35, 3.2];
+
+fn drawn() -> Sensor {
+    Sensor::shipped(NAME).unwrap()
+}
+
+/// A device whose channels all have the resistance `rest`.
+fn made(rest: f64) -> Sensor {
+    let mut sensor = drawn();
+    let value = |name: &str| {
+        let shared = NAMES.iter().position(|known| *known == name);
+        Some(shared.map_or(rest, |place| TRUTH[place]))
+    };
+    apply(&mut sensor, &value).unwrap();
+    sensor
+}
+
+fn with<T>(sensor: &Sensor, run: impl Fn(&ChannelCalibrator<'_>) -> T) -> T {
+    let named = [NamedSensor {
+        name: NAME,
+        hash: "0123456789abcdef",
+        sensor,
+    }];
+    run(&ChannelCalibrator::new(&named).unwrap())
+}
+
+/// Readings of a bench with `RESTS`; the channels in `wanted` alone.
+fn bench(options: &BenchOptions, wanted: &[usize]) -> String {
+    let mut text = String::from("time [s],channel,pressure [kPa],voltage [mV]\n");
+    for channel in wanted {
+        let all = with(&made(RESTS[*channel]), |truth| truth.bench(options));
+        let of = |line: &&str| line.split(',').nth(1) == Some(channel.to_string().as_str());
+        for line in all.lines().filter(of) {
+            text.push_str(line);
+            text.push('\n');
+        }
+    }
+    text
+}
+
+fn parse(calibrator: &ChannelCalibrator<'_>, text: &str) -> BenchData {
+    BenchData::parse("bench.csv", text, calibrator.columns(), calibrator.group()).unwrap()
+}
+
+fn options() -> CalibrateOptions {
+    CalibrateOptions {
+        hold_out: HoldOut::None,
+        ..CalibrateOptions::default()
+    }
+}
+
+fn quiet() -> BenchOptions {
+    BenchOptions {
+        noise: 1e-4,
+        compression: 0.39,
+        readings: 60,
+        ..BenchOptions::default()
+    }
+}
+
+const ALL: [usize; 6] = [0, 1, 2, 3, 4, 5];
+
+#[test]
+fn slopes_are_those_of_differences() {
+    with(&drawn(), |calibrator| {
+        let mut at = calibrator.drawn();
+        at[LEAD] = 0.4;
+        at[BIAS] = 0.003;
+        let reading = |channel: usize, load: Load, share: f64| Reading {
+            channel,
+            layer: calibrator.layer_of(channel),
+            load,
+            share,
+            voltage: 0.6,
+            deviation: Some(1.0),
+            marked: false,
+        };
+        let readings = [
+            reading(0, Load::Pressure(3e3), 1.0),
+            reading(1, Load::Force(0.02, 1e-6), 0.3),
+            reading(4, Load::Force(0.012, 1e-6), 1.0),
+            reading(5, Load::Pressure(0.0), 1.0),
+        ];
+        let parameters = calibrator.parameters(&calibrator.all, &readings, &at);
+        let problem = calibrator.bench_of(&calibrator.all, &readings);
+        let mut columns = vec![vec![0.0; readings.len()]; at.len()];
+        assert!(problem.slopes(&parameters, &at, &mut columns));
+        for (j, column) in columns.iter().enumerate() {
+            let step = 1e-5 * at[j];
+            let side = |sign: f64| {
+                let mut moved = at.clone();
+                moved[j] += sign * step;
+                let mut residuals = vec![0.0; readings.len()];
+                assert!(problem.residuals(&moved, &mut residuals));
+                residuals
+            };
+            let (low, high) = (side(-1.0), side(1.0));
+            for (i, slope) in column.iter().enumerate() {
+                let difference = (high[i] - low[i]) / (2.0 * step);
+                // Differences over 2e-5 of smooth curves.
+                let size = slope.abs().max(1e-6);
+                assert!(
+                    (slope - difference).abs() < 1e-5 * size,
+                    "{j} {i}: {slope} {difference}"
+                );
+            }
+        }
+    });
+}
+
+#[test]
+fn a_device_comes_back_and_live_touch_inverts_it() {
+    let text = bench(&quiet(), &ALL);
+    let sensor = drawn();
+    let outcome = with(&sensor, |calibrator| {
+        calibrator.calibrate(&parse(calibrator, &text), &CalibrateOptions::default())
+    })
+    .unwrap();
+    let truth = TRUTH.iter().chain(&RESTS);
+    for ((parameter, estimate), truth) in outcome.parameters.iter().zip(truth) {
+        // Four deviations: the chance of a miss is 1 in 16 000 for each.
+        assert!(
+            (estimate.value - truth).abs() <= 4.0 * estimate.deviation,
+            "{}: {estimate:?} for {truth}",
+            parameter.name
+        );
+    }
+    assert!(outcome.is_identified(), "{:?}", outcome.open);
+    assert!(outcome.models[0].hold_out.unwrap() < 2e-4);
+    let about = Provenance {
+        version: "",
+        date: "",
+        data: "",
+        data_hash: "",
+    };
+    let file = CalibrationFile::parse("c.toml", &outcome.to_toml(&about)).unwrap();
+    let found = file.apply("c.toml", &sensor, "0123456789abcdef").unwrap();
+    let model = found.channels().unwrap().calibration().unwrap();
+    let rests = model.rows.iter().chain(&model.columns);
+    for (channel, rest) in rests.zip(RESTS) {
+        assert!((channel.rest_resistance / rest - 1.0).abs() < 0.01);
+    }
+    // The curves that are inverted live are those of the device.
+    let truth = made(RESTS[0]).channels().unwrap().calibration().unwrap();
+    let before = sensor.channels().unwrap().calibration().unwrap();
+    let slope = |of: &[ChannelModel]| of[0].pressure.start_slope();
+    for (found, truth, before) in [
+        (&model.rows, &truth.rows, &before.rows),
+        (&model.columns, &truth.columns, &before.columns),
+    ] {
+        assert!((slope(found) / slope(truth) - 1.0).abs() < 0.02);
+        assert!((slope(before) / slope(truth) - 1.0).abs() > 0.02);
+    }
+}
+
+#[test]
+fn a_force_bias_is_found_and_subtracted() {
+    let text = bench(&quiet(), &[0, 2]);
+    let mut forces = String::from("time [s],channel,force_z [mN],area [mm2],voltage [mV]\n");
+    for line in text.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let force = fields[2].parse::<f64>().unwrap() + 5.0;
+        writeln!(
+            forces,
+            "{},{},{force},1,{}",
+            fields[0], fields[1], fields[3]
+        )
+        .unwrap();
+    }
+    with(&drawn(), |calibrator| {
+        let outcome = calibrator
+            .calibrate(&parse(calibrator, &forces), &options())
+            .unwrap();
+        let (_, bias) = &outcome.parameters[BIAS];
+        assert!(
+            (bias.value - 5e-3).abs() <= 4.0 * bias.deviation,
+            "{bias:?}"
+        );
+        assert_eq!(bias.status, Status::Identified);
+    });
+}
+
+#[test]
+fn intervals_cover_the_truth_of_a_thousand_benches() {
+    let (row, column) = (RESTS[0], RESTS[2]);
+    let sensor = drawn();
+    let clean = BenchOptions {
+        noise: 0.0,
+        cycles: 1,
+        readings: 36,
+        ..quiet()
+    };
+    let text = bench(&clean, &[0, 2]);
+    with(&sensor, |calibrator| {
+        let data = parse(calibrator, &text);
+        let all = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
+        let exact = calibrator.loading(&all, &mut Vec::new());
+        let truth: Vec<f64> = TRUTH.into_iter().chain([row, column]).collect();
+        let starts = [truth.iter().map(|x| 1.02 * x).collect::<Vec<f64>>()];
+        let counts: Vec<Vec<usize>> = (0..1000_u64)
+            .into_par_iter()
+            .map(|seed| {
+                let mut noise = crate::electronics::Noise::seeded(seed);
+                let mut readings = exact.clone();
+                for reading in &mut readings {
+                    reading.voltage += 2e-5 * noise.normal();
+                }
+                let found = calibrator.fit(&readings, &options(), &starts).unwrap();
+                let estimates = found.fit.estimates.iter().zip(&truth);
+                estimates
+                    .map(|(estimate, truth)| {
+                        let [low, high] = estimate.interval;
+                        usize::from((low..=high).contains(truth))
+                    })
+                    .collect()
+            })
+            .collect();
+        for j in (0..truth.len()).filter(|j| *j != BIAS) {
+            let covered: usize = counts.iter().map(|count| count[j]).sum();
+            // 95 % of 1000 with three deviations of that count.
+            assert!((930..=970).contains(&covered), "{j}: {covered}");
+        }
+    });
+}
+
+#[test]
+fn readings_that_cannot_be_are_named() {
+    let text = bench(&quiet(), &[0, 2]);
+    with(&drawn(), |calibrator| {
+        let of = |text: &str| {
+            let data = parse(calibrator, text);
+            calibrator
+                .calibrate(&data, &options())
+                .unwrap_err()
+                .to_string()
+        };
+        let few: Vec<&str> = text.lines().take(5).collect();
+        for (text, message) in [
+            (few.join("\n"), "at least 6"),
+            (text.replace("[mV]", "[V]"), "0 and the supply"),
+            (text.replace("[mV]", "[uV]"), "at rest"),
+            (text.replace("[kPa]", "[MPa]"), "units of pressure"),
+            (
+                text.replace("pressure [kPa]", "force_z [mN]"),
+                "with its area",
+            ),
+            (text.replace("voltage [mV]", "other"), "neither voltage"),
+            (text.replace(",0,", ",9,"), "no channel 9"),
+        ] {
+            let error = of(&text);
+            assert!(error.contains(message), "{message}: {error}");
+        }
+    });
+}
