@@ -1,6 +1,6 @@
 //! What a calibration found, whatever the device.
 
-use super::fit::{Direction, Estimate, Fit, Parameter, Status};
+use super::fit::{Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status};
 use super::remark::Remark;
 use crate::figure::Figure;
 use crate::input::InputError;
@@ -33,6 +33,25 @@ pub struct CalibrateOptions {
     pub profile: bool,
     /// Whether wrong readings are to be forgotten (Huber's loss).
     pub robust: bool,
+}
+
+impl CalibrateOptions {
+    /// Options of the fits, by whether the noise is given with every reading.
+    pub(super) fn fitting(&self, given: bool) -> FitOptions {
+        FitOptions {
+            noise: if given {
+                NoiseSize::Given
+            } else {
+                NoiseSize::Estimated
+            },
+            loss: if self.robust {
+                Loss::Huber
+            } else {
+                Loss::Square
+            },
+            ..FitOptions::default()
+        }
+    }
 }
 
 /// Options of a synthetic bench.
@@ -116,7 +135,7 @@ pub struct Outcome {
     pub derived: Vec<Derived>,
     /// The noise, and how it is known.
     pub noise: String,
-    /// How the search ended, and χ² over the degrees of freedom.
+    /// How the search ended, and with given noise χ² over the degrees of freedom.
     pub search: String,
     /// Residuals of each kind of reading.
     pub residuals: Vec<ResidualSummary>,
@@ -143,6 +162,17 @@ pub struct CalibratedSensor {
     pub hash: String,
     /// What the names of its own parameters begin with, such as `gap_50um.`.
     pub prefix: String,
+}
+
+impl CalibratedSensor {
+    /// A sensor whose own parameters begin with `prefix`.
+    pub(super) fn of(named: &NamedSensor<'_>, prefix: &str) -> Self {
+        Self {
+            name: named.name.to_owned(),
+            hash: named.hash.to_owned(),
+            prefix: prefix.to_owned(),
+        }
+    }
 }
 
 /// A quantity that follows from the parameters.
@@ -216,6 +246,19 @@ impl ResidualSummary {
             range,
         }
     }
+}
+
+/// How a search ended; χ² tells something where the noise was given.
+pub(super) fn search_in_words(found: &Fit, given: bool) -> String {
+    let ended = format!("{} after {} steps", found.stop.name(), found.iterations);
+    if !given {
+        return format!("{ended}; {} degrees of freedom", found.freedom);
+    }
+    format!(
+        "{ended}; chi-square over degrees of freedom {:.3} ({} of them)",
+        found.reduced_chi_square(),
+        found.freedom
+    )
 }
 
 /// The combinations that a fit leaves open, in words.

@@ -52,6 +52,15 @@ pub fn turns(branches: &[Branch]) -> usize {
         .count()
 }
 
+/// The readings whose flag is `wanted`.
+pub(super) fn picked<T: Copy>(readings: &[T], flags: &[bool], wanted: bool) -> Vec<T> {
+    let pairs = readings.iter().zip(flags);
+    pairs
+        .filter(|(_, flag)| **flag == wanted)
+        .map(|(reading, _)| *reading)
+        .collect()
+}
+
 /// Which readings a fit does not see, so that its error can be judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HoldOut {

@@ -13,12 +13,10 @@ mod synthetic;
 
 use super::bench_data::BenchData;
 use super::channels::ChannelModel;
-use super::fit::{
-    Fit, FitError, FitOptions, Loss, NoiseSize, Parameter, Status, fit, profile_interval,
-};
+use super::fit::{Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
-    Outcome, open_in_words,
+    Outcome, open_in_words, search_in_words,
 };
 use super::remark::Remark;
 use super::split::{Branch, branches};
@@ -215,19 +213,7 @@ impl<'a> ChannelCalibrator<'a> {
     ) -> Result<Fitted, FitError> {
         let channels = checks::channels(readings);
         let given = readings.iter().all(|r| r.deviation.is_some());
-        let fit_options = FitOptions {
-            noise: if given {
-                NoiseSize::Given
-            } else {
-                NoiseSize::Estimated
-            },
-            loss: if options.robust {
-                Loss::Huber
-            } else {
-                Loss::Square
-            },
-            ..FitOptions::default()
-        };
+        let fit_options = options.fitting(given);
         let once = |at: &[f64], kept: &[Reading]| {
             let parameters = self.parameters(&channels, kept, at);
             let bench = self.bench_of(&channels, kept);
@@ -377,11 +363,7 @@ impl Calibrator for ChannelCalibrator<'_> {
         Ok(Outcome {
             element: self.named.sensor.element.key(),
             model: MODELS[0],
-            sensors: vec![CalibratedSensor {
-                name: self.named.name.to_owned(),
-                hash: self.named.hash.to_owned(),
-                prefix: String::new(),
-            }],
+            sensors: vec![CalibratedSensor::of(self.named, "")],
             parameters: fitted
                 .parameters
                 .iter()
@@ -395,24 +377,14 @@ impl Calibrator for ChannelCalibrator<'_> {
                 NoiseSize::Given => "given with each reading".into(),
                 NoiseSize::Estimated => "estimated from the residuals".into(),
             },
-            search: format!(
-                "{} after {} steps; chi-square over degrees of freedom {:.3} ({} of them)",
-                found.stop.name(),
-                found.iterations,
-                found.reduced_chi_square(),
-                found.freedom
-            ),
+            search: search_in_words(found, fitted.options.noise == NoiseSize::Given),
             residuals: self.residuals(&fitted, &fitted.readings),
             hold_out,
             held_out: options.hold_out.words(),
             models: vec![ModelComparison {
                 name: MODELS[0],
                 about: "closing curve of the drawing times a stiffness, law of the liquid, leads",
-                unknowns: fitted
-                    .parameters
-                    .iter()
-                    .filter(|p| p.bounds[0] < p.bounds[1])
-                    .count(),
+                unknowns: fitted.parameters.iter().filter(|p| p.is_free()).count(),
                 residual: self.relative(&fitted, &fitted.readings),
                 hold_out: held_residual,
             }],

@@ -70,7 +70,7 @@ impl Parameter {
         }
     }
 
-    fn is_free(&self) -> bool {
+    pub(super) fn is_free(&self) -> bool {
         self.bounds[0] < self.bounds[1]
     }
 }

@@ -14,15 +14,13 @@ mod synthetic;
 use std::borrow::Cow;
 
 use super::bench_data::BenchData;
-use super::fit::{
-    Fit, FitError, FitOptions, Loss, NoiseSize, Parameter, Prior, fit, profile_interval,
-};
+use super::fit::{Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
-    Outcome, open_in_words,
+    Outcome, open_in_words, search_in_words,
 };
 use super::remark::Remark;
-use super::split::{Branch, branches, turns};
+use super::split::{Branch, branches, picked, turns};
 use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::{InPlaneCapacitor, Sensor};
@@ -183,19 +181,7 @@ impl<'a> InPlaneCalibrator<'a> {
     ) -> Result<Fitted, FitError> {
         let with_displacement = readings.iter().any(|r| r.displacement.is_some());
         let (mut noise, given) = checks::noise(readings, self.models.len());
-        let fit_options = FitOptions {
-            noise: if given {
-                NoiseSize::Given
-            } else {
-                NoiseSize::Estimated
-            },
-            loss: if options.robust {
-                Loss::Huber
-            } else {
-                Loss::Square
-            },
-            ..FitOptions::default()
-        };
+        let fit_options = options.fitting(given);
         let once = |at: &[f64], noise: &[[f64; 2]]| {
             let parameters = self.parameters(model, at, with_displacement);
             let bench = Bench::new(&self.models, readings, model.law(), noise.to_vec());
@@ -363,13 +349,7 @@ impl Calibrator for InPlaneCalibrator<'_> {
         let readings = self.loading(&all, &mut remarks);
         checks::enough(self, data, &readings)?;
         let held = self.held(&readings, options);
-        let pick = |wanted: bool| -> Vec<Reading> {
-            let pairs = readings.iter().zip(&held);
-            pairs
-                .filter(|(_, held)| **held == wanted)
-                .map(|(r, _)| *r)
-                .collect()
-        };
+        let pick = |wanted: bool| picked(&readings, &held, wanted);
         let (seen, unseen) = (pick(false), pick(true));
         checks::beyond(&seen, &unseen, self.models.len(), &mut remarks);
         let mut fits = self.all_fits(wanted, &readings, options, data, &mut remarks)?;
@@ -387,11 +367,7 @@ impl Calibrator for InPlaneCalibrator<'_> {
             let mut comparison = ModelComparison {
                 name: found.model.name(),
                 about: found.model.about(),
-                unknowns: found
-                    .parameters
-                    .iter()
-                    .filter(|p| p.bounds[0] < p.bounds[1])
-                    .count(),
+                unknowns: found.parameters.iter().filter(|p| p.is_free()).count(),
                 residual: self.relative(found, &readings, &readings),
                 hold_out: None,
             };
@@ -412,11 +388,8 @@ impl Calibrator for InPlaneCalibrator<'_> {
         let best = &fits[0];
         let (_, given) = checks::noise(&readings, self.models.len());
         let found = &best.fit;
-        let sensor = |(named, prefix): (&NamedSensor<'_>, &String)| CalibratedSensor {
-            name: named.name.to_owned(),
-            hash: named.hash.to_owned(),
-            prefix: prefix.clone(),
-        };
+        let sensor =
+            |(named, prefix): (&NamedSensor<'_>, &String)| CalibratedSensor::of(named, prefix);
         Ok(Outcome {
             element: ELEMENT,
             model: wanted.name(),
@@ -436,13 +409,7 @@ impl Calibrator for InPlaneCalibrator<'_> {
             open: open_in_words(&best.parameters, found),
             derived: self.derived(best),
             noise: checks::noise_in_words(given, found),
-            search: format!(
-                "{} after {} steps; chi-square over degrees of freedom {:.3} ({} of them)",
-                found.stop.name(),
-                found.iterations,
-                found.reduced_chi_square(),
-                found.freedom
-            ),
+            search: search_in_words(found, given),
             residuals: self.residuals(best, &readings, &readings),
             hold_out,
             held_out: options.hold_out.words(),

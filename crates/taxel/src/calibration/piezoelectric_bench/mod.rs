@@ -13,14 +13,13 @@ mod result;
 mod synthetic;
 
 use super::bench_data::BenchData;
-use super::fit::{
-    Fit, FitError, FitOptions, Loss, NoiseSize, Parameter, Status, fit, profile_interval,
-};
+use super::fit::{Fit, FitError, Parameter, Status, fit, profile_interval};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
-    Outcome, open_in_words,
+    Outcome, open_in_words, search_in_words,
 };
 use super::remark::Remark;
+use super::split::picked;
 use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::Sensor;
@@ -152,7 +151,7 @@ impl<'a> PiezoelectricCalibrator<'a> {
                 }
             })
             .collect();
-        let found = fit(&bench, &parameters, &fit_options(readings, options))?;
+        let found = fit(&bench, &parameters, &options.fitting(is_given(readings)))?;
         Ok(Fitted {
             parameters,
             fit: found,
@@ -166,7 +165,7 @@ impl<'a> PiezoelectricCalibrator<'a> {
         options: &CalibrateOptions,
     ) -> Result<(), FitError> {
         let bench = self.problem(table, &table.readings);
-        let fitting = fit_options(&table.readings, options);
+        let fitting = options.fitting(is_given(&table.readings));
         for j in 0..OWN {
             if fitted.fit.estimates[j].status == Status::Identified {
                 fitted.fit.estimates[j].interval =
@@ -177,20 +176,8 @@ impl<'a> PiezoelectricCalibrator<'a> {
     }
 }
 
-fn fit_options(readings: &[Reading], options: &CalibrateOptions) -> FitOptions {
-    FitOptions {
-        noise: if readings.iter().all(|r| r.deviation.is_some()) {
-            NoiseSize::Given
-        } else {
-            NoiseSize::Estimated
-        },
-        loss: if options.robust {
-            Loss::Huber
-        } else {
-            Loss::Square
-        },
-        ..FitOptions::default()
-    }
+fn is_given(readings: &[Reading]) -> bool {
+    readings.iter().all(|r| r.deviation.is_some())
 }
 
 impl Calibrator for PiezoelectricCalibrator<'_> {
@@ -216,13 +203,7 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
         let table = checks::table(self, data, &mut remarks)?;
         let marked: Vec<bool> = table.readings.iter().map(|r| r.marked).collect();
         let held = options.hold_out.held(&marked);
-        let pick = |wanted: bool| -> Vec<Reading> {
-            let pairs = table.readings.iter().zip(&held);
-            pairs
-                .filter(|(_, held)| **held == wanted)
-                .map(|(r, _)| *r)
-                .collect()
-        };
+        let pick = |wanted: bool| picked(&table.readings, &held, wanted);
         let (seen, unseen) = (pick(false), pick(true));
         let wrong = |model: Model, error: FitError| {
             let help = "check the units and the sensor file, or take more readings";
@@ -234,10 +215,7 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
             let fitted = self
                 .fit(model, &table, &table.readings, options)
                 .map_err(|error| wrong(model, error))?;
-            let free = fitted
-                .parameters
-                .iter()
-                .filter(|p| p.bounds[0] < p.bounds[1]);
+            let free = fitted.parameters.iter().filter(|p| p.is_free());
             let mut comparison = ModelComparison {
                 name: model.name(),
                 about: model.about(),
@@ -278,11 +256,7 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
         Ok(Outcome {
             element: self.named.sensor.element.key(),
             model: wanted.name(),
-            sensors: vec![CalibratedSensor {
-                name: self.named.name.to_owned(),
-                hash: self.named.hash.to_owned(),
-                prefix: String::new(),
-            }],
+            sensors: vec![CalibratedSensor::of(self.named, "")],
             parameters: best
                 .parameters
                 .iter()
@@ -293,13 +267,7 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
             open: open_in_words(&best.parameters, found),
             derived: self.derived(&best, &table),
             noise: result::noise_in_words(&table.readings, found, self.deviation),
-            search: format!(
-                "{} after {} steps; chi-square over degrees of freedom {:.3} ({} of them)",
-                found.stop.name(),
-                found.iterations,
-                found.reduced_chi_square(),
-                found.freedom
-            ),
+            search: search_in_words(found, is_given(&table.readings)),
             residuals: self.residuals(&best, &table, &table.readings),
             hold_out,
             held_out: options.hold_out.words(),

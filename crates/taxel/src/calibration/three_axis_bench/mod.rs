@@ -16,15 +16,14 @@ use rayon::prelude::*;
 
 use super::ChannelScale;
 use super::bench_data::BenchData;
-use super::fit::{
-    Fit, FitError, FitOptions, Loss, NoiseSize, Parameter, Status, fit, profile_interval,
-};
+use super::fit::{Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval};
 use super::least_squares;
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
     Outcome,
 };
 use super::remark::Remark;
+use super::split::picked;
 use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::{CalibratedUnit, Element, Sensor};
@@ -281,19 +280,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
         let taxel = of.first().map_or(0, |r| r.taxel);
         let moved = std::array::from_fn(|axis| of.iter().any(|r| r.gauged[axis]));
         let mut noise = Noise::first(of, self.deviation);
-        let fit_options = FitOptions {
-            noise: if noise::is_given(of) {
-                NoiseSize::Given
-            } else {
-                NoiseSize::Estimated
-            },
-            loss: if options.robust {
-                Loss::Huber
-            } else {
-                Loss::Square
-            },
-            ..FitOptions::default()
-        };
+        let fit_options = options.fitting(noise::is_given(of));
         let mut at = *start;
         let mut found: Option<(Vec<Parameter>, Fit)> = None;
         for _ in 0..MOST_ROUNDS {
@@ -379,11 +366,7 @@ fn pick(taxels: &[Vec<Reading>], options: &CalibrateOptions, held: bool) -> Vec<
     let of = |readings: &Vec<Reading>| {
         let marked: Vec<bool> = readings.iter().map(|r| r.marked).collect();
         let flags = options.hold_out.held(&marked);
-        let pairs = readings.iter().zip(flags);
-        pairs
-            .filter(|(_, flag)| *flag == held)
-            .map(|(r, _)| *r)
-            .collect()
+        picked(readings, &flags, held)
     };
     taxels.iter().map(of).collect()
 }
@@ -464,17 +447,13 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
         Ok(Outcome {
             element: Element::key(&self.named.sensor.element),
             model: wanted.name(),
-            sensors: vec![CalibratedSensor {
-                name: self.named.name.to_owned(),
-                hash: self.named.hash.to_owned(),
-                prefix: PREFIX.to_owned(),
-            }],
+            sensors: vec![CalibratedSensor::of(self.named, PREFIX)],
             parameters: result::parameters(&best),
             covariance: result::covariance(&best),
             open: self.open(&best),
             derived: self.derived(&best, &taxels),
             noise: result::noise_in_words(&best, &taxels),
-            search: result::search_in_words(&best),
+            search: result::searches_in_words(&best, &taxels),
             residuals: self.residuals(&best, &taxels, &taxels),
             hold_out,
             held_out: options.hold_out.words(),
@@ -493,7 +472,7 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
 
 impl ThreeAxisCalibrator<'_> {
     fn compared(&self, model: Model, fits: &[Fitted], taxels: &[Vec<Reading>]) -> ModelComparison {
-        let free = |p: &&Parameter| p.bounds[0] < p.bounds[1];
+        let free = |p: &&Parameter| p.is_free();
         ModelComparison {
             name: model.name(),
             about: model.about(),

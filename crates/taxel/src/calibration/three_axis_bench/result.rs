@@ -1,7 +1,7 @@
 //! What the fits of three-axis units give to people.
 
 use super::super::fit::{Estimate, Parameter, Status, student_quantile};
-use super::super::outcome::{Derived, ResidualSummary, Scope, open_in_words};
+use super::super::outcome::{Derived, ResidualSummary, Scope, open_in_words, search_in_words};
 use super::super::split::{Branch, branches};
 use super::super::stiffness::{EvenTerms, Observation, fit_stiffness};
 use super::checks;
@@ -68,18 +68,13 @@ pub(super) fn noise_in_words(fits: &[Fitted], taxels: &[Vec<Reading>]) -> String
     )
 }
 
-pub(super) fn search_in_words(fits: &[Fitted]) -> String {
-    let of = |fitted: &Fitted| {
-        format!(
-            "{PREFIX}{}: {} after {} steps; chi-square over degrees of freedom {:.3} ({} of them)",
-            fitted.taxel,
-            fitted.fit.stop.name(),
-            fitted.fit.iterations,
-            fitted.fit.reduced_chi_square(),
-            fitted.fit.freedom
-        )
+pub(super) fn searches_in_words(fits: &[Fitted], taxels: &[Vec<Reading>]) -> String {
+    let of = |(fitted, readings): (&Fitted, &Vec<Reading>)| {
+        let ended = search_in_words(&fitted.fit, is_given(readings));
+        format!("{PREFIX}{}: {ended}", fitted.taxel)
     };
-    fits.iter().map(of).collect::<Vec<_>>().join("; ")
+    let all: Vec<String> = fits.iter().zip(taxels).map(of).collect();
+    all.join("; ")
 }
 
 pub(super) fn scope(readings: &[Reading]) -> Vec<Scope> {
