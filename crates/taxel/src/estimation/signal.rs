@@ -1,6 +1,7 @@
 //! Devices that feel one value per taxel: in-plane capacitor, piezoelectric
 //! elements, crossed channels.
 
+use super::baseline::Baseline;
 use super::contact::Contact;
 use super::{FrameError, State};
 use crate::acquisition::Frame;
@@ -24,6 +25,12 @@ pub trait SignalEstimator: Send {
 
     /// Returns to the rest values of the calibration.
     fn clear_rest(&mut self);
+
+    /// The readings of the empty device, and every change of them; none for a
+    /// device that feels changes only.
+    fn baseline(&self) -> Option<&Baseline> {
+        None
+    }
 }
 
 /// End of a rest capture, if a frame was its last, with the reason when it was
