@@ -158,7 +158,7 @@ fn a_calibration_of_another_file_is_refused() {
     let text = fs::read_to_string(&file).unwrap();
     for (from, to, message) in [
         ("schema = 1", "schema = 9", "schema 9 is not known"),
-        ("covariance = [", "covariance = [[1.0],", "rows of"),
+        ("first = 0", "first = 1", "must begin with parameter 0"),
         (
             "name = \"youngs_modulus\"",
             "name = \"x\"",

@@ -8,14 +8,15 @@ use toml::de::{DeTable, DeValue};
 use crate::input::InputError;
 use crate::quantity::HELP;
 
-/// Largest description that is read, bytes: a guard against a wrong file.
-const LARGEST: usize = 1 << 20;
+/// Largest file that is read, bytes: a guard against a wrong one. Calibrations
+/// of large arrays have a few million.
+const LARGEST: usize = 1 << 24;
 
 /// Parses a description.
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
     if text.len() > LARGEST {
         let message = format!(
-            "the file has {} bytes; a description has at most {LARGEST}",
+            "the file has {} bytes; at most {LARGEST} are read",
             text.len()
         );
         return Err(InputError::whole(file, message).help("give a TOML description"));

@@ -3,11 +3,13 @@
 
 use std::fmt::Write as _;
 
+use std::collections::HashMap;
+
 use serde::Deserialize;
 
 use super::devices;
 use super::fit::singular_values;
-use super::outcome::{Outcome, ResidualSummary};
+use super::outcome::{CovarianceBlock, Outcome, ResidualSummary};
 use crate::input::InputError;
 use crate::sensor::Sensor;
 use crate::toml_input;
@@ -50,8 +52,8 @@ pub struct CalibrationFile {
     pub remarks: Vec<String>,
     /// Combinations that the readings do not tell apart.
     pub not_told: Vec<String>,
-    /// Covariance of the parameters in their order, SI.
-    pub covariance: Vec<Vec<f64>>,
+    /// Covariance of the parameters in their order.
+    pub covariance: Vec<CovarianceBlock>,
     /// The readings.
     pub data: DataOf,
     /// Readings held out.
@@ -165,12 +167,6 @@ impl Outcome {
         let remarks: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         list(&mut text, "remarks", &remarks);
         list(&mut text, "not_told", &self.open);
-        text.push_str("covariance = [\n");
-        for row in &self.covariance {
-            let row: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
-            let _ = writeln!(text, "  [{}],", row.join(", "));
-        }
-        text.push_str("]\n");
         let _ = write!(
             text,
             "\n[data]\nfile = {}\nsha256 = {}\n\n[hold_out]\nreadings = {}\n",
@@ -205,6 +201,18 @@ impl Outcome {
                 estimate.deviation,
                 quoted(estimate.status.name())
             );
+        }
+        for block in &self.covariance {
+            let _ = write!(
+                text,
+                "\n[[covariance]]\nfirst = {}\nrows = [\n",
+                block.first
+            );
+            for row in &block.rows {
+                let row: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
+                let _ = writeln!(text, "  [{}],", row.join(", "));
+            }
+            text.push_str("]\n");
         }
         for residual in &self.residuals {
             put_residual(&mut text, "residual", residual);
@@ -278,19 +286,23 @@ impl CalibrationFile {
             return wrong("schema", message);
         }
         let count = found.parameter.len();
-        let square = found.covariance.len() == count
-            && found.covariance.iter().all(|row| row.len() == count);
-        if !square {
-            return wrong(
-                "covariance",
-                format!("must have {count} rows of {count} numbers, one for each parameter"),
-            );
+        let mut next = 0;
+        for (place, block) in found.covariance.iter().enumerate() {
+            let size = block.rows.len();
+            if block.first != next || block.rows.iter().any(|row| row.len() != size) {
+                let message =
+                    format!("must begin with parameter {next} and have as many rows as columns");
+                return wrong(&format!("covariance.{place}"), message);
+            }
+            if !block.is_covariance() {
+                let message = "is not a covariance: must be symmetric, with squares of deviations";
+                return wrong(&format!("covariance.{place}"), message.into());
+            }
+            next += size;
         }
-        if !found.is_covariance() {
-            return wrong(
-                "covariance",
-                "is not a covariance: must be symmetric, with squares of deviations".into(),
-            );
+        if next != count {
+            let message = format!("has {next} rows in all, and there are {count} parameters");
+            return wrong("covariance", message);
         }
         if let Some(place) = found.parameter.iter().position(|p| !p.value.is_finite()) {
             return wrong(
@@ -299,19 +311,6 @@ impl CalibrationFile {
             );
         }
         Ok(found)
-    }
-
-    /// Whether no entry exceeds what its variances allow, on both sides alike.
-    fn is_covariance(&self) -> bool {
-        let c = &self.covariance;
-        (0..c.len()).all(|i| {
-            (0..c.len()).all(|j| {
-                let most = (c[i][i] * c[j][j]).sqrt();
-                let same = (c[i][j] - c[j][i]).abs() <= 1e-6 * most;
-                // Beyond by rounding: strongly correlated parameters.
-                c[i][i] >= 0.0 && same && c[i][j].abs() <= most * (1.0 + 1e-6)
-            })
-        })
     }
 
     /// The sensor of `text` hash `sha256` with its calibrated values in the
@@ -335,42 +334,22 @@ impl CalibrationFile {
         sensor: &Sensor,
         sha256: &str,
     ) -> Result<Vec<[Sensor; 2]>, InputError> {
-        let side = |direction: &[f64], sign: f64| {
-            let pairs = self.parameter.iter().zip(direction);
-            let values: Vec<f64> = pairs.map(|(p, d)| p.value + sign * STEP * d).collect();
+        let best: Vec<f64> = self.parameter.iter().map(|p| p.value).collect();
+        let side = |first: usize, direction: &[f64], sign: f64| {
+            let mut values = best.clone();
+            for (value, part) in values[first..].iter_mut().zip(direction) {
+                *value += sign * STEP * part;
+            }
             self.with_values(file, sensor, sha256, &values)
         };
-        self.directions()
-            .iter()
-            .map(|direction| Ok([side(direction, -1.0)?, side(direction, 1.0)?]))
-            .collect()
-    }
-
-    /// Columns v with Σ v·vᵀ = covariance, those without length left out.
-    fn directions(&self) -> Vec<Vec<f64>> {
-        let count = self.parameter.len();
-        let deviation: Vec<f64> = (0..count).map(|j| self.covariance[j][j].sqrt()).collect();
-        // In units of the deviations, so that sizes do not drown one another.
-        let scaled = |i: usize, j: usize| {
-            let product = deviation[i] * deviation[j];
-            if product > 0.0 {
-                self.covariance[i][j] / product
-            } else {
-                0.0
+        let mut sides = Vec::new();
+        for block in &self.covariance {
+            for direction in block.directions() {
+                let side = |sign| side(block.first, &direction, sign);
+                sides.push([side(-1.0)?, side(1.0)?]);
             }
-        };
-        let correlation: Vec<Vec<f64>> = (0..count)
-            .map(|i| (0..count).map(|j| scaled(i, j)).collect())
-            .collect();
-        let (values, vectors) = singular_values(&correlation);
-        (0..count)
-            .filter(|k| values[*k] > 1e-12)
-            .map(|k| {
-                (0..count)
-                    .map(|j| values[k].sqrt() * vectors[j][k] * deviation[j])
-                    .collect()
-            })
-            .collect()
+        }
+        Ok(sides)
     }
 
     fn with_values(
@@ -391,10 +370,9 @@ impl CalibrationFile {
                 .key("sensor.sha256")
                 .help("calibrate this sensor file, or give the one the calibration was made with, unchanged"));
         };
-        let value = |name: &str| {
-            let place = self.parameter.iter().position(|p| p.name == name)?;
-            Some(values[place])
-        };
+        let names = self.parameter.iter().map(|p| p.name.as_str());
+        let known: HashMap<&str, f64> = names.zip(values.iter().copied()).collect();
+        let value = |name: &str| known.get(name).copied();
         let mut calibrated = sensor.clone();
         devices::apply(&mut calibrated, &self.model, &of.prefix, &value).map_err(|name| {
             InputError::whole(
@@ -410,6 +388,49 @@ impl CalibrationFile {
     /// Columns of the answers for this sensor that the uncertainty reaches.
     pub fn uncertain_columns(sensor: &Sensor) -> &'static [&'static str] {
         devices::uncertain(sensor)
+    }
+}
+
+impl CovarianceBlock {
+    /// Whether no entry exceeds what its variances allow, on both sides alike.
+    fn is_covariance(&self) -> bool {
+        let c = &self.rows;
+        (0..c.len()).all(|i| {
+            (0..c.len()).all(|j| {
+                let most = (c[i][i] * c[j][j]).sqrt();
+                let same = (c[i][j] - c[j][i]).abs() <= 1e-6 * most;
+                // Beyond by rounding: strongly correlated parameters.
+                c[i][i] >= 0.0 && same && c[i][j].abs() <= most * (1.0 + 1e-6)
+            })
+        })
+    }
+
+    /// Columns v with Σ v·vᵀ = covariance, those without length left out.
+    fn directions(&self) -> Vec<Vec<f64>> {
+        let c = &self.rows;
+        let count = c.len();
+        let deviation: Vec<f64> = (0..count).map(|j| c[j][j].sqrt()).collect();
+        // In units of the deviations, so that sizes do not drown one another.
+        let scaled = |i: usize, j: usize| {
+            let product = deviation[i] * deviation[j];
+            if product > 0.0 {
+                c[i][j] / product
+            } else {
+                0.0
+            }
+        };
+        let correlation: Vec<Vec<f64>> = (0..count)
+            .map(|i| (0..count).map(|j| scaled(i, j)).collect())
+            .collect();
+        let (values, vectors) = singular_values(&correlation);
+        (0..count)
+            .filter(|k| values[*k] > 1e-12)
+            .map(|k| {
+                (0..count)
+                    .map(|j| values[k].sqrt() * vectors[j][k] * deviation[j])
+                    .collect()
+            })
+            .collect()
     }
 }
 

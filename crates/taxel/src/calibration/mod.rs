@@ -33,8 +33,8 @@ pub use file::{
 };
 pub use in_plane::{InPlaneCalibration, InPlaneRestCapture, InPlaneRestRefused};
 pub use outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, Derived, ModelComparison,
-    NamedSensor, Outcome, ResidualSummary, Scope,
+    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, Derived,
+    ModelComparison, NamedSensor, Outcome, ResidualSummary, Scope,
 };
 pub use propagated::Propagated;
 pub use remark::Remark;

@@ -1,5 +1,7 @@
 //! What a calibration found, whatever the device.
 
+use serde::{Deserialize, Serialize};
+
 use super::fit::{Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status};
 use super::remark::Remark;
 use crate::figure::Figure;
@@ -127,8 +129,8 @@ pub struct Outcome {
     pub sensors: Vec<CalibratedSensor>,
     /// Parameters with what the fit says of them.
     pub parameters: Vec<(Parameter, Estimate)>,
-    /// Covariance of the parameters.
-    pub covariance: Vec<Vec<f64>>,
+    /// Covariance of the parameters, in their order.
+    pub covariance: Vec<CovarianceBlock>,
     /// Combinations that the readings do not tell apart, in words.
     pub open: Vec<String>,
     /// Further quantities that follow: name, value, 95 % interval, meaning.
@@ -151,6 +153,33 @@ pub struct Outcome {
     pub remarks: Vec<Remark>,
     /// Readings, model and residuals.
     pub figures: Vec<Figure>,
+}
+
+/// Covariance of some parameters that follow each other; those of other blocks
+/// are independent of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CovarianceBlock {
+    /// Place of the first of them.
+    pub first: usize,
+    /// Covariance, SI.
+    pub rows: Vec<Vec<f64>>,
+}
+
+impl CovarianceBlock {
+    /// Blocks of several fits whose parameters follow each other.
+    pub(super) fn of<'a>(fits: impl IntoIterator<Item = &'a Fit>) -> Vec<Self> {
+        let mut first = 0;
+        let block = |fit: &Fit| {
+            let block = Self {
+                first,
+                rows: fit.covariance.clone(),
+            };
+            first += block.rows.len();
+            block
+        };
+        fits.into_iter().map(block).collect()
+    }
 }
 
 /// A sensor of a calibration.

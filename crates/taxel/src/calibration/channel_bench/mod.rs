@@ -15,8 +15,8 @@ use super::bench_data::BenchData;
 use super::channels::ChannelModel;
 use super::fit::{Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval};
 use super::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
-    Outcome, open_in_words, search_in_words,
+    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
+    NamedSensor, Outcome, open_in_words, search_in_words,
 };
 use super::remark::Remark;
 use super::split::{Branch, branches};
@@ -370,7 +370,7 @@ impl Calibrator for ChannelCalibrator<'_> {
                 .cloned()
                 .zip(found.estimates.iter().copied())
                 .collect(),
-            covariance: found.covariance.clone(),
+            covariance: CovarianceBlock::of([found]),
             open: open_in_words(&fitted.parameters, found),
             derived: Vec::new(),
             noise: match fitted.options.noise {

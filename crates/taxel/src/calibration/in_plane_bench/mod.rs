@@ -16,8 +16,8 @@ use std::borrow::Cow;
 use super::bench_data::BenchData;
 use super::fit::{Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
 use super::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
-    Outcome, open_in_words, search_in_words,
+    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
+    NamedSensor, Outcome, open_in_words, search_in_words,
 };
 use super::remark::Remark;
 use super::split::{Branch, branches, picked, turns};
@@ -405,7 +405,7 @@ impl Calibrator for InPlaneCalibrator<'_> {
                 .cloned()
                 .zip(found.estimates.iter().copied())
                 .collect(),
-            covariance: found.covariance.clone(),
+            covariance: CovarianceBlock::of([found]),
             open: open_in_words(&best.parameters, found),
             derived: self.derived(best),
             noise: checks::noise_in_words(given, found),

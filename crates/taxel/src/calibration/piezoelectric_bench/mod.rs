@@ -15,8 +15,8 @@ mod synthetic;
 use super::bench_data::BenchData;
 use super::fit::{Fit, FitError, Parameter, Status, fit, profile_interval};
 use super::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
-    Outcome, open_in_words, search_in_words,
+    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
+    NamedSensor, Outcome, open_in_words, search_in_words,
 };
 use super::remark::Remark;
 use super::split::picked;
@@ -263,7 +263,7 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
                 .cloned()
                 .zip(found.estimates.iter().copied())
                 .collect(),
-            covariance: found.covariance.clone(),
+            covariance: CovarianceBlock::of([found]),
             open: open_in_words(&best.parameters, found),
             derived: self.derived(&best, &table),
             noise: result::noise_in_words(&table.readings, found, self.deviation),

@@ -19,8 +19,8 @@ use super::bench_data::BenchData;
 use super::fit::{Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval};
 use super::least_squares;
 use super::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, ModelComparison, NamedSensor,
-    Outcome,
+    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
+    NamedSensor, Outcome,
 };
 use super::remark::Remark;
 use super::split::picked;
@@ -449,7 +449,7 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
             model: wanted.name(),
             sensors: vec![CalibratedSensor::of(self.named, PREFIX)],
             parameters: result::parameters(&best),
-            covariance: result::covariance(&best),
+            covariance: CovarianceBlock::of(best.iter().map(|fitted| &fitted.fit)),
             open: self.open(&best),
             derived: self.derived(&best, &taxels),
             noise: result::noise_in_words(&best, &taxels),

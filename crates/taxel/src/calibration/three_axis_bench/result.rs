@@ -27,22 +27,6 @@ pub(super) fn parameters(fits: &[Fitted]) -> Vec<(Parameter, Estimate)> {
     pairs.collect()
 }
 
-/// Taxels do not know of one another.
-pub(super) fn covariance(fits: &[Fitted]) -> Vec<Vec<f64>> {
-    let count: usize = fits.iter().map(|fitted| fitted.parameters.len()).sum();
-    let mut covariance = Vec::with_capacity(count);
-    let mut first = 0;
-    for fitted in fits {
-        for own in &fitted.fit.covariance {
-            let mut row = vec![0.0; count];
-            row[first..first + own.len()].copy_from_slice(own);
-            covariance.push(row);
-        }
-        first += fitted.parameters.len();
-    }
-    covariance
-}
-
 pub(super) fn noise_in_words(fits: &[Fitted], taxels: &[Vec<Reading>]) -> String {
     let given = taxels.iter().all(|of| is_given(of));
     let scale = fits
