@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, Twin};
 use taxel::estimation::{
-    Centroid, ChargeEstimator, ChargeEstimatorOptions, Placing, ProfileFit, ProfileModel,
-    SearchOptions, SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
+    Centroid, ChargeEstimator, ChargeEstimatorOptions, Placing, ProfileFit, SearchOptions,
+    SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
 };
 use taxel::sensor::Sensor;
 
@@ -78,17 +78,7 @@ const PRESSES: u32 = 100;
 fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
     let array = sensor.piezoelectric()?;
     let layout = array.layout();
-    let fit = ProfileFit::new(ProfileModel {
-        rows: layout.rows,
-        columns: layout.columns,
-        pitch: layout.pitch,
-        side: array.description.ceramic.side,
-        thickness: array.description.depth(),
-        radii: ProfileModel::unknown_radii(array.description.depth(), 8e-3),
-        gain_deviation: 0.02,
-        margin: 0.0,
-    })
-    .ok_or("no profile of this array")?;
+    let fit = ProfileFit::new(array.profile_model()).ok_or("no profile of this array")?;
     let centroid = Centroid {
         positions: (0..layout.taxels())
             .map(|i| layout.flat_position(i))

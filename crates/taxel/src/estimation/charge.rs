@@ -1,7 +1,10 @@
 //! Frames of an array of charge-giving elements to force changes: the
 //! high-pass of the leak undone, with a guard against drift.
 
+use std::sync::Arc;
+
 use super::contact::{Cell, Contact, normal_only};
+use super::localisation::Placing;
 use super::segmentation::Segmentation;
 use super::{
     FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
@@ -90,6 +93,7 @@ pub struct ChargeEstimator {
     deviation: f64,
     capture: Option<RestReadings>,
     segmentation: Segmentation,
+    placing: Option<Arc<dyn Placing>>,
     touch: SignalTouch,
 }
 
@@ -120,12 +124,21 @@ impl ChargeEstimator {
                 model.layout.columns,
                 model.layout.pitch,
             ),
+            placing: None,
             touch: SignalTouch::default(),
             inverse,
             step,
             options,
             model,
         }
+    }
+
+    /// Finds the place of a lone contact by `placing`; without, and where that
+    /// finds no information, a contact is at the centre of its forces.
+    #[must_use]
+    pub fn with_placing(mut self, placing: Arc<dyn Placing>) -> Self {
+        self.placing = Some(placing);
+        self
     }
 
     /// Standard deviation of the force on one element by the noise of the
@@ -224,6 +237,23 @@ impl ChargeEstimator {
         self.touch.contacts = contacts;
         self.touch.centre_of_pressure = centre;
         self.segmentation.label(&mut self.touch.regions);
+        self.place_contact();
+    }
+
+    /// The profile of one contact tells its place better than its centre does;
+    /// the profiles of two overlap.
+    fn place_contact(&mut self) {
+        let (Some(placing), [contact]) = (&self.placing, &mut self.touch.contacts[..]) else {
+            return;
+        };
+        let taxels = self.touch.taxels.iter();
+        let (forces, deviations): (Vec<f64>, Vec<f64>) =
+            taxels.map(|taxel| (taxel.value, taxel.deviation)).unzip();
+        if let Some(place) = placing.place(&forces, &deviations) {
+            contact.centre = place.centre;
+            contact.covariance = place.covariance;
+            self.touch.centre_of_pressure = Some((place.centre, place.covariance));
+        }
     }
 
     fn capture_frame(&mut self) -> RestEnd {

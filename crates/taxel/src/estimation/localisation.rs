@@ -8,7 +8,7 @@ use crate::mechanics::{Base, Contact, SoftCover};
 /// The profile that a press of known size gives ([`ProfileFit`]) needs no
 /// calibration; a map that was trained with the device may take its place. The
 /// centre of force ([`Centroid`]) is the baseline both are measured against.
-pub trait Placing: Send + Sync {
+pub trait Placing: std::fmt::Debug + Send + Sync {
     /// The place for the forces on the elements with their standard
     /// deviations, N. `None` where they hold no information on it.
     fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place>;
@@ -94,7 +94,7 @@ impl Placing for Centroid {
 }
 
 /// Index of the highest force, if it is significant.
-fn peak(forces: &[f64], deviations: &[f64]) -> Option<usize> {
+pub(super) fn peak(forces: &[f64], deviations: &[f64]) -> Option<usize> {
     let all_known = forces
         .iter()
         .chain(deviations)
@@ -163,13 +163,21 @@ const WINDOW: usize = 32;
 /// Offsets of a table along one axis.
 const OFFSETS: usize = NEAR * STEPS + WINDOW + 1;
 
+/// Steps between places that are looked at first.
+const COARSE: usize = 4;
+/// Weight below which the surroundings of a place are not looked at.
+const NEGLIGIBLE: f64 = 1e-9;
+
 /// One place and size of the grid.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
-    at: [f64; 2],
-    radius: f64,
+    /// From the highest element.
+    steps: [isize; 2],
+    /// Index of the radius.
+    radius: usize,
     force: f64,
-    misfit: f64,
+    /// By how much it lowers the misfit.
+    gain: f64,
 }
 
 /// An element near the highest one: offset from it in steps, force, weight.
@@ -217,46 +225,73 @@ impl ProfileFit {
             .collect()
     }
 
-    /// All places over the elements and all radii.
-    fn candidates(&self, top: usize, readings: &[Reading]) -> Vec<Candidate> {
-        let model = &self.model;
-        let (row, column) = (top / model.columns, top % model.columns);
-        let all: f64 = readings
-            .iter()
-            .map(|one| one.force * one.force * one.weight)
-            .sum();
-        let margin = (model.margin.clamp(0.0, 0.5) * STEPS as f64) as usize;
-        let along_x = within(column, model.columns - 1 - column, margin);
-        let along_y = within(model.rows - 1 - row, row, margin);
-        let middle = flat_position(model, top);
+    /// Places over the elements, every [`COARSE`] steps, with all radii.
+    fn survey(&self, top: usize, readings: &[Reading]) -> Vec<Candidate> {
+        let [along_x, along_y] = self.reach(top);
         let mut found = Vec::new();
-        for (radius, shares) in model.radii.iter().zip(&self.shares) {
-            for i in along_x.clone() {
-                for j in along_y.clone() {
-                    let (mut cross, mut square) = (0.0, 0.0);
-                    for one in readings {
-                        let x = one.offset[0].abs_diff(i);
-                        let y = one.offset[1].abs_diff(j);
-                        let share = shares[x * OFFSETS + y];
-                        cross += share * one.force * one.weight;
-                        square += share * share * one.weight;
-                    }
-                    if cross > 0.0 {
-                        let step = |axis: usize, by: isize| {
-                            middle[axis] + by as f64 * model.pitch[axis] / STEPS as f64
-                        };
-                        found.push(Candidate {
-                            at: [step(0, i), step(1, j)],
-                            radius: *radius,
-                            force: cross / square,
-                            misfit: all - cross * cross / square,
-                        });
-                    }
-                }
+        for radius in 0..self.shares.len() {
+            for i in along_x.clone().step_by(COARSE) {
+                let row = along_y.clone().step_by(COARSE);
+                found.extend(row.filter_map(|j| self.candidate(radius, [i, j], readings)));
             }
         }
         found
     }
+
+    /// All places in the tile round a surveyed one, of the same radius.
+    fn tile(&self, top: usize, about: &Candidate, readings: &[Reading]) -> Vec<Candidate> {
+        let [along_x, along_y] = self.reach(top);
+        let half = COARSE.cast_signed() / 2;
+        let around = move |at: isize| at - half..at - half + COARSE.cast_signed();
+        let [x, y] = about.steps;
+        around(x)
+            .filter(|i| along_x.contains(i))
+            .flat_map(|i| around(y).map(move |j| [i, j]))
+            .filter(|steps| along_y.contains(&steps[1]))
+            .filter_map(|steps| self.candidate(about.radius, steps, readings))
+            .collect()
+    }
+
+    /// Steps from the highest element within which a contact may be.
+    fn reach(&self, top: usize) -> [std::ops::RangeInclusive<isize>; 2] {
+        let model = &self.model;
+        let (row, column) = (top / model.columns, top % model.columns);
+        let margin = (model.margin.clamp(0.0, 0.5) * STEPS as f64) as usize;
+        [
+            within(column, model.columns - 1 - column, margin),
+            within(model.rows - 1 - row, row, margin),
+        ]
+    }
+
+    /// The best force at one place and radius, with its misfit less that of no
+    /// force; `None` where it would pull.
+    fn candidate(
+        &self,
+        radius: usize,
+        steps: [isize; 2],
+        readings: &[Reading],
+    ) -> Option<Candidate> {
+        let shares = &self.shares[radius];
+        let (mut cross, mut square) = (0.0, 0.0);
+        for one in readings {
+            let x = one.offset[0].abs_diff(steps[0]);
+            let y = one.offset[1].abs_diff(steps[1]);
+            let share = shares[x * OFFSETS + y];
+            cross += share * one.force * one.weight;
+            square += share * share * one.weight;
+        }
+        (cross > 0.0).then(|| Candidate {
+            steps,
+            radius,
+            force: cross / square,
+            gain: cross * cross / square,
+        })
+    }
+}
+
+/// The largest gain among candidates.
+fn best(candidates: &[Candidate]) -> f64 {
+    candidates.iter().map(|one| one.gain).fold(0.0, f64::max)
 }
 
 impl Placing for ProfileFit {
@@ -267,18 +302,32 @@ impl Placing for ProfileFit {
         }
         let top = peak(forces, deviations)?;
         let readings = self.readings(top, forces, deviations);
-        let candidates = self.candidates(top, &readings);
-        let misfits = candidates.iter().map(|one| one.misfit);
-        let misfit = misfits.fold(f64::INFINITY, f64::min);
+        let silent: f64 = readings
+            .iter()
+            .map(|one| one.force * one.force * one.weight)
+            .sum();
         // Place, size and force are four unknowns.
         let freedom = readings.len().saturating_sub(4).max(1) as f64;
-        let temper = (misfit / freedom).max(1.0);
+        let surveyed = self.survey(top, &readings);
+        let temper = |gain: f64| ((silent - gain) / freedom).max(1.0);
+        let weight = |one: &Candidate, best: f64| (0.5 * (one.gain - best) / temper(best)).exp();
+        let most = best(&surveyed);
+        let candidates: Vec<Candidate> = surveyed
+            .iter()
+            .filter(|one| weight(one, most) > NEGLIGIBLE)
+            .flat_map(|one| self.tile(top, one, &readings))
+            .collect();
+        let most = best(&candidates);
+        let middle = flat_position(&self.model, top);
         // Weight, then the sums of x, y, force, radius, xx, xy, yy.
         let mut sums = [0.0; 8];
         for one in &candidates {
-            let weight = (0.5 * (misfit - one.misfit) / temper).exp();
-            let [x, y] = one.at;
-            let terms = [1.0, x, y, one.force, one.radius, x * x, x * y, y * y];
+            let weight = weight(one, most);
+            let at = |axis: usize| {
+                middle[axis] + one.steps[axis] as f64 * self.model.pitch[axis] / STEPS as f64
+            };
+            let (x, y, radius) = (at(0), at(1), self.model.radii[one.radius]);
+            let terms = [1.0, x, y, one.force, radius, x * x, x * y, y * y];
             for (sum, term) in sums.iter_mut().zip(terms) {
                 *sum += weight * term;
             }
@@ -297,7 +346,7 @@ impl Placing for ProfileFit {
             covariance,
             force,
             radius: Some(radius),
-            misfit,
+            misfit: silent - most,
             method: Method::Profile,
         })
     }
@@ -332,7 +381,7 @@ fn flat_position(model: &ProfileModel, index: usize) -> [f64; 2] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
@@ -363,19 +412,51 @@ mod tests {
         .unwrap()
     }
 
+    /// A device with gains 2 % apart under a probe, at a signal of 100
+    /// deviations.
+    pub(in crate::estimation) struct Presses {
+        table: crate::mechanics::ShareTable,
+        gains: Vec<f64>,
+        random: rand_chacha::ChaCha8Rng,
+    }
+
+    impl Presses {
+        pub(in crate::estimation) fn new(radius: f64, seed: u64) -> Self {
+            let cover = SoftCover {
+                thickness: THICKNESS,
+                base: Base::Rigid,
+                contact: Contact::Hertz(radius),
+            };
+            let mut presses = Self {
+                table: cover.table(),
+                gains: Vec::new(),
+                random: rand_chacha::ChaCha8Rng::seed_from_u64(11),
+            };
+            presses.gains = (0..8).map(|_| 1.0 + 0.02 * presses.normal()).collect();
+            presses.random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            presses
+        }
+
+        fn normal(&mut self) -> f64 {
+            (0..12).map(|_| self.random.random_range(-0.5..0.5)).sum()
+        }
+
+        /// Forces on the elements for a press of 1 N, and their deviation.
+        pub(in crate::estimation) fn forces(&mut self, place: [f64; 2]) -> (Vec<f64>, f64) {
+            let offset = |at: [f64; 2]| [at[0] - place[0], at[1] - place[1]];
+            let share = |at: [f64; 2]| self.table.share(offset(at), 2e-3);
+            let shares: Vec<f64> = positions().into_iter().map(share).collect();
+            let sigma = 0.01 * shares.iter().copied().fold(0.0, f64::max);
+            let felt = (0..8).map(|i| shares[i] * self.gains[i] + sigma * self.normal());
+            (felt.collect(), sigma)
+        }
+    }
+
     /// Root mean square error over random places in the rectangle of the
-    /// elements' centres, at a signal of 100 deviations and gains 2 % apart,
-    /// and the mean square of the error over its stated deviation, per axis.
-    fn rms(placing: &dyn Placing, radius: f64) -> [f64; 2] {
-        let cover = SoftCover {
-            thickness: THICKNESS,
-            base: Base::Rigid,
-            contact: Contact::Hertz(radius),
-        };
-        let table = cover.table();
-        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(11);
-        let mut normal = move || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
-        let gains: Vec<f64> = (0..8).map(|_| 1.0 + 0.02 * normal()).collect();
+    /// elements' centres, and the mean square of the error over its stated
+    /// deviation, per axis.
+    pub(in crate::estimation) fn rms(placing: &dyn Placing, radius: f64) -> [f64; 2] {
+        let mut presses = Presses::new(radius, 13);
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(12);
         let (mut squares, mut ratios) = (0.0, 0.0);
         let trials = 300;
@@ -384,15 +465,7 @@ mod tests {
                 random.random_range(-6e-3..6e-3),
                 random.random_range(-2e-3..2e-3),
             ];
-            let mut forces: Vec<f64> = positions()
-                .iter()
-                .map(|at| [at[0] - true_centre[0], at[1] - true_centre[1]])
-                .map(|offset| table.share(offset, 2e-3))
-                .collect();
-            let sigma = 0.01 * forces.iter().copied().fold(0.0, f64::max);
-            for (force, gain) in forces.iter_mut().zip(&gains) {
-                *force = *force * gain + sigma * normal();
-            }
+            let (forces, sigma) = presses.forces(true_centre);
             let place = placing.place(&forces, &[sigma; 8]).unwrap();
             for (axis, truth) in true_centre.iter().enumerate() {
                 let error = place.centre[axis] - truth;

@@ -11,6 +11,7 @@ mod event;
 mod force_history;
 mod health;
 mod in_plane;
+mod kernel_regression;
 mod localisation;
 mod map;
 mod motion;
@@ -36,6 +37,7 @@ pub use health::{
     ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
 };
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
+pub use kernel_regression::{KernelRegression, Press};
 pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
 pub use signal::{

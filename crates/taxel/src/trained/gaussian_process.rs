@@ -87,23 +87,37 @@ impl GaussianProcess {
         })
     }
 
+    /// Mean of each column at `input`.
+    pub fn mean(&self, input: &[f64]) -> Vec<f64> {
+        self.mean_of(&self.near(input))
+    }
+
+    fn near(&self, input: &[f64]) -> Mat<f64> {
+        Mat::from_fn(self.inputs.len(), 1, |i, _| {
+            self.kernel.covariance(&self.inputs[i], input)
+        })
+    }
+
+    fn mean_of(&self, near: &Mat<f64>) -> Vec<f64> {
+        let rows = self.inputs.len();
+        let sum = |j: usize| -> f64 {
+            (0..rows)
+                .map(|i| near[(i, 0)] * self.solution[(i, j)])
+                .sum()
+        };
+        let means = self.means.iter().enumerate();
+        means.map(|(j, mean)| mean + sum(j)).collect()
+    }
+
     /// Mean of each column at `input`, and the variance of an observation there.
     pub fn estimate(&self, input: &[f64]) -> (Vec<f64>, f64) {
         let rows = self.inputs.len();
-        let near = Mat::from_fn(rows, 1, |i, _| {
-            self.kernel.covariance(&self.inputs[i], input)
-        });
-        let mean = |j: usize| -> f64 {
-            let sum: f64 = (0..rows)
-                .map(|i| near[(i, 0)] * self.solution[(i, j)])
-                .sum();
-            self.means[j] + sum
-        };
+        let near = self.near(input);
         let solved = self.factor.solve(&near);
         let known: f64 = (0..rows).map(|i| near[(i, 0)] * solved[(i, 0)]).sum();
         let prior = self.kernel.covariance(input, input);
         let variance = (prior - known).max(0.0) + self.kernel.noise.powi(2);
-        ((0..self.means.len()).map(mean).collect(), variance)
+        (self.mean_of(&near), variance)
     }
 
     /// Logarithm of the marginal likelihood of the targets less their means.

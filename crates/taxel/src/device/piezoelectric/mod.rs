@@ -6,12 +6,15 @@ mod facts;
 mod predict;
 mod simulated;
 
+use std::sync::Arc;
+
 use super::{Device, Sense};
 use crate::acquisition::{Quantity, Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
-    ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError, SignalEstimator,
+    ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError, ProfileFit, ProfileModel,
+    SignalEstimator,
 };
 use crate::layout::Layout;
 use crate::linear::Transfer;
@@ -22,6 +25,9 @@ use crate::summary::Fact;
 use crate::transduction::{PiezoelectricElement, SiliconePath};
 
 pub use predict::{Drive, PiezoelectricPredictor, TestAnswer};
+
+/// Largest radius of a contact that is placed by its profile, m: two elements.
+const LARGEST_CONTACT: f64 = 8e-3;
 
 /// An array of piezoelectric elements with its board.
 #[derive(Debug, Clone)]
@@ -99,6 +105,22 @@ impl<'a> PiezoelectricArray<'a> {
             .collect()
     }
 
+    /// Profiles of contacts of unknown size, as drawn.
+    pub fn profile_model(&self) -> ProfileModel {
+        let layout = self.layout();
+        let thickness = self.description.depth();
+        ProfileModel {
+            rows: layout.rows,
+            columns: layout.columns,
+            pitch: layout.pitch,
+            side: self.description.ceramic.side,
+            thickness,
+            radii: ProfileModel::unknown_radii(thickness, LARGEST_CONTACT),
+            gain_deviation: self.description.fabrication.gain_deviation,
+            margin: 0.0,
+        }
+    }
+
     /// What the estimator has to know of the device as drawn.
     pub fn model(&self) -> ChargeModel {
         let [lowest, highest] = self.board.span();
@@ -151,7 +173,10 @@ impl Device for PiezoelectricArray<'_> {
                 found: stream.unit.quantity,
             });
         }
-        let estimator = ChargeEstimator::new(model, ChargeEstimatorOptions::default());
+        let mut estimator = ChargeEstimator::new(model, ChargeEstimatorOptions::default());
+        if let Some(fit) = ProfileFit::new(self.profile_model()) {
+            estimator = estimator.with_placing(Arc::new(fit));
+        }
         let estimator: Box<dyn SignalEstimator> = Box::new(estimator);
         Ok(Sense::Signals(estimator))
     }
