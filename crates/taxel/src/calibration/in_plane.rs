@@ -4,6 +4,7 @@
 use super::ChannelScale;
 use super::rest::{Against, RestReadings, deviation};
 use crate::layout::Layout;
+use crate::mechanics::ForceHysteresis;
 use crate::transduction::InPlaneModel;
 
 /// All that estimation needs to know of an array of in-plane sensors.
@@ -19,6 +20,8 @@ pub struct InPlaneCalibration {
     pub deviation: Vec<f64>,
     /// Taxels that are not used.
     pub masked: Vec<bool>,
+    /// What unloading carries less than loading, where slow loops told it.
+    pub hysteresis: Option<ForceHysteresis>,
 }
 
 /// Collects readings at rest and turns them into a calibration.

@@ -9,6 +9,7 @@ use super::{
 };
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::{InPlaneCalibration, InPlaneRestCapture};
+use crate::mechanics::LoadHistory;
 use crate::transduction::{InPlaneError, InPlaneInverse, InPlaneModel};
 
 /// A reading below this share of the least capacitance of the model, or above
@@ -32,6 +33,7 @@ pub struct InPlaneEstimator {
     meaning: SignalMeaning,
     segmentation: Segmentation,
     baseline: Baseline,
+    histories: Vec<LoadHistory>,
     capture: Option<InPlaneRestCapture>,
     touch: SignalTouch,
 }
@@ -71,6 +73,7 @@ impl InPlaneEstimator {
         Ok(Self {
             drawn: calibration.clone(),
             baseline,
+            histories: vec![LoadHistory::default(); taxels],
             meaning: meaning(&calibration, &inverses),
             segmentation: Segmentation::new(
                 calibration.layout.rows,
@@ -103,6 +106,7 @@ impl InPlaneEstimator {
         self.touch.rest = rest(&calibration);
         self.baseline.set_noise(calibration.deviation.clone());
         self.baseline.tare(self.touch.time_ns, &self.touch.rest);
+        self.histories.fill(LoadHistory::default());
         self.calibration = calibration;
         Ok(())
     }
@@ -120,6 +124,19 @@ impl InPlaneEstimator {
                 self.touch.clipped += usize::from(!value.is_nan() && !masked);
                 f64::NAN
             })
+    }
+
+    /// The force that is left of the force of loading.
+    fn carried(&mut self, taxel: usize, loading: TaxelValue) -> TaxelValue {
+        let Some(law) = self.calibration.hysteresis else {
+            return loading;
+        };
+        let share = law.share(&self.histories[taxel].push(loading.value));
+        TaxelValue {
+            value: share * loading.value,
+            deviation: share * loading.deviation,
+            state: loading.state,
+        }
     }
 
     fn capture_frame(&mut self) -> RestEnd {
@@ -186,11 +203,12 @@ impl SignalEstimator for InPlaneEstimator {
                 without_value(State::Masked)
             } else {
                 let noise = self.calibration.deviation[taxel];
-                felt(
+                let loading = felt(
                     &self.inverses[taxel],
                     capacitance - self.baseline.drift(taxel),
                     noise.hypot(self.baseline.deviation(taxel)),
-                )
+                );
+                self.carried(taxel, loading)
             };
         }
         let ended = self.capture_frame();

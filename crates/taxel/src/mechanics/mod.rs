@@ -4,6 +4,7 @@ mod choice;
 mod compressed_layer;
 mod electrodes;
 mod end_condition;
+mod force_hysteresis;
 mod material;
 mod microchannel;
 mod monotone_curve;
@@ -27,6 +28,7 @@ pub use electrodes::{
     PublishedThinning,
 };
 pub use end_condition::{EndCondition, EndShear, GivenFactor};
+pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
 pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
     CellGeometry, ChannelClosed, ChannelError, ChannelSection, ChannelShape, ClosingCurve,

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::electronics::Noise;
-use crate::mechanics::{CompressedLayer, Electrodes};
+use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
 use crate::transduction::{CapacitanceLaw, Dielectric, InPlaneModel, PublishedFit};
 
@@ -32,6 +32,9 @@ pub struct InPlaneCapacitor {
     /// it.
     #[serde(skip)]
     pub stray_capacitance: f64,
+    /// What unloading carries less than loading: only a calibration tells it.
+    #[serde(skip)]
+    pub hysteresis: Option<ForceHysteresis>,
 }
 
 /// Scatter of the made gap about its drawing.

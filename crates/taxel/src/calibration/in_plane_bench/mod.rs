@@ -6,6 +6,7 @@
 
 mod checks;
 mod columns;
+mod loops;
 mod model;
 mod problem;
 mod result;
@@ -14,7 +15,7 @@ mod synthetic;
 use std::borrow::Cow;
 
 use super::bench_data::BenchData;
-use super::fit::{Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
+use super::fit::{Estimate, Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
     NamedSensor, Outcome, open_in_words, search_in_words,
@@ -22,11 +23,13 @@ use super::outcome::{
 use super::remark::Remark;
 use super::split::{Branch, branches, picked, turns};
 use crate::input::InputError;
+use crate::mechanics::ForceHysteresis;
 use crate::predict::LoadColumn;
 use crate::sensor::{InPlaneCapacitor, Sensor};
 use crate::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
 
 use columns::COLUMNS;
+use loops::Loops;
 use model::{MODELS, Model};
 use problem::{Bench, END_SCALE, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
 
@@ -263,6 +266,32 @@ impl<'a> InPlaneCalibrator<'a> {
         kept
     }
 
+    /// The hysteresis of each sensor whose readings tell one.
+    fn loops(
+        &self,
+        best: &Fitted,
+        all: &[Reading],
+        options: &CalibrateOptions,
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Loops> {
+        let at = best.fit.values();
+        let mut found = Vec::new();
+        for (sensor, (drawn, prefix)) in self.models.iter().zip(&self.prefixes).enumerate() {
+            let values = std::array::from_fn(|k| at[own(sensor) + k]);
+            let model = problem::calibrated(drawn, best.model.law(), [at[0], at[1]], values);
+            let of = all.iter().filter(|r| r.sensor == sensor).copied();
+            let of: Vec<Reading> = of.collect();
+            let marked: Vec<bool> = of.iter().map(|r| r.marked).collect();
+            let held = options.hold_out.held(&marked);
+            if let Some(loops) = loops::identify(&model, &of, &held, prefix) {
+                let name = prefix.trim_end_matches('.');
+                remarks.push(Remark::whole(format!("{name}: {}", loops.about)));
+                found.push(loops);
+            }
+        }
+        found
+    }
+
     fn held(&self, readings: &[Reading], options: &CalibrateOptions) -> Vec<bool> {
         let mut held = Vec::with_capacity(readings.len());
         for sensor in 0..self.models.len() {
@@ -386,6 +415,17 @@ impl Calibrator for InPlaneCalibrator<'_> {
         self.with_profiles(&mut fits[0], &readings, options)
             .map_err(|error| fitted(wanted, error))?;
         let best = &fits[0];
+        let loops = self.loops(best, &all, options, &mut remarks);
+        let mut parameters: Vec<_> = paired(&best.parameters, &best.fit).collect();
+        parameters.extend(
+            loops
+                .iter()
+                .flat_map(|one| paired(&one.parameters, &one.fit)),
+        );
+        let covariance =
+            CovarianceBlock::of(std::iter::once(&best.fit).chain(loops.iter().map(|one| &one.fit)));
+        let mut figures = self.figures(&fits, &readings);
+        figures.extend(loops.into_iter().map(|one| one.figure));
         let (_, given) = checks::noise(&readings, self.models.len());
         let found = &best.fit;
         let sensor =
@@ -399,13 +439,8 @@ impl Calibrator for InPlaneCalibrator<'_> {
                 .zip(&self.prefixes)
                 .map(sensor)
                 .collect(),
-            parameters: best
-                .parameters
-                .iter()
-                .cloned()
-                .zip(found.estimates.iter().copied())
-                .collect(),
-            covariance: CovarianceBlock::of([found]),
+            parameters,
+            covariance,
             open: open_in_words(&best.parameters, found),
             derived: self.derived(best),
             noise: checks::noise_in_words(given, found),
@@ -416,13 +451,21 @@ impl Calibrator for InPlaneCalibrator<'_> {
             models,
             scope: self.scope(best, &readings),
             remarks,
-            figures: self.figures(&fits, &readings),
+            figures,
         })
     }
 
     fn bench(&self, options: &BenchOptions) -> String {
         synthetic::bench(&self.models, options)
     }
+}
+
+/// Parameters with what a fit says of them.
+fn paired(parameters: &[Parameter], fit: &Fit) -> impl Iterator<Item = (Parameter, Estimate)> {
+    parameters
+        .iter()
+        .cloned()
+        .zip(fit.estimates.iter().copied())
 }
 
 /// Puts calibrated values in the place of a sensor file's constants; `value`
@@ -457,6 +500,12 @@ pub(super) fn apply(
             element.published_fit = found.published_fit;
         }
         element.stray_capacitance = found.stray_capacitance;
+        // Of one weight there are all, or none was told.
+        let weight = |j: usize| value(&format!("{prefix}{}", loops::name(j)));
+        let weights: Option<Vec<f64>> = (0..loops::WEIGHTS).map(weight).collect();
+        element.hysteresis = weights.map(|weights| ForceHysteresis {
+            weights: std::array::from_fn(|j| weights[j]),
+        });
     }
     Ok(())
 }

@@ -347,5 +347,25 @@ fn hysteresis_drift_and_tilt_are_seen_in_the_report() {
             outcome.remarks
         );
         assert!(outcome.models[0].hold_out.unwrap() < 0.01);
+        let worth = outcome
+            .remarks
+            .iter()
+            .find(|r| r.message.contains("with it by"));
+        let after = worth.unwrap().message.split("with it by ").nth(1).unwrap();
+        let after: f64 = after.split(' ').next().unwrap().parse().unwrap();
+        // Noise of 0.2 % in the force and in the capacitance leave 0.4 %.
+        assert!(after < 0.5, "{worth:?}");
+    });
+}
+
+#[test]
+fn a_bench_without_hysteresis_gets_none() {
+    with(&SHIPPED[1..2], |calibrator| {
+        let text = calibrator.bench(&BenchOptions::default());
+        let outcome = calibrator
+            .calibrate(&parse(calibrator, &text), &CalibrateOptions::default())
+            .unwrap();
+        let names = outcome.parameters.iter().map(|(p, _)| &p.name);
+        assert!(names.into_iter().all(|name| !name.contains("hysteresis")));
     });
 }

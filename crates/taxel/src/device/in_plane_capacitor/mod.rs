@@ -68,6 +68,7 @@ impl<'a> InPlaneArray<'a> {
             models: vec![self.model(); taxels],
             deviation: vec![board.deviation(); taxels],
             masked: self.masked(),
+            hysteresis: self.element.hysteresis,
             layout,
         }
     }
