@@ -13,9 +13,18 @@ const LARGEST: usize = 1 << 20;
 
 /// Parses a description.
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
-    if text.len() > LARGEST {
+    parse_up_to(LARGEST, file, text)
+}
+
+/// Parses a file of at most `largest` bytes.
+pub(crate) fn parse_up_to<T: DeserializeOwned>(
+    largest: usize,
+    file: &str,
+    text: &str,
+) -> Result<T, InputError> {
+    if text.len() > largest {
         let message = format!(
-            "the file has {} bytes; a description has at most {LARGEST}",
+            "the file has {} bytes; a description has at most {largest}",
             text.len()
         );
         return Err(InputError::whole(file, message).help("give a TOML description"));
