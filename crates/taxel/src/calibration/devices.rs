@@ -18,7 +18,7 @@ pub enum NoCalibrator {
     },
     /// Learned, not fitted.
     #[error(
-        "a {element} has no physical model and no synthetic bench: train it alone with `taxel calibrate`"
+        "an array with the element `{element}` has no physical model and no synthetic bench; train it alone with `taxel calibrate`"
     )]
     Learned {
         /// Key of the element.

@@ -73,7 +73,7 @@ pub trait Device {
 /// of its mechanics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "a {element} has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with places in \
+    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with places in \
      the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels of a place"
 )]
 pub struct NoModel {

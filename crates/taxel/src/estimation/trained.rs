@@ -57,9 +57,22 @@ pub struct TrainedEstimator {
     meaning: SignalMeaning,
     position: Option<PositionEstimator>,
     force: Option<ForceEstimator>,
-    capture: Option<RestReadings>,
+    capture: Option<Capture>,
     touch: SignalTouch,
 }
+
+/// A rest capture under way; it ends early when a touch begins.
+#[derive(Debug, Clone)]
+struct Capture {
+    readings: RestReadings,
+    frames: usize,
+}
+
+/// Fewest frames of a rest capture that a touch has ended.
+const LEAST_FRAMES: usize = 5;
+/// A reading farther from the mean so far than this many standard deviations
+/// is the beginning of a touch.
+const TOUCHED: f64 = 6.0;
 
 /// What the maps say of one frame.
 struct Felt {
@@ -128,13 +141,13 @@ impl TrainedEstimator {
     /// Fills the touch from what was felt.
     fn sum_up(&mut self, felt: &Felt) {
         let contact = match felt.force {
-            Some(force) => force.value > CONTACT_DEVIATIONS * force.deviation,
-            // Frames at rest are unlike all presses.
-            None => felt.place.is_some(),
+            Some(force) => Some(force.value > CONTACT_DEVIATIONS * force.deviation),
+            // A frame unlike all presses may be one of another depth, or none.
+            None => felt.place.map(|_| true),
         };
         let (value, deviation) = match felt.force {
             Some(force) => (force.value, force.deviation),
-            None => (f64::from(u8::from(contact)), f64::NAN),
+            None => (1.0, f64::NAN),
         };
         let state = match felt.force.map(|force| force.support) {
             Some(Support::Outside) => State::OutOfRange,
@@ -145,39 +158,35 @@ impl TrainedEstimator {
         self.touch.taxels.clear();
         self.touch.regions.clear();
         for share in &shares {
-            // In contact somewhere unknown: no cell has a value.
-            let lost = contact && share.is_nan();
+            let free = contact == Some(false);
             self.touch.taxels.push(TaxelValue {
-                value: if contact { share * value } else { 0.0 },
-                deviation: if lost { f64::NAN } else { share * deviation },
-                state: if lost { State::OutOfRange } else { state },
+                value: if free { 0.0 } else { share * value },
+                deviation: share * deviation,
+                state: if share.is_nan() {
+                    State::OutOfRange
+                } else {
+                    state
+                },
             });
-            let member = contact && (lost || *share >= CELL_SHARE);
+            let member = contact == Some(true) && (share.is_nan() || *share >= CELL_SHARE);
             self.touch.regions.push(member.then_some(0));
         }
         self.touch.contacts.clear();
         self.touch.centre_of_pressure = None;
-        if contact {
+        if contact == Some(true) {
             let contact = self.contact(felt, &shares, state);
             self.touch.centre_of_pressure = Some((contact.centre, contact.covariance));
             self.touch.contacts.push(contact);
         }
     }
 
-    /// Share of the contact in each cell, row by row; `NaN` for a contact whose
-    /// place is not known among several cells, even without a contact.
-    fn shares(&self, place: Option<&PositionEstimate>, contact: bool) -> Vec<f64> {
+    /// Share of the contact in each cell, row by row; even without a contact,
+    /// `NaN` where it is not known.
+    fn shares(&self, place: Option<&PositionEstimate>, contact: Option<bool>) -> Vec<f64> {
         let cells = self.area.rows * self.area.columns;
-        let Some(place) = place.filter(|_| contact) else {
-            let unknown = contact && cells > 1;
-            return vec![
-                if unknown {
-                    f64::NAN
-                } else {
-                    1.0 / cells as f64
-                };
-                cells
-            ];
+        let Some(place) = place.filter(|_| contact == Some(true)) else {
+            let known = contact == Some(false) || (contact.is_some() && cells == 1);
+            return vec![if known { 1.0 / cells as f64 } else { f64::NAN }; cells];
         };
         let [x, y] = self.area.half_sides();
         let [dx, dy] = place.deviation();
@@ -243,11 +252,18 @@ impl TrainedEstimator {
                 "no rest capture: these places are learned from readings as they come",
             )));
         }
-        if !capture.push(values.iter().copied()) {
+        let noise = self.maps.rest.iter().flat_map(|rest| &rest.deviation);
+        let so_far = capture.readings.channels().iter().zip(noise).zip(values);
+        let touched = capture.frames >= LEAST_FRAMES
+            && so_far.into_iter().any(|((running, noise), value)| {
+                (value - running.mean_or_nan()).abs() > TOUCHED * noise
+            });
+        capture.frames += 1;
+        if !touched && !capture.readings.push(values.iter().copied()) {
             return None;
         }
         let capture = self.capture.take()?;
-        Some(self.rest_from(capture.channels()))
+        Some(self.rest_from(capture.readings.channels()))
     }
 
     fn rest_from(&mut self, channels: &[Running]) -> Result<(), String> {
@@ -295,7 +311,10 @@ impl SignalEstimator for TrainedEstimator {
     }
 
     fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(RestReadings::new(self.meaning.channels.len(), frames));
+        self.capture = Some(Capture {
+            readings: RestReadings::new(self.meaning.channels.len(), frames),
+            frames: 0,
+        });
     }
 
     fn capturing(&self) -> bool {

@@ -140,11 +140,10 @@ impl Element {
     pub fn usual_script(&self) -> &'static str {
         match self {
             Self::ThreeAxisCapacitor(_) => "finger",
-            Self::InPlaneCapacitor(_) => "press",
+            // The twin of a trained element is refused before a script matters.
+            Self::InPlaneCapacitor(_) | Self::Trained(_) => "press",
             Self::Piezoelectric(_) => "piezo-slide",
             Self::LiquidMetalChannel(_) => "pad-b",
-            // Its twin is refused before a script matters.
-            Self::Trained(_) => "press",
         }
     }
 

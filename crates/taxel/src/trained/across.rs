@@ -30,7 +30,7 @@ pub struct BetweenRuns {
 /// of the offset over the largest force. The public recordings of a printed
 /// lattice, one run under the map of the other, have gains of 1 to 4 % and
 /// offsets of 0 to 1 N of 32 N.
-const USUAL: [f64; 2] = [0.03, 0.01];
+const USUAL: [f64; 2] = [0.04, 0.01];
 /// As many runs as this knowledge counts for.
 const USUAL_RUNS: f64 = 4.0;
 /// t of 4 to 9 degrees of freedom that 95 % lie within, over that of the normal law.
@@ -65,8 +65,11 @@ pub struct AcrossRuns {
     pub map: ForceMap,
     /// Its options.
     pub options: ForceOptions,
-    /// Its held-out rows, with the deviations that the map would give.
+    /// Its held-out rows, with the deviations that the map would give; with
+    /// one run without what lets the next run differ.
     pub held_out: HeldOutForce,
+    /// Those of the best candidate without memory.
+    pub without_memory: Option<HeldOutForce>,
     /// All candidates with their scores.
     pub tried: Vec<(ForceOptions, Score)>,
 }
@@ -96,13 +99,24 @@ impl AcrossRuns {
         let order = |a: &(Self, Score), b: &(Self, Score)| {
             a.1.log_likelihood.total_cmp(&b.1.log_likelihood)
         };
-        let best = trained.into_iter().zip(scores).max_by(order);
+        let memoryless = |one: &(Self, Score)| one.0.options.memory.creep_times.is_empty();
+        let all: Vec<(Self, Score)> = trained.into_iter().zip(scores).collect();
+        let without = all
+            .iter()
+            .filter(|one| memoryless(one))
+            .max_by(|a, b| order(a, b));
+        let without_memory = without.map(|(one, _)| one.held_out.clone());
+        let best = all.into_iter().max_by(order);
         let none = TrainingError::TooFew {
             found: 0,
             needed: 1,
         };
         let (best, _) = best.ok_or(none)?;
-        Ok(Self { tried, ..best })
+        Ok(Self {
+            without_memory,
+            tried,
+            ..best
+        })
     }
 
     /// Score of the held-out rows.
@@ -124,14 +138,19 @@ fn widened(
         (Vec::new(), held_out.errors.clone())
     };
     map.intervals = Intervals::of(&held_out.estimates, &rest, &held_out.deviations);
-    map.between_runs = BetweenRuns::of(&lines, map.range[1]);
+    let between = BetweenRuns::of(&lines, map.range[1]);
+    if runs > 1 {
+        map.between_runs = between;
+    }
     for (deviation, estimate) in held_out.deviations.iter_mut().zip(&held_out.estimates) {
         *deviation = map.deviation(*estimate, deviation.powi(2));
     }
+    map.between_runs = between;
     AcrossRuns {
         map,
         options,
         held_out,
+        without_memory: None,
         tried: Vec::new(),
     }
 }

@@ -63,7 +63,7 @@ impl PositionEstimate {
 /// What a map makes of the rows that it has not seen.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldOutPlaces {
-    /// Score with the factor on the deviations.
+    /// Score before the factor on the deviations.
     pub(crate) score: Score,
     /// Estimated places, m.
     pub(crate) estimates: Vec<[f64; 2]>,
@@ -225,9 +225,6 @@ impl PositionMap {
             }
         }
         let factor = interval_factor(&errors, &deviations);
-        deviations
-            .iter_mut()
-            .for_each(|deviation| *deviation *= factor);
         Ok(HeldOutPlaces {
             score: Score::of(&errors, &deviations),
             estimates,

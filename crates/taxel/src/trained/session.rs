@@ -90,7 +90,7 @@ impl Session {
 
     /// Largest reading of the scale, N; zero without one.
     pub fn peak_force(&self) -> f64 {
-        let readings = self.force.iter().flat_map(|force| force.rows());
+        let readings = self.force.iter().flat_map(Series::rows);
         readings.map(|row| row[0]).fold(0.0, f64::max)
     }
 

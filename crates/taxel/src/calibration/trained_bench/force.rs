@@ -7,8 +7,8 @@ use crate::calibration::remark::Remark;
 use crate::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use crate::input::InputError;
 use crate::trained::{
-    AcrossRuns, CONTACT_SHARE, Compared, ForceMap, HeldOutForce, Score, compared_forces,
-    usual_candidates,
+    AcrossRuns, CONTACT_SHARE, Compared, ForceMap, HeldOutForce, NORMAL_95, Score, Series,
+    compared_forces, usual_candidates,
 };
 
 /// The map of the force, where runs have a scale.
@@ -35,7 +35,7 @@ pub(super) fn train(runs: &[Run], found: &mut Found) -> Result<Option<ForceMap>,
     } else {
         "force, last quarter"
     };
-    found.remarks.push(compared(tested, all, "N", 1.0));
+    found.remarks.extend(compared(tested, all, "N", 1.0));
     found.remarks.push(among(&chosen));
     found.remarks.push(of_runs(&chosen, runs.len()));
     report(&chosen, runs.len(), found);
@@ -45,7 +45,7 @@ pub(super) fn train(runs: &[Run], found: &mut Found) -> Result<Option<ForceMap>,
 /// The rest of a run is read from its first frames.
 fn begins_free(run: &Run) -> Result<(), InputError> {
     let session = &run.session;
-    let first = session.force.iter().flat_map(|force| force.rows()).next();
+    let first = session.force.iter().flat_map(Series::rows).next();
     let first = first.map_or(0.0, |row| row[0]);
     let peak = session.peak_force();
     if peak <= 0.0 {
@@ -75,12 +75,8 @@ fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
 
 /// What the chosen options won against.
 fn among(chosen: &AcrossRuns) -> Remark {
-    let without = chosen
-        .tried
-        .iter()
-        .filter(|(options, _)| options.memory.creep_times.is_empty())
-        .max_by(|a, b| a.1.log_likelihood.total_cmp(&b.1.log_likelihood));
-    let without = without.map_or(f64::NAN, |(_, score)| score.rms);
+    let rms = |of: &HeldOutForce| Score::of(&of.errors, &of.deviations).rms;
+    let without = chosen.without_memory.as_ref().map_or(0.0, rms);
     let (options, score) = (&chosen.options, chosen.score());
     Remark::whole(format!(
         "force: products of up to {} channels, creep times {:?} s, prior {}, scale {:.1} s after the sensor; best of {} \
@@ -141,14 +137,18 @@ fn report(chosen: &AcrossRuns, runs: usize, found: &mut Found) {
         "each fifth of the run, from the others"
     };
     join(&mut found.held_out, which);
-    let rows = format!("{} readings of a scale in {runs} runs", held_out.runs.len());
+    let rows = format!(
+        "{} readings of a scale in {runs} {}",
+        held_out.runs.len(),
+        if runs > 1 { "runs" } else { "run" }
+    );
     join(&mut found.search, &rows);
     found.scope.push(Scope {
         name: "force".into(),
         unit: "N",
         range: chosen.map.range,
     });
-    found.figures.push(figure(held_out, runs));
+    found.figures.push(figure(chosen, runs));
 }
 
 fn join(text: &mut String, more: &str) {
@@ -159,46 +159,52 @@ fn join(text: &mut String, more: &str) {
 }
 
 /// Truth, estimate and interval over time of the last run, and the loop of the
-/// error over the force.
-fn figure(held_out: &HeldOutForce, runs: usize) -> Figure {
+/// error over the force with memory and without.
+fn figure(chosen: &AcrossRuns, runs: usize) -> Figure {
+    let held_out = &chosen.held_out;
     let begin = held_out.runs.partition_point(|run| *run + 1 < runs);
     let rows = begin..held_out.runs.len();
     let start = held_out.times.get(begin).copied().unwrap_or(0.0);
     let curve = |name: &str, of: &dyn Fn(usize) -> f64, style| {
+        let points = rows.clone().map(|i| [held_out.times[i] - start, of(i)]);
+        Curve::new(name, points.collect(), style)
+    };
+    let end = |sign: f64| {
+        let at = |i: usize| held_out.estimates[i] + sign * NORMAL_95 * held_out.deviations[i];
+        curve("95 % interval", &at, Style::Dashed).points
+    };
+    // The gap parts the lower end from the upper one.
+    let interval = [end(-1.0), vec![[f64::NAN; 2]], end(1.0)].concat();
+    let loops = |name: &str, of: &HeldOutForce, style| {
         let points = rows
             .clone()
-            .map(|i| [held_out.times[i] - start, of(i)])
-            .collect();
-        Curve::new(name, points, style)
+            .map(|i| [of.estimates[i] - of.errors[i], of.errors[i]]);
+        Curve::new(name, points.collect(), style)
     };
+    let without = chosen.without_memory.iter();
+    let without = without.map(|of| loops("without memory", of, Style::Dashed));
     let truth = |i: usize| held_out.estimates[i] - held_out.errors[i];
-    let side =
-        |sign: f64| move |i: usize| held_out.estimates[i] + sign * 1.96 * held_out.deviations[i];
-    let errors = rows
-        .clone()
-        .map(|i| [truth(i), held_out.errors[i]])
-        .collect();
+    let over_time = Chart {
+        title: String::new(),
+        x: Axis::new("time", "s"),
+        y: Axis::new("force", "N"),
+        series: vec![
+            curve("truth", &truth, Style::Line),
+            curve("estimate", &|i| held_out.estimates[i], Style::Marks),
+            Curve::new("95 % interval", interval, Style::Dashed),
+        ],
+    };
+    let over_force = Chart {
+        title: "Error over the force: what is left of the loop".into(),
+        x: Axis::new("force", "N"),
+        y: Axis::new("error", "N"),
+        series: without
+            .chain([loops("chosen map", held_out, Style::Line)])
+            .collect(),
+    };
     Figure {
         title: "Force of held-out rows, last run".into(),
-        charts: vec![
-            Chart {
-                title: String::new(),
-                x: Axis::new("time", "s"),
-                y: Axis::new("force", "N"),
-                series: vec![
-                    curve("truth", &truth, Style::Line),
-                    curve("estimate", &|i| held_out.estimates[i], Style::Marks),
-                    curve("95 % interval", &side(-1.0), Style::Dashed),
-                    curve("", &side(1.0), Style::Dashed),
-                ],
-            },
-            Chart {
-                title: "Error over the force: what is left of the loop".into(),
-                x: Axis::new("force", "N"),
-                y: Axis::new("error", "N"),
-                series: vec![Curve::new("estimate less truth", errors, Style::Line)],
-            },
-        ],
+        charts: vec![over_time, over_force],
         caption: "Estimates of a map that has not seen these rows.".into(),
     }
 }

@@ -14,7 +14,7 @@ use super::outcome::{
 use super::remark::Remark;
 use crate::figure::Figure;
 use crate::input::InputError;
-use crate::trained::{Compared, Rest, Session, TrainedMaps, TrainingError};
+use crate::trained::{Compared, Rest, Session, Standard, TrainedMaps, TrainingError};
 
 use readings::Run;
 
@@ -55,22 +55,20 @@ pub fn train(
     options: &CalibrateOptions,
 ) -> Result<TrainedOutcome, InputError> {
     let first = groups.iter().flatten().next();
-    let file = first.map_or("", |file| file.name.as_str()).to_owned();
+    let file = first.map_or("recordings", |file| file.name.as_str());
     let array = named
         .sensor
         .trained()
         .map_err(|unreadable| InputError::whole(named.name, unreadable.to_string()))?;
     if options.model.is_some() || options.profile || options.robust {
         let message = "maps that are learned have no model, profile or robust loss to choose";
-        return Err(
-            InputError::whole(&file, message).help("leave out --model, --profile, --robust")
-        );
+        return Err(InputError::whole(file, message).help("leave out --model, --profile, --robust"));
     }
     let channels = array.body.channels().len();
     let mut remarks = Vec::new();
     let runs = readings::runs(channels, groups, &mut remarks)?;
     if runs.is_empty() {
-        return Err(InputError::whole(&file, "there is no recording")
+        return Err(InputError::whole(file, "there is no recording")
             .help("give tables, or folders with the CSV files of the sensor and of the stage"));
     }
     let mut found = Found {
@@ -81,7 +79,7 @@ pub fn train(
     let force = force::train(&runs, &mut found)?;
     if position.is_none() && force.is_none() {
         let message = "the recordings have neither places all over an area nor forces: there is nothing to train";
-        return Err(InputError::whole(&file, message).help(
+        return Err(InputError::whole(file, message).help(
             "press at many places, or record a scale; a table needs columns x and y, or force_z",
         ));
     }
@@ -92,7 +90,7 @@ pub fn train(
         force,
     };
     let maps = file::rounded(maps).ok_or_else(|| {
-        InputError::whole(&file, "the maps have no finite numbers").help("check the readings")
+        InputError::whole(file, "the maps have no finite numbers").help("check the readings")
     })?;
     left_out(named, &maps, &mut found.remarks);
     Ok(TrainedOutcome {
@@ -186,7 +184,7 @@ fn left_out(named: &NamedSensor<'_>, maps: &TrainedMaps, remarks: &mut Vec<Remar
     let mut out: Vec<usize> = standards
         .into_iter()
         .flatten()
-        .flat_map(|s| s.left_out())
+        .flat_map(Standard::left_out)
         .collect();
     out.sort_unstable();
     out.dedup();
@@ -209,22 +207,19 @@ fn failed(run: &str, error: &TrainingError) -> InputError {
 }
 
 /// A comparison, the best first; shown scores are `scale` times SI.
-fn compared(what: &str, mut all: Vec<Compared>, unit: &str, scale: f64) -> Remark {
+fn compared(what: &str, mut all: Vec<Compared>, unit: &str, scale: f64) -> Vec<Remark> {
     all.sort_by(|a, b| b.score.log_likelihood.total_cmp(&a.score.log_likelihood));
-    let line = |one: &Compared| {
-        format!(
-            "{}: {:.3} {unit} rms, log likelihood {:.2}, coverage {:.1} %",
+    let line = |(rank, one): (usize, Compared)| {
+        Remark::whole(format!(
+            "{what}, {}. of the maps by held-out likelihood: {}, {:.3} {unit} rms, log likelihood {:.2}, coverage {:.1} %",
+            rank + 1,
             one.name,
             one.score.rms * scale,
             one.score.log_likelihood - scale.ln(),
             100.0 * one.score.coverage
-        )
+        ))
     };
-    let lines: Vec<String> = all.iter().map(line).collect();
-    Remark::whole(format!(
-        "{what}, best held-out likelihood first: {}",
-        lines.join("; ")
-    ))
+    all.into_iter().enumerate().map(line).collect()
 }
 
 /// Sessions of runs.

@@ -78,7 +78,7 @@ pub(super) fn train(
     }
     found
         .remarks
-        .push(compared("place", all, "mm along an axis", MILLIMETRES));
+        .extend(compared("place", all, "mm along an axis", MILLIMETRES));
     report(&presses, &held_out.estimates, found, &map);
     Ok(Some(map))
 }
