@@ -146,7 +146,12 @@ fn recordings_become_a_calibration_that_feels() {
         &format!("replay:{data}/position_sensor.csv"),
         &["--no-tare"],
     );
-    assert!(found["last_sequence"] == 604, "{found}");
+    assert_eq!(found["last_sequence"], 604);
+    // Its last press was at (292, -95) mm, the middle of all at (287, -100) mm.
+    for axis in 0..2 {
+        let place = found["last_centre_of_pressure_m"][axis].as_f64().unwrap();
+        assert!((place - 5e-3).abs() < 1e-3, "{found}");
+    }
 }
 
 /// The reading of the scale at or before a row, g.

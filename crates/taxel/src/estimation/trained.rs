@@ -140,10 +140,13 @@ impl TrainedEstimator {
 
     /// Fills the touch from what was felt.
     fn sum_up(&mut self, felt: &Felt) {
-        let contact = match felt.force {
-            Some(force) => Some(force.value > CONTACT_DEVIATIONS * force.deviation),
+        let pressed = |force: &Estimate| force.value > CONTACT_DEVIATIONS * force.deviation;
+        let contact = match &felt.force {
+            Some(force) if pressed(force) || force.support == Support::Trained => {
+                Some(pressed(force))
+            }
             // A frame unlike all presses may be one of another depth, or none.
-            None => felt.place.map(|_| true),
+            _ => felt.place.map(|_| true),
         };
         let (value, deviation) = match felt.force {
             Some(force) => (force.value, force.deviation),
