@@ -204,8 +204,11 @@ pub(crate) struct Calibrate {
     /// Sensor file, or the name of a shipped one
     pub(crate) sensor: PathBuf,
     /// Readings (CSV): columns with their units, such as force_z [N],
-    /// displacement [um], capacitance [fF]; a wrong one is answered with all
-    pub(crate) data: PathBuf,
+    /// displacement [um], capacitance [fF]; a wrong one is answered with all.
+    /// For a device that is trained: tables (time, x, y, force_z, channel_1 ...)
+    /// or folders of recordings, one or more for each run
+    #[arg(required = true)]
+    pub(crate) data: Vec<PathBuf>,
     /// Another sensor whose readings are in the same table, told apart by
     /// their column (gap); may be repeated
     #[arg(long, value_name = "SENSOR")]

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
+use taxel::calibration::TrainingFile;
 use taxel::device::Device;
 use taxel::sensor::Sensor;
 
@@ -78,7 +79,51 @@ pub(crate) fn text(path: &Path) -> Result<String, Stop> {
     })
 }
 
-/// SHA-256 in hexadecimal digits.
+/// The recordings below `paths`: the CSV files of each folder lie together, and
+/// so do the files that are named themselves.
+pub(crate) fn recordings(paths: &[PathBuf]) -> Result<Vec<Vec<TrainingFile>>, Stop> {
+    let mut groups = Vec::new();
+    let mut named = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            folder(path, &mut groups)?;
+        } else {
+            named.push(recording(path)?);
+        }
+    }
+    groups.push(named);
+    groups.retain(|group| !group.is_empty());
+    Ok(groups)
+}
+
+fn folder(path: &Path, groups: &mut Vec<Vec<TrainingFile>>) -> Result<(), Stop> {
+    let wrong = |error: std::io::Error| {
+        Stop::WrongInput(format!("{}: cannot be read: {error}", path.display()))
+    };
+    let mut inside = std::fs::read_dir(path)
+        .and_then(|entries| {
+            entries
+                .map(|entry| Ok(entry?.path()))
+                .collect::<Result<Vec<_>, _>>()
+        })
+        .map_err(wrong)?;
+    inside.sort();
+    let is_table = |path: &&PathBuf| path.is_file() && path.extension().is_some_and(|e| e == "csv");
+    let files = inside.iter().filter(is_table).map(|path| recording(path));
+    groups.push(files.collect::<Result<_, _>>()?);
+    for path in inside.iter().filter(|path| path.is_dir()) {
+        folder(path, groups)?;
+    }
+    Ok(())
+}
+
+fn recording(path: &Path) -> Result<TrainingFile, Stop> {
+    Ok(TrainingFile {
+        name: path.to_string_lossy().into_owned(),
+        text: text(path)?,
+    })
+}
+
 /// Whether a figure goes to a page (.html) and not to a picture (.svg).
 pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
     match path.extension().and_then(|ending| ending.to_str()) {
@@ -91,6 +136,7 @@ pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
     }
 }
 
+/// SHA-256 in hexadecimal digits.
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes)
         .iter()

@@ -90,6 +90,9 @@ pub struct ReplaySource {
     stream: Stream,
 }
 
+/// How a recording is opened: name and bytes to frames.
+type Open = fn(&str, BufReader<File>) -> Result<Recording<BufReader<File>>, RecordingError>;
+
 /// What a look at the whole recording found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RecordingSize {
@@ -113,6 +116,19 @@ impl ReplaySource {
     /// # Errors
     /// [`SourceError`] when it cannot be opened or its header is malformed.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
+        Self::open_with(path, Recording::open)
+    }
+
+    /// Like [`Self::open`], and rows of numbers without a header are taken as
+    /// the channels of a device that is known.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_bare(path: &Path) -> Result<Self, SourceError> {
+        Self::open_with(path, Recording::open_bare)
+    }
+
+    fn open_with(path: &Path, read: Open) -> Result<Self, SourceError> {
         let open = |cause| SourceError::Open {
             path: path.to_owned(),
             cause,
@@ -121,7 +137,7 @@ impl ReplaySource {
         if file.metadata().map_err(open)?.is_dir() {
             return Err(open(std::io::Error::other("it is a folder")));
         }
-        let recording = Recording::open(&path.to_string_lossy(), BufReader::new(file))?;
+        let recording = read(&path.to_string_lossy(), BufReader::new(file))?;
         Ok(Self {
             stream: recording.stream().clone(),
             recording,
@@ -134,7 +150,15 @@ impl ReplaySource {
     /// # Errors
     /// The first mistake.
     pub fn verify(path: &Path) -> Result<RecordingSize, SourceError> {
-        let mut source = Self::open(path)?;
+        Self::open(path)?.size()
+    }
+
+    /// Reads all of the rest once: its size, or the first mistake.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn size(self) -> Result<RecordingSize, SourceError> {
+        let mut source = self;
         let mut size = RecordingSize::default();
         let mut first = None;
         while let Next::Frame(frame) = source.next()? {

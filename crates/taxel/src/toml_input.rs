@@ -8,15 +8,23 @@ use toml::de::{DeTable, DeValue};
 use crate::input::InputError;
 use crate::quantity::HELP;
 
-/// Largest file that is read, bytes: a guard against a wrong one. Calibrations
-/// of large arrays have a few million.
-const LARGEST: usize = 1 << 24;
+/// Largest description that is read, bytes: a guard against a wrong file.
+const LARGEST: usize = 1 << 20;
 
 /// Parses a description.
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
-    if text.len() > LARGEST {
+    parse_up_to(LARGEST, file, text)
+}
+
+/// Parses a file of at most `largest` bytes.
+pub(crate) fn parse_up_to<T: DeserializeOwned>(
+    largest: usize,
+    file: &str,
+    text: &str,
+) -> Result<T, InputError> {
+    if text.len() > largest {
         let message = format!(
-            "the file has {} bytes; at most {LARGEST} are read",
+            "the file has {} bytes; at most {largest} are read",
             text.len()
         );
         return Err(InputError::whole(file, message).help("give a TOML description"));

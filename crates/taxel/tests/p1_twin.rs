@@ -344,7 +344,7 @@ fn the_table_of_answers_has_a_cell_for_every_column() {
     for gap in [20, 50, 100] {
         let sensor = shipped(gap);
         let device = sensor.device().unwrap();
-        let predictor = device.predictor();
+        let predictor = device.predictor().unwrap();
         for (column, values) in [
             (0, vec![0.0, 95e-6, 300e-6, 500e-6]),
             (1, vec![0.0, 0.1, 0.35, 0.5, 0.9999]),

@@ -115,7 +115,7 @@ fn prediction_is_the_three_dimensional_calculation() {
 fn loads_are_pressures_or_forces_with_an_area() {
     let sensor = sensor();
     let device = sensor.device().unwrap();
-    let predictor = device.predictor();
+    let predictor = device.predictor().unwrap();
     let answer = |spec: &str| {
         let loads = Loads::one(spec, predictor.load_columns()).unwrap();
         predictor.combination(&loads.given.columns)?;
@@ -159,7 +159,7 @@ fn loads_are_pressures_or_forces_with_an_area() {
 fn every_answer_is_a_number_or_a_word() {
     let sensor = sensor();
     let device = sensor.device().unwrap();
-    let predictor = device.predictor();
+    let predictor = device.predictor().unwrap();
     for pressure in [0.0, 1.0, 1e3, 24e3, 30e3, 70e3, 340e3, 1e6, 100e6] {
         for share in [1e-6, 0.0065, 0.5, 1.0] {
             let load = [

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use taxel::calibration::{
-    BenchData, CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Propagated, Provenance,
-    calibrator, civil_date,
+    BenchData, CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated,
+    Provenance, TrainedOutcome, calibrator, civil_date, train,
 };
 use taxel::predict::Predictor;
-use taxel::sensor::Sensor;
+use taxel::sensor::{Element, Sensor};
 use taxel::table;
 
 use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
@@ -17,7 +17,6 @@ use crate::{Done, Stop, files};
 pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
     let sensors = sensors(&named);
-    let calibrator = calibrator(&sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
     let options = CalibrateOptions {
         hold_out: HoldOut::parse(&arguments.hold_out)
             .map_err(|message| Stop::WrongInput(format!("--hold-out: {message}")))?,
@@ -25,19 +24,26 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
         profile: arguments.profile,
         robust: arguments.robust,
     };
-    let file = arguments.data.to_string_lossy();
-    let text = files::text(&arguments.data)?;
-    let data = BenchData::parse(&file, &text, calibrator.columns(), calibrator.group())?;
-    let outcome = calibrator.calibrate(&data, &options)?;
+    let found = match sensors.as_slice() {
+        [named] if matches!(named.sensor.element, Element::Trained(_)) => {
+            trained(arguments, named, &options)?
+        }
+        _ => fitted(arguments, &sensors, &options)?,
+    };
     let (version, date) = (format!("{VERSION} {COMMIT}"), today());
     let about = Provenance {
         version: &version,
         date: &date,
-        data: &file,
-        data_hash: &files::sha256(text.as_bytes()),
+        data: &found.data,
+        data_hash: &found.hash,
     };
+    let outcome = &found.outcome;
     if let Some(path) = &arguments.output {
-        files::write(Some(path), &outcome.to_toml(&about))?;
+        let text = match &found.maps {
+            Some(maps) => maps.to_toml(&about),
+            None => outcome.to_toml(&about),
+        };
+        files::write(Some(path), &text)?;
     }
     if let Some(path) = &arguments.report {
         files::write(Some(path), &outcome.html(&about))?;
@@ -47,6 +53,64 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
         CalibrateFormat::Json => table::json(&outcome.json(&about)),
     };
     files::write(None, &result)
+}
+
+/// What was found, and in which readings.
+struct Found {
+    outcome: Outcome,
+    /// The same with the maps of a device that was trained.
+    maps: Option<TrainedOutcome>,
+    data: String,
+    hash: String,
+}
+
+/// Constants of a model from one table.
+fn fitted(
+    arguments: &Calibrate,
+    sensors: &[NamedSensor<'_>],
+    options: &CalibrateOptions,
+) -> Result<Found, Stop> {
+    let calibrator = calibrator(sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
+    let [path] = arguments.data.as_slice() else {
+        let message =
+            "several tables are for devices that are trained; put the readings into one table";
+        return Err(Stop::WrongInput(message.into()));
+    };
+    let file = path.to_string_lossy();
+    let text = files::text(path)?;
+    let data = BenchData::parse(&file, &text, calibrator.columns(), calibrator.group())?;
+    Ok(Found {
+        outcome: calibrator.calibrate(&data, options)?,
+        maps: None,
+        hash: files::sha256(text.as_bytes()),
+        data: file.into_owned(),
+    })
+}
+
+/// Maps from recordings.
+fn trained(
+    arguments: &Calibrate,
+    named: &NamedSensor<'_>,
+    options: &CalibrateOptions,
+) -> Result<Found, Stop> {
+    let groups = files::recordings(&arguments.data)?;
+    let texts: Vec<&str> = groups
+        .iter()
+        .flatten()
+        .map(|file| file.text.as_str())
+        .collect();
+    let names: Vec<_> = arguments
+        .data
+        .iter()
+        .map(|path| path.to_string_lossy())
+        .collect();
+    let maps = train(named, &groups, options)?;
+    Ok(Found {
+        outcome: maps.outcome.clone(),
+        hash: files::sha256(texts.concat().as_bytes()),
+        data: names.join(", "),
+        maps: Some(maps),
+    })
 }
 
 /// Reads the first sensor and those beside it.

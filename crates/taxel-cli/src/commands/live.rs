@@ -7,7 +7,8 @@ use serde_json::{Map, Value, json};
 use taxel::acquisition::recording::RecordingError;
 use taxel::acquisition::{Quantity, Stimulus, Twin};
 use taxel::device::Device;
-use taxel::estimation::State;
+use taxel::estimation::{FrameError, State};
+use taxel::sensor::Element;
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_serve::{
     Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError, Session,
@@ -124,7 +125,16 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
 }
 
 fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result<Session, Stop> {
-    let size = match ReplaySource::verify(path) {
+    let bare = takes_bare(&arguments.sensor);
+    let open = || {
+        let open = if bare {
+            ReplaySource::open_bare
+        } else {
+            ReplaySource::open
+        };
+        open(path)
+    };
+    let size = match open().and_then(ReplaySource::size) {
         Ok(size) if size.frames == 0 => {
             let message = format!("{}: there is no frame in it", path.display());
             return Err(Stop::WrongInput(message));
@@ -133,13 +143,12 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         Err(error) if arguments.salvage && is_cut(&error) => RecordingSize::default(),
         Err(error) => return Err(stop_of_source(&error)),
     };
-    let source = ReplaySource::open(path)
-        .map_err(|error| stop_of_source(&error))?
-        .paced(size);
+    let source = open().map_err(|error| stop_of_source(&error))?.paced(size);
     let stream = source.stream();
     // Counts and capacitances mean something only with the sensor they are of;
     // other recordings describe themselves.
-    let needs_sensor = stream.channels_per_taxel == 4 || stream.unit.quantity == Quantity::Counts;
+    let needs_sensor =
+        bare || stream.channels_per_taxel == 4 || stream.unit.quantity == Quantity::Counts;
     if !needs_sensor {
         if let Some(path) = &arguments.calibration {
             let message = format!(
@@ -176,6 +185,12 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
 fn sense(device: &dyn Device, source: &impl Source, arguments: &Live) -> Result<Sense, Stop> {
     Sense::of(device, source.stream()).map_err(|error| {
         let stream = source.stream();
+        if error == FrameError::Untrained {
+            let sensor = arguments.sensor.display();
+            return Stop::WrongInput(format!(
+                "{sensor}: {error}\nhelp: taxel calibrate {sensor} RECORDINGS -o CAL.toml, then give --calibration CAL.toml"
+            ));
+        }
         Stop::WrongInput(format!(
             "{} does not fit {}: {error}\nhelp: the frames are of {} x {} taxels; name the sensor file they come from",
             arguments.source,
@@ -184,6 +199,13 @@ fn sense(device: &dyn Device, source: &impl Source, arguments: &Live) -> Result<
             stream.columns
         ))
     })
+}
+
+/// Whether recordings of this sensor may come without a header: its file says
+/// what the channels are.
+fn takes_bare(sensor: &Path) -> bool {
+    let named = files::sensor(sensor);
+    named.is_ok_and(|named| matches!(named.sensor.element, Element::Trained(_)))
 }
 
 fn is_cut(error: &SourceError) -> bool {

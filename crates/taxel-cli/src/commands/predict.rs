@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 use taxel::InputError;
+use taxel::device::NoModel;
 use taxel::mechanics::Mechanics;
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
 use taxel::sensor::Sensor;
@@ -69,7 +70,10 @@ fn mechanics(arguments: &Predict, sensor: &Sensor) -> Result<Box<dyn Predictor>,
         .mechanics
         .map_or(sensor.mechanics, Mechanics::from);
     match mechanics {
-        Mechanics::ClosedForm => Ok(device.predictor()),
+        Mechanics::ClosedForm => device.predictor().ok_or_else(|| {
+            let element = sensor.element.key();
+            Stop::WrongInput(NoModel { element }.to_string())
+        }),
         Mechanics::Fem => device.field_predictor().ok_or_else(|| {
             Stop::WrongInput(format!(
                 "a {} has no mechanics by finite elements; use --mechanics closed-form",

@@ -3,6 +3,7 @@
 
 use super::stimulus::Script;
 use super::{Frame, Stimulus, Stream};
+use crate::device::NoModel;
 use crate::electronics::Noise;
 use crate::layout::Layout;
 use crate::sensor::Sensor;
@@ -59,7 +60,11 @@ impl Twin {
         let piece = sensor
             .device()
             .map_err(|unreadable| unreadable.to_string())?
-            .simulated();
+            .simulated()
+            .ok_or_else(|| {
+                let element = sensor.element.key();
+                NoModel { element }.to_string()
+            })?;
         Ok(Self {
             stream: Stream {
                 name: sensor.name.clone(),

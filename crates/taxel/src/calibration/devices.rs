@@ -16,6 +16,14 @@ pub enum NoCalibrator {
         /// Key of the element.
         element: &'static str,
     },
+    /// Learned, not fitted.
+    #[error(
+        "an array with the element `{element}` has no physical model and no synthetic bench; train it alone with `taxel calibrate`"
+    )]
+    Learned {
+        /// Key of the element.
+        element: &'static str,
+    },
     /// The sensors are not of one kind.
     #[error("{name} is a {element}, the others are not; calibrate them apart")]
     Mixed {
@@ -69,6 +77,7 @@ pub fn calibrator<'a>(
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
+        Element::Trained(_) => Err(NoCalibrator::Learned { element }),
         Element::LiquidMetalChannel(_) => match ChannelCalibrator::new(sensors) {
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
@@ -91,6 +100,8 @@ pub(super) fn apply(
         Element::ThreeAxisCapacitor(_) => three_axis_bench::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric_bench::apply(sensor, prefix, value),
         Element::LiquidMetalChannel(_) => channel_bench::apply(sensor, value),
+        // Its maps are tables, and no parameters.
+        Element::Trained(_) => Ok(()),
     }
 }
 
@@ -106,5 +117,6 @@ pub(super) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
         ],
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
         Element::LiquidMetalChannel(_) => &channel_bench::UNCERTAIN,
+        Element::Trained(_) => &[],
     }
 }

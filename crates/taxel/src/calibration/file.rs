@@ -11,11 +11,17 @@ use super::devices;
 use super::fit::singular_values;
 use super::outcome::{CovarianceBlock, Outcome, ResidualSummary};
 use crate::input::InputError;
-use crate::sensor::Sensor;
+use crate::sensor::{Element, Sensor};
 use crate::toml_input;
+use crate::trained::{TrainedMaps, TrainingError};
 
 /// Version of the file's form.
 pub const CALIBRATION_SCHEMA: u32 = 1;
+
+/// Key of the element that is trained.
+const TRAINED: &str = "trained";
+/// Largest calibration file that is read, bytes.
+const LARGEST: usize = 1 << 24;
 
 /// What a program says of itself and of the moment; the library knows neither.
 #[derive(Debug, Clone, Copy)]
@@ -60,12 +66,16 @@ pub struct CalibrationFile {
     pub hold_out: HeldOut,
     /// The sensors.
     pub sensor: Vec<SensorOf>,
-    /// The parameters.
+    /// The parameters; none of a device that was trained.
+    #[serde(default)]
     pub parameter: Vec<ParameterOf>,
     /// Residuals of the fit.
+    #[serde(default)]
     pub residual: Vec<ResidualOf>,
     /// Ranges within which it holds.
     pub scope: Vec<ScopeOf>,
+    /// What was learned of a device without a physical model.
+    pub trained: Option<TrainedMaps>,
 }
 
 /// The readings of a calibration.
@@ -272,7 +282,7 @@ impl CalibrationFile {
     /// # Errors
     /// The first mistake, at its place.
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let found: Self = toml_input::parse(file, text)?;
+        let found: Self = toml_input::parse_up_to(LARGEST, file, text)?;
         let wrong = |key: &str, message: String| {
             let path: Vec<&str> = key.split('.').collect();
             let help = "make the file again with `taxel calibrate`";
@@ -284,6 +294,24 @@ impl CalibrationFile {
                 found.schema
             );
             return wrong("schema", message);
+        }
+        match &found.trained {
+            Some(maps) => {
+                if let Err(error) = maps.check() {
+                    let table = match &error {
+                        TrainingError::Unsound { table } => table,
+                        _ => "",
+                    };
+                    return wrong(&format!("trained.{table}"), error.to_string());
+                }
+            }
+            None if found.element == TRAINED => {
+                return wrong(
+                    "element",
+                    "the tables of the trained maps are missing".into(),
+                );
+            }
+            None => {}
         }
         let count = found.parameter.len();
         let mut next = 0;
@@ -382,6 +410,16 @@ impl CalibrationFile {
             .key("parameter")
             .help("make the file again with `taxel calibrate`")
         })?;
+        if let (Element::Trained(body), Some(maps)) = (&mut calibrated.element, &self.trained) {
+            let (found, expected) = (maps.channels, body.channels().len());
+            if found != expected {
+                let message = format!("the maps have {found} channels, the sensor has {expected}");
+                return Err(InputError::whole(file, message)
+                    .key("trained.channels")
+                    .help("make the file again with `taxel calibrate`"));
+            }
+            body.maps = Some(maps.clone());
+        }
         Ok(calibrated)
     }
 

@@ -19,6 +19,7 @@ mod split;
 mod stiffness;
 mod sweep;
 mod three_axis_bench;
+mod trained_bench;
 
 use crate::layout::Layout;
 use crate::mechanics::RelaxationTerm;
@@ -42,6 +43,7 @@ pub use rest::{MOVING, RestCapture, RestReadings, RestRefused, Running};
 pub use split::{Branch, HoldOut, branches, turns};
 pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
 pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};
+pub use trained_bench::{TrainedOutcome, TrainingFile, train};
 
 /// All that estimation needs to know of an array of three-axis units.
 #[derive(Debug, Clone, PartialEq)]

@@ -23,7 +23,11 @@ impl Outcome {
         ]
         .map(Column::plain);
         let rows: Vec<Vec<Cell>> = self.parameters.iter().map(row).collect();
-        let mut text = table::render(Format::Table, &Map::new(), &columns, &rows);
+        let mut text = String::new();
+        // A device that was trained has none.
+        if !rows.is_empty() {
+            text = table::render(Format::Table, &Map::new(), &columns, &rows);
+        }
         for derived in &self.derived {
             let [low, high] = derived.interval.map(digits);
             let _ = writeln!(
@@ -34,7 +38,9 @@ impl Outcome {
                 derived.about
             );
         }
-        text.push('\n');
+        if !text.is_empty() {
+            text.push('\n');
+        }
         let _ = writeln!(text, "model     {}", self.model);
         let _ = writeln!(text, "noise     {}", self.noise);
         let _ = writeln!(text, "search    {}", self.search);
@@ -164,8 +170,12 @@ impl Outcome {
             escape(about.data_hash.get(..12).unwrap_or(about.data_hash)),
             self.model
         );
-        self.parameter_section(&mut page);
-        self.identifiability_section(&mut page);
+        if self.parameters.is_empty() {
+            section(&mut page, "What it holds for", &self.holds_for());
+        } else {
+            self.parameter_section(&mut page);
+            self.identifiability_section(&mut page);
+        }
         self.model_section(&mut page);
         self.residual_section(&mut page);
         let remarks: Vec<String> = self
@@ -223,6 +233,14 @@ impl Outcome {
                 escape(&derived.about)
             );
         }
+        body.push_str(
+            "<p>A value that is not identified is one of many that fit as well; its interval is that of its bounds.</p>\n",
+        );
+        body.push_str(&self.holds_for());
+        section(page, "Parameters", &body);
+    }
+
+    fn holds_for(&self) -> String {
         let scopes: Vec<String> = self
             .scope
             .iter()
@@ -231,15 +249,12 @@ impl Outcome {
                 format!("{} from {low} to {high} {}", scope.name, scope.unit)
             })
             .collect();
-        let _ = writeln!(
-            body,
-            "<p>Holds for {}. A value that is not identified is one of many that fit as well; its interval is that of \
-             its bounds.</p>\n<p>Noise: {}. Search: {}.</p>",
+        format!(
+            "<p>Holds for {}.</p>\n<p>Noise: {}. Search: {}.</p>\n",
             scopes.join(", "),
             escape(&self.noise),
             escape(&self.search)
-        );
-        section(page, "Parameters", &body);
+        )
     }
 
     fn identifiability_section(&self, page: &mut String) {

@@ -9,6 +9,7 @@ mod crossed_channels;
 mod in_plane_capacitor;
 mod piezoelectric;
 mod three_axis_capacitor;
+mod trained;
 
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::Calibration;
@@ -29,6 +30,7 @@ pub use in_plane_capacitor::{
 };
 pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
+pub use trained::{TrainedArray, TrainedPredictor};
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).
 pub trait Device {
@@ -43,8 +45,9 @@ pub trait Device {
     /// `numerics`.
     fn facts(&self) -> Vec<Fact>;
 
-    /// Loads in, electrical response out.
-    fn predictor(&self) -> Box<dyn Predictor>;
+    /// Loads in, electrical response out; none for a device of which nothing
+    /// follows ([`NoModel`]).
+    fn predictor(&self) -> Option<Box<dyn Predictor>>;
 
     /// The same by finite elements of the drawing; none for a device whose
     /// mechanics is not solved that way.
@@ -52,8 +55,9 @@ pub trait Device {
         None
     }
 
-    /// One piece of fabrication for the simulated twin.
-    fn simulated(&self) -> Box<dyn Simulated>;
+    /// One piece of fabrication for the simulated twin; none without a
+    /// physical model.
+    fn simulated(&self) -> Option<Box<dyn Simulated>>;
 
     /// What turns the frames of `stream` into touch, calibrated as drawn.
     ///
@@ -63,6 +67,18 @@ pub trait Device {
 
     /// Top view and cross-section to scale.
     fn drawing(&self) -> Drawing;
+}
+
+/// A device of which nothing can be computed, because its drawing says nothing
+/// of its mechanics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with places in \
+     the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels of a place"
+)]
+pub struct NoModel {
+    /// Key of the element.
+    pub element: &'static str,
 }
 
 /// What turns frames into touch.

@@ -28,12 +28,14 @@ impl ChargeBoard {
         let (band, output) = match &electronics.readout {
             Readout::VoltageAmplifier(stage) => (stage.band(capacitance, resistance), stage.output),
             Readout::ChargeMode(stage) => (stage.band(capacitance, resistance), stage.output),
-            Readout::ChargeAmplifier(_) | Readout::VoltageDivider(_) => return None,
+            Readout::ChargeAmplifier(_) | Readout::VoltageDivider(_) | Readout::Digital(_) => {
+                return None;
+            }
         };
         Some(Self {
             frame_rate: electronics.frame_rate,
             scan: electronics.scan,
-            converter: electronics.converter,
+            converter: electronics.converter?,
             rows,
             columns,
             band,

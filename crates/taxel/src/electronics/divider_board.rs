@@ -20,7 +20,7 @@ impl DividerBoard {
     pub fn new(electronics: &Electronics, channels: usize) -> Option<Self> {
         Some(Self {
             divider: *electronics.voltage_divider()?,
-            converter: electronics.converter,
+            converter: electronics.converter?,
             period: electronics.period(),
             scan: electronics.scan,
             channels,

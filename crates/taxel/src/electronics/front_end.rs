@@ -18,8 +18,9 @@ pub struct Electronics {
     pub scan: Scan,
     /// What turns the response of a taxel into a voltage.
     pub readout: Readout,
-    /// Voltage to counts.
-    pub converter: Converter,
+    /// Voltage to counts; every readout but `digital` needs it.
+    #[serde(default)]
+    pub converter: Option<Converter>,
 }
 
 /// First stage of the board; the header in the file names it. Each kind of
@@ -35,6 +36,36 @@ pub enum Readout {
     ChargeMode(ChargeMode),
     /// Resistance to voltage.
     VoltageDivider(VoltageDivider),
+    /// Chips that deliver numbers.
+    Digital(Digital),
+}
+
+/// Chips with converters of their own, whose numbers are taken as they are.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Digital {
+    /// What the numbers are.
+    pub unit: DigitalUnit,
+}
+
+/// What the numbers of a chip are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DigitalUnit {
+    /// Codes of a converter.
+    Counts,
+    /// Anything else that grows with the signal.
+    Arbitrary,
+}
+
+impl DigitalUnit {
+    /// The unit as people read it.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Counts => "counts",
+            Self::Arbitrary => "raw",
+        }
+    }
 }
 
 impl Readout {
@@ -45,6 +76,7 @@ impl Readout {
             Self::VoltageAmplifier(_) => "voltage_amplifier",
             Self::ChargeMode(_) => "charge_mode",
             Self::VoltageDivider(_) => "voltage_divider",
+            Self::Digital(_) => "digital",
         }
     }
 }
@@ -109,7 +141,7 @@ impl FrontEnd {
             frame_rate: electronics.frame_rate,
             scan: electronics.scan,
             amplifier: *electronics.charge_amplifier()?,
-            converter: electronics.converter,
+            converter: electronics.converter?,
             rows,
             columns,
         })

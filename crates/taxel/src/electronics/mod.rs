@@ -17,7 +17,7 @@ pub use charge_board::ChargeBoard;
 pub use converter::{Code, Converter};
 pub use divider_board::DividerBoard;
 pub use first_order_filter::FirstOrderFilter;
-pub use front_end::{Electronics, FrontEnd, Readout};
+pub use front_end::{Digital, DigitalUnit, Electronics, FrontEnd, Readout};
 pub use noise::Noise;
 pub use output::Output;
 pub use scan::{Multiplexed, RowParallel, Scan};

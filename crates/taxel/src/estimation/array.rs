@@ -187,6 +187,9 @@ pub enum FrameError {
         /// What they carry.
         found: Quantity,
     },
+    /// A device without a physical model, of which nothing was learned yet.
+    #[error("nothing was learned of this device yet: train first")]
+    Untrained,
 }
 
 /// Turns frames into touch; the same frames give the same touches.

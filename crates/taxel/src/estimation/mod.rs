@@ -21,6 +21,7 @@ mod slip;
 mod swap;
 mod touch_event;
 mod tracking;
+mod trained;
 mod unit;
 
 pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
@@ -47,4 +48,5 @@ pub use slip::{Slip, SlipEstimator, SlipOptions};
 pub use swap::swapped;
 pub use touch_event::{TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents};
 pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
+pub use trained::{TrainedArea, TrainedEstimator};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

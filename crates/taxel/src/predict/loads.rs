@@ -37,7 +37,7 @@ impl Loads {
     /// # Example
     /// ```
     /// # let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
-    /// let predictor = sensor.device().unwrap().predictor();
+    /// let predictor = sensor.device().unwrap().predictor().unwrap();
     /// let text = "name,force_x [mN],force_y [mN],force_z [mN]\npress,0,0,5\n";
     /// let loads = taxel::predict::Loads::parse("loads.csv", text, predictor.load_columns())?;
     /// assert_eq!(loads.given.others, ["name"]);

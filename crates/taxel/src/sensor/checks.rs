@@ -1,6 +1,7 @@
 //! Rules between the fields of a sensor file.
 
 use super::{Element, Sensor};
+use crate::electronics::Readout;
 use crate::input::InputError;
 use crate::layout::{MOST_LINES, Mount};
 use crate::toml_input;
@@ -110,7 +111,20 @@ fn check_array(sensor: &Sensor) -> Result<(), Broken> {
 }
 
 fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
-    let converter = &sensor.electronics.converter;
+    let Some(converter) = &sensor.electronics.converter else {
+        let digital = matches!(sensor.electronics.readout, Readout::Digital(_));
+        return require(
+            digital,
+            "electronics.readout",
+            || {
+                format!(
+                    "the counts of a {} need electronics.converter",
+                    sensor.electronics.readout.key()
+                )
+            },
+            "add a table [electronics.converter] with bits and range, as in the shipped files",
+        );
+    };
     let [low, high] = converter.range;
     require(
         (1..=32).contains(&converter.bits),

@@ -7,11 +7,14 @@ mod mask;
 mod piezoelectric;
 mod reference;
 mod three_axis_capacitor;
+mod trained_body;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray};
+use crate::device::{
+    ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray, TrainedArray,
+};
 use crate::electronics::Electronics;
 use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
@@ -28,6 +31,8 @@ pub use piezoelectric::{
     CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
 };
 pub use three_axis_capacitor::{CalibratedUnit, Fabrication, Outline, ThreeAxisCapacitor};
+pub(crate) use trained_body::MOST_CHANNELS;
+pub use trained_body::{ChannelGroup, TrainedBody};
 
 pub use checks::Broken;
 pub(crate) use checks::{
@@ -73,6 +78,10 @@ const SHIPPED: &[(&str, &str)] = &[
         "liquid-metal-2x4",
         include_str!("../../../../sensors/liquid-metal-2x4.toml"),
     ),
+    (
+        "eflesh-lattice",
+        include_str!("../../../../sensors/eflesh-lattice.toml"),
+    ),
 ];
 
 /// A device as its file describes it.
@@ -110,6 +119,8 @@ pub enum Element {
     Piezoelectric(Box<Piezoelectric>),
     /// Two crossing layers of liquid-metal channels (P4).
     LiquidMetalChannel(Box<LiquidMetalChannel>),
+    /// A body without a physical model, whose channels are learned.
+    Trained(Box<TrainedBody>),
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -129,7 +140,8 @@ impl Element {
     pub fn usual_script(&self) -> &'static str {
         match self {
             Self::ThreeAxisCapacitor(_) => "finger",
-            Self::InPlaneCapacitor(_) => "press",
+            // The twin of a trained element is refused before a script matters.
+            Self::InPlaneCapacitor(_) | Self::Trained(_) => "press",
             Self::Piezoelectric(_) => "piezo-slide",
             Self::LiquidMetalChannel(_) => "pad-b",
         }
@@ -142,6 +154,7 @@ impl Element {
             Self::InPlaneCapacitor(_) => "in_plane_capacitor",
             Self::Piezoelectric(_) => "piezoelectric",
             Self::LiquidMetalChannel(_) => "liquid_metal_channel",
+            Self::Trained(_) => "trained",
         }
     }
 }
@@ -208,6 +221,7 @@ impl Sensor {
             Element::InPlaneCapacitor(_) => Ok(Box::new(self.in_plane()?)),
             Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
             Element::LiquidMetalChannel(_) => Ok(Box::new(self.channels()?)),
+            Element::Trained(_) => Ok(Box::new(self.trained()?)),
         }
     }
 
@@ -254,6 +268,17 @@ impl Sensor {
             return Err(self.unreadable("voltage_divider"));
         };
         ChannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
+    }
+
+    /// The body whose channels are learned, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn trained(&self) -> Result<TrainedArray<'_>, Unreadable> {
+        let Element::Trained(element) = &self.element else {
+            return Err(self.unreadable("digital"));
+        };
+        TrainedArray::new(self, element).ok_or_else(|| self.unreadable("digital"))
     }
 
     fn unreadable(&self, allowed: &'static str) -> Unreadable {

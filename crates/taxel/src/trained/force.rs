@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::memory::Memory;
 use super::{
-    Estimate, MemoryLaw, Moments, Polynomial, Ridge, Score, Series, Session, Standard, Support,
-    TrainingError, blocks_of_time, interval_factor,
+    BetweenRuns, Estimate, MemoryLaw, Moments, Polynomial, Ridge, Score, Series, Session, Standard,
+    Support, TrainingError, blocks_of_time, interval_factor,
 };
 
 /// What is tried: the form of a force map.
@@ -27,6 +27,8 @@ pub struct ForceOptions {
     pub offset: f64,
     /// Blocks of time of each run that are held out in turn.
     pub blocks: usize,
+    /// Whether whole runs are held out in turn instead, if there are several.
+    pub whole_runs: bool,
 }
 
 impl Default for ForceOptions {
@@ -40,6 +42,7 @@ impl Default for ForceOptions {
             prior: 1.0,
             offset: 0.0,
             blocks: 5,
+            whole_runs: false,
         }
     }
 }
@@ -101,6 +104,8 @@ pub struct ForceMap {
     pub ridge: Ridge,
     /// Factors on its deviation.
     pub intervals: Intervals,
+    /// How runs differ.
+    pub between_runs: BetweenRuns,
     /// Least and largest force of training, N.
     pub range: [f64; 2],
     /// Leverage above which a frame is unlike those of training.
@@ -122,12 +127,19 @@ pub struct TrainingRun {
     pub times: Vec<f64>,
 }
 
-/// Held-out estimates: value, error, deviation of the map before its factors.
-#[derive(Default)]
-struct HeldOut {
-    estimates: Vec<f64>,
-    errors: Vec<f64>,
-    deviations: Vec<f64>,
+/// Held-out estimates in the order of runs and time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct HeldOutForce {
+    /// Number of the run of each.
+    pub runs: Vec<usize>,
+    /// Time, s.
+    pub times: Vec<f64>,
+    /// Estimate, N.
+    pub estimates: Vec<f64>,
+    /// Estimate less reading, N.
+    pub errors: Vec<f64>,
+    /// Deviation of the estimate, N.
+    pub deviations: Vec<f64>,
     leverage: f64,
 }
 
@@ -140,6 +152,15 @@ impl ForceMap {
     /// # Errors
     /// [`TrainingError`].
     pub fn train(runs: &[Session], options: &ForceOptions) -> Result<(Self, Score), TrainingError> {
+        let (map, held_out) = Self::trained(runs, options)?;
+        Ok((map, Score::of(&held_out.errors, &held_out.deviations)))
+    }
+
+    /// The map with its held-out estimates, whose deviations have no factors.
+    pub(super) fn trained(
+        runs: &[Session],
+        options: &ForceOptions,
+    ) -> Result<(Self, HeldOutForce), TrainingError> {
         let mut map = Self::untrained(runs, options)?;
         let runs: Vec<TrainingRun> = runs
             .iter()
@@ -159,7 +180,7 @@ impl ForceMap {
         let held_out = map.fit(&runs, options)?;
         map.intervals = Intervals::of(&held_out.estimates, &held_out.errors, &held_out.deviations);
         map.largest_leverage = LEVERAGE_MARGIN * held_out.leverage;
-        Ok((map, Score::of(&held_out.errors, &held_out.deviations)))
+        Ok((map, held_out))
     }
 
     /// The best of `candidates` by held-out likelihood, with the score of each.
@@ -210,6 +231,7 @@ impl ForceMap {
                 levels: Vec::new(),
                 factors: Vec::new(),
             },
+            between_runs: BetweenRuns::default(),
             range: [0.0; 2],
             largest_leverage: f64::INFINITY,
             longest_step: longest.fold(0.0, f64::max),
@@ -218,25 +240,36 @@ impl ForceMap {
     }
 
     /// Whether the parts of a map from a file belong together.
-    fn check(&self) -> Result<(), TrainingError> {
+    pub(super) fn check(&self) -> Result<(), TrainingError> {
         let channels = self.standard.used.len();
         let (times, thresholds) = (&self.memory.creep_times, &self.memory.play_thresholds);
-        let memory = times.iter().all(|time| *time > 0.0) && thresholds.iter().all(|r| *r >= 0.0);
+        let sound = |least: f64| move |value: &f64| *value >= least && value.is_finite();
+        let memory =
+            times.iter().all(sound(f64::MIN_POSITIVE)) && thresholds.iter().all(sound(0.0));
         let degree = (1..=3).contains(&self.polynomial.degree);
         let features = if degree { self.products() } else { 0 };
         let features = features + channels * (times.len() + thresholds.len());
         let intervals = self.intervals.factors.len() == self.intervals.levels.len() + 1;
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let positive = |values: &[f64]| finite(values) && values.iter().all(|value| *value >= 0.0);
+        let between = [self.between_runs.offset, self.between_runs.gain];
         for (sound, table) in [
             (self.standard.is_sound(), "standard"),
             (degree, "polynomial"),
             (memory, "memory"),
             (
-                self.memory_spread.len() == channels * times.len(),
+                self.memory_spread.len() == channels * times.len() && positive(&self.memory_spread),
                 "memory_spread",
             ),
             (self.ridge.is_sound(features), "ridge"),
-            (intervals, "intervals"),
-            (self.range[0].is_finite(), "range"),
+            (
+                intervals && finite(&self.intervals.levels) && positive(&self.intervals.factors),
+                "intervals",
+            ),
+            (positive(&between), "between_runs"),
+            (finite(&self.range), "range"),
+            (self.largest_leverage > 0.0, "largest_leverage"),
+            (positive(&[self.longest_step]), "longest_step"),
         ] {
             if !sound {
                 return Err(TrainingError::Unsound { table });
@@ -304,19 +337,21 @@ impl ForceMap {
         &mut self,
         runs: &[TrainingRun],
         options: &ForceOptions,
-    ) -> Result<HeldOut, TrainingError> {
-        let blocks: Vec<(&[Vec<f64>], &[f64])> = runs
-            .iter()
-            .flat_map(|run| {
-                blocks_of_time(run.force.len(), options.blocks)
-                    .into_iter()
-                    .map(|rows| (&run.features[rows.clone()], &run.force[rows]))
-            })
-            .filter(|(rows, _)| !rows.is_empty())
-            .collect();
+    ) -> Result<HeldOutForce, TrainingError> {
+        let whole = options.whole_runs && runs.len() > 1;
+        let count = if whole { 1 } else { options.blocks };
+        let of = |(number, run): (usize, &TrainingRun)| {
+            let blocks = blocks_of_time(run.force.len(), count).into_iter();
+            blocks.map(move |rows| (number, rows)).collect::<Vec<_>>()
+        };
+        let blocks = runs.iter().enumerate().flat_map(of);
+        let blocks: Vec<_> = blocks.filter(|(_, rows)| !rows.is_empty()).collect();
         let parts: Vec<Moments> = blocks
             .iter()
-            .map(|(rows, target)| Moments::of(rows, target))
+            .map(|(run, rows)| {
+                let run = &runs[*run];
+                Moments::of(&run.features[rows.clone()], &run.force[rows.clone()])
+            })
             .collect::<Result<_, _>>()?;
         let Some((first, rest)) = parts.split_first() else {
             return Err(TrainingError::TooFew {
@@ -325,13 +360,16 @@ impl ForceMap {
             });
         };
         let all = rest.iter().fold(first.clone(), |sum, part| sum.with(part));
-        let mut held_out = HeldOut::default();
-        for ((rows, target), part) in blocks.iter().zip(&parts) {
+        let mut held_out = HeldOutForce::default();
+        for ((number, rows), part) in blocks.iter().zip(&parts) {
             self.ridge = Ridge::fit(&all.without(part), options.prior)?;
-            for (row, force) in rows.iter().zip(*target) {
-                let (estimate, variance, leverage) = self.raw(row);
+            let run = &runs[*number];
+            for row in rows.clone() {
+                let (estimate, variance, leverage) = self.raw(&run.features[row]);
+                held_out.runs.push(*number);
+                held_out.times.push(run.times[row]);
                 held_out.estimates.push(estimate);
-                held_out.errors.push(estimate - force);
+                held_out.errors.push(estimate - run.force[row]);
                 held_out.deviations.push(variance.sqrt());
                 held_out.leverage = held_out.leverage.max(leverage);
             }
@@ -349,13 +387,20 @@ impl ForceMap {
         (estimate, variance, leverage)
     }
 
+    /// Deviation of an estimate whose variance within its run is `variance`
+    /// before the factors.
+    pub(super) fn deviation(&self, estimate: f64, variance: f64) -> f64 {
+        let within = variance.sqrt() * self.intervals.at(estimate);
+        within.hypot(self.between_runs.at(estimate))
+    }
+
     /// The estimate for one row of features.
     pub fn estimate(&self, features: &[f64]) -> Estimate {
         let (value, variance, leverage) = self.raw(features);
         let outside = leverage > self.largest_leverage;
         Estimate {
             value,
-            deviation: variance.sqrt() * self.intervals.at(value),
+            deviation: self.deviation(value, variance),
             support: if outside {
                 Support::Outside
             } else {

@@ -15,10 +15,13 @@
 //! memory of a creeping body. `docs/theory/trained-maps.md` has the equations
 //! and what the maps reach on real recordings.
 
+mod across;
 mod blocks;
+mod compare;
 mod force;
 mod gaussian_process;
 mod hysteresis;
+mod maps;
 mod memory;
 mod nearest;
 mod polynomial;
@@ -28,16 +31,22 @@ mod series;
 mod session;
 mod surface;
 
+pub(crate) use across::usual_candidates;
+pub use across::{AcrossRuns, BetweenRuns};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
-pub use force::{ForceEstimator, ForceMap, ForceOptions, Intervals, TrainingRun};
+pub use compare::{Compared, compared_forces, compared_places};
+pub use force::{ForceEstimator, ForceMap, ForceOptions, HeldOutForce, Intervals, TrainingRun};
 pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::{HysteresisOperator, Play, PrandtlIshlinskii};
+pub use maps::{Rest, TrainedMaps};
 pub use memory::MemoryLaw;
 pub use nearest::Nearest;
 pub use polynomial::{Polynomial, Standard};
+pub(crate) use position::HELD_OUT;
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, PositionOptions};
 pub use ridge::{Moments, Ridge};
 pub use series::Series;
+pub(crate) use session::CONTACT_SHARE;
 pub use session::{STANDARD_GRAVITY, Session};
 pub use surface::Surface;
 

@@ -60,8 +60,19 @@ impl PositionEstimate {
     }
 }
 
+/// What a map makes of the rows that it has not seen.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct HeldOutPlaces {
+    /// Score before the factor on the deviations.
+    pub(crate) score: Score,
+    /// Estimated places, m.
+    pub(crate) estimates: Vec<[f64; 2]>,
+    factor: f64,
+    misfit: f64,
+}
+
 /// Share of the rows that the choice of options holds out, at the end.
-const HELD_OUT: f64 = 0.25;
+pub(crate) const HELD_OUT: f64 = 0.25;
 /// A misfit this much above the largest held-out one is outside.
 const MISFIT_MARGIN: f64 = 2.0;
 /// Distinct readings per coefficient when the presses are on no grid.
@@ -79,8 +90,18 @@ impl PositionMap {
         places: &[[f64; 2]],
         candidates: &[PositionOptions],
     ) -> Result<(Self, Vec<Score>), TrainingError> {
+        let (map, scores, _) = Self::trained(frames, places, candidates)?;
+        Ok((map, scores))
+    }
+
+    /// The same with the held-out estimates of the candidate that was chosen.
+    pub(crate) fn trained(
+        frames: &[Vec<f64>],
+        places: &[[f64; 2]],
+        candidates: &[PositionOptions],
+    ) -> Result<(Self, Vec<Score>, HeldOutPlaces), TrainingError> {
         let begin = ((1.0 - HELD_OUT) * frames.len() as f64) as usize;
-        let tried: Vec<(Score, f64, f64)> = candidates
+        let mut tried: Vec<HeldOutPlaces> = candidates
             .par_iter()
             .map(|options| {
                 let map = Self::fit(&frames[..begin], &places[..begin], *options)?;
@@ -88,7 +109,7 @@ impl PositionMap {
             })
             .collect::<Result<_, TrainingError>>()?;
         let order = |a: &usize, b: &usize| {
-            let likelihood = |i: &usize| tried[*i].0.log_likelihood;
+            let likelihood = |i: &usize| tried[*i].score.log_likelihood;
             likelihood(a).total_cmp(&likelihood(b))
         };
         let Some(best) = (0..tried.len()).max_by(order) else {
@@ -98,9 +119,10 @@ impl PositionMap {
             });
         };
         let mut map = Self::fit(frames, places, candidates[best])?;
-        map.interval_factor = tried[best].1;
-        map.largest_misfit = MISFIT_MARGIN * tried[best].2;
-        Ok((map, tried.into_iter().map(|(score, ..)| score).collect()))
+        map.interval_factor = tried[best].factor;
+        map.largest_misfit = MISFIT_MARGIN * tried[best].misfit;
+        let scores = tried.iter().map(|held_out| held_out.score).collect();
+        Ok((map, scores, tried.swap_remove(best)))
     }
 
     fn fit(
@@ -133,11 +155,39 @@ impl PositionMap {
         })
     }
 
+    /// Readings of the channels in use of a press at `place` (m).
+    pub fn answer(&self, place: [f64; 2]) -> Vec<f64> {
+        let mut scaled = self.surface.at(place);
+        unwhiten(&self.whitening, &mut scaled);
+        let standard = self.standard.centre.iter().zip(&self.standard.scale);
+        let readings = scaled.iter().zip(standard);
+        readings
+            .map(|(z, (centre, scale))| centre + scale * z)
+            .collect()
+    }
+
+    /// Standard deviation of such a reading about [`Self::answer`].
+    pub fn deviation(&self) -> Vec<f64> {
+        let width = self.surface.width;
+        let mut variance = vec![0.0; width];
+        for j in 0..width {
+            let mut column = vec![0.0; width];
+            column[j] = 1.0;
+            unwhiten(&self.whitening, &mut column);
+            for (sum, entry) in variance.iter_mut().zip(&column) {
+                *sum += entry * entry;
+            }
+        }
+        let scaled = variance.iter().zip(&self.standard.scale);
+        scaled.map(|(v, scale)| v.sqrt() * scale).collect()
+    }
+
     /// Whether the parts of a map from a file belong together.
-    fn check(&self) -> Result<(), TrainingError> {
+    pub(super) fn check(&self) -> Result<(), TrainingError> {
         let width = self.surface.width;
         let whitening = self.whitening.len() == width * (width + 1) / 2
-            && self.whitening.iter().all(|entry| entry.is_finite());
+            && self.whitening.iter().all(|entry| entry.is_finite())
+            && (1..=width).all(|i| self.whitening[i * (i + 1) / 2 - 1] > 0.0);
         let standard = self.standard.is_sound() && self.standard.used.len() == width;
         let factor = self.interval_factor > 0.0 && self.interval_factor.is_finite();
         for (sound, table) in [
@@ -145,6 +195,7 @@ impl PositionMap {
             (standard, "standard"),
             (whitening, "whitening"),
             (factor, "interval_factor"),
+            (self.largest_misfit > 0.0, "largest_misfit"),
         ] {
             if !sound {
                 return Err(TrainingError::Unsound { table });
@@ -159,20 +210,27 @@ impl PositionMap {
         &self,
         frames: &[Vec<f64>],
         places: &[[f64; 2]],
-    ) -> Result<(Score, f64, f64), TrainingError> {
+    ) -> Result<HeldOutPlaces, TrainingError> {
         let mut estimator = PositionEstimator::new(self.clone())?;
         let (mut errors, mut deviations) = (Vec::new(), Vec::new());
+        let mut estimates = Vec::new();
         let mut misfit = 0.0f64;
         for (frame, place) in frames.iter().zip(places) {
             let estimate = estimator.estimate(frame)?;
             misfit = misfit.max(estimate.misfit);
+            estimates.push(estimate.place);
             for (axis, truth) in place.iter().enumerate() {
                 errors.push(estimate.place[axis] - truth);
                 deviations.push(estimate.deviation()[axis]);
             }
         }
         let factor = interval_factor(&errors, &deviations);
-        Ok((Score::of(&errors, &deviations), factor, misfit))
+        Ok(HeldOutPlaces {
+            score: Score::of(&errors, &deviations),
+            estimates,
+            factor,
+            misfit,
+        })
     }
 }
 
@@ -243,6 +301,17 @@ fn whiten(whitening: &[f64], row: &[f64]) -> Vec<f64> {
             super::ridge::dot(head, row)
         })
         .collect()
+}
+
+/// L r, in place.
+fn unwhiten(whitening: &[f64], row: &mut [f64]) {
+    let mut rest = whitening;
+    for i in 0..row.len() {
+        let (head, tail) = rest.split_at((i + 1).min(rest.len()));
+        rest = tail;
+        let known: f64 = (0..i).map(|k| head[k] * row[k]).sum();
+        row[i] = (row[i] - known) / head[i];
+    }
 }
 
 /// Frames to places.

@@ -10,6 +10,8 @@ pub const STANDARD_GRAVITY: f64 = 9.80665;
 const NO_READING: f64 = -1.0;
 /// A stage has begun to move beyond this distance from its start, m.
 const MOVED: f64 = 1e-6;
+/// A force above this share of its peak is a contact.
+pub(crate) const CONTACT_SHARE: f64 = 0.05;
 /// Frames of a baseline, at least and at most.
 const BASELINE_FRAMES: [usize; 2] = [5, 50];
 
@@ -68,16 +70,36 @@ impl Session {
     /// Mean of the frames before the probe began to move: the sensor without
     /// contact. At most 50 frames, and at least 5, as a pause may be missing.
     pub fn baseline(&self) -> Vec<f64> {
+        let frames = self.rest_frames();
+        (0..self.sensor.width())
+            .map(|c| frames.iter().map(|row| row[c]).sum::<f64>() / frames.len() as f64)
+            .collect()
+    }
+
+    /// Those frames. Without a stage the force tells when contact begins.
+    pub fn rest_frames(&self) -> &[Vec<f64>] {
         let start = &self.place.rows()[0];
         let moved = |row: &Vec<f64>| row.iter().zip(start).any(|(a, b)| (a - b).abs() > MOVED);
         let begin = self.place.rows().iter().position(moved);
         let begin = begin.map_or(f64::INFINITY, |row| self.place.times()[row]);
+        let begin = begin.min(self.first_force().unwrap_or(f64::INFINITY));
         let still = self.sensor.times().partition_point(|time| *time < begin);
         let [least, most] = BASELINE_FRAMES;
-        let frames = &self.sensor.rows()[..still.clamp(least, most).min(self.sensor.rows().len())];
-        (0..self.sensor.width())
-            .map(|c| frames.iter().map(|row| row[c]).sum::<f64>() / frames.len() as f64)
-            .collect()
+        &self.sensor.rows()[..still.clamp(least, most).min(self.sensor.rows().len())]
+    }
+
+    /// Largest reading of the scale, N; zero without one.
+    pub fn peak_force(&self) -> f64 {
+        let readings = self.force.iter().flat_map(Series::rows);
+        readings.map(|row| row[0]).fold(0.0, f64::max)
+    }
+
+    /// When the force first shows a contact, s.
+    fn first_force(&self) -> Option<f64> {
+        let force = self.force.as_ref()?;
+        let least = CONTACT_SHARE * self.peak_force();
+        let row = force.rows().iter().position(|row| row[0] > least)?;
+        Some(force.times()[row])
     }
 
     /// By how much the scale comes after the sensor, s: the offset among

@@ -198,11 +198,17 @@ impl Surface {
         value
     }
 
+    /// Where the rectangle begins and ends along an axis, m.
+    pub fn range(&self, axis: usize) -> [f64; 2] {
+        let far = self.step[axis] * self.intervals[axis] as f64;
+        [self.corner[axis], self.corner[axis] + far]
+    }
+
     /// The place nearest to `place` in the rectangle, m.
     pub fn clamp(&self, place: [f64; 2]) -> [f64; 2] {
         std::array::from_fn(|axis| {
-            let far = self.corner[axis] + self.step[axis] * self.intervals[axis] as f64;
-            place[axis].max(self.corner[axis]).min(far)
+            let [near, far] = self.range(axis);
+            place[axis].max(near).min(far)
         })
     }
 }

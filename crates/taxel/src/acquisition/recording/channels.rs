@@ -438,7 +438,7 @@ fn channel(name: &str) -> Option<Channel> {
     })
 }
 
-fn base_name(file: &str) -> &str {
+pub(super) fn base_name(file: &str) -> &str {
     file.rsplit(['/', '\\']).next().unwrap_or(file)
 }
 

@@ -42,6 +42,7 @@
 // get in the way of matching on it.
 #![allow(clippy::result_large_err)]
 
+mod bare;
 mod channels;
 mod lines;
 mod tekscan;
@@ -83,6 +84,10 @@ pub enum Format {
     /// Raw channels with their units in the header line, see
     /// [`ChannelWriter`].
     Channels,
+    /// Rows of numbers without a header, the time in s first: only read where
+    /// the device is known ([`Recording::open_bare`]). The channels come as
+    /// counts in one row.
+    Bare,
     /// Text export of Tekscan I-Scan (`.csv`) or F-Scan (`.asf`).
     ///
     /// A sensel marked `B` does not exist: `present` is false and its value
@@ -165,6 +170,7 @@ impl RecordingError {
 
 #[derive(Debug)]
 enum Decoder {
+    Bare(bare::Decoder),
     Channels(channels::Decoder),
     Tekscan(tekscan::Decoder),
     Xsensor(Box<xsensor::Decoder>),
@@ -189,7 +195,7 @@ impl<R: BufRead> Recording<R> {
     /// before the first frame is complete, [`RecordingError::Io`] if `reader`
     /// fails.
     pub fn open(file: &str, reader: R) -> Result<Self, RecordingError> {
-        Self::open_any(file, reader, None)
+        Self::open_any(file, reader, None, false)
     }
 
     /// Like [`Recording::open`], for the sensor called `sensor` of a file that
@@ -199,12 +205,27 @@ impl<R: BufRead> Recording<R> {
     /// Those of [`Recording::open`]; [`RecordingError::Input`] naming the
     /// sensors of the file if none is called so.
     pub fn open_sensor(file: &str, reader: R, sensor: &str) -> Result<Self, RecordingError> {
-        Self::open_any(file, reader, Some(sensor))
+        Self::open_any(file, reader, Some(sensor), false)
     }
 
-    fn open_any(file: &str, reader: R, wanted: Option<&str>) -> Result<Self, RecordingError> {
+    /// Like [`Recording::open`], and rows of numbers without a header are
+    /// taken as [`Format::Bare`].
+    ///
+    /// # Errors
+    /// Those of [`Recording::open`].
+    pub fn open_bare(file: &str, reader: R) -> Result<Self, RecordingError> {
+        Self::open_any(file, reader, None, true)
+    }
+
+    fn open_any(
+        file: &str,
+        reader: R,
+        wanted: Option<&str>,
+        bare: bool,
+    ) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(file, reader);
-        let opened = match recognise(&mut lines)? {
+        let opened = match recognise(&mut lines, bare)? {
+            Format::Bare => bare::open(&mut lines),
             Format::Channels => channels::open(&mut lines),
             Format::Tekscan => tekscan::open(&mut lines),
             Format::Xsensor => xsensor::open(&mut lines, wanted),
@@ -233,6 +254,7 @@ impl<R: BufRead> Recording<R> {
     /// The kind of file.
     pub fn format(&self) -> Format {
         match self.decoder {
+            Decoder::Bare(_) => Format::Bare,
             Decoder::Channels(_) => Format::Channels,
             Decoder::Tekscan(_) => Format::Tekscan,
             Decoder::Xsensor(_) => Format::Xsensor,
@@ -247,6 +269,7 @@ impl<R: BufRead> Recording<R> {
 
     fn read(&mut self) -> Result<Option<Frame>, RecordingError> {
         match &mut self.decoder {
+            Decoder::Bare(decoder) => decoder.read(&mut self.lines),
             Decoder::Channels(decoder) => decoder.read(&mut self.lines),
             Decoder::Tekscan(decoder) => decoder.read(&mut self.lines),
             Decoder::Xsensor(decoder) => decoder.read(&mut self.lines),
@@ -276,6 +299,7 @@ impl<R: BufRead> std::iter::FusedIterator for Recording<R> {}
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Bare => "rows of numbers without a header (CSV)",
             Self::Channels => "raw channels (CSV)",
             Self::Tekscan => "Tekscan (I-Scan CSV or F-Scan ASF)",
             Self::Xsensor => "XSENSOR (CSV)",
@@ -284,7 +308,7 @@ impl fmt::Display for Format {
 }
 
 /// Reads to the first line that says something and leaves it to be read again.
-fn recognise<R: BufRead>(lines: &mut Lines<R>) -> Result<Format, RecordingError> {
+fn recognise<R: BufRead>(lines: &mut Lines<R>, bare: bool) -> Result<Format, RecordingError> {
     let format = loop {
         if !lines.advance()? {
             return Err(
@@ -313,6 +337,9 @@ fn recognise<R: BufRead>(lines: &mut Lines<R>) -> Result<Format, RecordingError>
         }
         if channels::recognises(text) {
             break Format::Channels;
+        }
+        if bare && bare::recognises(text) {
+            break Format::Bare;
         }
         return Err(unrecognised(lines).into());
     };

@@ -432,7 +432,7 @@ fn a_calibration_file_carries_the_compliance_to_prediction_and_estimation() {
         let found: Vec<f64> = outcome.parameters.iter().map(|(_, e)| e.value).collect();
         let array = calibrated.three_axis().unwrap();
         assert_eq!(values(&array.calibration().units[0]), found);
-        let predictor = calibrated.device().unwrap().predictor();
+        let predictor = calibrated.device().unwrap().predictor().unwrap();
         let loads = Loads::one("fx=5 mN, fy=0 mN, fz=10 mN", predictor.load_columns()).unwrap();
         let mut row = Vec::new();
         predictor.answer(&loads.load(0), &mut row).unwrap();

@@ -175,16 +175,16 @@ impl Device for ChannelArray<'_> {
         facts::facts(self)
     }
 
-    fn predictor(&self) -> Box<dyn Predictor> {
-        Box::new(ChannelPredictor::new(self))
+    fn predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(ChannelPredictor::new(self)))
     }
 
     fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(ChannelFieldPredictor::new(self)))
     }
 
-    fn simulated(&self) -> Box<dyn Simulated> {
-        Box::new(simulated::Piece::new(self))
+    fn simulated(&self) -> Option<Box<dyn Simulated>> {
+        Some(Box::new(simulated::Piece::new(self)))
     }
 
     fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {

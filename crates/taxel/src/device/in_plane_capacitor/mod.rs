@@ -92,16 +92,16 @@ impl Device for InPlaneArray<'_> {
         facts::facts(self)
     }
 
-    fn predictor(&self) -> Box<dyn Predictor> {
-        Box::new(InPlanePredictor::new(self))
+    fn predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(InPlanePredictor::new(self)))
     }
 
     fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(InPlaneFieldPredictor::new(self)))
     }
 
-    fn simulated(&self) -> Box<dyn Simulated> {
-        Box::new(simulated::Piece::new(self))
+    fn simulated(&self) -> Option<Box<dyn Simulated>> {
+        Some(Box::new(simulated::Piece::new(self)))
     }
 
     fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {

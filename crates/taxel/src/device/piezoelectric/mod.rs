@@ -151,12 +151,12 @@ impl Device for PiezoelectricArray<'_> {
         facts::facts(self)
     }
 
-    fn predictor(&self) -> Box<dyn Predictor> {
-        Box::new(PiezoelectricPredictor::new(self))
+    fn predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(PiezoelectricPredictor::new(self)))
     }
 
-    fn simulated(&self) -> Box<dyn Simulated> {
-        Box::new(simulated::Piece::new(self))
+    fn simulated(&self) -> Option<Box<dyn Simulated>> {
+        Some(Box::new(simulated::Piece::new(self)))
     }
 
     fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {

@@ -100,12 +100,12 @@ impl Device for ThreeAxisArray<'_> {
         facts::facts(self)
     }
 
-    fn predictor(&self) -> Box<dyn Predictor> {
-        Box::new(ThreeAxisPredictor::new(self))
+    fn predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(ThreeAxisPredictor::new(self)))
     }
 
-    fn simulated(&self) -> Box<dyn Simulated> {
-        Box::new(simulated::Piece::new(self))
+    fn simulated(&self) -> Option<Box<dyn Simulated>> {
+        Some(Box::new(simulated::Piece::new(self)))
     }
 
     fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {

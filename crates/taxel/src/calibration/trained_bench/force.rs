@@ -1,0 +1,210 @@
+//! The map of the force, and what runs say of the next one.
+
+use super::readings::Run;
+use super::{Found, compared, failed, sessions, weighed};
+use crate::calibration::outcome::{ModelComparison, ResidualSummary, Scope};
+use crate::calibration::remark::Remark;
+use crate::figure::{Axis, Chart, Figure, Series as Curve, Style};
+use crate::input::InputError;
+use crate::trained::{
+    AcrossRuns, CONTACT_SHARE, Compared, ForceMap, HeldOutForce, NORMAL_95, Score, Series,
+    compared_forces, usual_candidates,
+};
+
+/// The map of the force, where runs have a scale.
+pub(super) fn train(runs: &[Run], found: &mut Found) -> Result<Option<ForceMap>, InputError> {
+    let runs: Vec<&Run> = weighed(runs).collect();
+    let Some(last) = runs.last() else {
+        return Ok(None);
+    };
+    for run in &runs {
+        begins_free(run)?;
+    }
+    let failed = |error| failed(&last.name, &error);
+    let sessions = sessions(&runs);
+    let offsets: Vec<f64> = (-5..=15).map(|tenths| 0.1 * f64::from(tenths)).collect();
+    let candidates = usual_candidates(&sessions, &offsets).map_err(failed)?;
+    let chosen = AcrossRuns::choose(&sessions, &candidates).map_err(failed)?;
+    let mut all = compared_forces(&sessions, chosen.options.offset).map_err(failed)?;
+    all.push(Compared {
+        name: String::from("chosen map"),
+        score: of_last(&chosen.held_out, sessions.len()),
+    });
+    let tested = if runs.len() > 1 {
+        "force, the last run from the others"
+    } else {
+        "force, last quarter"
+    };
+    found.remarks.extend(compared(tested, all, "N", 1.0));
+    found.remarks.push(among(&chosen));
+    found.remarks.push(of_runs(&chosen, runs.len()));
+    report(&chosen, runs.len(), found);
+    Ok(Some(chosen.map))
+}
+
+/// The rest of a run is read from its first frames.
+fn begins_free(run: &Run) -> Result<(), InputError> {
+    let session = &run.session;
+    let first = session.force.iter().flat_map(Series::rows).next();
+    let first = first.map_or(0.0, |row| row[0]);
+    let peak = session.peak_force();
+    if peak <= 0.0 {
+        return Err(InputError::whole(&run.name, "no force is above zero")
+            .key("force_z")
+            .help("pressing is positive"));
+    }
+    if first > CONTACT_SHARE * peak {
+        let message = format!("the recording begins with {first:.3} N of at most {peak:.3} N");
+        return Err(InputError::whole(&run.name, message)
+            .key("force_z")
+            .help("begin each recording before the first contact: its first frames tell the readings at rest"));
+    }
+    Ok(())
+}
+
+/// Score of the rows of the last run, or of the last quarter of the only one.
+fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
+    let count = held_out.runs.len();
+    let begin = if runs > 1 {
+        held_out.runs.partition_point(|run| *run + 1 < runs)
+    } else {
+        count * 3 / 4
+    };
+    Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
+}
+
+/// What the chosen options won against.
+fn among(chosen: &AcrossRuns) -> Remark {
+    let rms = |of: &HeldOutForce| Score::of(&of.errors, &of.deviations).rms;
+    let without = chosen.without_memory.as_ref().map_or(0.0, rms);
+    let (options, score) = (&chosen.options, chosen.score());
+    Remark::whole(format!(
+        "force: products of up to {} channels, creep times {:?} s, prior {}, scale {:.1} s after the sensor; best of {} \
+         candidates by held-out likelihood, {:.3} N rms (best without memory {without:.3} N), {:.1} % within the 95 % \
+         intervals",
+        options.polynomial.degree,
+        options.memory.creep_times,
+        options.prior,
+        options.offset,
+        chosen.tried.len(),
+        score.rms,
+        100.0 * score.coverage
+    ))
+}
+
+/// What the intervals hold for.
+fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
+    let between = &chosen.map.between_runs;
+    Remark::whole(if runs > 1 {
+        format!(
+            "force: each of {runs} runs was foretold from the others; from run to run the gain differs by {:.1} % and the \
+             offset by {:.2} N (standard deviations, in the intervals)",
+            100.0 * between.gain,
+            between.offset
+        )
+    } else {
+        format!(
+            "force: one run does not show how runs differ, and its held-out errors hold for this run only. The intervals \
+             leave a gain of {:.1} % and an offset of {:.2} N free, as usual for soft bodies; train on two runs or more",
+            100.0 * between.gain,
+            between.offset
+        )
+    })
+}
+
+fn report(chosen: &AcrossRuns, runs: usize, found: &mut Found) {
+    let held_out = &chosen.held_out;
+    let peak = chosen.map.range[1];
+    let summary = ResidualSummary::of("force".into(), "N", &held_out.errors, peak);
+    found.models.push(ModelComparison {
+        name: "force with memory",
+        about: "products of channels, and what each channel did lately",
+        unknowns: chosen.map.ridge.weights().len(),
+        residual: summary.root_mean_square / peak,
+        hold_out: Some(summary.root_mean_square / peak),
+    });
+    for run in 0..runs {
+        let rows = (0..held_out.runs.len()).filter(|row| held_out.runs[*row] == run);
+        let errors: Vec<f64> = rows.map(|row| held_out.errors[row]).collect();
+        let name = format!("force, run {}", run + 1);
+        found
+            .residuals
+            .push(ResidualSummary::of(name, "N", &errors, peak));
+    }
+    let which = if runs > 1 {
+        "each run, from the others"
+    } else {
+        "each fifth of the run, from the others"
+    };
+    join(&mut found.held_out, which);
+    let rows = format!(
+        "{} readings of a scale in {runs} {}",
+        held_out.runs.len(),
+        if runs > 1 { "runs" } else { "run" }
+    );
+    join(&mut found.search, &rows);
+    found.scope.push(Scope {
+        name: "force".into(),
+        unit: "N",
+        range: chosen.map.range,
+    });
+    found.figures.push(figure(chosen, runs));
+}
+
+fn join(text: &mut String, more: &str) {
+    if !text.is_empty() {
+        text.push_str("; ");
+    }
+    text.push_str(more);
+}
+
+/// Truth, estimate and interval over time of the last run, and the loop of the
+/// error over the force with memory and without.
+fn figure(chosen: &AcrossRuns, runs: usize) -> Figure {
+    let held_out = &chosen.held_out;
+    let begin = held_out.runs.partition_point(|run| *run + 1 < runs);
+    let rows = begin..held_out.runs.len();
+    let start = held_out.times.get(begin).copied().unwrap_or(0.0);
+    let curve = |name: &str, of: &dyn Fn(usize) -> f64, style| {
+        let points = rows.clone().map(|i| [held_out.times[i] - start, of(i)]);
+        Curve::new(name, points.collect(), style)
+    };
+    let end = |sign: f64| {
+        let at = |i: usize| held_out.estimates[i] + sign * NORMAL_95 * held_out.deviations[i];
+        curve("95 % interval", &at, Style::Dashed).points
+    };
+    // The gap parts the lower end from the upper one.
+    let interval = [end(-1.0), vec![[f64::NAN; 2]], end(1.0)].concat();
+    let loops = |name: &str, of: &HeldOutForce, style| {
+        let points = rows
+            .clone()
+            .map(|i| [of.estimates[i] - of.errors[i], of.errors[i]]);
+        Curve::new(name, points.collect(), style)
+    };
+    let without = chosen.without_memory.iter();
+    let without = without.map(|of| loops("without memory", of, Style::Dashed));
+    let truth = |i: usize| held_out.estimates[i] - held_out.errors[i];
+    let over_time = Chart {
+        title: String::new(),
+        x: Axis::new("time", "s"),
+        y: Axis::new("force", "N"),
+        series: vec![
+            curve("truth", &truth, Style::Line),
+            curve("estimate", &|i| held_out.estimates[i], Style::Marks),
+            Curve::new("95 % interval", interval, Style::Dashed),
+        ],
+    };
+    let over_force = Chart {
+        title: "Error over the force: what is left of the loop".into(),
+        x: Axis::new("force", "N"),
+        y: Axis::new("error", "N"),
+        series: without
+            .chain([loops("chosen map", held_out, Style::Line)])
+            .collect(),
+    };
+    Figure {
+        title: "Force of held-out rows, last run".into(),
+        charts: vec![over_time, over_force],
+        caption: "Estimates of a map that has not seen these rows.".into(),
+    }
+}

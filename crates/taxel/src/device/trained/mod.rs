@@ -1,0 +1,132 @@
+//! A body without a physical model, whose channels are learned.
+
+mod drawing;
+mod facts;
+mod predict;
+
+use super::{Device, Sense};
+use crate::acquisition::{Quantity, SignalUnit, Simulated, Stream};
+use crate::drawing::Drawing;
+use crate::electronics::{DigitalUnit, Readout};
+use crate::estimation::{FrameError, TrainedArea, TrainedEstimator};
+use crate::layout::Mount;
+use crate::predict::Predictor;
+use crate::sensor::{Broken, Sensor, TrainedBody, require};
+use crate::summary::Fact;
+
+pub use predict::TrainedPredictor;
+
+/// A body with its chips.
+#[derive(Debug, Clone)]
+pub struct TrainedArray<'a> {
+    sensor: &'a Sensor,
+    /// What the sensor file says of it, and what was learned.
+    pub body: &'a TrainedBody,
+    /// What the chips deliver.
+    pub unit: DigitalUnit,
+}
+
+impl<'a> TrainedArray<'a> {
+    /// `None` for a board that delivers no numbers.
+    pub(crate) fn new(sensor: &'a Sensor, body: &'a TrainedBody) -> Option<Self> {
+        let Readout::Digital(digital) = &sensor.electronics.readout else {
+            return None;
+        };
+        Some(Self {
+            sensor,
+            body,
+            unit: digital.unit,
+        })
+    }
+
+    /// What frames of the device mean: one row of channels.
+    pub fn stream(&self) -> Stream {
+        let channels = self.body.channels().len();
+        Stream {
+            name: self.sensor.name.clone(),
+            rows: 1,
+            columns: channels,
+            channels_per_taxel: 1,
+            unit: SignalUnit {
+                quantity: Quantity::Counts,
+                symbol: self.unit.symbol().to_owned(),
+                si_per_unit: 1.0,
+            },
+            pitch: None,
+            period: Some(self.sensor.electronics.period()),
+            threshold: None,
+            present: vec![true; channels],
+        }
+    }
+
+    /// The area that can be touched.
+    pub fn area(&self) -> TrainedArea {
+        let array = &self.sensor.array;
+        TrainedArea {
+            rows: array.rows,
+            columns: array.columns,
+            pitch: array.pitch,
+        }
+    }
+}
+
+impl Device for TrainedArray<'_> {
+    fn check(&self) -> Result<(), Broken> {
+        self.body.check()?;
+        let array = &self.sensor.array;
+        require(
+            array.mount == Mount::Flat,
+            "array.mount",
+            || "places are learned on a plane".into(),
+            "write mount = \"flat\"; x and y are then those of the stage",
+        )?;
+        require(
+            self.sensor.mask.is_empty(),
+            "mask",
+            || "the cells of the picture cannot be masked".into(),
+            "remove the mask: channels that do not change are found in training",
+        )
+    }
+
+    fn facts(&self) -> Vec<Fact> {
+        facts::facts(self)
+    }
+
+    /// The fitted surface of the channels over the place, once it was learned.
+    fn predictor(&self) -> Option<Box<dyn Predictor>> {
+        let maps = self.body.maps.as_ref()?;
+        let predictor = TrainedPredictor::new(&self.body.channels(), maps, self.unit)?;
+        Some(Box::new(predictor))
+    }
+
+    fn simulated(&self) -> Option<Box<dyn Simulated>> {
+        None
+    }
+
+    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+        let names = self.body.channels();
+        let (found, expected) = (stream.channels(), names.len());
+        if found != expected {
+            return Err(FrameError::Channels { found, expected });
+        }
+        let quantity = stream.unit.quantity;
+        if !matches!(quantity, Quantity::Counts | Quantity::Raw) {
+            return Err(FrameError::Quantity { found: quantity });
+        }
+        let maps = self.body.maps.clone().ok_or(FrameError::Untrained)?;
+        // A calibration file was checked when it was read.
+        let estimator = TrainedEstimator::new(
+            maps,
+            self.area(),
+            names,
+            self.unit.symbol(),
+            self.body.full_scale,
+        )
+        .map_err(|_| FrameError::Untrained)?;
+        Ok(Sense::Signals(Box::new(estimator)))
+    }
+
+    fn drawing(&self) -> Drawing {
+        drawing::drawing(self)
+    }
+}

@@ -1,0 +1,87 @@
+//! The channels of a press at a place, from the surface that was learned.
+
+use crate::electronics::DigitalUnit;
+use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
+use crate::quantity::LENGTH;
+use crate::table::{Cell, Column};
+use crate::trained::{PositionMap, TrainedMaps};
+
+static LOADS: [LoadColumn; 2] = [
+    LoadColumn {
+        name: "x",
+        short: "x",
+        kind: LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
+        required: true,
+        about: "place of the press from the middle of the area",
+    },
+    LoadColumn {
+        name: "y",
+        short: "y",
+        kind: LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
+        required: true,
+        about: "place of the press from the middle of the area",
+    },
+];
+
+/// Answers the channels of a press of the depth of training, with their
+/// deviation from press to press.
+#[derive(Debug, Clone)]
+pub struct TrainedPredictor {
+    map: PositionMap,
+    /// Of each channel in use.
+    deviation: Vec<f64>,
+    columns: Vec<Column>,
+}
+
+impl TrainedPredictor {
+    /// `None` where no places were learned.
+    pub(crate) fn new(names: &[String], maps: &TrainedMaps, unit: DigitalUnit) -> Option<Self> {
+        let map = maps.position.clone()?;
+        let used: Vec<String> = map
+            .standard
+            .used
+            .iter()
+            .map(|channel| names.get(*channel).map(|name| name.replace(' ', "_")))
+            .collect::<Option<_>>()?;
+        let column = |name: String| Column::new(name, unit.symbol(), 1.0, "", 1);
+        let deviations = used.iter().map(|name| column(format!("{name}_deviation")));
+        Some(Self {
+            columns: used.iter().cloned().map(column).chain(deviations).collect(),
+            deviation: map.deviation(),
+            map,
+        })
+    }
+}
+
+impl Predictor for TrainedPredictor {
+    fn load_columns(&self) -> &'static [LoadColumn] {
+        &LOADS
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        self.columns.clone()
+    }
+
+    fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
+        let place = [0, 1].map(|axis| load.number(axis).unwrap_or(0.0));
+        let nearest = self.map.surface.clamp(place);
+        if let Some(column) = (0..2).find(|axis| (nearest[*axis] - place[*axis]).abs() > 1e-9) {
+            let [low, high] = self.map.surface.range(column).map(|end| end * 1e3);
+            return Err(LoadRefused {
+                column,
+                message: format!(
+                    "{:.3} mm is outside of the presses of training, {low:.3} to {high:.3} mm",
+                    place[column] * 1e3
+                ),
+                help: "give a place among them, or train on a larger area".into(),
+            });
+        }
+        row.extend(self.map.answer(place).into_iter().map(Cell::Number));
+        row.extend(self.deviation.iter().copied().map(Cell::Number));
+        Ok(())
+    }
+
+    fn curves(&self, _given: &[bool]) -> Vec<Curve> {
+        Vec::new()
+    }
+}

@@ -1,0 +1,70 @@
+//! All that was learned of one device.
+
+use serde::{Deserialize, Serialize};
+
+use super::{ForceMap, PositionMap, TrainingError};
+
+/// What was learned of a device from its recordings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainedMaps {
+    /// Number of channels of a frame.
+    pub channels: usize,
+    /// Readings without contact, of runs that begin so.
+    pub rest: Option<Rest>,
+    /// Where a probe of the trained depth presses; places on the area of the
+    /// device, whose middle is the origin.
+    pub position: Option<PositionMap>,
+    /// How hard.
+    pub force: Option<ForceMap>,
+}
+
+/// Readings of a device that nothing touches.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rest {
+    /// Mean of each channel.
+    pub mean: Vec<f64>,
+    /// Standard deviation of one reading of each channel.
+    pub deviation: Vec<f64>,
+}
+
+impl TrainedMaps {
+    /// Whether the tables of maps from a file belong together.
+    ///
+    /// # Errors
+    /// [`TrainingError::Unsound`] names the first that does not.
+    pub fn check(&self) -> Result<(), TrainingError> {
+        let unsound = |table| Err(TrainingError::Unsound { table });
+        if let Some(rest) = &self.rest {
+            let whole = |row: &Vec<f64>| {
+                row.len() == self.channels && row.iter().all(|value| value.is_finite())
+            };
+            let positive = rest.deviation.iter().all(|deviation| *deviation > 0.0);
+            if !(whole(&rest.mean) && whole(&rest.deviation) && positive) {
+                return unsound("rest");
+            }
+        }
+        if let Some(position) = &self.position {
+            position.check()?;
+            if position.standard.channels != self.channels {
+                return unsound("position.standard");
+            }
+        }
+        let Some(force) = &self.force else {
+            return if self.position.is_some() {
+                Ok(())
+            } else {
+                unsound("channels")
+            };
+        };
+        force.check()?;
+        if force.standard.channels != self.channels {
+            return unsound("force.standard");
+        }
+        if self.rest.is_none() {
+            return unsound("rest");
+        }
+        Ok(())
+    }
+}
