@@ -37,7 +37,10 @@ fn body(aspect: f64, beyond: f64, side: SideFace) -> Layer {
         side,
         bar: None,
         gripped: false,
-        division: LayerDivision::for_aspect(aspect),
+        division: match side {
+            SideFace::OnBase => LayerDivision::for_aspect(aspect),
+            SideFace::Free => LayerDivision::default(),
+        },
     }
 }
 
@@ -134,7 +137,8 @@ fn free_ends_at_large_compression_follow_independent_cells() {
         };
         let mut study = LayerStudy::new(layer, rubber(1.0), None).unwrap();
         let ours = study.press(compression).unwrap().mean_stress;
-        // Both lie within 0.3 % of what finer cells give.
+        // Meshes differ by 0.3 %, those with the smallest cells by 0.7 %, in how the face
+        // folds at its foot; the table is 3 to 4 % away.
         assert!((ours / outside - 1.0).abs() < 5e-3, "{aspect}: {ours}");
     }
 }

@@ -233,10 +233,11 @@ fn body(model: &InPlaneModel) -> Result<(Layer, Bar), NoField> {
         side,
         bar: None,
         gripped: model.layer.top == TopFace::Gripped,
-        division: if beyond > 0.0 {
-            LayerDivision::default()
-        } else {
-            LayerDivision::for_aspect(model.layer.contact_half_length / thickness)
+        division: match (beyond > 0.0, side) {
+            (false, SideFace::OnBase) => {
+                LayerDivision::for_aspect(model.layer.contact_half_length / thickness)
+            }
+            _ => LayerDivision::default(),
         },
     };
     let bar = Bar {
