@@ -312,7 +312,7 @@ pub(crate) struct Reproduce {
 
 #[derive(Debug, Args)]
 pub(crate) struct Verify {
-    /// Only these cases: a group (A, B, C), a family (B7) or a case (B2); all
+    /// Only these cases: a group (A to D), a family (B7) or a case (B2); all
     /// if none is named
     pub(crate) cases: Vec<String>,
     /// Coarser meshes and fewer rows

@@ -69,6 +69,24 @@ fn end_conditions_without_a_body_are_refused() {
 }
 
 #[test]
+fn a_free_end_says_in_words_what_ends_it() {
+    let mut model = model(50);
+    model.layer.end_condition = EndCondition::Free;
+    let way = solve(&model, 0.4);
+    let reason = way.ended.as_deref().unwrap();
+    assert!(
+        reason.contains("turns under the edge of the base"),
+        "{reason}"
+    );
+    // Of the solver's own words there is no advice to mend a mesh that the user never made.
+    assert!(
+        !reason.contains("Mend") && !reason.contains("at rest"),
+        "{reason}"
+    );
+    assert!(way.last().compression >= 0.1);
+}
+
+#[test]
 #[ignore = "solves between the states: a minute"]
 fn the_curve_between_states_is_exact_to_a_thousandth_of_the_change() {
     let model = model(50);

@@ -78,6 +78,29 @@ impl Default for LayerDivision {
     }
 }
 
+/// Half lengths over thickness from which the side face is drawn out far at its foot.
+const LONG: f64 = 3.0;
+
+impl LayerDivision {
+    /// Cells for a layer of this loaded half length over its thickness.
+    ///
+    /// At the foot of a side face that lies down on the base the stretch has no bound. The
+    /// pressure keeps the volume of each cell in the mean only, so that cells turn inside
+    /// out there, the sooner the smaller they are and the longer the layer. The force hardly
+    /// hangs on them: with cells of a fifth it is 0.1 % larger up to a compression of 0.3.
+    pub fn for_aspect(aspect: f64) -> Self {
+        let usual = Self::default();
+        if aspect <= LONG {
+            return usual;
+        }
+        Self {
+            smallest: 0.2,
+            largest: 0.2,
+            ..usual
+        }
+    }
+}
+
 /// Contact stiffness of the side face on the base, times thickness over shear modulus.
 const STIFFNESS: f64 = 10_000.0;
 /// Overlap of side face and base that is accepted, over the thickness.

@@ -76,6 +76,10 @@ const NUMBERS: usize = 10;
 const FEWEST: usize = 4;
 /// States on the way to the greatest compression.
 pub(crate) const STATES: usize = 24;
+/// What is tried when there are fewer than [`FEWEST`] states on the way to a compression,
+/// over this compression, and the least compression that is tried again.
+const CLOSER: f64 = FEWEST as f64 / STATES as f64;
+const LEAST: f64 = 1e-2;
 /// How far a layer goes on beside the probe under `wide_layer`, over its thickness.
 const BEYOND: f64 = 4.0;
 
@@ -154,16 +158,11 @@ impl FieldStudy {
 
     /// The state at a compression.
     pub(crate) fn press(&mut self, compression: f64) -> Result<FieldState, NoField> {
-        let pressed = self
-            .study
-            .study
-            .press(compression)
-            .map_err(|e| unsolved(&e))?;
+        let pressed = self.study.study.press(compression);
+        let pressed = pressed.map_err(|failure| self.ended(&failure))?;
         let shape = self.study.shape();
-        let found = self
-            .study
-            .capacitance(&[self.media])
-            .map_err(|e| unsolved(&e))?[0];
+        let found = self.study.capacitance(&[self.media]);
+        let found = found.map_err(|failure| self.ended(&failure))?[0];
         let per_depth = if self.mutual {
             found.mutual
         } else {
@@ -182,6 +181,22 @@ impl FieldStudy {
             on_base: pressed.on_base,
             greatest_stress: pressed.stress,
         })
+    }
+}
+
+impl FieldStudy {
+    /// What such a body ends with, and what the solver says of it.
+    fn ended(&self, failure: &Failure) -> NoField {
+        let layer = self.study.study.layer();
+        let words = match (layer.beyond > 0.0, layer.side) {
+            (true, _) => "beside the edge of the probe the layer rises and folds over it",
+            (false, SideFace::Free) => "the side face turns under the edge of the base",
+            (false, SideFace::OnBase) => {
+                "the foot of the side face is drawn out along the base without bound"
+            }
+        };
+        // The advice of the solver is for those who make meshes of their own.
+        NoField::Solver(format!("{words} ({})", failure.reason))
     }
 }
 
@@ -218,7 +233,12 @@ fn body(model: &InPlaneModel) -> Result<(Layer, Bar), NoField> {
         side,
         bar: None,
         gripped: model.layer.top == TopFace::Gripped,
-        division: LayerDivision::default(),
+        division: match (beyond > 0.0, side) {
+            (false, SideFace::OnBase) => {
+                LayerDivision::for_aspect(model.layer.contact_half_length / thickness)
+            }
+            _ => LayerDivision::default(),
+        },
     };
     let bar = Bar {
         inner: 0.5 * electrodes.gap,
@@ -280,11 +300,19 @@ impl SolvedInPlane {
             let fraction = step as f64 / STATES as f64;
             match study.press(most * fraction) {
                 Ok(state) => solved.states.push(state),
-                Err(error) if solved.states.len() < FEWEST => return Err(error),
-                Err(error) => {
+                Err(error) if solved.states.len() >= FEWEST => {
                     solved.ended = Some(error.to_string());
                     break;
                 }
+                // It ends before there are enough states: they have to lie closer.
+                Err(error) if most > LEAST => {
+                    let mut closer = Self::solve(model, most * CLOSER, enough, progress)?;
+                    if !enough(closer.last()) {
+                        closer.ended.get_or_insert(error.to_string());
+                    }
+                    return Ok(closer);
+                }
+                Err(error) => return Err(error),
             }
             progress(fraction);
             if solved.states.len() >= FEWEST && solved.states.last().is_some_and(enough) {
