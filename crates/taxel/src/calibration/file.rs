@@ -58,7 +58,8 @@ pub struct CalibrationFile {
     pub remarks: Vec<String>,
     /// Combinations that the readings do not tell apart.
     pub not_told: Vec<String>,
-    /// Covariance of the parameters in their order.
+    /// Covariance of the parameters in their order; none without parameters.
+    #[serde(default)]
     pub covariance: Vec<CovarianceBlock>,
     /// The readings.
     pub data: DataOf,
