@@ -1,5 +1,7 @@
 //! Live sources, HTTP and WebSocket service, and the page.
 
+mod condition;
+mod events;
 mod interrupt;
 mod latency;
 mod message;
@@ -8,11 +10,14 @@ mod save;
 mod sense;
 mod server;
 mod source;
+mod tare;
 
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
+pub use condition::{ChannelConditions, SwappedUnit, WrongChannel};
+pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;
 pub use latency::Latencies;
 pub use message::{Provenance, Tare};
@@ -20,6 +25,7 @@ pub use pump::{Command, Failure, LastTouch, PumpOptions, Summary};
 pub use save::SaveError;
 pub use sense::Sense;
 pub use source::{Next, RecordingSize, ReplaySource, Source, SourceError, TwinSource};
+pub use tare::By;
 
 use pump::{Pump, Shared};
 use server::Site;

@@ -4,8 +4,8 @@
 use super::contact::{Cell, Contact, normal_only};
 use super::segmentation::Segmentation;
 use super::{
-    FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
-    TaxelValue,
+    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
+    State, TaxelValue,
 };
 use crate::acquisition::Frame;
 use crate::calibration::{MOVING, RestReadings};
@@ -309,6 +309,17 @@ impl SignalEstimator for ChargeEstimator {
     fn clear_rest(&mut self) {
         self.rest.fill(self.model.rest);
         self.forget();
+    }
+
+    fn rest_state(&self) -> Option<RestState> {
+        Some(RestState::Signals(self.rest.clone()))
+    }
+
+    fn restore_rest(&mut self, rest: &RestState) {
+        if let RestState::Signals(rest) = rest {
+            self.rest.clone_from(rest);
+            self.forget();
+        }
     }
 }
 

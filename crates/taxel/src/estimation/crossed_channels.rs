@@ -8,8 +8,8 @@
 use super::contact::{Cell, normal_only};
 use super::segmentation::Segmentation;
 use super::{
-    FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
-    TaxelValue,
+    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
+    State, TaxelValue,
 };
 use crate::acquisition::Frame;
 use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal, MOVING, RestReadings};
@@ -293,6 +293,16 @@ impl SignalEstimator for CrossedChannels {
     fn clear_rest(&mut self) {
         self.touch.rest.clear();
         self.touch.rest.extend(rest(&self.calibration));
+    }
+
+    fn rest_state(&self) -> Option<RestState> {
+        Some(RestState::Signals(self.touch.rest.clone()))
+    }
+
+    fn restore_rest(&mut self, rest: &RestState) {
+        if let RestState::Signals(rest) = rest {
+            self.touch.rest.clone_from(rest);
+        }
     }
 }
 

@@ -14,6 +14,7 @@ mod in_plane;
 mod localisation;
 mod map;
 mod motion;
+mod observer;
 mod segmentation;
 mod signal;
 mod slip;
@@ -38,11 +39,12 @@ pub use health::{
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
+pub use observer::{Observer, ObserverOptions, Seen, Wiring};
 pub use signal::{
-    Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
+    Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };
 pub use slip::{Slip, SlipEstimator, SlipOptions};
-pub use swap::swapped;
+pub use swap::{SwapWatch, swapped};
 pub use touch_event::{TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents};
 pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

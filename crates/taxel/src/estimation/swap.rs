@@ -26,6 +26,70 @@ pub fn swapped(unit: &UnitModel, readings: &[[f64; 4]], sigma: [f64; 4]) -> Vec<
     PAIRS.into_iter().filter(explains).collect()
 }
 
+/// Collects readings of units that contradict themselves, and looks whether an
+/// exchange of two capacitors explains them.
+#[derive(Debug, Clone)]
+pub struct SwapWatch {
+    units: Vec<Suspect>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Suspect {
+    last_ns: u64,
+    readings: Vec<[f64; 4]>,
+    pairs: Vec<[usize; 2]>,
+}
+
+/// Readings that are judged together ...
+const READINGS: usize = 12;
+/// ... each this much after the one before, so that they are of several loads, ns.
+const APART_NS: u64 = 40_000_000;
+
+impl SwapWatch {
+    /// For an array of so many units.
+    pub fn new(units: usize) -> Self {
+        Self {
+            units: vec![Suspect::default(); units],
+        }
+    }
+
+    /// Takes the capacitances, F, of a unit in a frame that contradict its model
+    /// with the noise `sigma`, F.
+    pub fn push(
+        &mut self,
+        time_ns: u64,
+        unit: usize,
+        reading: [f64; 4],
+        model: &UnitModel,
+        sigma: [f64; 4],
+    ) {
+        let Some(suspect) = self.units.get_mut(unit) else {
+            return;
+        };
+        let soon = time_ns.abs_diff(suspect.last_ns) < APART_NS && suspect.last_ns > 0;
+        if soon || reading.iter().any(|value| !value.is_finite()) {
+            return;
+        }
+        suspect.last_ns = time_ns;
+        suspect.readings.push(reading);
+        if suspect.readings.len() == READINGS {
+            suspect.pairs = swapped(model, &suspect.readings, sigma);
+            suspect.readings.clear();
+        }
+    }
+
+    /// The pairs of capacitors of a unit, one of which has changed places as far
+    /// as its last readings tell; empty when none explains them.
+    pub fn pairs(&self, unit: usize) -> &[[usize; 2]] {
+        self.units.get(unit).map_or(&[], |unit| &unit.pairs)
+    }
+
+    /// Begins anew, as after new rest values.
+    pub fn forget(&mut self) {
+        self.units.fill(Suspect::default());
+    }
+}
+
 /// Sum of the misfits of all readings, each of one degree of freedom, with a
 /// pair exchanged.
 fn misfit(

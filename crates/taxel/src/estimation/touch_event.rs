@@ -35,8 +35,12 @@ pub enum TouchEventKind {
     },
     /// It began to move (the speed, m/s).
     Slip {
-        /// Direction on the developed surface, a unit vector.
+        /// Direction on the developed surface, a unit vector; of a slip along
+        /// the rows, whose part across them is not known, along x.
         direction: [f64; 2],
+        /// Correlation of the signals along the rows, at most 1, where that
+        /// showed the slip ([`super::SlipEstimator`]).
+        score: Option<f64>,
     },
     /// A reading is at the end of what can be read (the least force, N).
     Saturated,
@@ -86,7 +90,8 @@ pub struct TouchEventOptions {
     /// A contact slips above this many standard deviations of its speed;
     /// default 5.
     pub slip_deviations: f64,
-    /// ... and above this speed, m/s; default 5 mm/s.
+    /// ... and above this speed, m/s; default 5 mm/s. Infinite where slip is
+    /// told by other means.
     pub slip_speed: f64,
     /// Whether a reading at its end means a closed channel, as on crossing
     /// channels, rather than a board at its limit; default no.
@@ -252,7 +257,11 @@ impl Watched {
         // It ends at half the speed, so that it does not flicker.
         let began = !self.slips && speed > least;
         self.slips = speed > if self.slips { 0.5 * least } else { least };
-        began.then_some((TouchEventKind::Slip { direction }, [speed, deviation]))
+        let kind = TouchEventKind::Slip {
+            direction,
+            score: None,
+        };
+        began.then_some((kind, [speed, deviation]))
     }
 
     /// Whether the contact comes to a bound.
@@ -368,7 +377,7 @@ mod tests {
             .filter(|event| event.kind.name() == "slip")
             .collect();
         assert_eq!(slips.len(), 1, "{found:?}");
-        let TouchEventKind::Slip { direction } = slips[0].kind else {
+        let TouchEventKind::Slip { direction, .. } = slips[0].kind else {
             panic!()
         };
         assert!(direction[0] > 0.9 && slips[0].time_ns > 200_000_000);
