@@ -96,6 +96,8 @@ pub struct ChannelHealth {
     /// For how long something else than the condition has been suspected, s.
     against: f64,
     last: f64,
+    /// Whether a contact was there in the last frame.
+    occupied: bool,
     still: f64,
     /// Mean square of the differences of readings in a row, over 2σ².
     noise: f64,
@@ -125,6 +127,8 @@ pub struct HealthMonitor {
 
 /// Time over which noise is averaged, s.
 const NOISE_TIME: f64 = 0.5;
+/// One difference of readings counts for no more than this, over 2σ².
+const LARGEST_SQUARE: f64 = 100.0;
 /// A channel whose noise is below this share of a step may well stand still.
 const SHOWS_NOISE: f64 = 0.5;
 /// A frame that repeats all readings by a smaller chance was sent again.
@@ -146,6 +150,7 @@ impl HealthMonitor {
             suspected: Condition::Well,
             against: 0.0,
             last: f64::NAN,
+            occupied: false,
             still: 0.0,
             noise: 1.0,
         };
@@ -299,11 +304,13 @@ impl ChannelHealth {
         };
         // Touched, or with a reading at an end: no evidence of noise.
         let alive = |value: f64| value > facts.span[0] && value < facts.span[1];
-        if alive(reading.value) && alive(self.last) && !reading.occupied {
+        let touched = reading.occupied || self.occupied;
+        if alive(reading.value) && alive(self.last) && !touched {
+            // A contact that has not been found yet is no noise either.
             let square = change * change / (2.0 * facts.deviation * facts.deviation);
-            self.noise += weight * (square - self.noise);
+            self.noise += weight * (square.min(LARGEST_SQUARE) - self.noise);
         }
-        self.last = reading.value;
+        (self.last, self.occupied) = (reading.value, reading.occupied);
     }
 
     fn judge(
@@ -316,7 +323,8 @@ impl ChannelHealth {
         let noise = self.noise.sqrt();
         match reading.value {
             value if value.is_nan() || value <= low => (Condition::Dead, low),
-            value if value >= high && !reading.occupied => (Condition::Saturated, value),
+            value if value >= high && reading.occupied => (Condition::Well, 0.0),
+            value if value >= high => (Condition::Saturated, value),
             _ if self.still >= options.still && facts.shows_noise() => {
                 (Condition::Stuck, self.still)
             }

@@ -65,10 +65,13 @@ impl ObserverOptions {
     pub fn new(stream: &Stream) -> Self {
         let mut events = TouchEventOptions::default();
         let history = &mut events.history;
+        // Frames that are far apart are no pause.
         let pause = PAUSE_PERIODS * stream.period.unwrap_or(0.0);
         history.longest_pause = history.longest_pause.max(pause);
         let exists = stream.present.iter();
         let mut tracker = TrackerOptions::new(stream.pitch.map_or([1.0; 2], |[y, x]| [x, y]));
+        tracker.longest_outage = tracker.longest_outage.max(pause);
+        tracker.longest_crossing = tracker.longest_crossing.max(pause);
         if stream.pitch.is_none() {
             tracker.speed /= UNKNOWN_PITCH;
             tracker.acceleration /= UNKNOWN_PITCH * UNKNOWN_PITCH;
@@ -273,12 +276,16 @@ struct RowSlip {
     next_ns: u64,
     /// When a contact was there last, ns.
     touched_ns: Option<u64>,
+    /// Velocity that the last look found, m/s.
+    found: Option<f64>,
     /// Sign of the velocity of the slip that goes on.
     sign: Option<f64>,
 }
 
-/// The slip is looked for so many times in a window.
+/// The slip is looked for so many times in a window ...
 const LOOKS: u64 = 8;
+/// ... and told when two looks in a row agree within this share.
+const AGREES: f64 = 0.05;
 
 impl RowSlip {
     fn new(options: SlipOptions) -> Self {
@@ -287,13 +294,15 @@ impl RowSlip {
             estimator: SlipEstimator::new(options),
             next_ns: 0,
             touched_ns: None,
+            found: None,
             sign: None,
         }
     }
 
     fn forget(&mut self) {
         self.estimator.forget();
-        (self.next_ns, self.touched_ns, self.sign) = (0, None, None);
+        (self.next_ns, self.touched_ns) = (0, None);
+        (self.found, self.sign) = (None, None);
     }
 
     fn push(&mut self, frame: &Frame, tracker: &Tracker) -> Option<TouchEvent> {
@@ -312,11 +321,19 @@ impl RowSlip {
         let slip = (time_ns - touched < self.window_ns)
             .then(|| self.estimator.estimate())
             .flatten();
-        let sign = slip.map(|slip| slip.velocity.signum());
-        let begins = sign.is_some() && sign != self.sign;
-        self.sign = sign;
-        slip.filter(|_| begins)
-            .map(|slip| event(time_ns, track, &slip))
+        let before = std::mem::replace(&mut self.found, slip.map(|slip| slip.velocity));
+        let Some(slip) = slip else {
+            self.sign = None;
+            return None;
+        };
+        // What has only just entered the window may still look faster or slower.
+        let agrees = before.is_some_and(|before| (slip.velocity / before - 1.0).abs() < AGREES);
+        let sign = Some(slip.velocity.signum());
+        let begins = agrees && self.sign != sign;
+        if begins {
+            self.sign = sign;
+        }
+        begins.then(|| event(time_ns, track, &slip))
     }
 }
 

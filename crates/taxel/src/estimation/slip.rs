@@ -53,6 +53,9 @@ pub struct SlipEstimator {
 const POINTS: usize = 512;
 /// Steps of the search through slownesses of one sign.
 const SLOWNESSES: usize = 240;
+/// A slip must explain the signals better by this than that all feel the same at
+/// once: what fades after a press looks alike at any small lag.
+const AT_ONCE: f64 = 0.15;
 /// Two signals are compared where at least this share of them overlaps.
 const OVERLAP: f64 = 0.4;
 
@@ -206,7 +209,7 @@ impl SlipEstimator {
         let slowness = highest(best - around, best + around, stack);
         let score = stack(slowness);
         // What all feel at once does not move along the row.
-        if score < self.options.least_score || score <= stack(0.0) {
+        if score < self.options.least_score || score < stack(0.0) + AT_ONCE {
             return None;
         }
         // Each pair's own peak near that of all.
