@@ -11,6 +11,8 @@ mod sense;
 mod server;
 mod source;
 mod tare;
+#[cfg(test)]
+mod tests;
 
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;

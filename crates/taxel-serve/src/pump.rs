@@ -19,7 +19,7 @@ use crate::message::{self, Health, Tare};
 use crate::save::{SaveError, Saver};
 use crate::sense::{Felt, Sense};
 use crate::source::{Next, Source, SourceError};
-use crate::tare::{By, TareHistory};
+use crate::tare::{BaselineTeller, By, TareHistory};
 
 /// Options of the pump.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,11 +107,12 @@ pub(crate) struct Post {
     pub(crate) version: u64,
 }
 
-/// Rest values, history of tares, condition of channels.
-pub(crate) const POSTS: usize = 3;
+/// Rest values, history of tares, condition of channels, changes of baselines.
+pub(crate) const POSTS: usize = 4;
 const REST: usize = 0;
 const TARES: usize = 1;
 const CONDITION: usize = 2;
+const BASELINE: usize = 3;
 
 /// Messages that a slow client may be behind before it loses the oldest.
 const QUEUE: usize = 64;
@@ -255,6 +256,7 @@ pub(crate) struct Pump {
     events: Events,
     tares: TareHistory,
     teller: Teller,
+    baselines: BaselineTeller,
 }
 
 /// Device time against host time.
@@ -311,6 +313,7 @@ impl Pump {
             events: Events::new([sense.force_unit(), sense.speed_unit()], writer),
             tares: TareHistory::new(&sense),
             teller: Teller::default(),
+            baselines: BaselineTeller::default(),
             source,
             sense,
             options,
@@ -525,6 +528,10 @@ impl Pump {
         let message = self.teller.message(time_ns, repeated, &self.sense);
         if let Some(message) = message {
             self.shared.post(CONDITION, message);
+        }
+        let message = self.baselines.message(time_ns, &self.sense);
+        if let Some(message) = message {
+            self.shared.post(BASELINE, message);
         }
     }
 

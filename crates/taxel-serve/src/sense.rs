@@ -5,7 +5,7 @@ use taxel::acquisition::{Frame, Quantity, Stream};
 use taxel::calibration::Calibration;
 use taxel::device;
 use taxel::estimation::{
-    Contact, Estimator, EstimatorOptions, FrameError, MapEstimator, MapTouch, Observer,
+    Baseline, Contact, Estimator, EstimatorOptions, FrameError, MapEstimator, MapTouch, Observer,
     ObserverOptions, RestEnd, RestState, Seen, SignalEstimator, SignalMeaning, SignalTouch, State,
     Touch, Wiring,
 };
@@ -149,6 +149,16 @@ impl Sense {
             _ => {}
         }
         self.observer.forget();
+    }
+
+    /// The readings of the empty device with their changes; none for a device
+    /// that has none.
+    pub(crate) fn baseline(&self) -> Option<&Baseline> {
+        match &self.feel {
+            Feel::ThreeAxis(sense) => Some(sense.estimator.baseline()),
+            Feel::Signals(sense) => sense.baseline(),
+            Feel::Map(_) => None,
+        }
     }
 
     /// Whether a rest capture is under way.

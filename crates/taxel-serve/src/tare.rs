@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use serde::Serialize;
+use taxel::estimation::Why;
 
 use crate::sense::{Rest, Sense};
 
@@ -165,6 +166,67 @@ impl TareHistory {
     /// The message with all entries, the oldest first.
     pub(crate) fn message(&self) -> String {
         serde_json::json!({ "type": "tares", "entries": self.entries }).to_string()
+    }
+}
+
+/// Tells of the changes that a baseline makes itself.
+#[derive(Debug, Default)]
+pub(crate) struct BaselineTeller {
+    told_ns: Option<u64>,
+    /// Changes of the history that were looked at.
+    seen: usize,
+    count: u64,
+    last: VecDeque<BaselineChange>,
+}
+
+#[derive(Debug, Serialize)]
+struct BaselineChange {
+    time_ns: u64,
+    name: String,
+    /// SI.
+    change: f64,
+    reason: &'static str,
+}
+
+/// Changes that are told, and the time from one message to the next, ns.
+const TOLD: usize = 8;
+const TOLD_EVERY_NS: u64 = 1_000_000_000;
+
+impl BaselineTeller {
+    /// The message, if there are changes since the last one.
+    pub(crate) fn message(&mut self, time_ns: u64, sense: &Sense) -> Option<String> {
+        let soon = self
+            .told_ns
+            .is_some_and(|told| time_ns.abs_diff(told) < TOLD_EVERY_NS);
+        let history = sense.baseline()?.history();
+        if soon || history.len() == self.seen {
+            return None;
+        }
+        self.told_ns = Some(time_ns);
+        let before = self.count;
+        for change in history.get(self.seen..).unwrap_or_default() {
+            // Tares have a history of their own.
+            if change.why != Why::Tare {
+                self.count += 1;
+                self.last.push_back(BaselineChange {
+                    time_ns: change.time_ns,
+                    name: sense.channel_name(change.channel),
+                    change: change.to - change.from,
+                    reason: change.why.words(),
+                });
+            }
+        }
+        self.seen = history.len();
+        self.last.drain(..self.last.len().saturating_sub(TOLD));
+        let message = || {
+            let message = serde_json::json!({
+                "type": "baseline",
+                "changes": self.count,
+                "last": self.last,
+            });
+            message.to_string()
+        };
+        (self.count > before).then(message)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Frames of an array of three-axis units to touch.
 
+use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, Contact};
 use super::segmentation::Segmentation;
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
@@ -202,6 +203,8 @@ pub struct Estimator {
     strikes: Vec<u32>,
     segmentation: Segmentation,
     cells: Vec<Cell>,
+    baseline: Baseline,
+    readings: Vec<f64>,
     touch: Touch,
     last_time_ns: Option<u64>,
     uncertain_until_ns: u64,
@@ -212,6 +215,9 @@ pub struct Estimator {
 const LEAST_SHARE: f64 = 0.2;
 /// A reading above the closed plate by more than this is no plate either.
 const MOST_SHARE: f64 = 1.05;
+/// The capacitors of a unit drift alike, with the temperature; four equal errors
+/// weigh in a force as much as four independent ones of twice the size.
+const DRIFT_TOGETHER: f64 = 2.0;
 /// A tile with less than this share of its air left counts as touching: a tile
 /// that stands on its electrode reads what it read at first contact, which the
 /// search meets from the open side.
@@ -236,7 +242,12 @@ impl Estimator {
         let taxels = calibration.layout.taxels();
         let layout = &calibration.layout;
         let segmentation = Segmentation::new(layout.rows, layout.columns, layout.pitch);
+        let noise = calibration.deviation.as_flattened().to_vec();
+        let mut baseline = Baseline::new(BaselineOptions::new(noise));
+        baseline.tare(0, &calibration.rest());
         let mut estimator = Self {
+            baseline,
+            readings: Vec::with_capacity(4 * taxels),
             relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
             pause: vec![0.0; taxels],
             strikes: vec![0; taxels],
@@ -260,10 +271,20 @@ impl Estimator {
         &self.calibration
     }
 
+    /// The readings of the empty device, F, four for each taxel, and every
+    /// change of them.
+    pub fn baseline(&self) -> &Baseline {
+        &self.baseline
+    }
+
     /// Replaces the calibration. The relaxation history begins anew: it holds
     /// forces of the old one.
     pub fn recalibrate(&mut self, calibration: Calibration) {
         self.calibration = calibration;
+        let noise = self.calibration.deviation.as_flattened().to_vec();
+        self.baseline.set_noise(noise);
+        self.baseline
+            .tare(self.touch.time_ns, &self.calibration.rest());
         self.strikes.fill(0);
         self.relaxation
             .fill(Relaxation::new(&self.calibration.relaxation));
@@ -314,6 +335,7 @@ impl Estimator {
         }
         let captured = self.capture_frame();
         self.sum_up();
+        self.follow_drift();
         Ok((&self.touch, captured))
     }
 
@@ -357,9 +379,14 @@ impl Estimator {
             !masked[i] && !sound
         });
         let usable: [bool; 4] = std::array::from_fn(|i| !masked[i] && !faulty[i]);
-        let sigma = self.calibration.deviation[taxel];
+        let noise = self.calibration.deviation[taxel];
+        let channel = |i| 4 * taxel + i;
+        let sigma = std::array::from_fn(|i| {
+            noise[i].hypot(DRIFT_TOGETHER * self.baseline.deviation(channel(i)))
+        });
+        let empty = std::array::from_fn(|i| capacitance[i] - self.baseline.drift(channel(i)));
         let unit = &self.calibration.units[taxel];
-        let mut found = estimate_unit(unit, capacitance, sigma, usable, &self.options.search);
+        let mut found = estimate_unit(unit, empty, sigma, usable, &self.options.search);
         let near = found.outcome == Outcome::Blocked
             || (0..4).any(|i| usable[i] && capacitance[i] > NEAR_SHARE * most[i]);
         let touching = if near {
@@ -431,6 +458,19 @@ impl Estimator {
             Outcome::Converged if masked_count == 1 => State::Unchecked,
             Outcome::Converged => State::Ok,
         }
+    }
+
+    /// The baseline takes what no contact explains.
+    fn follow_drift(&mut self) {
+        let taxels = &self.touch.taxels;
+        self.readings.clear();
+        self.readings
+            .extend(taxels.iter().flat_map(|taxel| taxel.capacitance));
+        let regions = &self.touch.regions;
+        self.baseline
+            .push(self.touch.time_ns, &self.readings, |channel| {
+                regions[channel / 4].is_some()
+            });
     }
 
     fn capture_frame(&mut self) -> Option<Result<(), RestRefused>> {

@@ -92,6 +92,8 @@ pub struct Baseline {
 #[derive(Debug, Clone, Copy, Default)]
 struct Channel {
     level: f64,
+    /// Level of the last tare: what the model takes for rest.
+    declared: f64,
     /// Per second.
     rate: f64,
     /// Level on record.
@@ -102,6 +104,29 @@ struct Channel {
     /// Level and age, s, at two earlier times.
     earlier: [(f64, f64); 2],
     held: Option<Held>,
+}
+
+/// What the time since the last frame makes of the filters.
+struct Pace {
+    elapsed: f64,
+    /// The same, bounded.
+    step: f64,
+    /// Weight of a reading in the average.
+    weight: f64,
+    /// What a level keeps.
+    stay: f64,
+}
+
+impl Pace {
+    fn of(elapsed: f64, options: &BaselineOptions) -> Self {
+        let step = elapsed.min(LONGEST_STEP);
+        Self {
+            elapsed,
+            step,
+            weight: 1.0 - (-step.max(1e-9) / options.smoothing).exp(),
+            stay: (-step / options.follow).exp(),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -142,9 +167,18 @@ impl Baseline {
     pub fn tare(&mut self, time_ns: u64, readings: &[f64]) {
         for (channel, reading) in readings.iter().enumerate().take(self.channels.len()) {
             if reading.is_finite() {
+                self.channels[channel].declared = *reading;
                 self.set(time_ns, channel, *reading, Why::Tare);
             }
         }
+    }
+
+    /// Replaces the standard deviations of the readings, as a rest capture
+    /// measured them.
+    pub fn set_noise(&mut self, deviations: Vec<f64>) {
+        self.options.deviations = deviations;
+        self.channels
+            .resize(self.options.deviations.len(), Channel::default());
     }
 
     /// Takes the readings of a frame; `occupied` says of a channel that a
@@ -155,13 +189,13 @@ impl Baseline {
         if time_ns < last {
             return;
         }
-        let elapsed = (time_ns - last) as f64 * 1e-9;
+        let pace = Pace::of((time_ns - last) as f64 * 1e-9, &self.options);
         self.last_time_ns = Some(time_ns);
         for (index, reading) in readings.iter().enumerate().take(self.channels.len()) {
             let channel = &mut self.channels[index];
             let deviation = self.options.deviations[index];
             let change = if reading.is_finite() {
-                channel.follow(*reading, elapsed, occupied(index), deviation, &self.options)
+                channel.follow(*reading, &pace, occupied(index), deviation, &self.options)
             } else {
                 None
             };
@@ -175,6 +209,13 @@ impl Baseline {
     /// Baseline of a channel, in its unit.
     pub fn level(&self, channel: usize) -> f64 {
         self.channels[channel].level
+    }
+
+    /// What the empty channel has drifted by since the last tare, in its unit:
+    /// to be taken from a reading before the model is asked what it means.
+    pub fn drift(&self, channel: usize) -> f64 {
+        let channel = &self.channels[channel];
+        channel.level - channel.declared
     }
 
     /// Standard deviation of the baseline of a channel: the noise that it
@@ -214,9 +255,13 @@ impl Baseline {
     }
 
     fn set(&mut self, time_ns: u64, channel: usize, level: f64, why: Why) {
+        let Channel {
+            declared, recorded, ..
+        } = self.channels[channel];
         self.channels[channel] = Channel {
             level,
-            recorded: self.channels[channel].recorded,
+            declared,
+            recorded,
             earlier: [(level, 0.0); 2],
             ..Channel::default()
         };
@@ -240,21 +285,25 @@ impl Channel {
     fn follow(
         &mut self,
         reading: f64,
-        elapsed: f64,
+        pace: &Pace,
         occupied: bool,
         deviation: f64,
         options: &BaselineOptions,
     ) -> Option<Why> {
         let fastest = options.fastest_drift * deviation;
+        let &Pace {
+            elapsed,
+            step,
+            weight,
+            ..
+        } = pace;
         if elapsed > options.longest_pause {
             (self.average, self.spread) = (0.0, 0.0);
         }
-        let step = elapsed.min(LONGEST_STEP);
         if self.held.is_none() {
             self.level += self.rate * step;
         }
         let off = reading - self.level;
-        let weight = 1.0 - (-step.max(1e-9) / options.smoothing).exp();
         self.average += weight * (off - self.average);
         self.spread = (1.0 - weight).powi(2) * self.spread + weight * weight;
         let noise = LEAVES * deviation * self.spread.sqrt();
@@ -262,7 +311,7 @@ impl Channel {
         match &mut self.held {
             None if occupied || leaves => self.hold(elapsed),
             None => {
-                self.learn(off, step, fastest, options);
+                self.learn(off, pace, fastest, options);
                 None
             }
             Some(held) => {
@@ -303,8 +352,8 @@ impl Channel {
     }
 
     /// A critically damped filter of level and rate.
-    fn learn(&mut self, off: f64, step: f64, fastest: f64, options: &BaselineOptions) {
-        let stay = (-step / options.follow).exp();
+    fn learn(&mut self, off: f64, pace: &Pace, fastest: f64, options: &BaselineOptions) {
+        let &Pace { step, stay, .. } = pace;
         self.level += (1.0 - stay * stay) * off;
         if step > 0.0 {
             let rate = self.rate + (1.0 - stay).powi(2) / step * off;

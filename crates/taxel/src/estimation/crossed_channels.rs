@@ -5,6 +5,7 @@
 //! alone: two touches at (r, c) and (s, d) make the same readings as two at
 //! (r, d) and (s, c).
 
+use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, normal_only};
 use super::segmentation::Segmentation;
 use super::{
@@ -126,6 +127,7 @@ pub struct CrossedChannels {
     touch: SignalTouch,
     /// Standard deviation of the pressure of a quiet taxel, Pa.
     quiet: f64,
+    baseline: Baseline,
     capture: Option<Capture>,
 }
 
@@ -139,8 +141,13 @@ impl CrossedChannels {
             .flatten()
             .map(|model| model.rest_pressure_deviation(&calibration.scale))
             .fold(f64::INFINITY, f64::min);
+        let noise = models(&calibration)
+            .map(|model| model.deviation * calibration.scale.slope(model.rest_resistance));
+        let mut baseline = Baseline::new(BaselineOptions::new(noise.collect()));
+        baseline.tare(0, &rest);
         Self {
             quiet,
+            baseline,
             meaning: meaning(&calibration),
             channels: vec![without_resistance(ChannelState::Quiet); rows + columns],
             taxels: vec![TaxelPressure::Quiet; rows * columns],
@@ -170,13 +177,16 @@ impl CrossedChannels {
         let scale = &self.calibration.scale;
         let channels = models(&self.calibration).zip(&self.touch.rest).zip(values);
         self.touch.clipped = 0;
-        for (slot, ((model, rest), counts)) in self.channels.iter_mut().zip(channels) {
+        let slots = self.channels.iter_mut().zip(channels).enumerate();
+        for (channel, (slot, ((model, rest), counts))) in slots {
             self.touch.clipped += usize::from(*counts <= 0.0 || *counts >= scale.highest_code);
             *slot = match scale.signal(*counts) {
                 ChannelSignal::Resistance(resistance) => {
                     let noise = model.deviation * scale.slope(resistance);
+                    let noise = noise.hypot(self.baseline.deviation(channel));
                     let least = self.options.contact_deviations * noise;
-                    feel(model, *rest, resistance, noise, least)
+                    let expected = rest + self.baseline.drift(channel);
+                    feel(model, [*rest, expected], resistance, noise, least)
                 }
                 ChannelSignal::Saturated => without_resistance(ChannelState::Saturated {
                     at_least: model.highest_pressure(),
@@ -252,6 +262,7 @@ impl CrossedChannels {
         for (rest, running) in self.touch.rest.iter_mut().zip(channels) {
             *rest = running.mean_or_nan();
         }
+        self.baseline.tare(self.touch.time_ns, &self.touch.rest);
         Ok(())
     }
 }
@@ -276,6 +287,11 @@ impl SignalEstimator for CrossedChannels {
         let (rows, columns) = self.channels.split_at(self.calibration.rows.len());
         locate(rows, columns, &mut self.taxels);
         self.sum_up();
+        let channels = &self.channels;
+        self.baseline
+            .push(frame.time_ns, &self.touch.signals, |channel| {
+                channels[channel].state != ChannelState::Quiet
+            });
         Ok((&self.touch, captured))
     }
 
@@ -293,6 +309,11 @@ impl SignalEstimator for CrossedChannels {
     fn clear_rest(&mut self) {
         self.touch.rest.clear();
         self.touch.rest.extend(rest(&self.calibration));
+        self.baseline.tare(self.touch.time_ns, &self.touch.rest);
+    }
+
+    fn baseline(&self) -> Option<&Baseline> {
+        Some(&self.baseline)
     }
 
     fn rest_state(&self) -> Option<RestState> {
@@ -302,6 +323,7 @@ impl SignalEstimator for CrossedChannels {
     fn restore_rest(&mut self, rest: &RestState) {
         if let RestState::Signals(rest) = rest {
             self.touch.rest.clone_from(rest);
+            self.baseline.tare(self.touch.time_ns, &self.touch.rest);
         }
     }
 }
@@ -367,10 +389,16 @@ fn models(calibration: &ChannelCalibration) -> impl Iterator<Item = &ChannelMode
 
 /// What the channel feels that reads `resistance` with the deviation `noise`
 /// and is active above rest by `least`, all in Ω.
-fn feel(model: &ChannelModel, rest: f64, resistance: f64, noise: f64, least: f64) -> ChannelTouch {
-    let change = resistance / rest - 1.0;
+fn feel(
+    model: &ChannelModel,
+    [rest, empty]: [f64; 2],
+    resistance: f64,
+    noise: f64,
+    least: f64,
+) -> ChannelTouch {
+    let change = (resistance - empty) / rest;
     let state = match model.pressure.at(change) {
-        _ if resistance - rest <= least => ChannelState::Quiet,
+        _ if resistance - empty <= least => ChannelState::Quiet,
         OnCurve::Inside { value, slope } => ChannelState::Pressed {
             pressure: value,
             deviation: slope * noise / rest,

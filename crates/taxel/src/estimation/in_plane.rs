@@ -1,5 +1,6 @@
 //! Frames of in-plane capacitive sensors to the force on each.
 
+use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, normal_only};
 use super::segmentation::Segmentation;
 use super::{
@@ -30,6 +31,7 @@ pub struct InPlaneEstimator {
     quantity: Quantity,
     meaning: SignalMeaning,
     segmentation: Segmentation,
+    baseline: Baseline,
     capture: Option<InPlaneRestCapture>,
     touch: SignalTouch,
 }
@@ -64,8 +66,11 @@ impl InPlaneEstimator {
             deviation: f64::NAN,
             state: State::Masked,
         };
+        let mut baseline = Baseline::new(BaselineOptions::new(calibration.deviation.clone()));
+        baseline.tare(0, &rest(&calibration));
         Ok(Self {
             drawn: calibration.clone(),
+            baseline,
             meaning: meaning(&calibration, &inverses),
             segmentation: Segmentation::new(
                 calibration.layout.rows,
@@ -96,6 +101,8 @@ impl InPlaneEstimator {
     ) -> Result<(), InPlaneEstimatorError> {
         self.inverses = inverses(&calibration)?;
         self.touch.rest = rest(&calibration);
+        self.baseline.set_noise(calibration.deviation.clone());
+        self.baseline.tare(self.touch.time_ns, &self.touch.rest);
         self.calibration = calibration;
         Ok(())
     }
@@ -178,15 +185,21 @@ impl SignalEstimator for InPlaneEstimator {
             self.touch.taxels[taxel] = if self.calibration.masked[taxel] {
                 without_value(State::Masked)
             } else {
+                let noise = self.calibration.deviation[taxel];
                 felt(
                     &self.inverses[taxel],
-                    capacitance,
-                    self.calibration.deviation[taxel],
+                    capacitance - self.baseline.drift(taxel),
+                    noise.hypot(self.baseline.deviation(taxel)),
                 )
             };
         }
         let ended = self.capture_frame();
         self.sum_up();
+        let regions = &self.touch.regions;
+        self.baseline
+            .push(frame.time_ns, &self.touch.signals, |taxel| {
+                regions[taxel].is_some()
+            });
         Ok((&self.touch, ended))
     }
 
@@ -196,6 +209,10 @@ impl SignalEstimator for InPlaneEstimator {
 
     fn capturing(&self) -> bool {
         self.capture.is_some()
+    }
+
+    fn baseline(&self) -> Option<&Baseline> {
+        Some(&self.baseline)
     }
 
     fn clear_rest(&mut self) {

@@ -1,6 +1,7 @@
 //! Devices that feel one value per taxel: in-plane capacitor, piezoelectric
 //! elements, crossed channels.
 
+use super::baseline::Baseline;
 use super::contact::Contact;
 use super::{FrameError, State};
 use crate::acquisition::Frame;
@@ -35,6 +36,12 @@ pub trait SignalEstimator: Send {
 
     /// Puts back rest values that this estimator gave, bit for bit.
     fn restore_rest(&mut self, _rest: &RestState) {}
+
+    /// The readings of the empty device, and every change of them; none for a
+    /// device that feels changes only.
+    fn baseline(&self) -> Option<&Baseline> {
+        None
+    }
 }
 
 /// Rest values of an estimator, as it keeps them.
