@@ -107,7 +107,7 @@ fn a_finger_on_the_array_is_touch_step_slip_and_release() {
         ("release", 3, 10.58),
         ("touch", 4, 11.02),
         ("step", 4, 11.8),
-        ("slip", 4, 12.0),
+        ("slip", 4, 12.1),
         ("release", 4, 13.78),
         ("touch", 5, 14.42),
         ("step", 5, 15.3),

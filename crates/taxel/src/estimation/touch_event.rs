@@ -1,6 +1,7 @@
 //! Events of contacts: what began, changed and ended, and when.
 
 use super::force_history::{Course, ForceHistory, HistoryOptions};
+use super::motion::Matrix;
 use super::{Contact, Ending, State, Track, Tracker};
 
 /// What happened to a contact. The value of the event is in brackets.
@@ -114,6 +115,8 @@ impl Default for TouchEventOptions {
 pub struct TouchEvents {
     options: TouchEventOptions,
     watched: Vec<Watched>,
+    /// Contacts that lifted off and may come back.
+    left: Vec<Left>,
     events: Vec<TouchEvent>,
 }
 
@@ -123,9 +126,39 @@ struct Watched {
     id: u64,
     history: ForceHistory,
     force: [f64; 2],
+    anchor: Option<Anchor>,
+    /// What the last anchor showed.
+    drag: Option<Moved>,
     slips: bool,
     bound: Option<State>,
 }
+
+/// Where a contact was some time ago.
+#[derive(Debug, Clone, Copy)]
+struct Anchor {
+    time_ns: u64,
+    place: [f64; 2],
+    covariance: Matrix,
+}
+
+/// A velocity, m/s, and its covariance.
+#[derive(Debug, Clone, Copy)]
+struct Moved {
+    velocity: [f64; 2],
+    covariance: Matrix,
+}
+
+/// What is remembered of a contact that lifted off.
+#[derive(Debug, Clone)]
+struct Left {
+    time_ns: u64,
+    place: [f64; 2],
+    history: ForceHistory,
+}
+
+/// A slow drag shows in how far a contact has come in this time, ns: its velocity
+/// at one moment is known less well.
+const DRAG_NS: u64 = 250_000_000;
 
 impl TouchEvents {
     /// Without any contact.
@@ -133,6 +166,7 @@ impl TouchEvents {
         Self {
             options,
             watched: Vec::new(),
+            left: Vec::new(),
             events: Vec::new(),
         }
     }
@@ -141,6 +175,9 @@ impl TouchEvents {
     /// and gives the events of this frame.
     pub fn push(&mut self, time_ns: u64, tracker: &Tracker, contacts: &[Contact]) -> &[TouchEvent] {
         self.events.clear();
+        let longest = self.options.history.longest_break;
+        self.left
+            .retain(|left| time_ns.saturating_sub(left.time_ns) as f64 * 1e-9 <= longest);
         for ended in tracker.ended() {
             self.end(&ended.track, ended.ending);
         }
@@ -152,7 +189,13 @@ impl TouchEvents {
                 .tracks()
                 .iter()
                 .any(|other| other.inside == Some(track.id));
-            if !shared {
+            if shared {
+                // Nor does their place.
+                let watched = self.watched.iter_mut().find(|one| one.id == track.id);
+                if let Some(watched) = watched {
+                    (watched.anchor, watched.drag) = (None, None);
+                }
+            } else {
                 self.feel(time_ns, track, contact);
             }
         }
@@ -162,6 +205,7 @@ impl TouchEvents {
     /// Forgets all contacts.
     pub fn forget(&mut self) {
         self.watched.clear();
+        self.left.clear();
         self.events.clear();
     }
 
@@ -177,6 +221,11 @@ impl TouchEvents {
             for course in courses.into_iter().flatten() {
                 self.events.push(of_course(track.seen_ns, track.id, course));
             }
+            self.left.push(Left {
+                time_ns: track.seen_ns,
+                place: track.centre(),
+                history: watched.history,
+            });
         }
         let kind = match ending {
             Ending::Released => TouchEventKind::Release,
@@ -195,6 +244,21 @@ impl TouchEvents {
         });
     }
 
+    /// The history of a contact that begins: that of the one that left its place.
+    fn history(&mut self, time_ns: u64, contact: &Contact) -> ForceHistory {
+        let near = (contact.area / contact.taxels as f64).sqrt();
+        let [x, y] = contact.centre;
+        let came_back = |left: &Left| (left.place[0] - x).hypot(left.place[1] - y) < near;
+        match self.left.iter().rposition(came_back) {
+            Some(at) => {
+                let mut history = self.left.remove(at).history;
+                history.resume(time_ns.saturating_sub(1));
+                history
+            }
+            None => ForceHistory::new(self.options.history, time_ns),
+        }
+    }
+
     fn feel(&mut self, time_ns: u64, track: &Track, contact: &Contact) {
         let force = [contact.force[2], contact.force_covariance[2][2].sqrt()];
         let known = self.watched.iter().position(|one| one.id == track.id);
@@ -204,10 +268,13 @@ impl TouchEvents {
                 None => TouchEventKind::Touch,
             };
             self.note(time_ns, track.id, kind, force);
+            let history = self.history(time_ns, contact);
             self.watched.push(Watched {
                 id: track.id,
-                history: ForceHistory::new(self.options.history, time_ns),
+                history,
                 force,
+                anchor: None,
+                drag: None,
                 slips: false,
                 bound: None,
             });
@@ -219,7 +286,7 @@ impl TouchEvents {
         // Of an unknown noise the shares decide.
         let noise = if force[1].is_nan() { 0.0 } else { force[1] };
         let courses = watched.history.push(time_ns, force[0], noise);
-        let slip = watched.slip(track, &options);
+        let slip = watched.slip(time_ns, track, &options);
         let bound = watched.bound(contact, &options);
         for course in courses.into_iter().flatten() {
             self.events.push(of_course(time_ns, track.id, course));
@@ -234,34 +301,59 @@ impl TouchEvents {
 }
 
 impl Watched {
-    /// Whether the contact begins to move.
+    /// Whether the contact begins to move: by its velocity now, or by how far it
+    /// has come.
     fn slip(
         &mut self,
+        time_ns: u64,
         track: &Track,
         options: &TouchEventOptions,
     ) -> Option<(TouchEventKind, [f64; 2])> {
-        let [x, y] = track.velocity();
-        let speed = x.hypot(y);
-        if speed == 0.0 {
-            self.slips = false;
-            return None;
-        }
-        let direction = [x / speed, y / speed];
-        let covariance = track.velocity_covariance();
-        let variance: f64 = (0..2)
-            .flat_map(|i| (0..2).map(move |j| (i, j)))
-            .map(|(i, j)| direction[i] * covariance[i][j] * direction[j])
-            .sum();
-        let deviation = variance.sqrt();
-        let least = options.slip_speed.max(options.slip_deviations * deviation);
+        self.follow_anchor(time_ns, track);
+        let now = Moved {
+            velocity: track.velocity(),
+            covariance: track.velocity_covariance(),
+        };
         // It ends at half the speed, so that it does not flicker.
-        let began = !self.slips && speed > least;
-        self.slips = speed > if self.slips { 0.5 * least } else { least };
+        let share = if self.slips { 0.5 } else { 1.0 };
+        let found = [Some(now), self.drag]
+            .into_iter()
+            .flatten()
+            .filter_map(|moved| moved.along())
+            .find(|(_, [speed, deviation])| {
+                *speed > share * options.slip_speed.max(options.slip_deviations * deviation)
+            });
+        let began = found.is_some() && !self.slips;
+        self.slips = found.is_some();
+        let (direction, value) = found.filter(|_| began)?;
         let kind = TouchEventKind::Slip {
             direction,
             score: None,
         };
-        began.then_some((kind, [speed, deviation]))
+        Some((kind, value))
+    }
+
+    fn follow_anchor(&mut self, time_ns: u64, track: &Track) {
+        let here = Anchor {
+            time_ns,
+            place: track.centre(),
+            covariance: track.centre_covariance(),
+        };
+        let anchor = self.anchor.get_or_insert(here);
+        let elapsed = time_ns.saturating_sub(anchor.time_ns);
+        if elapsed >= DRAG_NS {
+            let seconds = elapsed as f64 * 1e-9;
+            let (from, covariance) = (anchor.place, anchor.covariance);
+            self.drag = Some(Moved {
+                velocity: std::array::from_fn(|i| (here.place[i] - from[i]) / seconds),
+                covariance: std::array::from_fn(|i| {
+                    std::array::from_fn(|j| {
+                        (here.covariance[i][j] + covariance[i][j]) / (seconds * seconds)
+                    })
+                }),
+            });
+            self.anchor = Some(here);
+        }
     }
 
     /// Whether the contact comes to a bound.
@@ -275,6 +367,23 @@ impl Watched {
             State::Saturated => Some(TouchEventKind::Saturated),
             _ => None,
         }
+    }
+}
+
+impl Moved {
+    /// Direction, a unit vector, and speed with its deviation; none at rest.
+    fn along(&self) -> Option<([f64; 2], [f64; 2])> {
+        let [x, y] = self.velocity;
+        let speed = x.hypot(y);
+        if speed == 0.0 {
+            return None;
+        }
+        let direction = [x / speed, y / speed];
+        let variance: f64 = (0..2)
+            .flat_map(|i| (0..2).map(move |j| (i, j)))
+            .map(|(i, j)| direction[i] * self.covariance[i][j] * direction[j])
+            .sum();
+        Some((direction, [speed, variance.sqrt()]))
     }
 }
 
@@ -381,6 +490,34 @@ mod tests {
             panic!()
         };
         assert!(direction[0] > 0.9 && slips[0].time_ns > 200_000_000);
+    }
+
+    #[test]
+    fn a_slow_drag_slips_too_and_a_contact_at_rest_does_not() {
+        // 8 mm/s: within five deviations of the velocity at any one moment.
+        let drag = events(1500, |t| (0.008 * (t - 0.5).max(0.0), 0.3, State::Ok));
+        assert_eq!(names(&drag), ["touch", "slip", "step"], "{drag:?}");
+        assert!(drag[1].time_ns > 500_000_000 && drag[1].time_ns < 1_100_000_000);
+        let rest = events(3000, |_| (0.0, 0.3, State::Ok));
+        assert_eq!(names(&rest), ["touch", "step"], "{rest:?}");
+    }
+
+    #[test]
+    fn a_load_that_lifts_off_again_and_again_is_cyclic() {
+        let force = |t: f64| 0.3 * (std::f64::consts::TAU * t / 0.4).sin();
+        let found = events(3000, |t| (0.0, force(t), State::Ok));
+        let cyclic: Vec<_> = found
+            .iter()
+            .filter(|event| event.kind.name() == "cyclic")
+            .collect();
+        assert_eq!(cyclic.len(), 1, "{found:?}");
+        // Steps of 1 ms in a period of 400 ms.
+        assert!((cyclic[0].value * 0.4 - 1.0).abs() < 3e-3);
+        let after = found
+            .iter()
+            .filter(|event| event.time_ns > cyclic[0].time_ns);
+        assert!(after.clone().any(|event| event.kind.name() == "touch"));
+        assert!(after.clone().all(|event| event.kind.name() != "impact"));
     }
 
     #[test]
