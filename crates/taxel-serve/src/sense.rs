@@ -181,7 +181,7 @@ impl Sense {
     /// # Errors
     /// [`FrameError`] for a frame of another device.
     pub(crate) fn push(&mut self, frame: &Frame) -> Result<Sensed<'_>, FrameError> {
-        self.look_for_swaps(frame.time_ns);
+        self.look_for_swaps();
         let capturing = self.capturing();
         let (felt, captured) = match &mut self.feel {
             Feel::ThreeAxis(sense) => {
@@ -219,12 +219,12 @@ impl Sense {
     }
 
     /// Of the units that contradicted themselves in the frame before.
-    fn look_for_swaps(&mut self, time_ns: u64) {
+    fn look_for_swaps(&mut self) {
         if let Feel::ThreeAxis(sense) = &self.feel {
             let calibration = sense.estimator.calibration();
             for (unit, reading) in self.suspects.drain(..) {
                 let (model, sigma) = (&calibration.units[unit], calibration.deviation[unit]);
-                self.observer.suspect(time_ns, unit, reading, model, sigma);
+                self.observer.suspect(unit, reading, model, sigma);
             }
         }
     }

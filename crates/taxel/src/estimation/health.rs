@@ -304,7 +304,7 @@ impl ChannelHealth {
         };
         // Touched, or with a reading at an end: no evidence of noise.
         let alive = |value: f64| value > facts.span[0] && value < facts.span[1];
-        let touched = reading.occupied || self.occupied;
+        let touched = reading.occupied || self.occupied || facts.deviation.is_nan();
         if alive(reading.value) && alive(self.last) && !touched {
             // A contact that has not been found yet is no noise either.
             let square = change * change / (2.0 * facts.deviation * facts.deviation);
@@ -473,7 +473,7 @@ mod tests {
         let facts = [true, true, false].map(ChannelFacts::unknown);
         let mut monitor = HealthMonitor::new(facts.to_vec(), HealthOptions::default());
         for frame in 0..200_u64 {
-            let values = [7.0, f64::NAN, f64::NAN];
+            let values = [7.0 * (frame / 20 % 2) as f64, f64::NAN, f64::NAN];
             assert!(!monitor.repeats(&values));
             monitor.push(frame * 10_000_000, |channel| sound(values[channel]));
         }

@@ -212,15 +212,8 @@ impl Observer {
 
     /// Looks whether an exchange of two capacitors explains a three-axis unit
     /// whose readings, F, contradict its model with the noise `sigma`, F.
-    pub fn suspect(
-        &mut self,
-        time_ns: u64,
-        unit: usize,
-        reading: [f64; 4],
-        model: &UnitModel,
-        sigma: [f64; 4],
-    ) {
-        self.swaps.push(time_ns, unit, reading, model, sigma);
+    pub fn suspect(&mut self, unit: usize, reading: [f64; 4], model: &UnitModel, sigma: [f64; 4]) {
+        self.swaps.push(unit, reading, model, sigma);
     }
 
     /// Forgets contacts and suspicions, as after new rest values. What contacts

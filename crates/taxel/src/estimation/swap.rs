@@ -35,15 +35,16 @@ pub struct SwapWatch {
 
 #[derive(Debug, Clone, Default)]
 struct Suspect {
-    last_ns: u64,
+    last: Option<[f64; 4]>,
     readings: Vec<[f64; 4]>,
     pairs: Vec<[usize; 2]>,
 }
 
 /// Readings that are judged together ...
 const READINGS: usize = 12;
-/// ... each this much after the one before, so that they are of several loads, ns.
-const APART_NS: u64 = 40_000_000;
+/// ... of several loads: one and the same reading may be explained by chance. Each
+/// differs from the one before by more than this many deviations.
+const APART: f64 = 10.0;
 
 impl SwapWatch {
     /// For an array of so many units.
@@ -55,22 +56,17 @@ impl SwapWatch {
 
     /// Takes the capacitances, F, of a unit in a frame that contradict its model
     /// with the noise `sigma`, F.
-    pub fn push(
-        &mut self,
-        time_ns: u64,
-        unit: usize,
-        reading: [f64; 4],
-        model: &UnitModel,
-        sigma: [f64; 4],
-    ) {
+    pub fn push(&mut self, unit: usize, reading: [f64; 4], model: &UnitModel, sigma: [f64; 4]) {
         let Some(suspect) = self.units.get_mut(unit) else {
             return;
         };
-        let soon = time_ns.abs_diff(suspect.last_ns) < APART_NS && suspect.last_ns > 0;
-        if soon || reading.iter().any(|value| !value.is_finite()) {
+        let differs = suspect
+            .last
+            .is_none_or(|last| (0..4).any(|i| (reading[i] - last[i]).abs() > APART * sigma[i]));
+        if !differs || reading.iter().any(|value| !value.is_finite()) {
             return;
         }
-        suspect.last_ns = time_ns;
+        suspect.last = Some(reading);
         suspect.readings.push(reading);
         if suspect.readings.len() == READINGS {
             suspect.pairs = swapped(model, &suspect.readings, sigma);
@@ -150,6 +146,25 @@ mod tests {
             }
             assert_eq!(swapped(&unit, &wrong, [1e-16; 4]), named, "{pair:?}");
         }
+    }
+
+    #[test]
+    fn a_swap_is_watched_for_under_changing_loads_only() {
+        let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+        let unit = sensor.three_axis().unwrap().unit_model();
+        let mut wrong = readings(&unit);
+        wrong.iter_mut().for_each(|reading| reading.swap(0, 1));
+        let mut watch = SwapWatch::new(2);
+        for _ in 0..100 {
+            watch.push(0, wrong[0], &unit, [1e-16; 4]);
+        }
+        assert!(watch.pairs(0).is_empty());
+        for reading in wrong.iter().cycle().take(READINGS) {
+            watch.push(1, *reading, &unit, [1e-16; 4]);
+        }
+        assert_eq!(watch.pairs(1), [[0, 1], [2, 3]]);
+        watch.forget();
+        assert!(watch.pairs(1).is_empty());
     }
 
     #[test]
