@@ -10,7 +10,7 @@ use taxel::estimation::{MapEstimator, Observer, Seen, Touch};
 use taxel::sensor::Sensor;
 use taxel_bench::Scene;
 
-/// Frames of the shipped array under two fingers, and its description.
+/// The shipped array and what its frames mean.
 fn stream() -> (Sensor, Stream) {
     let sensor = Sensor::shipped("three-axis-8x8").expect("is shipped");
     let script = Stimulus::shipped_text("finger").expect("is shipped");
@@ -23,8 +23,12 @@ fn stream() -> (Sensor, Stream) {
 /// The frames of the scene, each with what was felt in it.
 fn felt(scene: &mut Scene) -> Vec<(Frame, Touch)> {
     let frames = scene.pressed.clone();
-    let touch = |frame: &Frame| scene.estimator.push(frame).expect("fits").0.clone();
-    frames.iter().map(|frame| (frame.clone(), touch(frame))).collect()
+    let mut felt = Vec::new();
+    for frame in frames {
+        let touch = scene.estimator.push(&frame).expect("fits").0.clone();
+        felt.push((frame, touch));
+    }
+    felt
 }
 
 fn observed(criterion: &mut Criterion) {
@@ -74,7 +78,14 @@ fn segmented(criterion: &mut Criterion) {
     criterion.bench_function("segmentation of 64 cells, with their sums", |bencher| {
         bencher.iter(|| {
             let frame = next.next().expect("the cycle never ends");
-            black_box(estimator.push(black_box(frame)).expect("fits").0.contacts.len())
+            black_box(
+                estimator
+                    .push(black_box(frame))
+                    .expect("fits")
+                    .0
+                    .contacts
+                    .len(),
+            )
         });
     });
 }
