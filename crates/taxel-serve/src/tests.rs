@@ -167,9 +167,10 @@ fn a_cyclic_load_has_its_frequency_and_is_even_once_the_high_pass_is_undone() {
     for cycle in 0..8 {
         for (share, force) in [(0.0, 0.0), (0.25, 0.5), (0.5, 0.0), (0.999, 0.0)] {
             let time = 1.0 + 0.35 * (f64::from(cycle) + share);
-            path += &format!(
+            let point = format!(
                 "{{ time = \"{time} s\", at = [\"-2 mm\", \"2 mm\"], force = [\"0 N\", \"0 N\", \"{force} N\"] }},\n"
             );
+            path.push_str(&point);
         }
     }
     let script = format!(

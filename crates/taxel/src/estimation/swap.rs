@@ -153,7 +153,9 @@ mod tests {
         let sensor = Sensor::shipped("three-axis-8x8").unwrap();
         let unit = sensor.three_axis().unwrap().unit_model();
         let mut wrong = readings(&unit);
-        wrong.iter_mut().for_each(|reading| reading.swap(0, 1));
+        for reading in &mut wrong {
+            reading.swap(0, 1);
+        }
         let mut watch = SwapWatch::new(2);
         for _ in 0..100 {
             watch.push(0, wrong[0], &unit, [1e-16; 4]);
