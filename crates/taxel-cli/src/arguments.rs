@@ -188,6 +188,10 @@ pub(crate) struct Live {
     /// Also write the raw frames to this new file, for replay
     #[arg(long, value_name = "FILE")]
     pub(crate) save: Option<PathBuf>,
+    /// Also write the events of contacts to this new file, one line each as they
+    /// come: .csv or .jsonl
+    #[arg(long, value_name = "FILE")]
+    pub(crate) events: Option<PathBuf>,
     /// Play the complete frames of a recording that ends in the middle of one
     #[arg(long)]
     pub(crate) salvage: bool,

@@ -386,6 +386,54 @@ fn replay_is_identical() {
 }
 
 #[test]
+fn events_are_counted_and_written_to_a_new_file_in_both_formats() {
+    let folder = folder("events");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let run = [
+        "live",
+        "--headless",
+        "--speed",
+        "max",
+        "--frames",
+        "240",
+        "--format",
+        "json",
+    ];
+    for name in ["events.csv", "events.jsonl"] {
+        let file = path(name);
+        let summary = json(&[&run[..], &["--events", &file]].concat());
+        assert_eq!(
+            summary["events"],
+            serde_json::json!({ "touch": 1, "step": 1 })
+        );
+        assert_eq!(summary["last_events"][0]["kind"], "touch");
+        let written = fs::read_to_string(&file).unwrap();
+        let lines: Vec<&str> = written.lines().collect();
+        assert_eq!(
+            lines.len(),
+            if name == "events.csv" { 3 } else { 2 },
+            "{written}"
+        );
+        assert!(lines[lines.len() - 1].contains("step"));
+        refused(
+            &[&run[..], &["--events", &file]].concat(),
+            &["--events", "the file exists"],
+        );
+    }
+    let unknown = path("events.txt");
+    refused(
+        &[&run[..], &["--events", &unknown]].concat(),
+        &["--events", ".csv or .jsonl"],
+    );
+    assert!(!Path::new(&unknown).exists());
+    // A run that cannot write its events leaves no file of frames either.
+    let (frames, both) = (path("frames.csv"), path("frames.csv"));
+    let output = taxel(&[&run[..], &["--save", &frames, "--events", &both]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(!Path::new(&frames).exists());
+}
+
+#[test]
 fn vendor_recordings_are_recognised_by_content() {
     let folder = folder("vendors");
     for (name, rows, columns, unit, pitch) in [

@@ -1,6 +1,9 @@
 //! Live sources, HTTP and WebSocket service, and the page.
 
+mod condition;
+mod events;
 mod interrupt;
+mod last_touch;
 mod latency;
 mod message;
 mod pump;
@@ -8,18 +11,25 @@ mod save;
 mod sense;
 mod server;
 mod source;
+mod tare;
+#[cfg(test)]
+mod tests;
 
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
+pub use condition::{ChannelConditions, SwappedUnit, WrongChannel};
+pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;
+pub use last_touch::LastTouch;
 pub use latency::Latencies;
 pub use message::{Provenance, Tare};
-pub use pump::{Command, Failure, LastTouch, PumpOptions, Summary};
+pub use pump::{Command, Failure, PumpOptions, Summary};
 pub use save::SaveError;
 pub use sense::Sense;
 pub use source::{Next, RecordingSize, ReplaySource, Source, SourceError, TwinSource};
+pub use tare::By;
 
 use pump::{Pump, Shared};
 use server::Site;

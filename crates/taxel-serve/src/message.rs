@@ -5,14 +5,16 @@ use serde::Serialize;
 use taxel::acquisition::{Quantity, Stream};
 use taxel::calibration::Calibration;
 use taxel::estimation::{
-    Contact, Continuity, MapTouch, Picture, Scale, SignalMeaning, SignalTouch, State, TaxelTouch,
-    Touch,
+    Contact, Continuity, MapTouch, Observer, Picture, Scale, SignalMeaning, SignalTouch, State,
+    TaxelTouch, Touch, Track,
 };
 use taxel::layout::Mount;
 
-use crate::sense::{Felt, Sense};
+use crate::sense::{Felt, Sense, Sensed};
 
 const MAGIC: u32 = 0x314C_5854;
+/// Version of the protocol.
+const PROTOCOL: u32 = 2;
 
 /// Facts about the stream of frames that go with each message.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,13 +29,34 @@ pub(crate) struct Health<'a> {
 }
 
 /// Encodes one frame.
-pub(crate) fn frame(felt: Felt<'_>, health: &Health<'_>) -> Bytes {
-    match felt {
+pub(crate) fn frame(sensed: &Sensed<'_>, health: &Health<'_>) -> Bytes {
+    let mut out = match sensed.felt {
         Felt::ThreeAxis(touch) => three_axis(touch, health),
         Felt::Signals(touch) => signals(touch, health),
         Felt::Map(touch) => map(touch, health),
+    };
+    let contacts = sensed.felt.contacts().0.len().min(MOST_CONTACTS);
+    identities(&mut out, contacts, sensed.observer);
+    out.freeze()
+}
+
+/// Number and velocity of the track of each contact, behind all that version 1
+/// of the protocol has.
+fn identities(out: &mut BytesMut, contacts: usize, observer: &Observer) {
+    for contact in 0..contacts {
+        let track = observer.track_of(contact);
+        let id = track.map_or(0, |track| track.id);
+        let [x, y] = track.map_or([f64::NAN; 2], Track::velocity);
+        for number in [id as f64, x, y] {
+            out.put_f64_le(number);
+        }
     }
 }
+
+/// More contacts than fit a u16 cannot be drawn anyway.
+const MOST_CONTACTS: usize = u16::MAX as usize;
+/// Bytes of a contact, and of its track.
+const CONTACT: usize = 88 + 24;
 
 /// What the header of a frame holds beside its health.
 struct Header<'a> {
@@ -53,8 +76,7 @@ struct Header<'a> {
 const NO_CENTRE: ([f64; 2], [f64; 3]) = ([f64::NAN; 2], [f64::NAN; 3]);
 
 fn header(out: &mut BytesMut, header: &Header<'_>, health: &Health<'_>) {
-    // More contacts than fit a u16 cannot be drawn anyway.
-    let contacts = &header.contacts[..header.contacts.len().min(usize::from(u16::MAX))];
+    let contacts = &header.contacts[..header.contacts.len().min(MOST_CONTACTS)];
     out.put_u32_le(MAGIC);
     out.put_u16_le(header.kind);
     out.put_u16_le(contacts.len() as u16);
@@ -62,7 +84,7 @@ fn header(out: &mut BytesMut, header: &Header<'_>, health: &Health<'_>) {
     out.put_u64_le(header.time_ns);
     out.put_u64_le(health.continuity.lost);
     out.put_u64_le(health.continuity.late);
-    out.put_u64_le(health.continuity.duplicate);
+    out.put_u64_le(health.continuity.duplicate + health.continuity.repeated);
     let (centre, covariance) = header.centre;
     let numbers = [health.rate, health.latency]
         .into_iter()
@@ -97,9 +119,9 @@ fn header(out: &mut BytesMut, header: &Header<'_>, health: &Health<'_>) {
     }
 }
 
-fn three_axis(touch: &Touch, health: &Health<'_>) -> Bytes {
+fn three_axis(touch: &Touch, health: &Health<'_>) -> BytesMut {
     let taxels = &touch.taxels;
-    let mut out = BytesMut::with_capacity(184 + 88 * touch.contacts.len() + 47 * taxels.len());
+    let mut out = BytesMut::with_capacity(184 + CONTACT * touch.contacts.len() + 47 * taxels.len());
     let fields = Header {
         kind: 1,
         sequence: touch.sequence,
@@ -132,12 +154,12 @@ fn three_axis(touch: &Touch, health: &Health<'_>) -> Bytes {
     out.extend(taxels.iter().map(|taxel| taxel.state as u8));
     out.extend(taxels.iter().map(|taxel| bits(taxel.touching)));
     out.extend(taxels.iter().map(|taxel| bits(taxel.unusable)));
-    out.freeze()
+    out
 }
 
-fn signals(touch: &SignalTouch, health: &Health<'_>) -> Bytes {
+fn signals(touch: &SignalTouch, health: &Health<'_>) -> BytesMut {
     let (taxels, channels) = (&touch.taxels, touch.signals.len());
-    let size = 184 + 88 * touch.contacts.len() + 4 + 8 * channels + 9 * taxels.len();
+    let size = 184 + CONTACT * touch.contacts.len() + 4 + 8 * channels + 9 * taxels.len();
     let mut out = BytesMut::with_capacity(size);
     let unknown = f64::NAN;
     let [force, deviation] = touch.force.unwrap_or([unknown; 2]);
@@ -162,11 +184,12 @@ fn signals(touch: &SignalTouch, health: &Health<'_>) -> Bytes {
     let numbers = values.chain(taxels.iter().map(|taxel| taxel.deviation));
     numbers.for_each(|value| out.put_f32_le(value as f32));
     out.extend(taxels.iter().map(|taxel| taxel.state as u8));
-    out.freeze()
+    out
 }
 
-fn map(touch: &MapTouch, health: &Health<'_>) -> Bytes {
-    let mut out = BytesMut::with_capacity(184 + 88 * touch.contacts.len() + 5 * touch.values.len());
+fn map(touch: &MapTouch, health: &Health<'_>) -> BytesMut {
+    let mut out =
+        BytesMut::with_capacity(184 + CONTACT * touch.contacts.len() + 5 * touch.values.len());
     let unknown = f64::NAN;
     let fields = Header {
         kind: 2,
@@ -190,7 +213,7 @@ fn map(touch: &MapTouch, health: &Health<'_>) -> Bytes {
         .states
         .iter()
         .for_each(|state| out.put_u8(*state as u8));
-    out.freeze()
+    out
 }
 
 /// Program, device and source as the first message names them.
@@ -305,12 +328,8 @@ pub(crate) fn hello(
         _ => MountMessage::Flat,
     };
     let hello = Hello {
-        protocol: 1,
-        kind: match sense {
-            Sense::ThreeAxis(_) => "three_axis",
-            Sense::Signals(_) => "signals",
-            Sense::Map(_) => "pressure_map",
-        },
+        protocol: PROTOCOL,
+        kind: sense.kind(),
         name: &provenance.device,
         source: &provenance.source,
         version: &provenance.version,
@@ -375,6 +394,26 @@ pub(crate) struct Status<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use taxel::acquisition::{Frame, SignalUnit};
+    use taxel::estimation::{ObserverOptions, Seen};
+
+    fn stream() -> Stream {
+        Stream {
+            name: String::new(),
+            rows: 1,
+            columns: 2,
+            channels_per_taxel: 1,
+            unit: SignalUnit {
+                quantity: Quantity::Raw,
+                symbol: "raw".into(),
+                si_per_unit: 1.0,
+            },
+            pitch: None,
+            period: None,
+            threshold: None,
+            present: vec![true, false],
+        }
+    }
 
     /// Every offset of the table in `docs/live-protocol.md` (kind 2).
     #[test]
@@ -402,7 +441,8 @@ mod tests {
             regions: vec![Some(0), None],
         };
         let mut continuity = Continuity::default();
-        (continuity.lost, continuity.late, continuity.duplicate) = (1, 2, 3);
+        (continuity.lost, continuity.late) = (1, 2);
+        (continuity.duplicate, continuity.repeated) = (1, 2);
         let health = Health {
             continuity: &continuity,
             rate: 60.0,
@@ -410,7 +450,24 @@ mod tests {
             tared: true,
             capturing: false,
         };
-        let bytes = frame(Felt::Map(&touch), &health);
+        let mut observer = Observer::new(ObserverOptions::new(&stream()));
+        let frame_of = Frame {
+            sequence: 7,
+            time_ns: 8,
+            values: touch.values.clone(),
+        };
+        let seen = Seen {
+            contacts: &touch.contacts,
+            regions: &touch.regions,
+            taxel: &|_| (State::Ok, f64::NAN),
+        };
+        observer.push(&frame_of, &seen);
+        let sensed = Sensed {
+            felt: Felt::Map(&touch),
+            observer: &observer,
+            captured: None,
+        };
+        let bytes = frame(&sensed, &health);
         let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let f64_at = |at: usize| f64::from_bits(u64_at(at));
         assert_eq!(&bytes[..8], b"TXL1\x02\x00\x01\x00");
@@ -423,6 +480,8 @@ mod tests {
         assert_eq!(bytes[176..184], [2, 0, 0, 0, 1, 0, 0, 0]);
         assert_eq!([184, 192, 256, 264].map(f64_at), [1.0, 0.25, 1.5, 0.0]);
         assert_eq!(bytes[272..276], 1.5_f32.to_le_bytes());
-        assert_eq!(bytes[280..], [State::Ok as u8, State::Masked as u8]);
+        assert_eq!(bytes[280..282], [State::Ok as u8, State::Masked as u8]);
+        assert_eq!([282, 290, 298].map(f64_at), [1.0, 0.0, 0.0]);
+        assert_eq!(bytes.len(), 306);
     }
 }

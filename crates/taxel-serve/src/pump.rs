@@ -9,14 +9,18 @@ use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use taxel::acquisition::{Frame, Stream};
-use taxel::estimation::{Continuity, FrameError, State};
+use taxel::estimation::{Continuity, FrameError};
 use tokio::sync::broadcast;
 
+use crate::condition::{ChannelConditions, Teller};
+use crate::events::{EventFile, EventLog, EventSummary, EventWriter, Events};
+use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
 use crate::message::{self, Health, Tare};
 use crate::save::{SaveError, Saver};
-use crate::sense::{Felt, Sense};
+use crate::sense::Sense;
 use crate::source::{Next, Source, SourceError};
+use crate::tare::{BaselineTeller, By, TareHistory};
 
 /// Options of the pump.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +35,8 @@ pub struct PumpOptions {
     pub tare_at_start: bool,
     /// Write the frames of the source to this file.
     pub save: Option<PathBuf>,
+    /// Write the events to this file.
+    pub events: Option<EventFile>,
     /// Lines of provenance for the saved file.
     pub provenance: Vec<String>,
 }
@@ -43,18 +49,24 @@ impl Default for PumpOptions {
             tare_frames: 50,
             tare_at_start: true,
             save: None,
+            events: None,
             provenance: Vec::new(),
         }
     }
 }
 
-/// What a client may ask for.
+/// What can be asked for while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Take a rest capture from the next frames.
-    Tare,
+    Tare(By),
     /// Return to the calibration's own rest values.
     ClearTare,
+    /// Return to the rest values after this entry of the tare history.
+    UndoTare {
+        /// Number of the entry.
+        to: u64,
+    },
 }
 
 /// A message with the moment its frame arrived.
@@ -72,6 +84,7 @@ pub(crate) struct Shared {
     pub(crate) stop: AtomicBool,
     pub(crate) clients: AtomicUsize,
     status: Mutex<StatusNow>,
+    events: Mutex<EventLog>,
     /// From a frame's arrival to the end of its sending, over all clients.
     sent: Mutex<Latencies>,
 }
@@ -84,14 +97,28 @@ pub(crate) struct StatusNow {
     pub(crate) tare: Tare,
     pub(crate) tare_time_ns: Option<u64>,
     pub(crate) notice: String,
-    /// Text message with the rest values, and how often it has changed; empty
-    /// for a map.
-    pub(crate) rest: Arc<str>,
-    pub(crate) rest_version: u64,
+    /// Text messages that every client gets once, and again when they change.
+    pub(crate) posts: [Post; POSTS],
 }
+
+/// A text message, and how often it has changed; none before the first time.
+#[derive(Debug, Clone)]
+pub(crate) struct Post {
+    pub(crate) text: Arc<str>,
+    pub(crate) version: u64,
+}
+
+/// Rest values, history of tares, condition of channels, changes of baselines.
+pub(crate) const POSTS: usize = 4;
+const REST: usize = 0;
+const TARES: usize = 1;
+const CONDITION: usize = 2;
+const BASELINE: usize = 3;
 
 /// Messages that a slow client may be behind before it loses the oldest.
 const QUEUE: usize = 64;
+/// Notice when rest values are to be replaced while others are captured.
+const RUNNING: &str = "a rest capture is running; wait for its end";
 /// Longest sleep before commands and the stop flag are looked at again.
 const NAP: Duration = Duration::from_millis(20);
 
@@ -107,9 +134,12 @@ impl Shared {
                 tare: Tare::None,
                 tare_time_ns: None,
                 notice: String::new(),
-                rest: Arc::from(""),
-                rest_version: 0,
+                posts: std::array::from_fn(|_| Post {
+                    text: Arc::from(""),
+                    version: 0,
+                }),
             }),
+            events: Mutex::new(EventLog::default()),
             sent: Mutex::new(Latencies::default()),
         })
     }
@@ -121,6 +151,16 @@ impl Shared {
     pub(crate) fn status(&self) -> MutexGuard<'_, StatusNow> {
         // A poisoned lock still holds a whole value.
         self.status.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn events(&self) -> MutexGuard<'_, EventLog> {
+        self.events.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn post(&self, place: usize, text: String) {
+        let post = &mut self.status().posts[place];
+        post.text = text.into();
+        post.version += 1;
     }
 
     pub(crate) fn sent(&self) -> MutexGuard<'_, Latencies> {
@@ -145,39 +185,14 @@ pub struct Summary {
     pub tare: Tare,
     /// Last notice to the operator, such as a refused rest capture.
     pub notice: String,
+    /// Events of contacts.
+    pub events: EventSummary,
+    /// Condition of the channels at the end.
+    pub conditions: ChannelConditions,
     /// What was felt last; `None` without any frame.
     pub last: Option<LastTouch>,
     /// Why the source failed, if it did.
     pub failure: Option<Failure>,
-}
-
-/// What was felt in the last frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LastTouch {
-    /// Sequence number.
-    pub sequence: u64,
-    /// Device time, ns.
-    pub time_ns: u64,
-    /// Total force x, y, z, N; `NaN` where unknown.
-    pub force: [f64; 3],
-    /// Its standard deviations, N.
-    pub deviation: [f64; 3],
-    /// Total moment, N m.
-    pub moment: [f64; 3],
-    /// Sum of the values of a map, SI.
-    pub sum: Option<f64>,
-    /// Centre of pressure, m.
-    pub centre_of_pressure: Option<[f64; 2]>,
-    /// Number of contact regions.
-    pub contacts: usize,
-    /// Number of taxels in each state.
-    pub states: [usize; State::ALL.len()],
-    /// Force of each taxel, N; empty but for three-axis units.
-    pub taxel_forces: Vec<[f64; 3]>,
-    /// Value of each taxel, SI, of a device of one value per taxel.
-    pub taxel_values: Vec<f64>,
-    /// Signal of each channel of such a device, SI.
-    pub signals: Vec<f64>,
 }
 
 /// Why the pump ended early.
@@ -210,6 +225,10 @@ pub(crate) struct Pump {
     last: Option<LastTouch>,
     clock: Clock,
     saver: Option<Saver>,
+    events: Events,
+    tares: TareHistory,
+    teller: Teller,
+    baselines: BaselineTeller,
 }
 
 /// Device time against host time.
@@ -251,11 +270,22 @@ impl Pump {
             Some(path) => Some(Saver::create(path, source.stream(), &options.provenance)?),
             None => None,
         };
+        let writer = options.events.as_ref().map(EventWriter::create).transpose();
+        let writer = writer.inspect_err(|_| {
+            // Nothing was written yet: no file is left for a run that never began.
+            if let Some(path) = &options.save {
+                let _ = std::fs::remove_file(path);
+            }
+        })?;
         let clock = Clock {
             speed: options.speed,
             origin: None,
         };
         Ok(Self {
+            events: Events::new([sense.force_unit(), sense.speed_unit()], writer),
+            tares: TareHistory::new(&sense),
+            teller: Teller::default(),
+            baselines: BaselineTeller::default(),
             source,
             sense,
             options,
@@ -283,12 +313,16 @@ impl Pump {
     pub(crate) fn run(mut self) -> Summary {
         self.tell_rest();
         if self.options.tare_at_start && self.sense.has_rest() {
-            self.command(Command::Tare);
+            self.command(Command::Tare(By::Start));
         }
         let mut failure = self.frames().err();
         if let Some(saver) = self.saver.take()
             && let Err(error) = saver.finish()
         {
+            failure.get_or_insert(error.into());
+        }
+        let (events, written) = self.events.finish();
+        if let Err(error) = written {
             failure.get_or_insert(error.into());
         }
         if let Some(failure) = &failure {
@@ -308,6 +342,8 @@ impl Pump {
             sent: self.shared.sent().clone(),
             tare: status.tare,
             notice: status.notice,
+            events,
+            conditions: ChannelConditions::of(&self.sense),
             last: self.last,
             failure,
         }
@@ -355,38 +391,49 @@ impl Pump {
     }
 
     fn command(&mut self, command: Command) {
-        let mut status = self.shared.status();
-        status.notice.clear();
+        let now = self.last.as_ref().map(|last| last.time_ns);
+        let running = self.sense.capturing();
+        self.shared.status().notice.clear();
         match command {
-            Command::Tare => {
+            Command::Tare(by) => {
                 self.sense.begin_rest_capture(self.options.tare_frames);
-                status.tare = Tare::Running;
+                self.tares.begin(by);
+            }
+            Command::ClearTare | Command::UndoTare { .. } if running => {
+                self.shared.status().notice = RUNNING.into();
             }
             Command::ClearTare => {
                 self.sense.clear_rest();
-                status.tare = Tare::None;
-                status.tare_time_ns = None;
+                self.tares.cleared(now, &self.sense);
+            }
+            Command::UndoTare { to } => {
+                if !self.tares.undo(to, now, &mut self.sense) {
+                    self.shared.status().notice =
+                        format!("the rest values after tare {to} are not kept");
+                }
             }
         }
-        drop(status);
         self.tell_rest();
     }
 
     fn take(&mut self, frame: Frame) -> Result<(), Failure> {
         let arrival = Instant::now();
-        self.shared.status().last_arrival = arrival;
         if !self.continuity.accept(&frame) {
-            self.save(frame)?;
-            return Ok(());
+            self.shared.status().last_arrival = arrival;
+            return self.save(frame);
         }
+        if self.sense.repeats(&frame) {
+            // Nothing new has arrived: the source counts as silent.
+            self.continuity.repeat();
+            self.tell_condition(frame.time_ns);
+            return self.save(frame);
+        }
+        self.shared.status().last_arrival = arrival;
         let rate = self.rate(arrival);
-        let (felt, captured) = self.sense.push(&frame)?;
-        self.clipped_frames += u64::from(felt.clipped() > 0);
-        self.last = Some(LastTouch::new(felt, self.last.take()));
-        let (tared, capturing) = {
-            let status = self.shared.status();
-            (status.tare == Tare::Done, status.tare == Tare::Running)
-        };
+        let (tared, capturing) = (self.tares.captured_ns().is_some(), self.sense.capturing());
+        let sensed = self.sense.push(&frame)?;
+        self.clipped_frames += u64::from(sensed.felt.clipped() > 0);
+        self.last = Some(LastTouch::new(sensed.felt, self.last.take()));
         let health = Health {
             continuity: &self.continuity,
             rate,
@@ -398,13 +445,19 @@ impl Pump {
             // An error means that the last receiver has just gone.
             let _ = self.shared.messages.send(Outgoing {
                 arrival,
-                bytes: message::frame(felt, &health),
+                bytes: message::frame(&sensed, &health),
             });
         }
+        let shared = &self.shared;
+        self.events.push(sensed.observer.events(), &|event| {
+            shared.events().push(event);
+        })?;
+        let captured = sensed.captured;
         self.latency.push(arrival.elapsed().as_secs_f64());
         if let Some(captured) = captured {
             self.captured(captured, frame.time_ns);
         }
+        self.tell_condition(frame.time_ns);
         self.save(frame)
     }
 
@@ -416,32 +469,41 @@ impl Pump {
     }
 
     fn captured(&mut self, captured: Result<(), String>, time_ns: u64) {
-        let mut status = self.shared.status();
-        match captured {
-            Ok(()) => {
-                status.tare = Tare::Done;
-                status.tare_time_ns = Some(time_ns);
-            }
-            Err(refused) => {
-                // What was in force before stays in force.
-                status.tare = if status.tare_time_ns.is_some() {
-                    Tare::Done
-                } else {
-                    Tare::None
-                };
-                status.notice = refused;
-            }
+        let refused = captured.err();
+        self.tares
+            .captured(time_ns, refused.as_deref(), &self.sense);
+        if let Some(refused) = refused {
+            self.shared.status().notice = refused;
         }
-        drop(status);
         self.tell_rest();
     }
 
-    /// Puts the rest values where the clients' tasks find them.
+    /// Puts the rest values and how they came where the clients' tasks find them.
     fn tell_rest(&self) {
+        let captured_ns = self.tares.captured_ns();
+        let mut status = self.shared.status();
+        status.tare_time_ns = captured_ns;
+        status.tare = match captured_ns {
+            _ if self.sense.capturing() => Tare::Running,
+            Some(_) => Tare::Done,
+            None => Tare::None,
+        };
+        drop(status);
         if let Some(calibration) = self.sense.calibration() {
-            let mut status = self.shared.status();
-            status.rest = message::rest(calibration).into();
-            status.rest_version += 1;
+            self.shared.post(REST, message::rest(calibration));
+        }
+        self.shared.post(TARES, self.tares.message());
+    }
+
+    fn tell_condition(&mut self, time_ns: u64) {
+        let repeated = self.continuity.repeated;
+        let message = self.teller.message(time_ns, repeated, &self.sense);
+        if let Some(message) = message {
+            self.shared.post(CONDITION, message);
+        }
+        let message = self.baselines.message(time_ns, &self.sense);
+        if let Some(message) = message {
+            self.shared.post(BASELINE, message);
         }
     }
 
@@ -457,66 +519,6 @@ impl Pump {
             (self.recent.len() - 1) as f64 / span
         } else {
             0.0
-        }
-    }
-}
-
-impl LastTouch {
-    /// `reuse` is the one before, whose memory is used again.
-    fn new(felt: Felt<'_>, reuse: Option<Self>) -> Self {
-        let mut taxel_forces = reuse.map_or_else(Vec::new, |last| last.taxel_forces);
-        taxel_forces.clear();
-        let states = felt.state_counts();
-        match felt {
-            Felt::ThreeAxis(touch) => {
-                taxel_forces.extend(touch.taxels.iter().map(|taxel| taxel.force));
-                Self {
-                    sequence: touch.sequence,
-                    time_ns: touch.time_ns,
-                    force: touch.total.force,
-                    deviation: std::array::from_fn(|i| touch.total_covariance[i][i].sqrt()),
-                    moment: touch.total.moment,
-                    sum: None,
-                    centre_of_pressure: touch.centre_of_pressure.map(|(centre, _)| centre),
-                    contacts: touch.contacts.len(),
-                    states,
-                    taxel_forces,
-                    taxel_values: Vec::new(),
-                    signals: Vec::new(),
-                }
-            }
-            Felt::Signals(touch) => {
-                let [force, deviation] = touch.force.unwrap_or([f64::NAN; 2]);
-                let unknown = f64::NAN;
-                Self {
-                    sequence: touch.sequence,
-                    time_ns: touch.time_ns,
-                    force: [unknown, unknown, force],
-                    deviation: [unknown, unknown, deviation],
-                    moment: [unknown; 3],
-                    sum: None,
-                    centre_of_pressure: touch.centre_of_pressure.map(|(centre, _)| centre),
-                    contacts: touch.contacts.len(),
-                    states,
-                    taxel_forces,
-                    taxel_values: touch.taxels.iter().map(|taxel| taxel.value).collect(),
-                    signals: touch.signals.clone(),
-                }
-            }
-            Felt::Map(touch) => Self {
-                sequence: touch.sequence,
-                time_ns: touch.time_ns,
-                force: [f64::NAN, f64::NAN, touch.force.unwrap_or(f64::NAN)],
-                deviation: [f64::NAN; 3],
-                moment: [f64::NAN; 3],
-                sum: Some(touch.sum),
-                centre_of_pressure: touch.centre_of_pressure,
-                contacts: touch.contacts.len(),
-                states,
-                taxel_forces,
-                taxel_values: Vec::new(),
-                signals: Vec::new(),
-            },
         }
     }
 }

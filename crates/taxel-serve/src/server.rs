@@ -18,7 +18,8 @@ use tokio::net::TcpListener;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::message::Status;
-use crate::pump::{Command, Shared, StatusNow};
+use crate::pump::{Command, POSTS, Shared, StatusNow};
+use crate::tare::By;
 
 const INDEX: &str = include_str!("../page/dist/index.html");
 const SCRIPT: &str = include_str!("../page/dist/app.js");
@@ -49,17 +50,13 @@ struct Access {
     token: String,
 }
 
+/// A command of a client, as text.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Request {
-    command: RequestedCommand,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum RequestedCommand {
-    Tare,
-    ClearTare,
+#[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
+enum Request {
+    Tare {},
+    ClearTare {},
+    UndoTare { to: u64 },
 }
 
 /// Serves until the stop flag is set.
@@ -181,7 +178,8 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
     shared.clients.fetch_add(1, Ordering::Relaxed);
     let mut messages = shared.messages.subscribe();
     let mut dropped = 0;
-    let mut rest_version = 0;
+    let mut posted = [0; POSTS];
+    let mut next_event = 0;
     let mut ticks = tokio::time::interval(STATUS_EVERY);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let mut alive = socket
@@ -200,9 +198,15 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
             },
             _ = ticks.tick() => {
                 let now = shared.status().clone();
-                if now.rest_version != rest_version {
-                    rest_version = now.rest_version;
-                    alive = socket.send(Message::Text(now.rest.as_ref().into())).await.is_ok();
+                let new = now.posts.iter().zip(&mut posted).filter(|(post, told)| post.version != **told);
+                for (post, told) in new {
+                    *told = post.version;
+                    alive = alive && socket.send(Message::Text(post.text.as_ref().into())).await.is_ok();
+                }
+                let events = shared.events().since(next_event);
+                if let Some((text, next)) = events {
+                    next_event = next;
+                    alive = alive && socket.send(Message::Text(text.into())).await.is_ok();
                 }
                 let text = status_text(&site, &now, dropped);
                 alive = alive && socket.send(Message::Text(text.into())).await.is_ok();
@@ -220,9 +224,10 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
 fn obey(site: &Site, text: &str) {
     // What is no command is ignored; so is a command on top of a full queue.
     if let Ok(request) = serde_json::from_str::<Request>(text) {
-        let _ = site.commands.try_send(match request.command {
-            RequestedCommand::Tare => Command::Tare,
-            RequestedCommand::ClearTare => Command::ClearTare,
+        let _ = site.commands.try_send(match request {
+            Request::Tare {} => Command::Tare(By::Page),
+            Request::ClearTare {} => Command::ClearTare,
+            Request::UndoTare { to } => Command::UndoTare { to },
         });
     }
 }

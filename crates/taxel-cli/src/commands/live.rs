@@ -11,8 +11,8 @@ use taxel::estimation::{FrameError, State};
 use taxel::sensor::Element;
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_serve::{
-    Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError, Session,
-    Source, SourceError, Summary, TwinSource, run_headless, run_with_page,
+    EventFile, Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError,
+    Session, Source, SourceError, Summary, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{COMMIT, Format, Live, VERSION};
@@ -73,12 +73,15 @@ fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         let message = format!("--save {}: the file exists; name a new one", path.display());
         return Err(Stop::WrongInput(message));
     }
+    let events = arguments.events.as_deref().map(EventFile::new).transpose();
+    let events = events.map_err(|error| Stop::WrongInput(format!("--events {error}")))?;
     Ok(PumpOptions {
         speed,
         frames: arguments.frames,
         tare_frames: arguments.tare_frames as usize,
         tare_at_start: !arguments.no_tare,
         save: arguments.save.clone(),
+        events,
         provenance: Vec::new(),
     })
 }
@@ -288,7 +291,7 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
         Format::Json => table::json(&Value::Object(fields)),
         Format::Table => fields
             .iter()
-            .filter(|(key, _)| *key != "last_taxel_forces_n")
+            .filter(|(key, _)| !LISTS.contains(&key.as_str()))
             .map(line)
             .collect(),
         Format::Csv => {
@@ -318,6 +321,9 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
         None => Ok(Done::Complete),
     }
 }
+
+/// Fields that are too long for a line that people read.
+const LISTS: [&str; 3] = ["last_taxel_forces_n", "last_events", "wrong_channels"];
 
 fn line((key, value): (&String, &Value)) -> String {
     match value {
@@ -368,6 +374,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("lost", Value::from(counts.lost));
     put("late", Value::from(counts.late));
     put("duplicate", Value::from(counts.duplicate));
+    put("repeated", Value::from(counts.repeated));
     put("restarts", Value::from(counts.restarts));
     put("clipped_frames", Value::from(summary.clipped_frames));
     put("duration_s", number_or_null(summary.duration));
@@ -378,6 +385,18 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     }
     put("tare", json!(summary.tare));
     put("notice", Value::from(summary.notice.clone()));
+    put("events", json!(summary.events.counts));
+    put("last_events", json!(summary.events.last));
+    let conditions = &summary.conditions;
+    put(
+        "condition",
+        Value::from(match conditions.wrong_channels {
+            0 => format!("all {} channels well", conditions.channels),
+            wrong => format!("{wrong} of {} channels wrong", conditions.channels),
+        }),
+    );
+    put("wrong_channels", json!(conditions.wrong));
+    put("swapped", json!(conditions.swapped));
     if let Some(last) = &summary.last {
         put("last_sequence", Value::from(last.sequence));
         put("last_time_ns", Value::from(last.time_ns));

@@ -1,6 +1,6 @@
 // The WebSocket to the server: opens it, reads its text messages, opens it again when it is lost.
 
-import type { Command, Hello, Status } from "./protocol";
+import type { BaselineChanges, Command, Health, Hello, Status, TareEntry, TouchEvent } from "./protocol";
 import { parseMessage, ProtocolError } from "./protocol";
 import type { Socket } from "./link";
 
@@ -9,6 +9,12 @@ export interface Listener {
   /** Rest capacitances of a three-axis array, SI. */
   rest(capacitance: readonly (number | null)[]): void;
   status(status: Status): void;
+  /** New events, the oldest first; `missed` more are not kept any more. */
+  events(events: readonly TouchEvent[], missed: number): void;
+  /** The whole history of the rest values. */
+  tares(entries: readonly TareEntry[]): void;
+  baseline(baseline: BaselineChanges): void;
+  health(health: Health): void;
   /** A binary message, not yet decoded. */
   frame(bytes: ArrayBuffer): void;
   socket(socket: Socket): void;
@@ -63,6 +69,14 @@ export class Connection {
           this.listener.rest(message.capacitance);
         } else if (message.type === "status") {
           this.listener.status(message.status);
+        } else if (message.type === "events") {
+          this.listener.events(message.events, message.missed);
+        } else if (message.type === "tares") {
+          this.listener.tares(message.entries);
+        } else if (message.type === "baseline") {
+          this.listener.baseline(message.baseline);
+        } else if (message.type === "health") {
+          this.listener.health(message.health);
         }
       } catch (error) {
         if (!(error instanceof ProtocolError)) throw error;

@@ -48,6 +48,26 @@ export function newtons(force: number, deviation: number): [string, string] {
   return [withDeviation(1e3 * force, 1e3 * deviation, 2), "mN"];
 }
 
+/** A value of an event with its deviation and unit, in units that people read. */
+export function eventValue(value: number | null, deviation: number | null, unit: string): string {
+  if (value === null) return NONE;
+  const known = deviation ?? Number.NaN;
+  if (unit === "N") {
+    const [text, symbol] = newtons(value, known);
+    return Number.isFinite(known) ? `${text} ${symbol}` : `${text.split(" ")[0]} ${symbol}`;
+  }
+  const per = unit === "m/s" ? 1e-3 : 1;
+  const [shown, spread] = [value / per, known / per];
+  const symbol = unit === "m/s" ? " mm/s" : unit === "1" ? "" : ` ${unit}`;
+  if (!Number.isFinite(spread)) return `${compact(shown)}${symbol}`;
+  return `${withDeviation(shown, spread, Math.min(4, Math.max(1, decimalsFor(spread, 2))))}${symbol}`;
+}
+
+/** Device time, s. */
+export function seconds(timeNs: number): string {
+  return `${fixed(timeNs / 1e9, 2)} s`;
+}
+
 /** A state of a taxel, for people. */
 export function stateInWords(name: string): string {
   return WORDS[name] ?? name.replaceAll("_", " ");

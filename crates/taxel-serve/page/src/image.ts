@@ -161,7 +161,7 @@ export function drawArrow(
   });
 }
 
-/** Draws centre and two-sigma ellipse of each contact, and the centre of pressure. `pitch` in m. */
+/** Draws centre, 95 % ellipse and number of each contact, and the centre of pressure. `pitch` in m. */
 export function drawContacts(
   context: CanvasRenderingContext2D,
   layout: Layout,
@@ -177,7 +177,7 @@ export function drawContacts(
     layout.width / 2 + x * perMetreX,
     layout.height / 2 - y * perMetreY,
   ];
-  for (const { centre, covariance } of contacts) {
+  for (const { centre, covariance, id } of contacts) {
     const [x, y] = place(centre);
     if (!Number.isFinite(x) || !Number.isFinite(y)) continue;
     const [xx, xy, yy] = covariance;
@@ -187,12 +187,39 @@ export function drawContacts(
       yy * perMetreY ** 2,
     ]);
     drawPlus(context, x, y, 4 * layout.scale, layout.scale);
+    if (id > 0) drawNumber(context, layout, x, y, String(id));
   }
   const [x, y] = place(header.centre);
   if (Number.isFinite(x) && Number.isFinite(y)) drawCentreOfPressure(context, x, y, layout.scale);
 }
 
-/** Two standard deviations of a covariance in canvas coordinates. */
+/** The number of a contact on a dark plate, beside its centre and within the image. */
+function drawNumber(
+  context: CanvasRenderingContext2D,
+  { width, scale }: Layout,
+  x: number,
+  y: number,
+  text: string,
+): void {
+  context.save();
+  context.font = `600 ${12 * scale}px ${getComputedStyle(document.body).fontFamily}`;
+  context.textBaseline = "middle";
+  const [plate, high, off] = [context.measureText(text).width + 6 * scale, 16 * scale, 8 * scale];
+  const left = x + off + plate > width ? x - off - plate : x + off;
+  const top = Math.max(0, y - off - high);
+  context.fillStyle = "rgba(10, 12, 16, 0.85)";
+  context.beginPath();
+  context.roundRect(left, top, plate, high, 4 * scale);
+  context.fill();
+  context.fillStyle = "#fff";
+  context.fillText(text, left + 3 * scale, top + high / 2 + scale / 2);
+  context.restore();
+}
+
+/** Half axes of the ellipse that holds 95 % of a plane normal distribution, in deviations: the root of 5.991. */
+const WITHIN_95 = 2.4477;
+
+/** The 95 % ellipse of a covariance in canvas coordinates. */
 export function drawEllipse(
   context: CanvasRenderingContext2D,
   scale: number,
@@ -202,8 +229,8 @@ export function drawEllipse(
 ): void {
   const middle = (xx + yy) / 2;
   const radius = Math.hypot((xx - yy) / 2, xy);
-  const major = 2 * Math.sqrt(Math.max(0, middle + radius));
-  const minor = 2 * Math.sqrt(Math.max(0, middle - radius));
+  const major = WITHIN_95 * Math.sqrt(Math.max(0, middle + radius));
+  const minor = WITHIN_95 * Math.sqrt(Math.max(0, middle - radius));
   if (!Number.isFinite(major) || major < scale) return;
   const angle = Math.atan2(2 * xy, xx - yy) / 2;
   path(context, scale, 1.25, () => context.ellipse(x, y, major, minor, angle, 0, 2 * Math.PI));

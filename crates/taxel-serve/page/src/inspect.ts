@@ -40,6 +40,15 @@ export class Inspector {
     );
   }
 
+  /** Adds what is against the taxel's channels; returns the sentence with it. */
+  withCondition(sentence: string, words: readonly string[]): string {
+    if (words.length === 0) return sentence;
+    const text = words.join("; ");
+    const line = create("p", { class: "against", title: text, "data-testid": "inspect-condition" }, text);
+    this.content.querySelector(".state")?.after(line);
+    return `${sentence}, ${text}`;
+  }
+
   /** Shows a taxel of a three-axis array; returns the sentence for screen readers. */
   showThreeAxis(hello: Hello, frame: ThreeAxisFrame, cell: Cell, rest: Float64Array | null): string {
     const taxel = cell.row * hello.columns + cell.column;
@@ -93,9 +102,9 @@ export class Inspector {
         ? "no sensel here"
         : "no reading";
     const name = quantity === "raw" ? "Value" : capitalised(quantity);
-    const contact = frame.contacts.findIndex(({ peakTaxel }) => peakTaxel === taxel);
+    const contact = frame.contacts.find(({ peakTaxel }) => peakTaxel === taxel);
     const facts: [string, string][] = [[name, shown]];
-    if (contact >= 0) facts.push(["Contact", `peak of contact ${contact + 1}`]);
+    if (contact !== undefined) facts.push(["Contact", peakOf(contact.id)]);
     this.content.replaceChildren(stateLine(state), factList(facts));
     return `row ${cell.row}, column ${cell.column}: ${shown}, ${stateInWords(state)}`;
   }
@@ -111,12 +120,16 @@ export class Inspector {
     const decimals = decimalsFor(meaning.full_scale / per);
     const number = Number.isFinite(deviation) ? withDeviation(value, deviation, decimals) : fixed(value, decimals);
     const shown = Number.isFinite(value) ? `${number} ${unit}` : "no value";
-    const contact = frame.contacts.findIndex(({ peakTaxel }) => peakTaxel === taxel);
+    const contact = frame.contacts.find(({ peakTaxel }) => peakTaxel === taxel);
     const facts: [string, string][] = [[capitalised(quantity), shown]];
-    if (contact >= 0) facts.push(["Contact", `peak of contact ${contact + 1}`]);
+    if (contact !== undefined) facts.push(["Contact", peakOf(contact.id)]);
     this.content.replaceChildren(factList(facts), stateLine(state, signalStateInWords(state)));
     return `row ${cell.row}, column ${cell.column}: ${shown}, ${signalStateInWords(state)}`;
   }
+}
+
+function peakOf(id: number): string {
+  return id > 0 ? `peak of contact ${id}` : "peak of a contact";
 }
 
 /** With a capital letter at its beginning. */

@@ -41,10 +41,10 @@ const SHEAR: [string, Draw] = [
 
 const CONTACTS: [string, Draw][] = [
   [
-    "contact, 2σ",
+    "contact with its number, 95 % of its place",
     (context, { x, y, width, height }, scale) => {
       const [middleX, middleY] = [x + width / 2, y + height / 2];
-      drawEllipse(context, scale, middleX, middleY, [(width * 0.19) ** 2, 0, (height * 0.15) ** 2]);
+      drawEllipse(context, scale, middleX, middleY, [(width * 0.155) ** 2, 0, (height * 0.12) ** 2]);
       drawPlus(context, middleX, middleY, 2.5 * scale, scale);
     },
   ],

@@ -4,6 +4,7 @@ import { Connection } from "./connection";
 import { byId, setText } from "./dom";
 import { Drawing } from "./drawing";
 import { LastSecond } from "./history";
+import { Journal } from "./journal";
 import type { LinkState, Socket } from "./link";
 import { linkInWords, linkState } from "./link";
 import type { Cell, PanelListener } from "./panel";
@@ -117,6 +118,8 @@ const panelListener: PanelListener = {
   },
 };
 
+const journal = new Journal(panelListener, (to) => connection.send({ command: "undo_tare", to }));
+
 const connection = new Connection(location, {
   hello(message) {
     hooks.lastMessageAt = performance.now();
@@ -125,6 +128,14 @@ const connection = new Connection(location, {
   },
   rest(capacitance) {
     view?.takeRest(capacitance);
+    requestDrawing(true);
+  },
+  events: (events, missed) => journal.takeEvents(events, missed),
+  tares: (entries) => journal.takeTares(entries),
+  baseline: (baseline) => journal.takeBaseline(baseline),
+  health(health) {
+    journal.takeHealth(health);
+    updateCondition();
     requestDrawing(true);
   },
   status(message) {
@@ -176,6 +187,8 @@ function greet(message: Hello): void {
   document.title = `${message.name} – taxel live`;
   document.body.dataset["kind"] = message.kind;
   drawing.show(message);
+  journal.greet(message);
+  updateCondition();
   if (same) return;
   newest = null;
   shown = null;
@@ -184,7 +197,7 @@ function greet(message: Hello): void {
   const main = byId("main");
   readout = new Readout(byId("readout"), message);
   const views = { three_axis: ThreeAxisView, pressure_map: PressureMapView, signals: SignalsView };
-  view = new views[message.kind](message, main, panelListener);
+  view = new views[message.kind](message, main, panelListener, journal);
   if (locked) setLocked(false);
 }
 
@@ -290,6 +303,14 @@ function updateTare(): void {
   byId("tare-state").dataset["state"] = state;
 }
 
+/** One line when something is wrong with a channel; it leads to the words. */
+function updateCondition(): void {
+  const brief = journal.condition.brief();
+  const chip = byId("condition");
+  setText(chip, brief);
+  chip.hidden = brief === "";
+}
+
 function duration(seconds: number): string {
   if (seconds < 120) return `${Math.floor(seconds)} s`;
   return seconds < 7200 ? `${Math.floor(seconds / 60)} min` : `${Math.floor(seconds / 3600)} h`;
@@ -334,6 +355,7 @@ controls.tare.addEventListener("click", () => {
 controls.clearTare.addEventListener("click", () => connection.send({ command: "clear_tare" }));
 controls.pause.addEventListener("click", () => setPaused(!paused));
 controls.lock.addEventListener("click", () => setLocked(!locked));
+byId("condition").addEventListener("click", () => journal.open("condition"));
 byId("notice-close").addEventListener("click", () => {
   closedNotice = byId("notice-text").textContent ?? "";
   problem = "";

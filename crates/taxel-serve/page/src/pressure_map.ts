@@ -6,6 +6,7 @@ import { History } from "./history";
 import type { Picture } from "./image";
 import { drawContacts, extremes } from "./image";
 import { Inspector } from "./inspect";
+import type { Journal } from "./journal";
 import { Legend } from "./legend";
 import { Mark, marksOfStates } from "./marks";
 import type { Cell, PanelListener } from "./panel";
@@ -21,6 +22,7 @@ const FLOOR = 0.2;
 export class PressureMapView implements View {
   readonly panels: readonly Panel[];
   private readonly hello: Hello;
+  private readonly journal: Journal;
   private readonly image: Panel;
   private readonly scale = new Scale("positive", 1e-9);
   private readonly history = new History(1);
@@ -30,8 +32,9 @@ export class PressureMapView implements View {
   private readonly marks: readonly number[];
   private readonly picture: Picture;
 
-  constructor(hello: Hello, root: HTMLElement, listener: PanelListener) {
+  constructor(hello: Hello, root: HTMLElement, listener: PanelListener, journal: Journal) {
     this.hello = hello;
+    this.journal = journal;
     this.marks = marksOfStates(hello.states);
     const { rows, columns, unit } = hello;
     this.picture = {
@@ -63,7 +66,7 @@ export class PressureMapView implements View {
       this.history.span,
       1e-6,
     );
-    const beside = create("div", { class: "beside" }, this.inspector.root, this.strip.root);
+    const beside = create("div", { class: "beside" }, this.inspector.root, this.strip.root, journal.root);
     root.replaceChildren(create("div", { class: "map" }, this.image.root, beside), this.legend.root);
   }
 
@@ -103,7 +106,9 @@ export class PressureMapView implements View {
   }
 
   inspect(frame: Frame, cell: Cell): string {
-    return frame.kind === 2 ? this.inspector.showMap(this.hello, frame, cell) : "";
+    if (frame.kind !== 2) return "";
+    const sentence = this.inspector.showMap(this.hello, frame, cell);
+    return this.inspector.withCondition(sentence, this.journal.condition.wordsOf(cell.row * this.hello.columns + cell.column));
   }
 
   clearInspector(): void {
@@ -111,6 +116,7 @@ export class PressureMapView implements View {
   }
 
   recolour(): void {
+    this.journal.condition.draw();
     this.strip.recolour();
     this.legend.draw();
   }

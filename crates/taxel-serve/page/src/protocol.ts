@@ -1,4 +1,4 @@
-// The live protocol, version 1 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
+// The live protocol, version 2 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
 
 /** A quantity and the unit in which it is shown: shown = SI / `si_per_unit`. */
 export interface Unit {
@@ -61,13 +61,82 @@ export interface Status {
   message: string;
 }
 
+/** What happened to a contact. */
+export interface TouchEvent {
+  index: number;
+  time_ns: number;
+  /** 0 for none. */
+  contact: number;
+  kind: string;
+  /** In `unit`; null where it is not known. */
+  value: number | null;
+  deviation: number | null;
+  unit: string;
+  parent?: number;
+  into?: number;
+  rise_time_s?: number;
+  symmetry?: number;
+  /** A unit vector. */
+  direction?: [number, number];
+  score?: number;
+}
+
+/** One change of the rest values. */
+export interface TareEntry {
+  index: number;
+  /** Null before the first frame. */
+  time_ns: number | null;
+  kind: "begun" | "captured" | "cleared" | "refused" | "undone";
+  by: "start" | "page";
+  /** SI. */
+  largest_change: { channel: number; name: string; change: number } | null;
+  /** Entry that was gone back to. */
+  to: number | null;
+  /** Why it was refused. */
+  message: string;
+  restorable: boolean;
+}
+
+/** Changes that the baseline made itself. */
+export interface BaselineChanges {
+  changes: number;
+  /** The last ones, the oldest first; SI. */
+  last: { time_ns: number; name: string; change: number; reason: string }[];
+}
+
+/** A channel that something is against. */
+export interface WrongChannel {
+  channel: number;
+  name: string;
+  taxels: number[];
+  condition: string;
+  since_ns: number;
+  reason: string;
+}
+
+/** Condition of all channels. */
+export interface Health {
+  /** Frames that repeated all readings under a new number. */
+  repeated: number;
+  channels: number;
+  wrong_channels: number;
+  /** They, or the first of them. */
+  wrong: WrongChannel[];
+  /** Units whose readings an exchange of two capacitors explains. */
+  swapped: { taxel: number; pairs: [string, string][] }[];
+}
+
 export type Message =
   | { type: "hello"; hello: Hello }
   | { type: "rest"; capacitance: readonly (number | null)[] }
   | { type: "status"; status: Status }
+  | { type: "events"; missed: number; events: TouchEvent[] }
+  | { type: "tares"; entries: TareEntry[] }
+  | { type: "baseline"; baseline: BaselineChanges }
+  | { type: "health"; health: Health }
   | { type: "unknown" };
 
-export type Command = { command: "tare" } | { command: "clear_tare" };
+export type Command = { command: "tare" } | { command: "clear_tare" } | { command: "undo_tare"; to: number };
 
 /** One region of touch. */
 export interface Contact {
@@ -80,6 +149,10 @@ export interface Contact {
   force: [number, number, number];
   peak: number;
   peakTaxel: number;
+  /** Number that stays with the contact; 0 for none. */
+  id: number;
+  /** m/s; NaN without a number. */
+  velocity: [number, number];
 }
 
 /** What every frame begins with, whatever its kind. */
@@ -158,9 +231,13 @@ export type Frame = ThreeAxisFrame | MapFrame | SignalsFrame;
 /** A message that is not what the protocol says. */
 export class ProtocolError extends Error {}
 
+/** Version of the protocol that this page speaks. */
+const PROTOCOL = 2;
 const MAGIC = 0x314c5854;
 const HEADER_LENGTH = 184;
 const CONTACT_LENGTH = 88;
+/** Number and velocity of each contact, at the end of the message. */
+const IDENTITY_LENGTH = 24;
 /** Bytes for each taxel: kind 1 has 11 f32 and 3 u8, kind 2 one f32 and one u8, kind 3 two f32 and one u8. */
 const TAXEL_LENGTH = { 1: 11 * 4 + 3, 2: 4 + 1, 3: 2 * 4 + 1 } as const;
 /** Kind 3: number of channels, and bytes for each: signal and rest. */
@@ -181,14 +258,26 @@ export function parseMessage(text: string): Message {
   if (message["type"] === "rest" && Array.isArray(message["capacitance_f"])) {
     return { type: "rest", capacitance: message["capacitance_f"] as (number | null)[] };
   }
+  if (message["type"] === "events" && Array.isArray(message["events"])) {
+    return { type: "events", missed: Number(message["missed"]), events: message["events"] as TouchEvent[] };
+  }
+  if (message["type"] === "tares" && Array.isArray(message["entries"])) {
+    return { type: "tares", entries: message["entries"] as TareEntry[] };
+  }
+  if (message["type"] === "baseline" && Array.isArray(message["last"])) {
+    return { type: "baseline", baseline: message as unknown as BaselineChanges };
+  }
+  if (message["type"] === "health" && Array.isArray(message["wrong"]) && Array.isArray(message["swapped"])) {
+    return { type: "health", health: message as unknown as Health };
+  }
   if (message["type"] === "status") return { type: "status", status: message as unknown as Status };
   return { type: "unknown" };
 }
 
 function checkedHello(message: Record<string, unknown>): Hello {
   const hello = message as unknown as Hello;
-  if (hello.protocol !== 1) {
-    throw new ProtocolError(`the server speaks protocol ${String(hello.protocol)}, this page speaks 1`);
+  if (hello.protocol !== PROTOCOL) {
+    throw new ProtocolError(`the server speaks protocol ${String(hello.protocol)}, this page speaks ${PROTOCOL}`);
   }
   if (!KINDS.includes(hello.kind)) {
     throw new ProtocolError(`this page cannot show a device of kind ${String(hello.kind)}`);
@@ -233,12 +322,14 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
   }
   const contacts = view.getUint16(6, true);
   const taxels = view.getUint32(176, true);
-  let length = HEADER_LENGTH + contacts * CONTACT_LENGTH;
+  // The number of channels of kind 3 stands behind the contacts.
+  const channelsAt = HEADER_LENGTH + contacts * CONTACT_LENGTH;
+  let length = channelsAt + contacts * IDENTITY_LENGTH;
   let channels = 0;
   let parts = `${taxels} taxels and ${contacts} contacts`;
   if (kind === 3) {
-    // The number of channels stands behind the contacts; a frame that ends before it is too short anyway.
-    if (bytes.byteLength >= length + CHANNELS_LENGTH) channels = view.getUint32(length, true);
+    // A frame that ends before it is too short anyway.
+    if (bytes.byteLength >= channelsAt + CHANNELS_LENGTH) channels = view.getUint32(channelsAt, true);
     parts = `${channels} channels, ${parts}`;
     length += CHANNELS_LENGTH + channels * CHANNEL_LENGTH;
   }
@@ -318,6 +409,7 @@ export function decodeFrame(bytes: ArrayBuffer): Frame {
 
 function decodeContacts(bytes: ArrayBuffer, count: number): Contact[] {
   const view = new DataView(bytes);
+  const identities = bytes.byteLength - count * IDENTITY_LENGTH;
   const contacts: Contact[] = [];
   for (let contact = 0; contact < count; contact++) {
     const offset = HEADER_LENGTH + contact * CONTACT_LENGTH;
@@ -328,9 +420,15 @@ function decodeContacts(bytes: ArrayBuffer, count: number): Contact[] {
       force: triple(view, offset + 48),
       peak: view.getFloat64(offset + 72, true),
       peakTaxel: view.getFloat64(offset + 80, true),
+      ...decodeIdentity(view, identities + contact * IDENTITY_LENGTH),
     });
   }
   return contacts;
+}
+
+function decodeIdentity(view: DataView, offset: number): Pick<Contact, "id" | "velocity"> {
+  const [id, x, y] = triple(view, offset);
+  return { id, velocity: [x, y] };
 }
 
 function triple(view: DataView, offset: number): [number, number, number] {

@@ -9,6 +9,7 @@ import { History } from "./history";
 import type { Picture } from "./image";
 import { drawContacts } from "./image";
 import { capitalised, Inspector } from "./inspect";
+import type { Journal } from "./journal";
 import { Legend } from "./legend";
 import { marksOfStates } from "./marks";
 import type { Cell, PanelListener } from "./panel";
@@ -40,6 +41,7 @@ const GREY_FLOOR = 0.1;
 export class SignalsView implements View {
   readonly panels: readonly Panel[];
   private readonly hello: Hello;
+  private readonly journal: Journal;
   private readonly meaning: SignalsMeaning;
   private readonly image: Panel;
   private readonly scale: Scale;
@@ -57,9 +59,10 @@ export class SignalsView implements View {
   /** Largest signal that was seen, in the shown unit. */
   private largestSignal = 0;
 
-  constructor(hello: Hello, root: HTMLElement, listener: PanelListener) {
+  constructor(hello: Hello, root: HTMLElement, listener: PanelListener, journal: Journal) {
     if (hello.signals === undefined || hello.signals === null) throw new Error("the hello was not checked");
     this.hello = hello;
+    this.journal = journal;
     this.meaning = hello.signals;
     this.marks = marksOfStates(hello.states);
     const { rows, columns } = hello;
@@ -110,6 +113,7 @@ export class SignalsView implements View {
       this.channelTable(),
       this.inspector.root,
       this.strip.root,
+      journal.root,
     );
     root.replaceChildren(create("div", { class: "map" }, this.image.root, beside), this.legend.root);
   }
@@ -166,7 +170,9 @@ export class SignalsView implements View {
   }
 
   inspect(frame: Frame, cell: Cell): string {
-    return frame.kind === 3 ? this.inspector.showSignal(this.hello, this.meaning, frame, cell) : "";
+    if (frame.kind !== 3) return "";
+    const sentence = this.inspector.showSignal(this.hello, this.meaning, frame, cell);
+    return this.inspector.withCondition(sentence, this.journal.condition.wordsOf(cell.row * this.hello.columns + cell.column));
   }
 
   clearInspector(): void {
@@ -174,6 +180,7 @@ export class SignalsView implements View {
   }
 
   recolour(): void {
+    this.journal.condition.draw();
     this.strip.recolour();
     this.legend.draw();
   }

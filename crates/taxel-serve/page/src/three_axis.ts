@@ -6,6 +6,7 @@ import { History } from "./history";
 import type { Picture } from "./image";
 import { drawContacts, drawShear } from "./image";
 import { Inspector } from "./inspect";
+import type { Journal } from "./journal";
 import { Legend } from "./legend";
 import { Mark, marksOfStates } from "./marks";
 import type { Cell, PanelListener } from "./panel";
@@ -26,6 +27,7 @@ const CHANGE_FLOOR = 0.02;
 export class ThreeAxisView implements View {
   readonly panels: readonly Panel[];
   private readonly hello: Hello;
+  private readonly journal: Journal;
   private readonly raw: Panel;
   private readonly shear: readonly [Panel, Panel];
   private readonly normal: Panel;
@@ -42,8 +44,9 @@ export class ThreeAxisView implements View {
   private readonly forcePictures: readonly [Picture, Picture, Picture];
   private showChange = false;
 
-  constructor(hello: Hello, root: HTMLElement, listener: PanelListener) {
+  constructor(hello: Hello, root: HTMLElement, listener: PanelListener, journal: Journal) {
     this.hello = hello;
+    this.journal = journal;
     this.marks = marksOfStates(hello.states);
     const { rows, columns } = hello;
     this.rawPicture = emptyPicture(rows, columns, 2);
@@ -100,7 +103,7 @@ export class ThreeAxisView implements View {
       floor / 4,
     );
     const images = create("div", { class: "images" }, ...this.panels.map(({ root: element }) => element));
-    const below = create("div", { class: "below" }, this.strip.root, this.inspector.root);
+    const below = create("div", { class: "below" }, this.strip.root, journal.root, this.inspector.root);
     root.replaceChildren(images, below, this.legend.root);
   }
 
@@ -150,7 +153,9 @@ export class ThreeAxisView implements View {
   }
 
   inspect(frame: Frame, cell: Cell): string {
-    return frame.kind === 1 ? this.inspector.showThreeAxis(this.hello, frame, cell, this.rest.values) : "";
+    if (frame.kind !== 1) return "";
+    const sentence = this.inspector.showThreeAxis(this.hello, frame, cell, this.rest.values);
+    return this.inspector.withCondition(sentence, this.journal.condition.wordsOf(cell.row * this.hello.columns + cell.column));
   }
 
   clearInspector(): void {
@@ -158,6 +163,7 @@ export class ThreeAxisView implements View {
   }
 
   recolour(): void {
+    this.journal.condition.draw();
     this.strip.recolour();
     this.legend.draw();
   }

@@ -282,6 +282,68 @@ test("tare runs and is shown as done", async (context) => {
   assert.deepEqual(complaints, []);
 });
 
+test("events are listed, the newest first, and a kind can be chosen", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  const rows = byTestId(tab, "events").locator("tr");
+  await rows.first().waitFor();
+  await tab.waitForFunction(() => document.querySelectorAll("[data-testid=events] tr").length >= 2);
+  const times = await rows.locator("td:first-child").allInnerTexts();
+  const seconds = times.map(parseFloat);
+  assert.deepEqual(seconds, [...seconds].sort((a, b) => b - a));
+  assert.match(await rows.last().innerText(), /^\d+\.\d\d s\s+1\s+touch\s+[\d.]+ ± [\d.]+ mN$/);
+  await byTestId(tab, "event-filter").selectOption("touch");
+  for (const text of await rows.allInnerTexts()) assert.match(text, /touch/);
+  assert.ok((await rows.count()) >= 1);
+  // A page that comes late gets what was before.
+  const { tab: late } = await open(url, context);
+  const first = byTestId(late, "events").locator("tr").last();
+  await first.getByText("touch").waitFor();
+  assert.equal(await first.locator("td").first().innerText(), times.at(-1));
+  assert.deepEqual(complaints, []);
+});
+
+test("tares are listed with who took them, and one can go back to each", async (context) => {
+  const { url } = await serve("quiet", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await byTestId(tab, "tab-tares").click();
+  const entries = byTestId(tab, "tares").locator("ol > li");
+  await entries.getByText("rest values of the calibration").waitFor();
+  await byTestId(tab, "tare").click();
+  await entries.first().getByText("tare by the page").waitFor();
+  assert.match(await entries.first().innerText(), /largest change [+\u2212]?[\d.]+ fF \(r\dc\d\.\d\d\)/);
+  assert.equal(await byTestId(tab, "tare-state").innerText(), "tare: done");
+  await byTestId(tab, "undo-0").focus();
+  await tab.keyboard.press("Enter");
+  await entries.first().getByText("back to the calibration").waitFor();
+  await byTestId(tab, "tare-state").getByText("tare: none").waitFor();
+  assert.match(await entries.first().innerText(), /in force/);
+  await byTestId(tab, "undo-1").waitFor();
+  assert.deepEqual(complaints, []);
+});
+
+test("what is wrong with channels is said in a line, on a map and in words", { skip: !mock }, async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  const chip = byTestId(tab, "condition");
+  assert.equal(await chip.innerText(), "3 channels dead, stuck, inconsistent");
+  await chip.click();
+  await byTestId(tab, "wrong").getByText("the same reading for 3.1 s").waitFor();
+  await byTestId(tab, "wrong").getByText("changed places: 11 and 12, or 21 and 22").waitFor();
+  const map = byTestId(tab, "condition-map");
+  const { width, height } = await map.boundingBox();
+  await map.hover({ position: { x: (2.5 / 8) * width, y: (2.5 / 8) * height } });
+  await byTestId(tab, "inspect-condition").getByText("r2c2.22: the same reading").waitFor();
+  // Arrow keys go from tab to tab.
+  await byTestId(tab, "tab-condition").focus();
+  await tab.keyboard.press("ArrowRight");
+  assert.equal(await byTestId(tab, "tab-events").getAttribute("aria-selected"), "true");
+  assert.deepEqual(complaints, []);
+});
+
 test("a source that stops is shown as stale within half a second, then as live again", async (context) => {
   const { url } = await serve("outage", context);
   const { tab, complaints } = await open(url, context);
@@ -439,7 +501,7 @@ test("signals: image in colours of heat, channels with their change, ambiguous t
   await byTestId(tab, "pause").click();
   await drawn(tab);
   // The disc of the mark is dark, its question mark bright; without a value the ground is not a colour of the map.
-  const ground = await colourAt(tab, [1, 1], [0.2, 0.8, 0.08]);
+  const ground = await colourAt(tab, [1, 1], [0.85, 0.85, 0.04]);
   const disc = await colourAt(tab, [1, 1], [0.5, 0.5, 0.3]);
   assert.ok(Math.min(...ground) > 180, `ground ${ground}`);
   assert.ok(ground[0] - disc[0] > 60, `mark ${disc} on ${ground}`);
@@ -627,7 +689,7 @@ test("every control is reached by key with a visible focus", async (context) => 
     assert.notEqual(focus.name, "", `${focus.id} has no name`);
     if (focus.id !== undefined) reached.add(focus.id);
   }
-  const wanted = ["tare", "clear-tare", "pause", "lock", "drawing", "theme", "raw-absolute", "raw-change", ...IMAGES];
+  const wanted = ["tab-events", "event-filter", "events", "tare", "clear-tare", "pause", "lock", "drawing", "theme", "raw-absolute", "raw-change", ...IMAGES];
   const missing = [...wanted, "image-fz-low", "image-fz-high"].filter((id) => !reached.has(id));
   assert.deepEqual(missing, []);
 });

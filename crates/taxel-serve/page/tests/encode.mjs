@@ -7,7 +7,7 @@ export function encodeFrame(frame) {
   const contacts = frame.contacts ?? [];
   const n = frame.state.length;
   const channels = frame.kind === 3 ? 4 + 8 * frame.signal.length : 0;
-  const length = 184 + 88 * contacts.length + channels + n * { 1: 47, 2: 5, 3: 9 }[frame.kind];
+  const length = 184 + (88 + 24) * contacts.length + channels + n * { 1: 47, 2: 5, 3: 9 }[frame.kind];
   const view = new DataView(new ArrayBuffer(length));
   let offset = 0;
   const put = (method, size, value) => {
@@ -49,6 +49,9 @@ export function encodeFrame(frame) {
   } else {
     floats(frame.value);
     octets(frame.state);
+  }
+  for (const [contact] of contacts.entries()) {
+    doubles(frame.identities?.[contact] ?? [0, Number.NaN, Number.NaN]);
   }
   if (offset !== length) throw new Error(`wrote ${offset} of ${length} bytes`);
   return view.buffer;

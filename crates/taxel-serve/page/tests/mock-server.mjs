@@ -250,6 +250,7 @@ function frameAt(time, sequence) {
     centre: pressing ? weighted.map((value) => value / total) : nothing.slice(1),
     centreCovariance: pressing && kind === 1 ? [4e-9, 0, 4e-9] : nothing,
     contacts,
+    identities: pressed.map((_, finger) => [finger + 1, 0.01, 0]),
     flags: (tare.state === "done" ? 1 : 0) + (tare.state === "running" ? 2 : 0),
     ...body,
   });
@@ -257,7 +258,7 @@ function frameAt(time, sequence) {
 
 const hello = {
   type: "hello",
-  protocol: 1,
+  protocol: 2,
   kind: { 1: "three_axis", 2: "pressure_map", 3: "signals" }[kind],
   name: { 1: "three-axis capacitive array 8x8", 2: "fingertip map 28x28", 3: "signals 2x4" }[kind],
   source: kind === 2 ? "replay:fingertip.csv" : "sim:finger.toml",
@@ -301,6 +302,64 @@ const hello = {
 };
 
 const tare = { state: "none", timeNs: null, message: "" };
+const entry = (fields) => ({
+  index: tares.length,
+  time_ns: null,
+  by: "page",
+  largest_change: null,
+  to: null,
+  message: "",
+  restorable: true,
+  ...fields,
+});
+const tares = [];
+tares.push(entry({ kind: "begun", by: "start" }));
+const tellTares = () => JSON.stringify({ type: "tares", entries: tares });
+function tared(fields) {
+  const name = kind === 1 ? "r3c4.11" : hello.signals?.channels[0] ?? "r0c0";
+  const largest = { channel: 0, name, change: 1.25 * (hello.signals?.signal ?? hello.unit).si_per_unit };
+  tares.push(entry({ time_ns: Math.round(seconds() * 1e9), largest_change: largest, ...fields }));
+  send(tellTares());
+}
+
+/** Events that every client gets, also one that comes late. */
+const EVENTS = [
+  { kind: "touch", contact: 1, value: 0.0053, deviation: 0.0001, unit: "N" },
+  { kind: "step", contact: 1, value: 0.0895, deviation: 0.00002, unit: "N" },
+  { kind: "impact", contact: 2, value: 0.25, deviation: 0.001, unit: "N", rise_time_s: 0.0257 },
+  { kind: "cyclic", contact: 2, value: 2.857, deviation: 0.01, unit: "Hz", symmetry: 0.98 },
+  { kind: "slip", contact: 1, value: 0.0203, deviation: 0.0004, unit: "m/s", direction: [0.7, 0.7] },
+  { kind: "slip", contact: 1, value: 0.0203, deviation: 0.0004, unit: "m/s", direction: [1, 0], score: 0.71 },
+  { kind: "merged", contact: 2, value: 0.25, deviation: 0.001, unit: "N", into: 1 },
+  { kind: "release", contact: 1, value: 0.0002, deviation: null, unit: "N" },
+].map((event, index) => ({ index, time_ns: 250_000_000 * (index + 1), ...event }));
+const HEALTH = {
+  type: "health",
+  repeated: 0,
+  channels: kind === 1 ? 4 * rows * size : rows * size,
+  wrong_channels: 0,
+  wrong: [],
+  swapped: [],
+};
+const wrong = (channel, name, taxels, condition, reason) => ({
+  channel,
+  name,
+  taxels,
+  condition,
+  since_ns: 1_500_000_000,
+  evidence: 3,
+  reason,
+});
+if (options.scene === "all-states" && kind === 1) {
+  HEALTH.wrong = [
+    wrong(29, "r0c7.12", [7], "dead", "no reading, or one at the low end of the range"),
+    wrong(75, "r2c2.22", [18], "stuck", "the same reading for 3.1 s, without noise"),
+    wrong(116, "r3c5.11", [29], "inconsistent", "contradicts the readings beside it by 6.2 standard deviations"),
+  ];
+  HEALTH.swapped = [{ taxel: 29, pairs: [["11", "12"], ["21", "22"]] }];
+  HEALTH.wrong_channels = 3;
+  HEALTH.repeated = 2;
+}
 const started = performance.now();
 const seconds = () => (performance.now() - started) / 1000;
 const [outageFrom, outageTo] =
@@ -310,17 +369,22 @@ let lastFrame = seconds();
 let sequence = 0n;
 
 function command(text) {
-  const { command: name } = JSON.parse(text);
-  if (name === "clear_tare") Object.assign(tare, { state: "none", timeNs: null, message: "" });
+  const { command: name, to } = JSON.parse(text);
+  if (name === "clear_tare" || name === "undo_tare") {
+    Object.assign(tare, { state: "none", timeNs: null, message: "" });
+    tared(name === "undo_tare" ? { kind: "undone", to } : { kind: "cleared" });
+  }
   if (name !== "tare" || tare.state === "running") return;
   if (fingers(seconds()).length > 0) {
     tare.message = "tare refused: the sensor is being touched, 12.3 mN in all";
+    tared({ kind: "refused", largest_change: null, message: tare.message });
     return;
   }
   Object.assign(tare, { state: "running", message: "" });
   setTimeout(() => {
     offset = 0;
     Object.assign(tare, { state: "done", timeNs: Math.round(seconds() * 1e9) });
+    tared({ kind: "captured" });
   }, 300);
 }
 
@@ -361,6 +425,9 @@ server.on("upgrade", (request, socket, head) => {
   sockets.handleUpgrade(request, socket, head, (client) => {
     client.on("message", (text) => command(String(text)));
     client.send(JSON.stringify(hello));
+    client.send(tellTares());
+    client.send(JSON.stringify(HEALTH));
+    client.send(JSON.stringify({ type: "events", missed: 0, events: EVENTS }));
     if (hello.kind === "three_axis") {
       const rest = Array.from({ length: 4 * hello.rows * hello.columns }, (_, i) => [203, 204, 190, 205][i % 4] * 1e-15);
       client.send(JSON.stringify({ type: "rest", capacitance_f: rest }));

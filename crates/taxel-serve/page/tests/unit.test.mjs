@@ -25,7 +25,8 @@ const { decodeFrame, decodeHeader, parseMessage, ProtocolError } = await load("p
 const { linkState } = await load("link");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
-const { capacitorNames, decimalsFor, fixed, newtons, parseLimit, signalStateInWords, withDeviation } =
+const { eventInWords } = await load("events");
+const { capacitorNames, decimalsFor, eventValue, fixed, newtons, parseLimit, signalStateInWords, withDeviation } =
   await load("format");
 const { colourOf, DIVERGING, GREY, HEAT, SEQUENTIAL } = await load("colour");
 const { marksOfStates } = await load("marks");
@@ -33,7 +34,7 @@ const { RestValues } = await load("rest");
 
 const HELLO = {
   type: "hello",
-  protocol: 1,
+  protocol: 2,
   kind: "three_axis",
   name: "array",
   source: "sim:",
@@ -59,6 +60,7 @@ const THREE_AXIS = {
   centreCovariance: [9, 10, 11],
   flags: 5,
   contacts: [[2, 0.1, 0.2, 1, 2, 3, 4, 5, 6, 7, 1]],
+  identities: [[17, 0.01, -0.02]],
   capacitance: [1, 2, 3, 4, 5, 6, 7, 8],
   force: [0.5, -0.25, 1, Number.NaN, 0, 0],
   deviation: [1, 1, 1, 2, 2, 2],
@@ -83,7 +85,16 @@ test("a three-axis frame is read field by field", () => {
   assert.deepEqual(header.centreCovariance, [9, 10, 11]);
   assert.deepEqual([header.tared, header.tareRunning, header.clipped, header.historyUncertain], [true, false, true, false]);
   assert.deepEqual(frame.contacts, [
-    { taxels: 2, centre: [0.1, 0.2], covariance: [1, 2, 3], force: [4, 5, 6], peak: 7, peakTaxel: 1 },
+    {
+      taxels: 2,
+      centre: [0.1, 0.2],
+      covariance: [1, 2, 3],
+      force: [4, 5, 6],
+      peak: 7,
+      peakTaxel: 1,
+      id: 17,
+      velocity: [0.01, -0.02],
+    },
   ]);
   assert.deepEqual([...frame.capacitance], [1, 2, 3, 4, 5, 6, 7, 8]);
   assert.deepEqual([...frame.force], [0.5, -0.25, 1, Number.NaN, 0, 0]);
@@ -134,8 +145,8 @@ test("signals are read: channels, then taxels", () => {
 
 test("signals of a wrong length are refused, also when the number of channels does not fit", () => {
   const bytes = encodeFrame(SIGNALS);
-  assert.equal(bytes.byteLength, 184 + 88 + 4 + 3 * 8 + 4 * 9);
-  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /335 bytes; 3 channels, 4 taxels and 1 contacts need 336/);
+  assert.equal(bytes.byteLength, 184 + 88 + 4 + 3 * 8 + 4 * 9 + 24);
+  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /359 bytes; 3 channels, 4 taxels and 1 contacts need 360/);
   assert.throws(() => decodeFrame(bytes.slice(0, 184 + 88 + 3)), ProtocolError);
   for (const channels of [2, 4, 2 ** 32 - 1]) {
     const other = bytes.slice(0);
@@ -188,7 +199,7 @@ test("a force is in millinewtons below one newton, a dash where it is not known"
 
 test("a frame that is cut short or too long is refused with both lengths", () => {
   const bytes = encodeFrame(THREE_AXIS);
-  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /365 bytes.*need 366/);
+  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /389 bytes.*need 390/);
   const longer = new Uint8Array(bytes.byteLength + 1);
   longer.set(new Uint8Array(bytes));
   assert.throws(() => decodeFrame(longer.buffer), ProtocolError);
@@ -207,7 +218,7 @@ test("hello and status are read, other protocols refused", () => {
   assert.equal(parseMessage(JSON.stringify(HELLO)).hello.name, "array");
   assert.equal(parseMessage('{"type":"status","stale":true}').status.stale, true);
   assert.equal(parseMessage('{"type":"later"}').type, "unknown");
-  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, protocol: 2 })), /protocol 2/);
+  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, protocol: 1 })), /protocol 1/);
   assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, rows: 0 })), /rows is 0/);
   assert.throws(() => parseMessage("{"), /not JSON/);
 });
@@ -323,4 +334,31 @@ test("lightness of the maps is monotonic: up along one, down and up along the ot
   assert.ok(rises(DIVERGING.light.slice(0, 128)) && rises(DIVERGING.light.slice(128).reverse()));
   assert.ok(rises(DIVERGING.dark.slice(0, 128).reverse()) && rises(DIVERGING.dark.slice(128)));
   assert.equal(colourOf(SEQUENTIAL, 99, 0, 1), SEQUENTIAL[255]);
+});
+
+test("events, tares and health are messages of their own", () => {
+  const read = (message) => parseMessage(JSON.stringify(message));
+  const event = { index: 3, time_ns: 5, contact: 2, kind: "touch", value: 0.5, deviation: null, unit: "N" };
+  assert.deepEqual(read({ type: "events", missed: 3, events: [event] }), { type: "events", missed: 3, events: [event] });
+  assert.deepEqual(read({ type: "tares", entries: [] }), { type: "tares", entries: [] });
+  const health = { type: "health", repeated: 1, channels: 4, wrong_channels: 0, wrong: [], swapped: [] };
+  assert.equal(read(health).health.repeated, 1);
+  assert.equal(read({ type: "baseline", changes: 2, last: [] }).baseline.changes, 2);
+  // What a message lacks must not reach the panels.
+  for (const type of ["events", "tares", "baseline", "health"]) assert.equal(read({ type }).type, "unknown");
+});
+
+test("an event is told in words and with its value, deviation and unit", () => {
+  assert.equal(eventInWords({ kind: "split", parent: 3 }), "split from 3");
+  assert.equal(eventInWords({ kind: "merged", into: 1 }), "merged into 1");
+  assert.equal(eventInWords({ kind: "impact", rise_time_s: 0.0257 }), "impact, rise 25.7 ms");
+  assert.equal(eventInWords({ kind: "cyclic", symmetry: 0.994 }), "cyclic, symmetry 0.99");
+  assert.equal(eventInWords({ kind: "slip", direction: [0, -1] }), "slip ↓");
+  assert.equal(eventInWords({ kind: "slip", direction: [-1, 0], score: 0.7 }), "slip ← along the row, score 0.70");
+  assert.equal(eventValue(0.0053, 0.00046, "N"), "5.30 ± 0.46 mN");
+  assert.equal(eventValue(5.3, null, "N"), "5.300 N");
+  assert.equal(eventValue(0.02, 0.0004, "m/s"), "20.00 ± 0.40 mm/s");
+  assert.equal(eventValue(2.857, 0.01, "Hz"), "2.857 ± 0.010 Hz");
+  assert.equal(eventValue(295, null, "1"), "295.0");
+  assert.equal(eventValue(null, null, "N"), "–");
 });

@@ -11,11 +11,11 @@ mod piezoelectric;
 mod three_axis_capacitor;
 mod trained;
 
-use crate::acquisition::{Simulated, Stream};
-use crate::calibration::Calibration;
+use crate::acquisition::{Quantity, Simulated, Stream};
+use crate::calibration::{Calibration, ChannelScale};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
-use crate::estimation::{FrameError, SignalEstimator};
+use crate::estimation::{ChannelFacts, FrameError, ObserverOptions, SignalEstimator};
 use crate::predict::Predictor;
 use crate::sensor::Broken;
 use crate::summary::{Fact, fact, number};
@@ -65,6 +65,13 @@ pub trait Device {
     /// [`FrameError`] when the frames cannot be of this device.
     fn sense(&self, stream: &Stream) -> Result<Sense, FrameError>;
 
+    /// What tracks, events and health of the device are told by: noise and range
+    /// of its channels, where they are. Without more than `stream` says, a
+    /// condition that needs the noise is never found.
+    fn observed(&self, stream: &Stream) -> ObserverOptions {
+        ObserverOptions::new(stream)
+    }
+
     /// Top view and cross-section to scale.
     fn drawing(&self) -> Drawing;
 }
@@ -88,6 +95,32 @@ pub enum Sense {
     ThreeAxis(Box<Calibration>),
     /// One value for each taxel.
     Signals(Box<dyn SignalEstimator>),
+}
+
+/// What is known of the channel of a capacitor with the noise `deviation`, F, in
+/// frames of `quantity`. Capacitances may have been rounded: their step is not
+/// known.
+fn capacitor_channel(
+    scale: &ChannelScale,
+    deviation: f64,
+    masked: bool,
+    quantity: Quantity,
+) -> ChannelFacts {
+    if quantity == Quantity::Counts {
+        ChannelFacts {
+            deviation: deviation / scale.farad_per_count.abs(),
+            resolution: 1.0,
+            span: [0.0, scale.highest_code],
+            masked,
+        }
+    } else {
+        ChannelFacts {
+            deviation,
+            resolution: 0.0,
+            span: [0.0, f64::INFINITY],
+            masked,
+        }
+    }
 }
 
 /// What follows from a board that reads capacitors.

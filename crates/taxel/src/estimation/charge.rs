@@ -7,8 +7,8 @@ use super::contact::{Cell, Contact, normal_only};
 use super::localisation::Placing;
 use super::segmentation::Segmentation;
 use super::{
-    FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
-    TaxelValue,
+    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
+    State, TaxelValue,
 };
 use crate::acquisition::Frame;
 use crate::calibration::{MOVING, RestReadings};
@@ -339,6 +339,17 @@ impl SignalEstimator for ChargeEstimator {
     fn clear_rest(&mut self) {
         self.rest.fill(self.model.rest);
         self.forget();
+    }
+
+    fn rest_state(&self) -> Option<RestState> {
+        Some(RestState::Signals(self.rest.clone()))
+    }
+
+    fn restore_rest(&mut self, rest: &RestState) {
+        if let RestState::Signals(rest) = rest {
+            self.rest.clone_from(rest);
+            self.forget();
+        }
     }
 }
 

@@ -14,6 +14,8 @@ pub struct Continuity {
     pub late: u64,
     /// Frames that repeat the newest one; not used.
     pub duplicate: u64,
+    /// Frames that repeat its readings under a new number; not used.
+    pub repeated: u64,
     /// Times the device began a new sequence.
     pub restarts: u64,
     behind: u32,
@@ -47,6 +49,13 @@ impl Continuity {
         self.newest = Some(frame.sequence);
         self.accepted += 1;
         true
+    }
+
+    /// Takes back the last accepted frame: its readings were those of the one
+    /// before, sent again.
+    pub fn repeat(&mut self) {
+        self.accepted = self.accepted.saturating_sub(1);
+        self.repeated += 1;
     }
 }
 

@@ -9,8 +9,8 @@ use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, normal_only};
 use super::segmentation::Segmentation;
 use super::{
-    FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
-    TaxelValue,
+    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
+    State, TaxelValue,
 };
 use crate::acquisition::Frame;
 use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal, MOVING, RestReadings};
@@ -314,6 +314,17 @@ impl SignalEstimator for CrossedChannels {
 
     fn baseline(&self) -> Option<&Baseline> {
         Some(&self.baseline)
+    }
+
+    fn rest_state(&self) -> Option<RestState> {
+        Some(RestState::Signals(self.touch.rest.clone()))
+    }
+
+    fn restore_rest(&mut self, rest: &RestState) {
+        if let RestState::Signals(rest) = rest {
+            self.touch.rest.clone_from(rest);
+            self.baseline.tare(self.touch.time_ns, &self.touch.rest);
+        }
     }
 }
 

@@ -18,6 +18,9 @@ pub struct HistoryOptions {
     pub regularity: f64,
     /// A pause between frames after which the history begins anew, s; default 0.1.
     pub longest_pause: f64,
+    /// A contact that comes back to its place within this time, s, goes on with
+    /// its history: so a load that lifts off is cyclic too; default 1.
+    pub longest_break: f64,
 }
 
 impl Default for HistoryOptions {
@@ -29,6 +32,7 @@ impl Default for HistoryOptions {
             longest_impact: 0.6,
             regularity: 0.15,
             longest_pause: 0.1,
+            longest_break: 1.0,
         }
     }
 }
@@ -154,6 +158,19 @@ impl ForceHistory {
         (self.risen, self.cyclic, self.held) = (None, false, None);
         self.cycles.clear();
         self.plateau = Plateau::default();
+    }
+
+    /// Goes on at `time_ns` after a time without a contact, which is no pause.
+    pub(super) fn resume(&mut self, time_ns: u64) {
+        let nothing = Point {
+            time: time_ns.saturating_sub(self.begin_ns) as f64 * 1e-9,
+            force: 0.0,
+        };
+        self.last = Some(nothing);
+        if !self.rising {
+            self.extreme = nothing;
+        }
+        (self.plateau, self.held) = (Plateau::default(), None);
     }
 
     /// Follows rises and falls.

@@ -3,13 +3,16 @@
 /// What is known beforehand of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelFacts {
-    /// Standard deviation of one reading, in the unit of the channel.
+    /// Standard deviation of one reading, in the unit of the channel; `NaN`
+    /// where it is not known.
     pub deviation: f64,
-    /// Step of the converter in that unit, or zero.
+    /// Step of the converter in that unit, or zero where it is not known.
     pub resolution: f64,
     /// At or below the first a channel is dead, at or above the second
     /// saturated.
     pub span: [f64; 2],
+    /// Whether the channel is not used, or does not exist.
+    pub masked: bool,
 }
 
 /// Options of the monitor.
@@ -45,9 +48,11 @@ impl Default for HealthOptions {
 pub enum Condition {
     /// Nothing is against it.
     Well,
+    /// Not used, so not watched.
+    Masked,
     /// No reading, or one at the low end.
     Dead,
-    /// At the high end.
+    /// At the high end while nothing touches it.
     Saturated,
     /// The same reading again and again, without the noise that it must have.
     Stuck,
@@ -55,6 +60,26 @@ pub enum Condition {
     Noisy,
     /// It contradicts the others that measure the same.
     Inconsistent,
+}
+
+impl Condition {
+    /// Name in messages and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Well => "well",
+            Self::Masked => "masked",
+            Self::Dead => "dead",
+            Self::Saturated => "saturated",
+            Self::Stuck => "stuck",
+            Self::Noisy => "noisy",
+            Self::Inconsistent => "inconsistent",
+        }
+    }
+
+    /// Whether something is against the channel.
+    pub fn wrong(self) -> bool {
+        !matches!(self, Self::Well | Self::Masked)
+    }
 }
 
 /// Health of one channel.
@@ -71,6 +96,8 @@ pub struct ChannelHealth {
     /// For how long something else than the condition has been suspected, s.
     against: f64,
     last: f64,
+    /// Whether a contact was there in the last frame.
+    occupied: bool,
     still: f64,
     /// Mean square of the differences of readings in a row, over 2σ².
     noise: f64,
@@ -83,7 +110,8 @@ pub struct ChannelReading {
     pub value: f64,
     /// Consistency residual in deviations; `NaN` without redundancy.
     pub residual: f64,
-    /// Whether a contact is there: then a changing reading is no noise.
+    /// Whether a contact is or may be there: then a changing reading is no
+    /// noise, and one at the high end no fault.
     pub occupied: bool,
 }
 
@@ -94,12 +122,13 @@ pub struct HealthMonitor {
     facts: Vec<ChannelFacts>,
     channels: Vec<ChannelHealth>,
     last_time_ns: Option<u64>,
-    /// Frames that repeat all readings of the last one under a new number.
-    pub repeated: u64,
+    changes: u64,
 }
 
 /// Time over which noise is averaged, s.
 const NOISE_TIME: f64 = 0.5;
+/// One difference of readings counts for no more than this, over 2σ².
+const LARGEST_SQUARE: f64 = 100.0;
 /// A channel whose noise is below this share of a step may well stand still.
 const SHOWS_NOISE: f64 = 0.5;
 /// A frame that repeats all readings by a smaller chance was sent again.
@@ -110,40 +139,56 @@ const LONGEST_STEP: f64 = 0.1;
 impl HealthMonitor {
     /// All channels well.
     pub fn new(facts: Vec<ChannelFacts>, options: HealthOptions) -> Self {
-        let well = ChannelHealth {
-            condition: Condition::Well,
+        let begun = |facts: &ChannelFacts| ChannelHealth {
+            condition: if facts.masked {
+                Condition::Masked
+            } else {
+                Condition::Well
+            },
             since_ns: 0,
             evidence: 0.0,
             suspected: Condition::Well,
             against: 0.0,
             last: f64::NAN,
+            occupied: false,
             still: 0.0,
             noise: 1.0,
         };
         Self {
-            channels: vec![well; facts.len()],
+            channels: facts.iter().map(begun).collect(),
             facts,
             options,
             last_time_ns: None,
-            repeated: 0,
+            changes: 0,
         }
     }
 
-    /// Takes the readings of a frame with a new number, and says whether they
-    /// are new data: a frame that repeats every reading, which noise does not
-    /// allow, is the old one sent again, and only counted.
-    pub fn push(&mut self, time_ns: u64, readings: &[ChannelReading]) -> bool {
-        let last = self.last_time_ns.unwrap_or(time_ns);
+    /// Takes the readings of a new frame.
+    pub fn push(&mut self, time_ns: u64, reading: impl Fn(usize) -> ChannelReading) {
+        let last = self.last_time_ns.replace(time_ns).unwrap_or(time_ns);
         let step = (time_ns.saturating_sub(last) as f64 * 1e-9).min(LONGEST_STEP);
-        self.last_time_ns = Some(time_ns);
-        if self.repeats(readings) {
-            self.repeated += 1;
-            return false;
+        let weight = 1.0 - (-step / NOISE_TIME).exp();
+        for (index, (channel, facts)) in self.channels.iter_mut().zip(&self.facts).enumerate() {
+            if !facts.masked {
+                let reading = reading(index);
+                channel.measure(step, weight, &reading, facts);
+                let before = channel.condition;
+                channel.follow(time_ns, step, &reading, facts, &self.options);
+                self.changes += u64::from(channel.condition != before);
+            }
         }
-        for (index, reading) in readings.iter().enumerate().take(self.channels.len()) {
-            self.channels[index].follow(time_ns, step, reading, &self.facts[index], &self.options);
-        }
-        true
+    }
+
+    /// How often a condition has changed.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// Whether something is against any channel.
+    pub fn wrong(&self) -> bool {
+        self.channels
+            .iter()
+            .any(|channel| channel.condition.wrong())
     }
 
     /// Health of each channel.
@@ -151,13 +196,19 @@ impl HealthMonitor {
         &self.channels
     }
 
-    fn repeats(&self, readings: &[ChannelReading]) -> bool {
+    /// Whether a frame with a new number is the last one sent again: it repeats
+    /// every reading, which noise does not allow. Such a frame must not be used,
+    /// neither for estimation nor in [`HealthMonitor::push`].
+    pub fn repeats(&self, values: &[f64]) -> bool {
         let mut chance = 1.0;
-        for ((channel, facts), reading) in self.channels.iter().zip(&self.facts).zip(readings) {
-            if channel.last != reading.value && !(channel.last.is_nan() && reading.value.is_nan()) {
+        for ((channel, facts), value) in self.channels.iter().zip(&self.facts).zip(values) {
+            if facts.masked {
+                continue;
+            }
+            if channel.last != *value && !(channel.last.is_nan() && value.is_nan()) {
                 return false;
             }
-            let alive = reading.value > facts.span[0] && reading.value < facts.span[1];
+            let alive = *value > facts.span[0] && *value < facts.span[1];
             if alive && channel.condition != Condition::Stuck {
                 chance *= facts.repeat_chance();
             }
@@ -167,15 +218,26 @@ impl HealthMonitor {
 }
 
 impl ChannelFacts {
+    /// A channel of which nothing is known but whether it exists.
+    pub fn unknown(exists: bool) -> Self {
+        Self {
+            deviation: f64::NAN,
+            resolution: 0.0,
+            span: [f64::NEG_INFINITY, f64::INFINITY],
+            masked: !exists,
+        }
+    }
+
     /// Whether two readings in a row differ as a rule.
     fn shows_noise(&self) -> bool {
         self.deviation > SHOWS_NOISE * self.resolution
     }
 
     /// Chance that two readings in a row are the same: the density of their
-    /// difference at zero, 1/(2√π σ), times a step.
+    /// difference at zero, 1/(2√π σ), times a step; one where the step is not
+    /// known, as of a recording that may have been rounded.
     fn repeat_chance(&self) -> f64 {
-        if self.shows_noise() {
+        if self.shows_noise() && self.resolution > 0.0 {
             self.resolution / (2.0 * std::f64::consts::PI.sqrt() * self.deviation)
         } else {
             1.0
@@ -189,6 +251,7 @@ impl ChannelHealth {
         let evidence = self.evidence;
         match self.condition {
             Condition::Well => "nothing is against it".into(),
+            Condition::Masked => "masked: not used".into(),
             Condition::Dead => "no reading, or one at the low end of the range".into(),
             Condition::Saturated => "the reading is at the high end of the range".into(),
             Condition::Stuck => format!("the same reading for {evidence:.1} s, without noise"),
@@ -207,7 +270,6 @@ impl ChannelHealth {
         facts: &ChannelFacts,
         options: &HealthOptions,
     ) {
-        self.measure(step, reading, facts);
         let (found, evidence) = self.judge(reading, facts, options);
         if found == self.condition {
             self.against = 0.0;
@@ -232,7 +294,8 @@ impl ChannelHealth {
         }
     }
 
-    fn measure(&mut self, step: f64, reading: &ChannelReading, facts: &ChannelFacts) {
+    /// `weight` is that of this step in the average of the noise.
+    fn measure(&mut self, step: f64, weight: f64, reading: &ChannelReading, facts: &ChannelFacts) {
         let change = reading.value - self.last;
         self.still = if change == 0.0 {
             self.still + step
@@ -241,12 +304,13 @@ impl ChannelHealth {
         };
         // Touched, or with a reading at an end: no evidence of noise.
         let alive = |value: f64| value > facts.span[0] && value < facts.span[1];
-        if alive(reading.value) && alive(self.last) && !reading.occupied {
+        let touched = reading.occupied || self.occupied || facts.deviation.is_nan();
+        if alive(reading.value) && alive(self.last) && !touched {
+            // A contact that has not been found yet is no noise either.
             let square = change * change / (2.0 * facts.deviation * facts.deviation);
-            let weight = 1.0 - (-step / NOISE_TIME).exp();
-            self.noise += weight * (square - self.noise);
+            self.noise += weight * (square.min(LARGEST_SQUARE) - self.noise);
         }
-        self.last = reading.value;
+        (self.last, self.occupied) = (reading.value, reading.occupied);
     }
 
     fn judge(
@@ -259,6 +323,7 @@ impl ChannelHealth {
         let noise = self.noise.sqrt();
         match reading.value {
             value if value.is_nan() || value <= low => (Condition::Dead, low),
+            value if value >= high && reading.occupied => (Condition::Well, 0.0),
             value if value >= high => (Condition::Saturated, value),
             _ if self.still >= options.still && facts.shows_noise() => {
                 (Condition::Stuck, self.still)
@@ -284,6 +349,7 @@ mod tests {
             deviation: 2.0,
             resolution: 1.0,
             span: [0.0, 1000.0],
+            masked: false,
         };
         let mut monitor = HealthMonitor::new(vec![facts; 4], HealthOptions::default());
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
@@ -297,7 +363,9 @@ mod tests {
             if time < 3.0 {
                 readings[0] = first(time, readings[0].value);
             }
-            assert!(monitor.push(frame * 10_000_000, &readings));
+            let values: Vec<f64> = readings.iter().map(|reading| reading.value).collect();
+            assert!(!monitor.repeats(&values));
+            monitor.push(frame * 10_000_000, |channel| readings[channel]);
             let health = monitor.channels()[0];
             if found.last().map(|last| last.0) != Some(health.condition) {
                 found.push((health.condition, health.reason()));
@@ -382,14 +450,44 @@ mod tests {
             deviation: 2.0,
             resolution: 1.0,
             span: [0.0, 1000.0],
+            masked: false,
         };
         let mut monitor = HealthMonitor::new(vec![facts; 16], HealthOptions::default());
-        let frame = |value: f64| [sound(value); 16];
-        assert!(monitor.push(0, &frame(500.0)));
-        assert!(monitor.push(1, &frame(503.0)));
-        assert!(!monitor.push(2, &frame(503.0)));
-        assert!(!monitor.push(3, &frame(503.0)));
-        assert!(monitor.push(4, &frame(501.0)));
-        assert_eq!(monitor.repeated, 2);
+        let mut new = |time_ns, value: f64| {
+            let new = !monitor.repeats(&[value; 16]);
+            if new {
+                monitor.push(time_ns, |_| sound(value));
+            }
+            new
+        };
+        let values = [500.0, 503.0, 503.0, 503.0, 501.0];
+        let found: Vec<bool> = (0..)
+            .zip(values)
+            .map(|(time, value)| new(time, value))
+            .collect();
+        assert_eq!(found, [true, true, false, false, true]);
+    }
+
+    #[test]
+    fn readings_of_unknown_noise_may_repeat_and_a_masked_channel_is_not_judged() {
+        let facts = [true, true, false].map(ChannelFacts::unknown);
+        let mut monitor = HealthMonitor::new(facts.to_vec(), HealthOptions::default());
+        for frame in 0..200_u64 {
+            let values = [7.0 * (frame / 20 % 2) as f64, f64::NAN, f64::NAN];
+            assert!(!monitor.repeats(&values));
+            monitor.push(frame * 10_000_000, |channel| sound(values[channel]));
+        }
+        let conditions: Vec<_> = monitor.channels().iter().map(|one| one.condition).collect();
+        let expected = [Condition::Well, Condition::Dead, Condition::Masked];
+        assert_eq!(conditions, expected);
+    }
+
+    #[test]
+    fn a_reading_at_the_high_end_under_a_contact_is_no_fault() {
+        let pressed = |_, _| ChannelReading {
+            occupied: true,
+            ..sound(1000.0)
+        };
+        assert_eq!(conditions(pressed).len(), 1);
     }
 }

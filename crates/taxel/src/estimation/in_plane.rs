@@ -4,8 +4,8 @@ use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, normal_only};
 use super::segmentation::Segmentation;
 use super::{
-    FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
-    TaxelValue,
+    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
+    State, TaxelValue,
 };
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::{InPlaneCalibration, InPlaneRestCapture};
@@ -237,6 +237,17 @@ impl SignalEstimator for InPlaneEstimator {
         // The drawn calibration was accepted when the estimator was made.
         let drawn = self.drawn.clone();
         let _ = self.recalibrate(drawn);
+    }
+
+    fn rest_state(&self) -> Option<RestState> {
+        Some(RestState::InPlane(Box::new(self.calibration.clone())))
+    }
+
+    fn restore_rest(&mut self, rest: &RestState) {
+        if let RestState::InPlane(calibration) = rest {
+            // It was in force before.
+            let _ = self.recalibrate(calibration.as_ref().clone());
+        }
     }
 }
 

@@ -87,6 +87,17 @@ impl MapEstimator {
         self.rest.fill(0.0);
     }
 
+    /// Rest values in force, SI.
+    pub fn rest(&self) -> &[f64] {
+        &self.rest
+    }
+
+    /// Puts back rest values.
+    pub fn restore_rest(&mut self, rest: &[f64]) {
+        self.rest.clear();
+        self.rest.extend_from_slice(rest);
+    }
+
     /// Takes one frame; the second value says whether it ended a rest capture.
     ///
     /// # Errors

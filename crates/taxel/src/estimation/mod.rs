@@ -15,6 +15,7 @@ mod kernel_regression;
 mod localisation;
 mod map;
 mod motion;
+mod observer;
 mod segmentation;
 mod signal;
 mod slip;
@@ -41,11 +42,12 @@ pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneE
 pub use kernel_regression::{KernelRegression, Press};
 pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
+pub use observer::{Observer, ObserverOptions, Seen, Wiring};
 pub use signal::{
-    Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
+    Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };
 pub use slip::{Slip, SlipEstimator, SlipOptions};
-pub use swap::swapped;
+pub use swap::{SwapWatch, swapped};
 pub use touch_event::{TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents};
 pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
 pub use trained::{TrainedArea, TrainedEstimator};

@@ -5,6 +5,8 @@ use super::baseline::Baseline;
 use super::contact::Contact;
 use super::{FrameError, State};
 use crate::acquisition::Frame;
+use crate::calibration::InPlaneCalibration;
+use crate::transduction::InPlaneModel;
 
 /// Turns frames into one value per taxel; the same frames give the same values.
 pub trait SignalEstimator: Send {
@@ -26,10 +28,41 @@ pub trait SignalEstimator: Send {
     /// Returns to the rest values of the calibration.
     fn clear_rest(&mut self);
 
+    /// The rest values in force, to be put back later; `None` for an estimator
+    /// that has none.
+    fn rest_state(&self) -> Option<RestState> {
+        None
+    }
+
+    /// Puts back rest values that this estimator gave, bit for bit.
+    fn restore_rest(&mut self, _rest: &RestState) {}
+
     /// The readings of the empty device, and every change of them; none for a
     /// device that feels changes only.
     fn baseline(&self) -> Option<&Baseline> {
         None
+    }
+}
+
+/// Rest values of an estimator, as it keeps them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum RestState {
+    /// The signal of each channel, SI.
+    Signals(Vec<f64>),
+    /// The calibration of in-plane sensors.
+    InPlane(Box<InPlaneCalibration>),
+}
+
+impl RestState {
+    /// Signal of each channel at rest, SI.
+    pub fn signals(&self) -> Vec<f64> {
+        match self {
+            Self::Signals(signals) => signals.clone(),
+            Self::InPlane(calibration) => {
+                let models = calibration.models.iter();
+                models.map(InPlaneModel::rest_capacitance).collect()
+            }
+        }
     }
 }
 

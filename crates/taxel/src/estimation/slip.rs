@@ -53,6 +53,9 @@ pub struct SlipEstimator {
 const POINTS: usize = 512;
 /// Steps of the search through slownesses of one sign.
 const SLOWNESSES: usize = 240;
+/// A slip must explain the signals better by this than that all feel the same at
+/// once: what fades after a press looks alike at any small lag.
+const AT_ONCE: f64 = 0.15;
 /// Two signals are compared where at least this share of them overlaps.
 const OVERLAP: f64 = 0.4;
 
@@ -162,23 +165,22 @@ impl SlipEstimator {
         let longest = distance / self.options.speeds[0] / step;
         let reach = longest.min((1.0 - OVERLAP) * POINTS as f64) as usize;
         let (a, b) = (&traces[one], &traces[other]);
-        let energy = |trace: &[f64]| trace.iter().map(|value| value * value).sum::<f64>();
-        let all = energy(a).min(energy(b));
+        let (energy_a, energy_b) = (energies(a), energies(b));
+        let all = energy_a[POINTS].min(energy_b[POINTS]);
         if all <= 0.0 {
             return None;
         }
         let correlation = (0..=2 * reach)
             .map(|index| {
-                // b follows a by `lag` steps.
-                let (early, late) = if index >= reach {
-                    (&a[..POINTS - (index - reach)], &b[index - reach..])
-                } else {
-                    (&a[reach - index..], &b[..POINTS - (reach - index)])
-                };
-                let product: f64 = early.iter().zip(late).map(|(a, b)| a * b).sum();
+                // b follows a by `index` - `reach` steps.
+                let (from_a, from_b) = (reach.saturating_sub(index), index.saturating_sub(reach));
+                let count = POINTS - from_a - from_b;
+                let pairs = a[from_a..][..count].iter().zip(&b[from_b..][..count]);
+                let product: f64 = pairs.map(|(a, b)| a * b).sum();
+                let energy = |sums: &[f64], from: usize| sums[from + count] - sums[from];
                 // A quiet overlap says nothing.
-                let energy = (energy(early) * energy(late)).sqrt();
-                product / energy.max(0.1 * all)
+                let both = energy(&energy_a, from_a) * energy(&energy_b, from_b);
+                product / both.max(0.0).sqrt().max(0.1 * all)
             })
             .collect();
         let delay = |taxel: usize| self.options.delays.get(taxel).copied().unwrap_or(0.0);
@@ -207,7 +209,7 @@ impl SlipEstimator {
         let slowness = highest(best - around, best + around, stack);
         let score = stack(slowness);
         // What all feel at once does not move along the row.
-        if score < self.options.least_score || score <= stack(0.0) {
+        if score < self.options.least_score || score < stack(0.0) + AT_ONCE {
             return None;
         }
         // Each pair's own peak near that of all.
@@ -225,6 +227,18 @@ impl SlipEstimator {
             score,
         })
     }
+}
+
+/// Sums of the squares of all values before each one.
+fn energies(trace: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut sums = Vec::with_capacity(trace.len() + 1);
+    sums.push(sum);
+    sums.extend(trace.iter().map(|value| {
+        sum += value * value;
+        sum
+    }));
+    sums
 }
 
 impl Pair {

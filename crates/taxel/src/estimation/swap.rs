@@ -26,6 +26,66 @@ pub fn swapped(unit: &UnitModel, readings: &[[f64; 4]], sigma: [f64; 4]) -> Vec<
     PAIRS.into_iter().filter(explains).collect()
 }
 
+/// Collects readings of units that contradict themselves, and looks whether an
+/// exchange of two capacitors explains them.
+#[derive(Debug, Clone)]
+pub struct SwapWatch {
+    units: Vec<Suspect>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Suspect {
+    last: Option<[f64; 4]>,
+    readings: Vec<[f64; 4]>,
+    pairs: Vec<[usize; 2]>,
+}
+
+/// Readings that are judged together ...
+const READINGS: usize = 12;
+/// ... of several loads: one and the same reading may be explained by chance. Each
+/// differs from the one before by more than this many deviations.
+const APART: f64 = 10.0;
+
+impl SwapWatch {
+    /// For an array of so many units.
+    pub fn new(units: usize) -> Self {
+        Self {
+            units: vec![Suspect::default(); units],
+        }
+    }
+
+    /// Takes the capacitances, F, of a unit in a frame that contradict its model
+    /// with the noise `sigma`, F.
+    pub fn push(&mut self, unit: usize, reading: [f64; 4], model: &UnitModel, sigma: [f64; 4]) {
+        let Some(suspect) = self.units.get_mut(unit) else {
+            return;
+        };
+        let differs = suspect
+            .last
+            .is_none_or(|last| (0..4).any(|i| (reading[i] - last[i]).abs() > APART * sigma[i]));
+        if !differs || reading.iter().any(|value| !value.is_finite()) {
+            return;
+        }
+        suspect.last = Some(reading);
+        suspect.readings.push(reading);
+        if suspect.readings.len() == READINGS {
+            suspect.pairs = swapped(model, &suspect.readings, sigma);
+            suspect.readings.clear();
+        }
+    }
+
+    /// The pairs of capacitors of a unit, one of which has changed places as far
+    /// as its last readings tell; empty when none explains them.
+    pub fn pairs(&self, unit: usize) -> &[[usize; 2]] {
+        self.units.get(unit).map_or(&[], |unit| &unit.pairs)
+    }
+
+    /// Begins anew, as after new rest values.
+    pub fn forget(&mut self) {
+        self.units.fill(Suspect::default());
+    }
+}
+
 /// Sum of the misfits of all readings, each of one degree of freedom, with a
 /// pair exchanged.
 fn misfit(
@@ -86,6 +146,27 @@ mod tests {
             }
             assert_eq!(swapped(&unit, &wrong, [1e-16; 4]), named, "{pair:?}");
         }
+    }
+
+    #[test]
+    fn a_swap_is_watched_for_under_changing_loads_only() {
+        let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+        let unit = sensor.three_axis().unwrap().unit_model();
+        let mut wrong = readings(&unit);
+        for reading in &mut wrong {
+            reading.swap(0, 1);
+        }
+        let mut watch = SwapWatch::new(2);
+        for _ in 0..100 {
+            watch.push(0, wrong[0], &unit, [1e-16; 4]);
+        }
+        assert!(watch.pairs(0).is_empty());
+        for reading in wrong.iter().cycle().take(READINGS) {
+            watch.push(1, *reading, &unit, [1e-16; 4]);
+        }
+        assert_eq!(watch.pairs(1), [[0, 1], [2, 3]]);
+        watch.forget();
+        assert!(watch.pairs(1).is_empty());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Events of contacts: what began, changed and ended, and when.
 
 use super::force_history::{Course, ForceHistory, HistoryOptions};
+use super::motion::Matrix;
 use super::{Contact, Ending, State, Track, Tracker};
 
 /// What happened to a contact. The value of the event is in brackets.
@@ -35,8 +36,12 @@ pub enum TouchEventKind {
     },
     /// It began to move (the speed, m/s).
     Slip {
-        /// Direction on the developed surface, a unit vector.
+        /// Direction on the developed surface, a unit vector; of a slip along
+        /// the rows, whose part across them is not known, along x.
         direction: [f64; 2],
+        /// Correlation of the signals along the rows, at most 1, where that
+        /// showed the slip ([`super::SlipEstimator`]).
+        score: Option<f64>,
     },
     /// A reading is at the end of what can be read (the least force, N).
     Saturated,
@@ -86,7 +91,8 @@ pub struct TouchEventOptions {
     /// A contact slips above this many standard deviations of its speed;
     /// default 5.
     pub slip_deviations: f64,
-    /// ... and above this speed, m/s; default 5 mm/s.
+    /// ... and above this speed, m/s; default 5 mm/s. Infinite where slip is
+    /// told by other means.
     pub slip_speed: f64,
     /// Whether a reading at its end means a closed channel, as on crossing
     /// channels, rather than a board at its limit; default no.
@@ -109,6 +115,8 @@ impl Default for TouchEventOptions {
 pub struct TouchEvents {
     options: TouchEventOptions,
     watched: Vec<Watched>,
+    /// Contacts that lifted off and may come back.
+    left: Vec<Left>,
     events: Vec<TouchEvent>,
 }
 
@@ -118,9 +126,39 @@ struct Watched {
     id: u64,
     history: ForceHistory,
     force: [f64; 2],
+    anchor: Option<Anchor>,
+    /// What the last anchor showed.
+    drag: Option<Moved>,
     slips: bool,
     bound: Option<State>,
 }
+
+/// Where a contact was some time ago.
+#[derive(Debug, Clone, Copy)]
+struct Anchor {
+    time_ns: u64,
+    place: [f64; 2],
+    covariance: Matrix,
+}
+
+/// A velocity, m/s, and its covariance.
+#[derive(Debug, Clone, Copy)]
+struct Moved {
+    velocity: [f64; 2],
+    covariance: Matrix,
+}
+
+/// What is remembered of a contact that lifted off.
+#[derive(Debug, Clone)]
+struct Left {
+    time_ns: u64,
+    place: [f64; 2],
+    history: ForceHistory,
+}
+
+/// A slow drag shows in how far a contact has come in this time, ns: its velocity
+/// at one moment is known less well.
+const DRAG_NS: u64 = 250_000_000;
 
 impl TouchEvents {
     /// Without any contact.
@@ -128,6 +166,7 @@ impl TouchEvents {
         Self {
             options,
             watched: Vec::new(),
+            left: Vec::new(),
             events: Vec::new(),
         }
     }
@@ -136,6 +175,9 @@ impl TouchEvents {
     /// and gives the events of this frame.
     pub fn push(&mut self, time_ns: u64, tracker: &Tracker, contacts: &[Contact]) -> &[TouchEvent] {
         self.events.clear();
+        let longest = self.options.history.longest_break;
+        self.left
+            .retain(|left| time_ns.saturating_sub(left.time_ns) as f64 * 1e-9 <= longest);
         for ended in tracker.ended() {
             self.end(&ended.track, ended.ending);
         }
@@ -147,7 +189,13 @@ impl TouchEvents {
                 .tracks()
                 .iter()
                 .any(|other| other.inside == Some(track.id));
-            if !shared {
+            if shared {
+                // Nor does their place.
+                let watched = self.watched.iter_mut().find(|one| one.id == track.id);
+                if let Some(watched) = watched {
+                    (watched.anchor, watched.drag) = (None, None);
+                }
+            } else {
                 self.feel(time_ns, track, contact);
             }
         }
@@ -157,6 +205,7 @@ impl TouchEvents {
     /// Forgets all contacts.
     pub fn forget(&mut self) {
         self.watched.clear();
+        self.left.clear();
         self.events.clear();
     }
 
@@ -172,6 +221,11 @@ impl TouchEvents {
             for course in courses.into_iter().flatten() {
                 self.events.push(of_course(track.seen_ns, track.id, course));
             }
+            self.left.push(Left {
+                time_ns: track.seen_ns,
+                place: track.centre(),
+                history: watched.history,
+            });
         }
         let kind = match ending {
             Ending::Released => TouchEventKind::Release,
@@ -190,6 +244,21 @@ impl TouchEvents {
         });
     }
 
+    /// The history of a contact that begins: that of the one that left its place.
+    fn history(&mut self, time_ns: u64, contact: &Contact) -> ForceHistory {
+        let near = (contact.area / contact.taxels as f64).sqrt();
+        let [x, y] = contact.centre;
+        let came_back = |left: &Left| (left.place[0] - x).hypot(left.place[1] - y) < near;
+        match self.left.iter().rposition(came_back) {
+            Some(at) => {
+                let mut history = self.left.remove(at).history;
+                history.resume(time_ns.saturating_sub(1));
+                history
+            }
+            None => ForceHistory::new(self.options.history, time_ns),
+        }
+    }
+
     fn feel(&mut self, time_ns: u64, track: &Track, contact: &Contact) {
         let force = [contact.force[2], contact.force_covariance[2][2].sqrt()];
         let known = self.watched.iter().position(|one| one.id == track.id);
@@ -199,10 +268,13 @@ impl TouchEvents {
                 None => TouchEventKind::Touch,
             };
             self.note(time_ns, track.id, kind, force);
+            let history = self.history(time_ns, contact);
             self.watched.push(Watched {
                 id: track.id,
-                history: ForceHistory::new(self.options.history, time_ns),
+                history,
                 force,
+                anchor: None,
+                drag: None,
                 slips: false,
                 bound: None,
             });
@@ -214,7 +286,7 @@ impl TouchEvents {
         // Of an unknown noise the shares decide.
         let noise = if force[1].is_nan() { 0.0 } else { force[1] };
         let courses = watched.history.push(time_ns, force[0], noise);
-        let slip = watched.slip(track, &options);
+        let slip = watched.slip(time_ns, track, &options);
         let bound = watched.bound(contact, &options);
         for course in courses.into_iter().flatten() {
             self.events.push(of_course(time_ns, track.id, course));
@@ -229,30 +301,59 @@ impl TouchEvents {
 }
 
 impl Watched {
-    /// Whether the contact begins to move.
+    /// Whether the contact begins to move: by its velocity now, or by how far it
+    /// has come.
     fn slip(
         &mut self,
+        time_ns: u64,
         track: &Track,
         options: &TouchEventOptions,
     ) -> Option<(TouchEventKind, [f64; 2])> {
-        let [x, y] = track.velocity();
-        let speed = x.hypot(y);
-        if speed == 0.0 {
-            self.slips = false;
-            return None;
-        }
-        let direction = [x / speed, y / speed];
-        let covariance = track.velocity_covariance();
-        let variance: f64 = (0..2)
-            .flat_map(|i| (0..2).map(move |j| (i, j)))
-            .map(|(i, j)| direction[i] * covariance[i][j] * direction[j])
-            .sum();
-        let deviation = variance.sqrt();
-        let least = options.slip_speed.max(options.slip_deviations * deviation);
+        self.follow_anchor(time_ns, track);
+        let now = Moved {
+            velocity: track.velocity(),
+            covariance: track.velocity_covariance(),
+        };
         // It ends at half the speed, so that it does not flicker.
-        let began = !self.slips && speed > least;
-        self.slips = speed > if self.slips { 0.5 * least } else { least };
-        began.then_some((TouchEventKind::Slip { direction }, [speed, deviation]))
+        let share = if self.slips { 0.5 } else { 1.0 };
+        let found = [Some(now), self.drag]
+            .into_iter()
+            .flatten()
+            .filter_map(|moved| moved.along())
+            .find(|(_, [speed, deviation])| {
+                *speed > share * options.slip_speed.max(options.slip_deviations * deviation)
+            });
+        let began = found.is_some() && !self.slips;
+        self.slips = found.is_some();
+        let (direction, value) = found.filter(|_| began)?;
+        let kind = TouchEventKind::Slip {
+            direction,
+            score: None,
+        };
+        Some((kind, value))
+    }
+
+    fn follow_anchor(&mut self, time_ns: u64, track: &Track) {
+        let here = Anchor {
+            time_ns,
+            place: track.centre(),
+            covariance: track.centre_covariance(),
+        };
+        let anchor = self.anchor.get_or_insert(here);
+        let elapsed = time_ns.saturating_sub(anchor.time_ns);
+        if elapsed >= DRAG_NS {
+            let seconds = elapsed as f64 * 1e-9;
+            let (from, covariance) = (anchor.place, anchor.covariance);
+            self.drag = Some(Moved {
+                velocity: std::array::from_fn(|i| (here.place[i] - from[i]) / seconds),
+                covariance: std::array::from_fn(|i| {
+                    std::array::from_fn(|j| {
+                        (here.covariance[i][j] + covariance[i][j]) / (seconds * seconds)
+                    })
+                }),
+            });
+            self.anchor = Some(here);
+        }
     }
 
     /// Whether the contact comes to a bound.
@@ -266,6 +367,23 @@ impl Watched {
             State::Saturated => Some(TouchEventKind::Saturated),
             _ => None,
         }
+    }
+}
+
+impl Moved {
+    /// Direction, a unit vector, and speed with its deviation; none at rest.
+    fn along(&self) -> Option<([f64; 2], [f64; 2])> {
+        let [x, y] = self.velocity;
+        let speed = x.hypot(y);
+        if speed == 0.0 {
+            return None;
+        }
+        let direction = [x / speed, y / speed];
+        let variance: f64 = (0..2)
+            .flat_map(|i| (0..2).map(move |j| (i, j)))
+            .map(|(i, j)| direction[i] * self.covariance[i][j] * direction[j])
+            .sum();
+        Some((direction, [speed, variance.sqrt()]))
     }
 }
 
@@ -293,95 +411,4 @@ fn of_course(time_ns: u64, contact: u64, course: Course) -> TouchEvent {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::estimation::TrackerOptions;
-    use crate::estimation::contact::{Cell, Gathering, normal_only};
-
-    fn contact(x: f64, force: f64, state: State) -> Contact {
-        let mut gathering = Gathering::default();
-        let cell = Cell {
-            position: [x, 0.0],
-            weight: force,
-            deviation: 1e-3,
-            threshold: 6e-3,
-            force: [0.0, 0.0, force],
-            force_covariance: normal_only(1e-3),
-            state,
-        };
-        gathering.add(0, &cell);
-        gathering.settle();
-        gathering.finish([1e-3; 2])
-    }
-
-    /// Events of one contact, given by place and force each millisecond; no
-    /// contact where the force is zero.
-    fn events(milliseconds: u64, at: impl Fn(f64) -> (f64, f64, State)) -> Vec<TouchEvent> {
-        let mut tracker = Tracker::new(TrackerOptions::new([1e-3; 2]));
-        let mut events = TouchEvents::new(TouchEventOptions::default());
-        let mut all = Vec::new();
-        for time in 0..milliseconds {
-            let (x, force, state) = at(time as f64 * 1e-3);
-            let contacts: Vec<_> = (force > 0.0)
-                .then(|| contact(x, force, state))
-                .into_iter()
-                .collect();
-            let regions = [(!contacts.is_empty()).then_some(0)];
-            tracker.push(time * 1_000_000, &contacts, &regions);
-            all.extend_from_slice(events.push(time * 1_000_000, &tracker, &contacts));
-        }
-        all
-    }
-
-    fn names(events: &[TouchEvent]) -> Vec<&'static str> {
-        events.iter().map(|event| event.kind.name()).collect()
-    }
-
-    #[test]
-    fn a_press_is_touch_step_and_release_with_their_times() {
-        let found = events(1500, |t| {
-            (
-                0.0,
-                if (0.1..1.0).contains(&t) { 0.3 } else { 0.0 },
-                State::Ok,
-            )
-        });
-        assert_eq!(names(&found), ["touch", "step", "release"]);
-        assert_eq!(found[0].time_ns, 100_000_000);
-        assert_eq!(found[2].time_ns, 999_000_000);
-        assert!((found[1].value - 0.3).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_tap_is_an_impact() {
-        let force = |t: f64| 0.3 * (1.0 - ((t - 0.2) / 0.1).powi(2)).max(0.0);
-        let found = events(600, |t| (0.0, force(t), State::Ok));
-        assert!(names(&found).contains(&"impact"), "{found:?}");
-        assert!(!names(&found).contains(&"step"), "{found:?}");
-    }
-
-    #[test]
-    fn a_moving_contact_slips_once_with_its_speed_and_direction() {
-        let found = events(500, |t| (0.05 * (t - 0.2).max(0.0), 0.3, State::Ok));
-        let slips: Vec<_> = found
-            .iter()
-            .filter(|event| event.kind.name() == "slip")
-            .collect();
-        assert_eq!(slips.len(), 1, "{found:?}");
-        let TouchEventKind::Slip { direction } = slips[0].kind else {
-            panic!()
-        };
-        assert!(direction[0] > 0.9 && slips[0].time_ns > 200_000_000);
-    }
-
-    #[test]
-    fn bounds_are_told_once() {
-        let state = |t: f64| if t > 0.1 { State::Contact } else { State::Ok };
-        let found = events(300, |t| (0.0, 0.3, state(t)));
-        let count = names(&found)
-            .iter()
-            .filter(|name| **name == "collapsed")
-            .count();
-        assert_eq!(count, 1);
-    }
-}
+mod tests;

@@ -13,7 +13,9 @@ use crate::acquisition::{Quantity, Simulated, Stream};
 use crate::calibration::{ChannelCalibration, ChannelModel, DividerScale};
 use crate::drawing::Drawing;
 use crate::electronics::DividerBoard;
-use crate::estimation::{CrossedChannels, CrossedOptions, FrameError};
+use crate::estimation::{
+    ChannelFacts, CrossedChannels, CrossedOptions, FrameError, ObserverOptions, Wiring,
+};
 use crate::layout::Layout;
 use crate::mechanics::{ChannelError, VoidStack};
 use crate::predict::Predictor;
@@ -205,6 +207,28 @@ impl Device for ChannelArray<'_> {
         let calibration = self.calibration().map_err(|_| wrong)?;
         let estimator = CrossedChannels::new(calibration, CrossedOptions::default());
         Ok(Sense::Signals(Box::new(estimator)))
+    }
+
+    fn observed(&self, stream: &Stream) -> ObserverOptions {
+        let board = &self.board;
+        let (lowest, step) = (board.converter.voltage(0.0), board.converter.step());
+        let saturation = board.divider.saturation.min(board.divider.supply);
+        let highest = f64::from(board.converter.highest());
+        let channel = ChannelFacts {
+            deviation: board.deviation() / step,
+            resolution: 1.0,
+            span: [0.0, highest.min((saturation - lowest) / step)],
+            masked: false,
+        };
+        let [rows, columns] = self.counts();
+        let mut options = ObserverOptions {
+            channels: vec![channel; rows + columns],
+            wiring: Wiring::Crossing { rows, columns },
+            ..ObserverOptions::new(stream)
+        };
+        // A channel that reads no more is one that the load has closed.
+        options.events.saturation_is_closure = true;
+        options.on(&self.layout())
     }
 
     fn drawing(&self) -> Drawing {

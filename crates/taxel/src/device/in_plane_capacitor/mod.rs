@@ -7,12 +7,12 @@ mod field;
 mod predict;
 mod simulated;
 
-use super::{Device, Sense};
+use super::{Device, Sense, capacitor_channel};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::{ChannelScale, InPlaneCalibration};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
-use crate::estimation::{FrameError, InPlaneEstimator, InPlaneEstimatorError};
+use crate::estimation::{FrameError, InPlaneEstimator, InPlaneEstimatorError, ObserverOptions};
 use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
@@ -121,6 +121,19 @@ impl Device for InPlaneArray<'_> {
                 found: stream.unit.quantity,
             }),
         }
+    }
+
+    fn observed(&self, stream: &Stream) -> ObserverOptions {
+        let calibration = self.calibration();
+        let (scale, quantity) = (&calibration.channel, stream.unit.quantity);
+        let channels = calibration.deviation.iter().zip(&calibration.masked);
+        ObserverOptions {
+            channels: channels
+                .map(|(sigma, masked)| capacitor_channel(scale, *sigma, *masked, quantity))
+                .collect(),
+            ..ObserverOptions::new(stream)
+        }
+        .on(&calibration.layout)
     }
 
     fn drawing(&self) -> Drawing {

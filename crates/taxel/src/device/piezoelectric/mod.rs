@@ -13,8 +13,8 @@ use crate::acquisition::{Quantity, Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
-    ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError, ProfileFit, ProfileModel,
-    SignalEstimator,
+    ChannelFacts, ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError,
+    ObserverOptions, ProfileFit, ProfileModel, SignalEstimator, SlipOptions,
 };
 use crate::layout::Layout;
 use crate::linear::Transfer;
@@ -28,6 +28,11 @@ pub use predict::{Drive, PiezoelectricPredictor, TestAnswer};
 
 /// Largest radius of a contact that is placed by its profile, m: two elements.
 const LARGEST_CONTACT: f64 = 8e-3;
+/// Length of signal in which a slip is looked for, s, and the least and greatest
+/// speed, m/s: at the least one a ridge takes 0.4 s from one element of the
+/// shipped array to the next.
+const SLIP_WINDOW: f64 = 1.0;
+const SLIP_SPEEDS: [f64; 2] = [10e-3, 300e-3];
 
 /// An array of piezoelectric elements with its board.
 #[derive(Debug, Clone)]
@@ -179,6 +184,35 @@ impl Device for PiezoelectricArray<'_> {
         }
         let estimator: Box<dyn SignalEstimator> = Box::new(estimator);
         Ok(Sense::Signals(estimator))
+    }
+
+    fn observed(&self, stream: &Stream) -> ObserverOptions {
+        let model = self.model();
+        let count = |volts: f64| (volts - model.volt_at_zero) / model.volt_per_count;
+        let channel = |masked: &bool| ChannelFacts {
+            deviation: model.deviation / model.volt_per_count,
+            resolution: 1.0,
+            // As far as a reading at the limit of the output may be rounded.
+            span: [count(model.span[0]) + 0.5, count(model.span[1]) - 0.5],
+            masked: *masked,
+        };
+        let (layout, taxels) = (&model.layout, model.layout.taxels());
+        let slip = SlipOptions {
+            rows: layout.rows,
+            columns: layout.columns,
+            pitch: layout.pitch[0],
+            delays: (0..taxels).map(|taxel| self.board.delay(taxel)).collect(),
+            window: SLIP_WINDOW,
+            speeds: SLIP_SPEEDS,
+            least_score: 0.5,
+            longest_pause: 10.0 * model.period,
+        };
+        ObserverOptions {
+            channels: model.masked.iter().map(channel).collect(),
+            slip: (layout.columns > 1).then_some(slip),
+            ..ObserverOptions::new(stream)
+        }
+        .on(layout)
     }
 
     fn drawing(&self) -> Drawing {

@@ -6,12 +6,12 @@ mod facts;
 mod predict;
 mod simulated;
 
-use super::{Device, Sense};
+use super::{Device, Sense, capacitor_channel};
 use crate::acquisition::{Quantity, Simulated, Stream};
 use crate::calibration::{Calibration, ChannelScale};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
-use crate::estimation::FrameError;
+use crate::estimation::{FrameError, ObserverOptions};
 use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, ThreeAxisCapacitor, masked_capacitors};
@@ -126,6 +126,20 @@ impl Device for ThreeAxisArray<'_> {
             });
         }
         Ok(Sense::ThreeAxis(Box::new(calibration)))
+    }
+
+    fn observed(&self, stream: &Stream) -> ObserverOptions {
+        let calibration = self.calibration();
+        let (scale, quantity) = (&calibration.channel, stream.unit.quantity);
+        let deviations = calibration.deviation.iter().flatten();
+        let channels = deviations.zip(calibration.masked.iter().flatten());
+        ObserverOptions {
+            channels: channels
+                .map(|(sigma, masked)| capacitor_channel(scale, *sigma, *masked, quantity))
+                .collect(),
+            ..ObserverOptions::new(stream)
+        }
+        .on(&calibration.layout)
     }
 
     fn drawing(&self) -> Drawing {

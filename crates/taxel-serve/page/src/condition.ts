@@ -1,0 +1,126 @@
+// The condition of each channel: a map of the taxels, and in words what is against them.
+
+import { create, cssValue } from "./dom";
+import { seconds } from "./format";
+import type { Cell, PanelListener } from "./panel";
+import type { Health, Hello, WrongChannel } from "./protocol";
+
+/** Colours of the conditions, by name; each has a letter too, so that colour alone tells none. */
+const SIGNS: Record<string, [letter: string, colour: string]> = {
+  dead: ["D", "--bad"],
+  saturated: ["S", "--bad"],
+  stuck: ["K", "--bad"],
+  noisy: ["N", "--warn"],
+  inconsistent: ["I", "--warn"],
+};
+
+const NOTHING: Health = { repeated: 0, channels: 0, wrong_channels: 0, wrong: [], swapped: [] };
+
+export class ConditionView {
+  readonly root: HTMLElement;
+  private readonly canvas: HTMLCanvasElement;
+  private readonly list = create("ul", { class: "wrong", "data-testid": "wrong" });
+  private readonly summary = create("p", { class: "summary", "data-testid": "condition-summary" });
+  private size = { rows: 1, columns: 1 };
+  private health = NOTHING;
+  /** What is against each taxel. */
+  private readonly against = new Map<number, WrongChannel[]>();
+
+  constructor(listener: PanelListener) {
+    this.canvas = create("canvas", { class: "condition-map", "data-testid": "condition-map", "aria-hidden": "true" });
+    this.canvas.addEventListener("pointermove", (event) => listener.hover(this.cellAt(event)));
+    this.canvas.addEventListener("pointerleave", () => listener.hover(null));
+    this.canvas.addEventListener("pointerdown", (event) => listener.pick(this.cellAt(event)));
+    const words = create("div", { class: "scroll", tabindex: "0" }, this.summary, this.list);
+    this.root = create("div", { class: "condition-view", "data-testid": "condition-view" }, this.canvas, words);
+  }
+
+  greet({ rows, columns }: Hello): void {
+    this.size = { rows, columns };
+    this.take(NOTHING);
+  }
+
+  take(health: Health): void {
+    this.health = health;
+    this.against.clear();
+    for (const wrong of health.wrong) {
+      for (const taxel of wrong.taxels) this.against.set(taxel, [...(this.against.get(taxel) ?? []), wrong]);
+    }
+    this.summary.textContent = this.inWords();
+    const items = health.wrong.map(({ name, reason, since_ns: since }) =>
+      create("li", {}, create("b", {}, name), ` ${reason}, since ${seconds(since)}`),
+    );
+    for (const { taxel, pairs } of health.swapped) {
+      const which = pairs.map(([one, other]) => `${one} and ${other}`).join(", or ");
+      items.unshift(create("li", {}, create("b", {}, this.place(taxel)), ` capacitors changed places: ${which}`));
+    }
+    this.list.replaceChildren(...items);
+    this.draw();
+  }
+
+  /** One line when something is wrong; empty when nothing is. */
+  brief(): string {
+    const { wrong, wrong_channels: count } = this.health;
+    if (count === 0) return "";
+    const kinds = [...new Set(wrong.map(({ condition }) => condition))].join(", ");
+    return `${count} ${count === 1 ? "channel" : "channels"} ${kinds}`;
+  }
+
+  /** What is against a taxel, in words. */
+  wordsOf(taxel: number): string[] {
+    const words = (this.against.get(taxel) ?? []).map(({ name, reason }) => `${name}: ${reason}`);
+    const swapped = this.health.swapped.find((unit) => unit.taxel === taxel);
+    if (swapped !== undefined) {
+      words.unshift(`changed places: ${swapped.pairs.map((pair) => pair.join(" and ")).join(", or ")}`);
+    }
+    return words;
+  }
+
+  draw(): void {
+    const context = this.canvas.getContext("2d");
+    const scale = devicePixelRatio;
+    const { rows, columns } = this.size;
+    const side = Math.max(3, Math.min(26, Math.floor(120 / Math.max(rows, columns))));
+    this.canvas.style.width = `${side * columns}px`;
+    this.canvas.style.height = `${side * rows}px`;
+    this.canvas.width = Math.round(side * columns * scale);
+    this.canvas.height = Math.round(side * rows * scale);
+    if (context === null) return;
+    const cell = side * scale;
+    const gap = side > 6 ? scale : 0;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.font = `700 ${0.62 * cell}px ${getComputedStyle(document.body).fontFamily}`;
+    for (let taxel = 0; taxel < rows * columns; taxel++) {
+      const [x, y] = [(taxel % columns) * cell, Math.floor(taxel / columns) * cell];
+      const [letter, colour] = SIGNS[this.against.get(taxel)?.[0]?.condition ?? ""] ?? ["", "--well"];
+      context.fillStyle = cssValue(colour);
+      context.fillRect(x, y, cell - gap, cell - gap);
+      if (letter === "" || side < 10) continue;
+      context.fillStyle = cssValue("--panel");
+      context.fillText(letter, x + (cell - gap) / 2, y + (cell - gap) / 2 + scale / 2);
+    }
+  }
+
+  private inWords(): string {
+    const { channels, wrong, wrong_channels: count, repeated } = this.health;
+    const again = repeated === 0 ? "" : ` ${repeated} frames were sent again and not used.`;
+    if (channels === 0) return "";
+    if (count === 0) return `Nothing is against any of ${channels} channels.${again}`;
+    const more = count > wrong.length ? `, the first ${wrong.length}` : "";
+    return `Something is against ${count} of ${channels} channels${more}.${again}`;
+  }
+
+  private place(taxel: number): string {
+    return `r${Math.floor(taxel / this.size.columns)}c${taxel % this.size.columns}`;
+  }
+
+  private cellAt(event: PointerEvent): Cell {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const at = (place: number, count: number): number => Math.min(count - 1, Math.max(0, Math.floor(place * count)));
+    return {
+      row: at((event.clientY - top) / height, this.size.rows),
+      column: at((event.clientX - left) / width, this.size.columns),
+    };
+  }
+}

@@ -1,0 +1,83 @@
+// The list of events of contacts, the newest first.
+
+import { create, setText } from "./dom";
+import { eventValue, fixed, seconds } from "./format";
+import type { TouchEvent } from "./protocol";
+
+/** Rows of the list; older events are dropped. */
+const MOST_ROWS = 200;
+const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "collapsed"];
+
+export class EventList {
+  readonly root: HTMLElement;
+  readonly filter: HTMLSelectElement;
+  private readonly body = create("tbody");
+  private readonly hint = create("p", { class: "hint" }, "No event yet.");
+  private events: TouchEvent[] = [];
+
+  constructor() {
+    this.filter = create("select", { class: "filter", "aria-label": "Events shown", "data-testid": "event-filter" });
+    for (const kind of ["", ...KINDS]) {
+      this.filter.append(create("option", { value: kind }, kind === "" ? "all" : kind));
+    }
+    this.filter.addEventListener("change", () => this.fill());
+    const table = create("table", { class: "events" }, this.body);
+    this.root = create("div", { class: "scroll", tabindex: "0", "data-testid": "events" }, this.hint, table);
+  }
+
+  clear(): void {
+    this.events = [];
+    this.fill();
+  }
+
+  /** Takes new events, the oldest first; `missed` earlier ones are not kept any more. */
+  take(events: readonly TouchEvent[], missed: number): void {
+    this.events.push(...events);
+    this.events.splice(0, this.events.length - MOST_ROWS);
+    if (missed > 0) setText(this.hint, `${missed} earlier events are not kept.`);
+    const shown = events.slice(-MOST_ROWS).filter((event) => this.shows(event));
+    this.body.prepend(...shown.reverse().map(row));
+    while (this.body.rows.length > MOST_ROWS) this.body.deleteRow(-1);
+    this.hint.hidden = this.body.rows.length > 0;
+  }
+
+  private shows({ kind }: TouchEvent): boolean {
+    return this.filter.value === "" || this.filter.value === kind;
+  }
+
+  private fill(): void {
+    const shown = this.events.filter((event) => this.shows(event));
+    this.body.replaceChildren(...shown.reverse().map(row));
+    setText(this.hint, this.events.length === 0 ? "No event yet." : "No such event.");
+    this.hint.hidden = shown.length > 0;
+  }
+}
+
+function row(event: TouchEvent): HTMLTableRowElement {
+  const { time_ns: time, contact, value, deviation, unit } = event;
+  const what = eventInWords(event);
+  const cells = [seconds(time), contact === 0 ? "" : String(contact), what, eventValue(value, deviation, unit)];
+  const line = create("tr", {}, ...cells.map((text) => create("td", {}, text)));
+  if (contact !== 0) line.title = `contact ${contact}: ${what}`;
+  return line;
+}
+
+/** What happened, with what belongs to it beside its value. */
+export function eventInWords(event: TouchEvent): string {
+  const { kind, parent, into, rise_time_s: rise, symmetry, direction, score } = event;
+  if (parent !== undefined) return `split from ${parent}`;
+  if (into !== undefined) return `merged into ${into}`;
+  if (rise !== undefined) return `impact, rise ${fixed(1e3 * rise, 1)} ms`;
+  if (symmetry !== undefined) return `cyclic, symmetry ${fixed(symmetry, 2)}`;
+  if (direction === undefined) return kind;
+  const along = score === undefined ? "" : ` along the row, score ${fixed(score, 2)}`;
+  return `slip ${arrow(direction)}${along}`;
+}
+
+const ARROWS = ["→", "↗", "↑", "↖", "←", "↙", "↓", "↘"];
+
+/** The arrow nearest to a direction, y upwards. */
+function arrow([x, y]: readonly [number, number]): string {
+  const eighth = Math.round(Math.atan2(y, x) / (Math.PI / 4));
+  return ARROWS[(eighth + 8) % 8] as string;
+}

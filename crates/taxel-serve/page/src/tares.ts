@@ -1,0 +1,87 @@
+// The history of the rest values, the newest first, with the way back to each of them.
+
+import { create } from "./dom";
+import { decimalsFor, fixed, seconds } from "./format";
+import type { BaselineChanges, Hello, TareEntry, Unit } from "./protocol";
+
+export class TareList {
+  readonly root: HTMLElement;
+  private readonly list = create("ol", { class: "tares" });
+  private readonly own = create("div", { class: "baseline", "data-testid": "baseline" });
+  private readonly goBack: (to: number) => void;
+  private unit: Unit = { quantity: "", symbol: "", si_per_unit: 1 };
+
+  constructor(goBack: (to: number) => void) {
+    this.goBack = goBack;
+    this.root = create("div", { class: "scroll", tabindex: "0", "data-testid": "tares" }, this.list, this.own);
+  }
+
+  greet(hello: Hello): void {
+    this.unit = hello.signals?.signal ?? hello.unit;
+    this.list.replaceChildren();
+    this.own.replaceChildren();
+  }
+
+  take(entries: readonly TareEntry[]): void {
+    // The focus stays on the button of the same entry.
+    const focused = document.activeElement?.getAttribute("data-entry");
+    const newest = entries[entries.length - 1]?.index;
+    const lines = [...entries].reverse().map((entry) => this.line(entry, entry.index === newest));
+    this.list.replaceChildren(...lines);
+    if (focused != null) this.list.querySelector<HTMLElement>(`[data-entry="${focused}"]`)?.focus();
+  }
+
+  takeBaseline({ changes, last }: BaselineChanges): void {
+    const items = [...last]
+      .reverse()
+      .map(({ time_ns: time, name, change, reason }) =>
+        create("li", {}, `${seconds(time)}  ${name}  ${this.change(change)}: ${reason}`),
+      );
+    const count = changes === 1 ? "1 change" : `${changes} changes`;
+    this.own.replaceChildren(create("p", {}, `Baseline followed by itself: ${count}, the last ones:`), create("ul", {}, ...items));
+  }
+
+  private line(entry: TareEntry, newest: boolean): HTMLElement {
+    const { index, time_ns: time, restorable, kind } = entry;
+    const text = create("span", { class: "tare-text" }, `${time === null ? "start" : seconds(time)}  ${this.words(entry)}`);
+    const item = create("li", { "data-kind": kind }, text);
+    if (newest) item.append(create("span", { class: "now" }, "in force"));
+    else if (restorable && kind !== "refused") {
+      const button = create(
+        "button",
+        { type: "button", class: "small", "data-entry": String(index), "data-testid": `undo-${index}` },
+        "Go back",
+      );
+      button.setAttribute("aria-label", `Go back to the rest values after: ${text.textContent}`);
+      button.addEventListener("click", () => this.goBack(index));
+      item.append(button);
+    }
+    return item;
+  }
+
+  private words({ kind, by, largest_change: largest, to, message }: TareEntry): string {
+    const who = by === "page" ? "by the page" : "at the start";
+    const most =
+      largest === null || kind === "begun" || kind === "refused"
+        ? ""
+        : `, largest change ${this.change(largest.change)} (${largest.name})`;
+    switch (kind) {
+      case "begun":
+        return "rest values of the calibration";
+      case "captured":
+        return `tare ${who}${most}`;
+      case "cleared":
+        return `cleared ${who}${most}`;
+      case "undone":
+        return `${who} back to ${to === 0 ? "the calibration" : `entry ${to}`}${most}`;
+      default:
+        return `refused, asked for ${who}: ${message}`;
+    }
+  }
+
+  private change(change: number): string {
+    const shown = change / this.unit.si_per_unit;
+    const sign = shown > 0 ? "+" : "";
+    return `${sign}${fixed(shown, Math.max(2, decimalsFor(Math.abs(shown), 3)))} ${this.unit.symbol}`;
+  }
+}

@@ -1,0 +1,410 @@
+//! Events of contacts for messages, the report and a file.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, mpsc};
+use std::thread::JoinHandle;
+
+use serde::Serialize;
+use taxel::estimation::{TouchEvent, TouchEventKind};
+
+use crate::save::SaveError;
+
+/// One event as messages, the report and files have it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EventRecord {
+    /// Its number in this run, from 0.
+    pub index: u64,
+    /// Device time, ns.
+    pub time_ns: u64,
+    /// Number of the contact; 0 for none.
+    pub contact: u64,
+    /// Name of what happened.
+    pub kind: &'static str,
+    /// Its value in `unit`; `NaN` where it is not known.
+    pub value: f64,
+    /// Standard deviation of the value; `NaN` where it is not known.
+    pub deviation: f64,
+    /// Unit of the value.
+    pub unit: &'static str,
+    /// Contact that a split one came off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parent: Option<u64>,
+    /// Contact that a merged one went into.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub into: Option<u64>,
+    /// Rise time of an impact from 10 to 90 %, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rise_time_s: Option<f64>,
+    /// Of a cyclic load, the smaller over the larger amplitude.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub symmetry: Option<f64>,
+    /// Of a slip, a unit vector.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 2]>,
+    /// Of a slip along rows, the correlation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub score: Option<f64>,
+}
+
+/// First line of a CSV file of events.
+const COLUMNS: &str = "time [ns],contact,event,value,deviation,unit,parent,into,rise_time [s],symmetry,\
+                       direction_x,direction_y,score";
+
+impl EventRecord {
+    fn new(index: u64, event: &TouchEvent, [force, speed]: [&'static str; 2]) -> Self {
+        let mut record = Self {
+            index,
+            time_ns: event.time_ns,
+            contact: event.contact,
+            kind: event.kind.name(),
+            value: event.value,
+            deviation: event.deviation,
+            unit: force,
+            parent: None,
+            into: None,
+            rise_time_s: None,
+            symmetry: None,
+            direction: None,
+            score: None,
+        };
+        match event.kind {
+            TouchEventKind::Split { parent } => record.parent = Some(parent),
+            TouchEventKind::Merged { into } => record.into = Some(into),
+            TouchEventKind::Impact { rise_time } => record.rise_time_s = Some(rise_time),
+            TouchEventKind::Cyclic { symmetry } => {
+                record.unit = "Hz";
+                record.symmetry = Some(symmetry);
+            }
+            TouchEventKind::Slip { direction, score } => {
+                record.unit = speed;
+                record.direction = Some(direction);
+                record.score = score;
+            }
+            _ => {}
+        }
+        record
+    }
+
+    fn json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    fn csv(&self) -> String {
+        let number = |value: Option<f64>| {
+            let known = value.filter(|value| value.is_finite());
+            known.map_or(String::new(), |value| value.to_string())
+        };
+        let contact = |contact: Option<u64>| contact.map_or(String::new(), |id| id.to_string());
+        [
+            self.time_ns.to_string(),
+            self.contact.to_string(),
+            self.kind.into(),
+            number(Some(self.value)),
+            number(Some(self.deviation)),
+            self.unit.into(),
+            contact(self.parent),
+            contact(self.into),
+            number(self.rise_time_s),
+            number(self.symmetry),
+            number(self.direction.map(|[x, _]| x)),
+            number(self.direction.map(|[_, y]| y)),
+            number(self.score),
+        ]
+        .join(",")
+    }
+}
+
+/// A new file for events.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EventFile {
+    path: PathBuf,
+    format: EventFormat,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum EventFormat {
+    Csv,
+    JsonLines,
+}
+
+/// Why a file cannot take events.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum EventFileError {
+    /// Its name does not end in a known format.
+    #[error("{}: events are written as .csv or .jsonl; end the name in one of these", .0.display())]
+    Format(PathBuf),
+    /// It exists; nothing is ever overwritten.
+    #[error("{}: the file exists; name a new one", .0.display())]
+    Exists(PathBuf),
+}
+
+impl EventFile {
+    /// The file `path`, whose ending says the format; it is made when the run
+    /// begins.
+    ///
+    /// # Errors
+    /// [`EventFileError`].
+    pub fn new(path: &Path) -> Result<Self, EventFileError> {
+        let format = match path.extension().and_then(|ending| ending.to_str()) {
+            Some("csv") => EventFormat::Csv,
+            Some("jsonl") => EventFormat::JsonLines,
+            _ => return Err(EventFileError::Format(path.to_owned())),
+        };
+        if path.exists() {
+            return Err(EventFileError::Exists(path.to_owned()));
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            format,
+        })
+    }
+}
+
+/// Writes events on a thread of its own, each at once to the disk.
+#[derive(Debug)]
+pub(crate) struct EventWriter {
+    file: EventFile,
+    lines: mpsc::Sender<String>,
+    writer: JoinHandle<std::io::Result<()>>,
+}
+
+impl EventWriter {
+    pub(crate) fn create(file: &EventFile) -> Result<Self, SaveError> {
+        let path = file.path.clone();
+        let mut open =
+            File::create_new(&path).map_err(|cause| SaveError::Create { path, cause })?;
+        let (lines, waiting) = mpsc::channel::<String>();
+        let writer = std::thread::spawn(move || {
+            for line in waiting {
+                // One write for each line: no half of one can be read.
+                open.write_all(format!("{line}\n").as_bytes())?;
+                open.flush()?;
+            }
+            Ok(())
+        });
+        let writer = Self {
+            file: file.clone(),
+            lines,
+            writer,
+        };
+        if file.format == EventFormat::Csv {
+            writer.line(COLUMNS.into())?;
+        }
+        Ok(writer)
+    }
+
+    fn line(&self, line: String) -> Result<(), SaveError> {
+        self.lines.send(line).map_err(|_| SaveError::Write {
+            path: self.file.path.clone(),
+            message: "writing failed; is the disk full?".into(),
+        })
+    }
+
+    fn push(&self, record: &EventRecord) -> Result<(), SaveError> {
+        self.line(match self.file.format {
+            EventFormat::Csv => record.csv(),
+            EventFormat::JsonLines => record.json(),
+        })
+    }
+
+    fn finish(self) -> Result<(), SaveError> {
+        drop(self.lines);
+        let ended = self.writer.join().unwrap_or_else(|_| {
+            Err(std::io::Error::other(
+                "the writing thread ended unexpectedly",
+            ))
+        });
+        ended.map_err(|cause| SaveError::Write {
+            path: self.file.path,
+            message: cause.to_string(),
+        })
+    }
+}
+
+/// Events that a client which comes late still gets.
+const KEPT: usize = 500;
+/// Events of the report.
+const REPORTED: usize = 10;
+
+/// The newest events as JSON, where the clients' tasks find them.
+#[derive(Debug, Default)]
+pub(crate) struct EventLog {
+    next: u64,
+    kept: VecDeque<Arc<str>>,
+}
+
+impl EventLog {
+    pub(crate) fn push(&mut self, record: &EventRecord) {
+        if self.kept.len() == KEPT {
+            self.kept.pop_front();
+        }
+        self.kept.push_back(record.json().into());
+        self.next += 1;
+    }
+
+    /// The message with all events from number `from` on, and the number of the
+    /// next one; `None` without any. `missed` of them are not kept any more.
+    pub(crate) fn since(&self, from: u64) -> Option<(String, u64)> {
+        let new = self.next.saturating_sub(from) as usize;
+        if new == 0 {
+            return None;
+        }
+        let first = self.kept.len().saturating_sub(new);
+        let missed = new - (self.kept.len() - first);
+        let mut text = format!("{{\"type\":\"events\",\"missed\":{missed},\"events\":[");
+        for (place, event) in self.kept.range(first..).enumerate() {
+            if place > 0 {
+                text.push(',');
+            }
+            text.push_str(event);
+        }
+        text.push_str("]}");
+        Some((text, self.next))
+    }
+}
+
+/// What a run had of events.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct EventSummary {
+    /// How many of each kind, by name.
+    pub counts: BTreeMap<&'static str, u64>,
+    /// The last ten, the oldest first.
+    pub last: VecDeque<EventRecord>,
+}
+
+/// Takes the events of a run.
+#[derive(Debug)]
+pub(crate) struct Events {
+    units: [&'static str; 2],
+    next: u64,
+    summary: EventSummary,
+    writer: Option<EventWriter>,
+}
+
+impl Events {
+    /// `units` are those of forces and speeds.
+    pub(crate) fn new(units: [&'static str; 2], writer: Option<EventWriter>) -> Self {
+        Self {
+            units,
+            next: 0,
+            summary: EventSummary::default(),
+            writer,
+        }
+    }
+
+    pub(crate) fn push(
+        &mut self,
+        events: &[TouchEvent],
+        log: &dyn Fn(&EventRecord),
+    ) -> Result<(), SaveError> {
+        for event in events {
+            let record = EventRecord::new(self.next, event, self.units);
+            self.next += 1;
+            *self.summary.counts.entry(record.kind).or_default() += 1;
+            log(&record);
+            if let Some(writer) = &self.writer {
+                writer.push(&record)?;
+            }
+            if self.summary.last.len() == REPORTED {
+                self.summary.last.pop_front();
+            }
+            self.summary.last.push_back(record);
+        }
+        Ok(())
+    }
+
+    pub(crate) fn finish(self) -> (EventSummary, Result<(), SaveError>) {
+        let written = self.writer.map_or(Ok(()), EventWriter::finish);
+        (self.summary, written)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(index: u64) -> EventRecord {
+        let event = TouchEvent {
+            time_ns: 5 * index,
+            contact: 3,
+            kind: TouchEventKind::Slip {
+                direction: [-1.0, 0.0],
+                score: Some(0.75),
+            },
+            value: 0.02,
+            deviation: f64::NAN,
+        };
+        EventRecord::new(index, &event, ["N", "m/s"])
+    }
+
+    #[test]
+    fn an_event_is_one_line_in_each_format() {
+        assert_eq!(
+            record(2).json(),
+            r#"{"index":2,"time_ns":10,"contact":3,"kind":"slip","value":0.02,"deviation":null,"unit":"m/s","direction":[-1.0,0.0],"score":0.75}"#
+        );
+        let csv = record(2).csv();
+        assert_eq!(csv, "10,3,slip,0.02,,m/s,,,,,-1,0,0.75");
+        assert_eq!(csv.split(',').count(), COLUMNS.split(',').count());
+    }
+
+    #[test]
+    fn a_late_client_gets_what_is_kept_and_how_much_is_not() {
+        let mut log = EventLog::default();
+        assert_eq!(log.since(0), None);
+        (0..KEPT as u64 + 3).for_each(|index| log.push(&record(index)));
+        let read = |from| {
+            let (text, next) = log.since(from).unwrap();
+            let message: serde_json::Value = serde_json::from_str(&text).unwrap();
+            let events = message["events"].as_array().unwrap();
+            let first = events[0]["index"].as_u64().unwrap();
+            let missed = message["missed"].as_u64().unwrap();
+            (missed, first, events.len(), next)
+        };
+        let next = KEPT as u64 + 3;
+        assert_eq!(read(0), (3, 3, KEPT, next));
+        assert_eq!(read(next - 2), (0, next - 2, 2, next));
+        assert_eq!(log.since(next), None);
+    }
+
+    #[test]
+    fn a_file_is_streamed_and_an_existing_or_unknown_one_refused() {
+        let folder = std::env::temp_dir().join(format!("taxel-events-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("events.csv");
+        let file = EventFile::new(&path).unwrap();
+        let writer = EventWriter::create(&file).unwrap();
+        let mut taken = Events::new(["N", "m/s"], Some(writer));
+        let touch = TouchEvent {
+            time_ns: 7,
+            contact: 1,
+            kind: TouchEventKind::Touch,
+            value: 0.5,
+            deviation: 0.25,
+        };
+        taken.push(&[touch, touch], &|_| ()).unwrap();
+        let (summary, written) = taken.finish();
+        written.unwrap();
+        assert_eq!(summary.counts["touch"], 2);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines, [COLUMNS, "7,1,touch,0.5,0.25,N,,,,,,,", lines[1]]);
+        assert_eq!(
+            EventFile::new(&path),
+            Err(EventFileError::Exists(path.clone()))
+        );
+        assert!(matches!(
+            EventWriter::create(&file),
+            Err(SaveError::Create { .. })
+        ));
+        let unknown = folder.join("events.txt");
+        assert_eq!(
+            EventFile::new(&unknown),
+            Err(EventFileError::Format(unknown))
+        );
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -1,0 +1,247 @@
+//! Which rest values were in force when, by whom they came, and the way back.
+
+use std::collections::VecDeque;
+
+use serde::Serialize;
+use taxel::estimation::Why;
+
+use crate::sense::{Rest, Sense};
+
+/// Who changed rest values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum By {
+    /// The start of the run.
+    Start,
+    /// A client, such as the page.
+    Page,
+}
+
+/// What happened to the rest values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum TareKind {
+    /// Those that the run began with.
+    Begun,
+    /// A rest capture.
+    Captured,
+    /// A return to those of the start.
+    Cleared,
+    /// A rest capture was refused; nothing changed.
+    Refused,
+    /// A return to those of an earlier entry.
+    Undone,
+}
+
+/// The largest change of a rest value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct LargestChange {
+    channel: usize,
+    name: String,
+    /// SI.
+    change: f64,
+}
+
+/// One entry of the history.
+#[derive(Debug, Clone, Serialize)]
+struct Entry {
+    index: u64,
+    /// Device time, ns; none before the first frame.
+    time_ns: Option<u64>,
+    kind: TareKind,
+    by: By,
+    largest_change: Option<LargestChange>,
+    /// The entry that was gone back to.
+    to: Option<u64>,
+    /// Why it was refused.
+    message: String,
+    /// Whether its rest values can be put back.
+    restorable: bool,
+    /// The rest values after it, and when they were captured.
+    #[serde(skip)]
+    rest: Option<Rest>,
+    #[serde(skip)]
+    captured_ns: Option<u64>,
+}
+
+/// The history of the rest values of one run.
+#[derive(Debug)]
+pub(crate) struct TareHistory {
+    entries: VecDeque<Entry>,
+    next: u64,
+    /// Who asked for the capture that runs.
+    by: By,
+}
+
+/// Entries that are kept beside the first one.
+const KEPT: usize = 64;
+
+impl TareHistory {
+    /// Begins with the rest values of `sense`.
+    pub(crate) fn new(sense: &Sense) -> Self {
+        let mut history = Self {
+            entries: VecDeque::new(),
+            next: 0,
+            by: By::Start,
+        };
+        history.push(TareKind::Begun, By::Start, None, sense);
+        history
+    }
+
+    /// A capture begins.
+    pub(crate) fn begin(&mut self, by: By) {
+        self.by = by;
+    }
+
+    /// The capture has ended; `refused` says why it changed nothing.
+    pub(crate) fn captured(&mut self, time_ns: u64, refused: Option<&str>, sense: &Sense) {
+        let kind = match refused {
+            None => TareKind::Captured,
+            Some(_) => TareKind::Refused,
+        };
+        let entry = self.push(kind, self.by, Some(time_ns), sense);
+        entry.message = refused.unwrap_or_default().into();
+        if refused.is_none() {
+            entry.captured_ns = Some(time_ns);
+        }
+    }
+
+    /// The rest values of the start are back in force.
+    pub(crate) fn cleared(&mut self, time_ns: Option<u64>, sense: &Sense) {
+        self.push(TareKind::Cleared, By::Page, time_ns, sense)
+            .captured_ns = None;
+    }
+
+    /// Goes back to the rest values after entry `to`; `false` when they are not
+    /// kept.
+    pub(crate) fn undo(&mut self, to: u64, time_ns: Option<u64>, sense: &mut Sense) -> bool {
+        let found = self.entries.iter().find(|entry| entry.index == to);
+        let Some((rest, captured_ns)) = found.and_then(|entry| {
+            let rest = entry.rest.clone()?;
+            Some((rest, entry.captured_ns))
+        }) else {
+            return false;
+        };
+        sense.restore(&rest);
+        let entry = self.push(TareKind::Undone, By::Page, time_ns, sense);
+        entry.to = Some(to);
+        entry.captured_ns = captured_ns;
+        true
+    }
+
+    /// When the rest values in force were captured; `None` for those of the start.
+    pub(crate) fn captured_ns(&self) -> Option<u64> {
+        self.entries.back().and_then(|entry| entry.captured_ns)
+    }
+
+    fn push(&mut self, kind: TareKind, by: By, time_ns: Option<u64>, sense: &Sense) -> &mut Entry {
+        if self.entries.len() > KEPT {
+            // The first one is the way back to the start.
+            self.entries.remove(1);
+        }
+        let rest = sense.rest();
+        let before = self.entries.back();
+        let largest_change = before
+            .and_then(|before| before.rest.as_ref())
+            .and_then(|before| largest_change(&before.values(), &rest.values(), sense));
+        let restorable = !matches!(rest, Rest::Signals(None));
+        let entry = Entry {
+            index: self.next,
+            time_ns,
+            kind,
+            by,
+            largest_change,
+            to: None,
+            message: String::new(),
+            restorable,
+            captured_ns: before.and_then(|before| before.captured_ns),
+            rest: restorable.then_some(rest),
+        };
+        self.next += 1;
+        self.entries.push_back(entry);
+        let last = self.entries.len() - 1;
+        &mut self.entries[last]
+    }
+
+    /// The message with all entries, the oldest first.
+    pub(crate) fn message(&self) -> String {
+        serde_json::json!({ "type": "tares", "entries": self.entries }).to_string()
+    }
+}
+
+/// Tells of the changes that a baseline makes itself.
+#[derive(Debug, Default)]
+pub(crate) struct BaselineTeller {
+    told_ns: Option<u64>,
+    /// Changes of the history that were looked at.
+    seen: usize,
+    count: u64,
+    last: VecDeque<BaselineChange>,
+}
+
+#[derive(Debug, Serialize)]
+struct BaselineChange {
+    time_ns: u64,
+    name: String,
+    /// SI.
+    change: f64,
+    reason: &'static str,
+}
+
+/// Changes that are told, and the time from one message to the next, ns.
+const TOLD: usize = 8;
+const TOLD_EVERY_NS: u64 = 1_000_000_000;
+
+impl BaselineTeller {
+    /// The message, if there are changes since the last one.
+    pub(crate) fn message(&mut self, time_ns: u64, sense: &Sense) -> Option<String> {
+        let soon = self
+            .told_ns
+            .is_some_and(|told| time_ns.abs_diff(told) < TOLD_EVERY_NS);
+        let history = sense.baseline()?.history();
+        if soon || history.len() == self.seen {
+            return None;
+        }
+        self.told_ns = Some(time_ns);
+        let before = self.count;
+        for change in history.get(self.seen..).unwrap_or_default() {
+            // Tares have a history of their own.
+            if change.why != Why::Tare {
+                self.count += 1;
+                self.last.push_back(BaselineChange {
+                    time_ns: change.time_ns,
+                    name: sense.channel_name(change.channel),
+                    change: change.to - change.from,
+                    reason: change.why.words(),
+                });
+            }
+        }
+        self.seen = history.len();
+        self.last.drain(..self.last.len().saturating_sub(TOLD));
+        let message = || {
+            let message = serde_json::json!({
+                "type": "baseline",
+                "changes": self.count,
+                "last": self.last,
+            });
+            message.to_string()
+        };
+        (self.count > before).then(message)
+    }
+}
+
+fn largest_change(before: &[f64], after: &[f64], sense: &Sense) -> Option<LargestChange> {
+    let changes = before
+        .iter()
+        .zip(after)
+        .map(|(before, after)| after - before);
+    let (channel, change) = changes
+        .enumerate()
+        .filter(|(_, change)| change.is_finite())
+        .max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))?;
+    Some(LargestChange {
+        channel,
+        name: sense.channel_name(channel),
+        change,
+    })
+}

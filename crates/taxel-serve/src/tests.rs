@@ -1,0 +1,392 @@
+//! Scripted twins through the pump: events, identities, repeated frames, tares.
+
+use std::sync::mpsc;
+
+use serde_json::Value;
+use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin};
+use taxel::sensor::Sensor;
+
+use crate::pump::{Command, Pump, PumpOptions, Shared, Summary};
+use crate::sense::{Rest, Sense};
+use crate::source::{Next, Source, SourceError, TwinSource};
+use crate::tare::{By, TareHistory};
+
+fn twin(sensor: &str, script: &str) -> (Twin, Sense) {
+    let sensor = Sensor::shipped(sensor).unwrap();
+    let text = Stimulus::shipped_text(script).unwrap_or(script);
+    let stimulus = Stimulus::parse("script", text).unwrap();
+    let twin = Twin::new(&sensor, &stimulus, 1).unwrap();
+    let device = sensor.device().unwrap();
+    let sense = Sense::of(device.as_ref(), &twin.stream()).unwrap();
+    (twin, sense)
+}
+
+/// All that is told of a run: the summary, the events and the posted texts.
+fn pumped(
+    source: Box<dyn Source>,
+    sense: Sense,
+    frames: u64,
+) -> (Summary, Vec<Value>, Vec<String>) {
+    let options = PumpOptions {
+        speed: f64::INFINITY,
+        frames: Some(frames),
+        ..PumpOptions::default()
+    };
+    let shared = Shared::new();
+    let (_sender, commands) = mpsc::sync_channel(1);
+    let pump = Pump::new(source, sense, options, shared.clone(), commands).unwrap();
+    let summary = pump.run();
+    let events = shared.events().since(0).map_or(Vec::new(), |(text, _)| {
+        let message: Value = serde_json::from_str(&text).unwrap();
+        message["events"].as_array().unwrap().clone()
+    });
+    let posts = shared
+        .status()
+        .posts
+        .iter()
+        .map(|post| post.text.to_string())
+        .collect();
+    (summary, events, posts)
+}
+
+fn events(sensor: &str, script: &str, frames: u64) -> Vec<Value> {
+    let (twin, sense) = twin(sensor, script);
+    pumped(Box::new(TwinSource::new(twin)), sense, frames).1
+}
+
+/// Kind, contact and time in s of each event.
+fn told(events: &[Value]) -> Vec<(String, u64, f64)> {
+    let one = |event: &Value| {
+        let time = event["time_ns"].as_u64().unwrap() as f64 * 1e-9;
+        let kind = event["kind"].as_str().unwrap().to_owned();
+        (kind, event["contact"].as_u64().unwrap(), time)
+    };
+    events.iter().map(one).collect()
+}
+
+/// Each expected event is there once, at its time in s to `within`, in this
+/// order of each contact; nothing else is.
+#[track_caller]
+fn assert_told(events: &[Value], expected: &[(&str, u64, f64)], within: f64) {
+    let found = told(events);
+    let sorted = |mut all: Vec<(String, u64, f64)>| {
+        all.sort_by(|a, b| (a.1, a.2).partial_cmp(&(b.1, b.2)).unwrap());
+        all
+    };
+    let expected = expected
+        .iter()
+        .map(|(kind, contact, time)| (kind.to_string(), *contact, *time));
+    let (found, expected) = (sorted(found), sorted(expected.collect()));
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(&expected) {
+        assert_eq!(
+            (&found.0, found.1),
+            (&expected.0, expected.1),
+            "{found:?} {expected:?}"
+        );
+        assert!(
+            (found.2 - expected.2).abs() < within,
+            "{found:?} {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn a_finger_on_the_array_is_touch_step_slip_and_release() {
+    // A step is known when the force was held for 0.4 s; the drag of 7 mm/s is a
+    // slip when its speed stands out of the noise of the places.
+    let expected = [
+        ("touch", 1, 2.02),
+        ("step", 1, 3.0),
+        ("release", 1, 4.58),
+        ("touch", 2, 5.02),
+        ("step", 2, 5.8),
+        ("release", 2, 7.58),
+        ("touch", 3, 8.02),
+        ("step", 3, 8.8),
+        ("release", 3, 10.58),
+        ("touch", 4, 11.02),
+        ("step", 4, 11.8),
+        ("slip", 4, 12.1),
+        ("release", 4, 13.78),
+        ("touch", 5, 14.42),
+        ("step", 5, 15.3),
+        ("release", 5, 17.18),
+        ("touch", 6, 14.62),
+        ("step", 6, 15.5),
+        ("release", 6, 17.18),
+    ];
+    let found = events("three-axis-8x8", "finger", 1075);
+    assert_told(&found, &expected, 0.25);
+    let step = found.iter().find(|event| event["kind"] == "step").unwrap();
+    // 90 mN, to the noise and to what reaches taxels below the threshold.
+    assert!(
+        (step["value"].as_f64().unwrap() - 0.09).abs() < 2e-3,
+        "{step}"
+    );
+}
+
+#[test]
+fn taps_on_piezoelectric_elements_are_impacts() {
+    let taps = [(1.0, 1), (3.0, 2), (5.0, 3), (7.0, 4)];
+    let expected: Vec<_> = taps
+        .iter()
+        .flat_map(|(time, id)| {
+            [
+                ("touch", *id, *time),
+                ("impact", *id, time + 0.177),
+                ("release", *id, time + 0.187),
+            ]
+        })
+        .collect();
+    assert_told(&events("piezo-1.5mm", "piezo-tap", 7900), &expected, 0.02);
+}
+
+#[test]
+fn a_ridge_along_the_row_is_one_slip_and_a_press_is_none() {
+    let slide = events("piezo-1.5mm", "piezo-slide", 2390);
+    let slips: Vec<_> = slide
+        .iter()
+        .filter(|event| event["kind"] == "slip")
+        .collect();
+    assert_eq!(slips.len(), 1, "{slide:?}");
+    let slip = slips[0];
+    // One ridge of 20 mm/s under a soft cover.
+    let speed = slip["value"].as_f64().unwrap();
+    assert!((0.016..0.026).contains(&speed), "{slip}");
+    assert_eq!(slip["direction"], serde_json::json!([1.0, 0.0]));
+    assert!(slip["score"].as_f64().unwrap() > 0.5);
+    let press = events("piezo-1.5mm", "piezo-press", 5900);
+    let kinds: Vec<_> = told(&press).into_iter().map(|event| event.0).collect();
+    assert_eq!(kinds, ["touch", "step", "release"], "{press:?}");
+}
+
+#[test]
+fn a_cyclic_load_has_its_frequency_and_is_even_once_the_high_pass_is_undone() {
+    let mut path = String::new();
+    for cycle in 0..8 {
+        for (share, force) in [(0.0, 0.0), (0.25, 0.5), (0.5, 0.0), (0.999, 0.0)] {
+            let time = 1.0 + 0.35 * (f64::from(cycle) + share);
+            let point = format!(
+                "{{ time = \"{time} s\", at = [\"-2 mm\", \"2 mm\"], force = [\"0 N\", \"0 N\", \"{force} N\"] }},\n"
+            );
+            path.push_str(&point);
+        }
+    }
+    let script = format!(
+        "schema = 1\nname = \"cycles\"\nduration = \"5 s\"\n[[finger]]\nradius = \"1.5 mm\"\npath = [\n{path}]\n"
+    );
+    let found = events("piezo-1.5mm", &script, 4800);
+    let cyclic: Vec<_> = found
+        .iter()
+        .filter(|event| event["kind"] == "cyclic")
+        .collect();
+    assert!(!cyclic.is_empty(), "{found:?}");
+    for event in cyclic {
+        // A period of 350 ms, to the step of 1 ms.
+        assert!(
+            (event["value"].as_f64().unwrap() * 0.35 - 1.0).abs() < 3e-3,
+            "{event}"
+        );
+        // The signal itself has a second peak of about 0.6.
+        assert!(event["symmetry"].as_f64().unwrap() > 0.95, "{event}");
+    }
+}
+
+/// Two fingers that move through each other.
+const CROSSING: &str = r#"
+schema = 1
+name = "crossing"
+duration = "5 s"
+[[finger]]
+radius = "2.6 mm"
+path = [
+  { time = "2.0 s", at = ["-5 mm", "1 mm"], force = ["0 N", "0 N", "0 mN"] },
+  { time = "2.3 s", at = ["-5 mm", "1 mm"], force = ["0 N", "0 N", "45 mN"] },
+  { time = "2.7 s", at = ["5 mm", "1 mm"], force = ["0 N", "0 N", "45 mN"] },
+  { time = "3.5 s", at = ["5 mm", "1 mm"], force = ["0 N", "0 N", "45 mN"] },
+]
+[[finger]]
+radius = "2.6 mm"
+path = [
+  { time = "2.1 s", at = ["5 mm", "-1 mm"], force = ["0 N", "0 N", "0 mN"] },
+  { time = "2.3 s", at = ["5 mm", "-1 mm"], force = ["0 N", "0 N", "45 mN"] },
+  { time = "2.7 s", at = ["-5 mm", "-1 mm"], force = ["0 N", "0 N", "45 mN"] },
+  { time = "3.5 s", at = ["-5 mm", "-1 mm"], force = ["0 N", "0 N", "45 mN"] },
+]
+"#;
+
+#[test]
+fn fingers_that_cross_keep_their_numbers() {
+    let (mut twin, mut sense) = twin("three-axis-8x8", CROSSING);
+    sense.begin_rest_capture(50);
+    let mut last = Vec::new();
+    while last.is_empty() || last[0] < 3.0 {
+        let Delivery::Frame(frame) = twin.next_delivery() else {
+            continue;
+        };
+        let sensed = sense.push(&frame).unwrap();
+        let tracks = sensed.observer.tracks();
+        let places = tracks.iter().map(|track| (track.id, track.centre()[0]));
+        last = vec![frame.time_ns as f64 * 1e-9];
+        last.extend(places.flat_map(|(id, x)| [id as f64, x]));
+    }
+    let [_, 1.0, first, 2.0, second] = last[..] else {
+        panic!("{last:?}")
+    };
+    assert!(first > 4e-3 && second < -4e-3, "{last:?}");
+}
+
+/// Sends each frame of the twin twice, the second time under a new number.
+struct Stutter {
+    source: TwinSource,
+    again: Option<Frame>,
+}
+
+impl Source for Stutter {
+    fn stream(&self) -> &Stream {
+        self.source.stream()
+    }
+
+    fn next(&mut self) -> Result<Next, SourceError> {
+        if let Some(frame) = self.again.take() {
+            return Ok(Next::Frame(frame));
+        }
+        let mut next = self.source.next()?;
+        if let Next::Frame(frame) = &mut next {
+            frame.sequence *= 2;
+            let mut again = frame.clone();
+            again.sequence += 1;
+            again.time_ns += 1_000_000;
+            self.again = Some(again);
+        }
+        Ok(next)
+    }
+}
+
+#[test]
+fn frames_sent_again_under_a_new_number_are_not_estimated_again() {
+    let plain = twin("three-axis-8x8", "finger");
+    let (summary, events, _) = pumped(Box::new(TwinSource::new(plain.0)), plain.1, 300);
+    assert_eq!(summary.continuity.repeated, 0);
+    let (twin, sense) = twin("three-axis-8x8", "finger");
+    let source = Stutter {
+        source: TwinSource::new(twin),
+        again: None,
+    };
+    let (stuttered, same, _) = pumped(Box::new(source), sense, 300);
+    assert_eq!(stuttered.continuity.repeated, 299);
+    assert_eq!(stuttered.continuity.lost, 0);
+    assert!(!events.is_empty());
+    assert_eq!(events, same);
+    assert_eq!(stuttered.last.unwrap().force, summary.last.unwrap().force);
+}
+
+#[test]
+fn undoing_a_tare_restores_the_rest_values_bit_for_bit() {
+    for sensor in [
+        "three-axis-8x8",
+        "in-plane-50um",
+        "piezo-1.5mm",
+        "liquid-metal-2x4",
+    ] {
+        let quiet = "schema = 1\nname = \"quiet\"\nduration = \"9 s\"\n";
+        let (mut twin, mut sense) = twin(sensor, quiet);
+        let mut tares = TareHistory::new(&sense);
+        let mut capture = |sense: &mut Sense, tares: &mut TareHistory| {
+            sense.begin_rest_capture(20);
+            tares.begin(By::Page);
+            loop {
+                let Delivery::Frame(frame) = twin.next_delivery() else {
+                    continue;
+                };
+                let captured = sense.push(&frame).unwrap().captured;
+                if let Some(captured) = captured {
+                    captured.unwrap();
+                    tares.captured(frame.time_ns, None, sense);
+                    return sense.rest();
+                }
+            }
+        };
+        let drawn = sense.rest();
+        let first = capture(&mut sense, &mut tares);
+        let second = capture(&mut sense, &mut tares);
+        assert!(drawn != first && first != second, "{sensor}");
+        assert!(!matches!(first, Rest::Signals(None)), "{sensor}");
+        for (to, rest) in [(1, &first), (0, &drawn), (2, &second)] {
+            assert!(tares.undo(to, None, &mut sense), "{sensor}");
+            assert_eq!(sense.rest(), *rest, "{sensor}");
+            assert_eq!(tares.captured_ns().is_some(), to > 0, "{sensor}");
+        }
+        assert!(!tares.undo(99, None, &mut sense));
+        let message: Value = serde_json::from_str(&tares.message()).unwrap();
+        let kinds: Vec<_> = message["entries"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|entry| &entry["kind"])
+            .collect();
+        assert_eq!(
+            kinds,
+            [
+                "begun", "captured", "captured", "undone", "undone", "undone"
+            ]
+        );
+        let change = message["entries"][1]["largest_change"]["change"]
+            .as_f64()
+            .unwrap();
+        let values = drawn.values().into_iter().zip(first.values());
+        let most = values
+            .map(|(before, after)| (after - before).abs())
+            .fold(0.0, f64::max);
+        assert_eq!(change.abs(), most, "{sensor}");
+    }
+}
+
+#[test]
+fn what_a_late_client_is_told_begins_with_the_start() {
+    let (twin, sense) = twin("three-axis-8x8", "finger");
+    let (_, events, posts) = pumped(Box::new(TwinSource::new(twin)), sense, 200);
+    assert_eq!(events[0]["index"], 0);
+    let message = |place: usize| serde_json::from_str::<Value>(&posts[place]).unwrap();
+    assert_eq!(message(0)["type"], "rest");
+    let tares = message(1);
+    assert_eq!(tares["type"], "tares");
+    let entries = tares["entries"].as_array().unwrap();
+    assert_eq!(
+        (&entries[0]["kind"], &entries[0]["by"]),
+        (&"begun".into(), &"start".into())
+    );
+    assert_eq!(
+        (&entries[1]["kind"], &entries[1]["by"]),
+        (&"captured".into(), &"start".into())
+    );
+    let health = message(2);
+    assert_eq!(
+        (&health["type"], &health["wrong_channels"]),
+        (&"health".into(), &0.into())
+    );
+}
+
+#[test]
+fn a_command_that_cannot_be_done_says_why_and_changes_nothing() {
+    let (twin, sense) = twin("three-axis-8x8", "finger");
+    let shared = Shared::new();
+    let (sender, commands) = mpsc::sync_channel(4);
+    sender.send(Command::UndoTare { to: 7 }).unwrap();
+    let options = PumpOptions {
+        speed: f64::INFINITY,
+        frames: Some(100),
+        ..PumpOptions::default()
+    };
+    let source = Box::new(TwinSource::new(twin));
+    let summary = Pump::new(source, sense, options, shared, commands)
+        .unwrap()
+        .run();
+    assert!(
+        summary.notice.contains("a rest capture is running"),
+        "{}",
+        summary.notice
+    );
+    assert_eq!(summary.tare, crate::Tare::Done);
+}
