@@ -127,7 +127,12 @@ fn the_shipped_readings_are_fitted_for_three_gaps_together() {
         "json",
     ]);
     let found: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(found["parameters"].as_array().unwrap().len(), 17);
+    // Two that are shared, five of each gap, and the hysteresis of each: the
+    // bench was made with 5 %.
+    assert_eq!(
+        found["parameters"].as_array().unwrap().len(),
+        2 + 3 * (5 + 5)
+    );
     // Their truth is the drawing, which therefore fits to within the noise of
     // 0.5 % and the drift of as much.
     let first = found["models"].as_array().unwrap().iter();

@@ -1,6 +1,8 @@
 //! Where a round contact presses a soft cover, from the profile of the elements
 //! below it.
 
+use rayon::prelude::*;
+
 use crate::mechanics::{Base, Contact, SoftCover};
 
 /// What finds the place of one contact from the forces on all elements.
@@ -196,7 +198,7 @@ impl ProfileFit {
         if model.rows * model.columns < 3 || model.radii.is_empty() {
             return None;
         }
-        let shares = model.radii.iter().map(|a| table(&model, *a)).collect();
+        let shares = model.radii.par_iter().map(|a| table(&model, *a)).collect();
         Some(Self { model, shares })
     }
 
@@ -367,10 +369,20 @@ fn table(model: &ProfileModel, radius: f64) -> Vec<f64> {
     };
     let table = cover.table();
     let [x, y] = model.pitch.map(|pitch| pitch / STEPS as f64);
-    (0..OFFSETS * OFFSETS)
-        .map(|index| [(index / OFFSETS) as f64 * x, (index % OFFSETS) as f64 * y])
-        .map(|offset| table.share(offset, model.side))
-        .collect()
+    let share = |i: usize, j: usize| table.share([i as f64 * x, j as f64 * y], model.side);
+    let mut shares = vec![0.0; OFFSETS * OFFSETS];
+    // Elements are square: equal spacings leave half of the work.
+    let alike = x == y;
+    for i in 0..OFFSETS {
+        for j in 0..OFFSETS {
+            shares[i * OFFSETS + j] = if alike && j < i {
+                shares[j * OFFSETS + i]
+            } else {
+                share(i, j)
+            };
+        }
+    }
+    shares
 }
 
 fn flat_position(model: &ProfileModel, index: usize) -> [f64; 2] {

@@ -218,7 +218,9 @@ impl<'a> Page<'a> {
         properties(table).count() <= MOST_INLINE
             && properties(table).all(|(_, node)| {
                 let shape = self.shape(node);
-                !is_choice(shape) && properties(shape).next().is_none()
+                !is_choice(shape)
+                    && properties(shape).next().is_none()
+                    && self.entries(shape).is_none()
             })
     }
 
