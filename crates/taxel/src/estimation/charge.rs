@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::contact::{Cell, Contact, normal_only};
-use super::localisation::Placing;
+use super::localisation::{Place, Placing};
 use super::segmentation::Segmentation;
 use super::{
     FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
@@ -94,8 +94,21 @@ pub struct ChargeEstimator {
     capture: Option<RestReadings>,
     segmentation: Segmentation,
     placing: Option<Arc<dyn Placing>>,
+    placed: Option<Placed>,
     touch: SignalTouch,
 }
+
+/// Where a lone contact was found last, against the centre of its forces, which
+/// it moves with.
+#[derive(Debug, Clone, Copy)]
+struct Placed {
+    until_ns: u64,
+    /// Shift, m, and covariance, m²; none where the profile told no place.
+    shift: Option<([f64; 2], [f64; 3])>,
+}
+
+/// A place is looked for so often, ns: it takes a millisecond.
+const PLACE_EVERY_NS: u64 = 10_000_000;
 
 /// Pause that counts, as a share of the time constant of the high-pass.
 const PAUSE: f64 = 0.1;
@@ -125,6 +138,7 @@ impl ChargeEstimator {
                 model.layout.pitch,
             ),
             placing: None,
+            placed: None,
             touch: SignalTouch::default(),
             inverse,
             step,
@@ -244,15 +258,27 @@ impl ChargeEstimator {
     /// the profiles of two overlap.
     fn place_contact(&mut self) {
         let (Some(placing), [contact]) = (&self.placing, &mut self.touch.contacts[..]) else {
+            self.placed = None;
             return;
         };
-        let taxels = self.touch.taxels.iter();
-        let (forces, deviations): (Vec<f64>, Vec<f64>) =
-            taxels.map(|taxel| (taxel.value, taxel.deviation)).unzip();
-        if let Some(place) = placing.place(&forces, &deviations) {
-            contact.centre = place.centre;
-            contact.covariance = place.covariance;
-            self.touch.centre_of_pressure = Some((place.centre, place.covariance));
+        let time_ns = self.touch.time_ns;
+        if self.placed.is_none_or(|placed| placed.until_ns <= time_ns) {
+            let taxels = self.touch.taxels.iter();
+            let (forces, deviations): (Vec<f64>, Vec<f64>) =
+                taxels.map(|taxel| (taxel.value, taxel.deviation)).unzip();
+            let shift = |place: Place| {
+                let shift = [0, 1].map(|axis| place.centre[axis] - contact.centre[axis]);
+                (shift, place.covariance)
+            };
+            self.placed = Some(Placed {
+                until_ns: time_ns.saturating_add(PLACE_EVERY_NS),
+                shift: placing.place(&forces, &deviations).map(shift),
+            });
+        }
+        if let Some((shift, covariance)) = self.placed.and_then(|placed| placed.shift) {
+            contact.centre = [0, 1].map(|axis| contact.centre[axis] + shift[axis]);
+            contact.covariance = covariance;
+            self.touch.centre_of_pressure = Some((contact.centre, contact.covariance));
         }
     }
 
