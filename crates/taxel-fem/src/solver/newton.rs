@@ -30,6 +30,13 @@ pub struct Settings {
     pub smallest_step: f64,
     /// Starts each step on the straight line through the last two states.
     pub extrapolate: bool,
+    /// How far along that line, as a share of the step: where contacts change, the whole
+    /// line leads too far.
+    pub reach: f64,
+    /// Iterations after which the energy norm must have fallen to a tenth, and may not
+    /// have doubled before; none gives a step up by `iterations` alone. For bodies that
+    /// fold: a shorter step costs less than an iteration that wanders.
+    pub patience: Option<usize>,
     /// Rounds of contact multipliers and bounds of friction in a step.
     pub rounds: usize,
     /// Under given loads only stable equilibria are accepted: beyond a limit point the
@@ -51,6 +58,8 @@ impl Default for Settings {
             greatest_step: 1.0,
             smallest_step: 1e-4,
             extrapolate: true,
+            reach: 1.0,
+            patience: None,
             rounds: 8,
             stable: true,
             elimination: ELIMINATION_RATIO,
@@ -437,6 +446,7 @@ impl Solver {
         let Some(ratio) = ratio.filter(|&ratio| ratio < 4.0) else {
             return trial;
         };
+        let ratio = ratio * self.settings.reach;
         let old = &previous.state;
         for (new, old) in trial.displacement.iter_mut().zip(&old.displacement) {
             for d in 0..3 {
@@ -470,7 +480,8 @@ impl Solver {
                 return Err(Reason::NotANumber);
             }
             energies.push(energy);
-            if iteration > 3 && energy > LOST * first.max(self.scale) {
+            let lost = iteration > 3 && energy > LOST * first.max(self.scale);
+            if lost || self.wanders(&energies) {
                 break;
             }
             first = first.max(energy);
@@ -498,6 +509,16 @@ impl Solver {
             assembled = self.search(trial, &before, &assembled, &change, iteration)?;
         }
         Err(self.why_not(trial, &energies))
+    }
+
+    /// Whether an iteration goes nowhere, as far as patience says.
+    fn wanders(&self, energies: &[f64]) -> bool {
+        let (Some(patience), [first, second, .., last]) = (self.settings.patience, energies) else {
+            return false;
+        };
+        // The first two: a start on the last state has little energy before it moves.
+        let allowed = if energies.len() < patience { 2.0 } else { 0.1 };
+        *last > allowed * first.max(*second)
     }
 
     /// Shortens a change that turns a cell inside out or overshoots, and assembles.

@@ -141,7 +141,19 @@ impl BlockStudy {
     /// # Errors
     /// When the solution fails on the way.
     pub fn drive(&mut self, value: f64) -> Result<BlockState, Failure> {
-        self.go(Rule::Given, value)?;
+        self.drive_heard(value, &mut |_| {})
+    }
+
+    /// The same; `heard` is told the fraction of the way after each step.
+    ///
+    /// # Errors
+    /// As [`Self::drive`].
+    pub fn drive_heard(
+        &mut self,
+        value: f64,
+        heard: &mut dyn FnMut(f64),
+    ) -> Result<BlockState, Failure> {
+        self.go(Rule::Given, value, heard)?;
         self.state()
     }
 
@@ -150,22 +162,42 @@ impl BlockStudy {
     /// # Errors
     /// When the solution fails on the way, or there is no punch.
     pub fn push(&mut self, force: f64) -> Result<BlockState, Failure> {
+        self.push_heard(force, &mut |_| {})
+    }
+
+    /// The same; `heard` is told the fraction of the way after each step.
+    ///
+    /// # Errors
+    /// As [`Self::push`].
+    pub fn push_heard(
+        &mut self,
+        force: f64,
+        heard: &mut dyn FnMut(f64),
+    ) -> Result<BlockState, Failure> {
         if self.solver.state().parameters[self.drive.0] == 0.0 {
             // Before it touches, no depth answers to a force.
-            self.go(Rule::Given, FIRST_TOUCH * self.block.voids.upper)?;
+            self.go(
+                Rule::Given,
+                FIRST_TOUCH * self.block.voids.upper,
+                &mut |_| {},
+            )?;
+            heard(0.0);
         }
         let by_force = Rule::Brings(Quantity::Force(self.drive));
-        self.go(by_force, force / self.copies())?;
+        self.go(by_force, force / self.copies(), heard)?;
         self.state()
     }
 
-    fn go(&mut self, rule: Rule, target: f64) -> Result<(), Failure> {
+    fn go(&mut self, rule: Rule, target: f64, heard: &mut dyn FnMut(f64)) -> Result<(), Failure> {
         if self.solver.problem().rules()[self.drive.0] != rule {
             self.solver.set_rule(self.drive, rule)?;
         }
         let mut targets = self.solver.targets().to_vec();
         targets[self.drive.0] = target;
-        self.solver.go(&targets, |_, _| Continue::Yes)
+        self.solver.go(&targets, |_, step| {
+            heard(step.fraction);
+            Continue::Yes
+        })
     }
 
     /// How many times the mesh fits into the block.
@@ -260,18 +292,23 @@ impl BlockStudy {
 }
 
 /// A pressure that ends within a surface has a tangent that is not symmetric there; with
-/// its symmetric part the last digits come slowly.
+/// its symmetric part the last digits come slowly. In space an iteration takes seconds:
+/// steps are as large as they converge, and a way that needs many small ones is given up.
 fn patient() -> Settings {
     Settings {
         tolerance: 1e-6,
         iterations: 40,
         easy: 9,
+        patience: Some(12),
+        first_step: 1.0,
+        smallest_step: 0.03,
         ..Settings::default()
     }
 }
 
 /// Depth at which a punch is taken to have touched, over the height of the upper voids.
-const FIRST_TOUCH: f64 = 1e-3;
+/// Far less drowns in the rounding of places.
+const FIRST_TOUCH: f64 = 1e-2;
 
 fn hold(problem: &mut Problem, block: &VoidBlock, sides: Sides) -> Result<(), ProblemError> {
     problem.clamp("bottom")?;

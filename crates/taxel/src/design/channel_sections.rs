@@ -157,6 +157,9 @@ fn solve(
     };
     // A fold that cannot be followed is not found by ever smaller steps.
     study.solver.settings.smallest_step = 0.03;
+    // Folds grow all the time: half the line, and shorter steps instead of long iterations.
+    study.solver.settings.reach = 0.5;
+    study.solver.settings.patience = Some(8);
     // Far below what the mesh leaves: areas change by less than 1e-5.
     study.solver.settings.tolerance = 1e-5;
     for &pressure in &pressures {
