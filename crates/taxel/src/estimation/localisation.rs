@@ -168,7 +168,7 @@ const OFFSETS: usize = NEAR * STEPS + WINDOW + 1;
 /// Steps between places that are looked at first.
 const COARSE: usize = 4;
 /// Weight below which the surroundings of a place are not looked at.
-const NEGLIGIBLE: f64 = 1e-6;
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// One place and size of the grid.
 #[derive(Debug, Clone, Copy)]
@@ -265,48 +265,6 @@ impl ProfileFit {
         ]
     }
 
-    /// Distance of places that are so many steps apart along x and y, m.
-    fn spacing(&self, steps: usize) -> [f64; 2] {
-        self.model
-            .pitch
-            .map(|pitch| pitch * steps as f64 / STEPS as f64)
-    }
-
-    /// Mean and covariance over candidates on a grid of so many steps.
-    fn average(
-        &self,
-        top: usize,
-        candidates: &[Candidate],
-        steps: usize,
-        evidence: &Evidence,
-    ) -> Place {
-        let most = best(candidates);
-        let middle = flat_position(&self.model, top);
-        let step = self.spacing(1);
-        // Weight, then the sums of x, y, force, radius, xx, xy, yy.
-        let mut sums = [0.0; 8];
-        for one in candidates {
-            let weight = evidence.weight(one, most);
-            let at = |axis: usize| middle[axis] + one.steps[axis] as f64 * step[axis];
-            let (x, y, radius) = (at(0), at(1), self.model.radii[one.radius]);
-            let terms = [1.0, x, y, one.force, radius, x * x, x * y, y * y];
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum += weight * term;
-            }
-        }
-        let [_, x, y, force, radius, xx, xy, yy] = sums.map(|sum| sum / sums[0]);
-        // The true place is between those of the grid.
-        let [dx, dy] = self.spacing(steps).map(|spacing| spacing * spacing / 12.0);
-        Place {
-            centre: [x, y],
-            covariance: [xx - x * x + dx, xy - x * y, yy - y * y + dy],
-            force,
-            radius: Some(radius),
-            misfit: evidence.silent - most,
-            method: Method::Profile,
-        }
-    }
-
     /// The best force at one place and radius, with its misfit less that of no
     /// force; `None` where it would pull.
     fn candidate(
@@ -346,47 +304,53 @@ impl Placing for ProfileFit {
         }
         let top = peak(forces, deviations)?;
         let readings = self.readings(top, forces, deviations);
+        let silent: f64 = readings
+            .iter()
+            .map(|one| one.force * one.force * one.weight)
+            .sum();
+        // Place, size and force are four unknowns.
+        let freedom = readings.len().saturating_sub(4).max(1) as f64;
         let surveyed = self.survey(top, &readings);
-        let evidence = Evidence::of(&readings);
-        let mut found = self.average(top, &surveyed, COARSE, &evidence);
-        // A place that is known to less than the spacing of the survey is not
-        // known better on a finer grid.
-        let [x, y] = self.spacing(COARSE);
-        if found.covariance[0] < x * x || found.covariance[2] < y * y {
-            let most = best(&surveyed);
-            let candidates: Vec<Candidate> = surveyed
-                .iter()
-                .filter(|one| evidence.weight(one, most) > NEGLIGIBLE)
-                .flat_map(|one| self.tile(top, one, &readings))
-                .collect();
-            found = self.average(top, &candidates, 1, &evidence);
+        let temper = |gain: f64| ((silent - gain) / freedom).max(1.0);
+        let weight = |one: &Candidate, best: f64| (0.5 * (one.gain - best) / temper(best)).exp();
+        let most = best(&surveyed);
+        let candidates: Vec<Candidate> = surveyed
+            .iter()
+            .filter(|one| weight(one, most) > NEGLIGIBLE)
+            .flat_map(|one| self.tile(top, one, &readings))
+            .collect();
+        let most = best(&candidates);
+        let middle = flat_position(&self.model, top);
+        // Weight, then the sums of x, y, force, radius, xx, xy, yy.
+        let mut sums = [0.0; 8];
+        for one in &candidates {
+            let weight = weight(one, most);
+            let at = |axis: usize| {
+                middle[axis] + one.steps[axis] as f64 * self.model.pitch[axis] / STEPS as f64
+            };
+            let (x, y, radius) = (at(0), at(1), self.model.radii[one.radius]);
+            let terms = [1.0, x, y, one.force, radius, x * x, x * y, y * y];
+            for (sum, term) in sums.iter_mut().zip(terms) {
+                *sum += weight * term;
+            }
         }
+        let [_, x, y, force, radius, xx, xy, yy] = sums.map(|sum| sum / sums[0]);
+        // The true place is between the steps of the grid.
+        let step = self
+            .model
+            .pitch
+            .map(|pitch| (pitch / STEPS as f64).powi(2) / 12.0);
+        let covariance = [xx - x * x + step[0], xy - x * y, yy - y * y + step[1]];
         let [px, py] = self.model.pitch;
-        let known = 4.0 * found.covariance[0] < px * px && 4.0 * found.covariance[2] < py * py;
-        known.then_some(found)
-    }
-}
-
-/// What no force leaves of the squared misfit, and the degrees of freedom.
-struct Evidence {
-    silent: f64,
-    freedom: f64,
-}
-
-impl Evidence {
-    fn of(readings: &[Reading]) -> Self {
-        let squares = readings.iter().map(|r| r.force * r.force * r.weight);
-        Self {
-            silent: squares.sum(),
-            // Place, size and force are four unknowns.
-            freedom: readings.len().saturating_sub(4).max(1) as f64,
-        }
-    }
-
-    /// Weight of a candidate where the best one gains `most`.
-    fn weight(&self, one: &Candidate, most: f64) -> f64 {
-        let temper = ((self.silent - most) / self.freedom).max(1.0);
-        (0.5 * (one.gain - most) / temper).exp()
+        let known = 4.0 * covariance[0] < px * px && 4.0 * covariance[2] < py * py;
+        known.then_some(Place {
+            centre: [x, y],
+            covariance,
+            force,
+            radius: Some(radius),
+            misfit: silent - most,
+            method: Method::Profile,
+        })
     }
 }
 
