@@ -99,7 +99,7 @@ impl VoidCell {
     /// [`MeshError::OutOfRange`] and [`MeshError::NoWall`] for lengths that make no cell.
     pub fn mesh(&self) -> Result<Mesh, MeshError> {
         let corner = Corner::new(self)?;
-        let mut patches = Patchwork::new("solid", 1e-4 * corner.smallest);
+        let mut patches = Patchwork::new("solid", 1e-4 * corner.finest());
         self.add_surroundings(&mut patches, &corner)?;
         for (y, up) in [(self.base, -1.0), (self.base + self.height, 1.0)] {
             corner.add(&mut patches, [self.width / 2.0, y], up);
@@ -321,6 +321,16 @@ impl Corner {
             segments,
             fillet: cell.fillet,
         })
+    }
+
+    /// A length below every distance between two nodes: a fillet may be far smaller than
+    /// the smallest cell asked for.
+    fn finest(&self) -> f64 {
+        if self.fillet > 0.0 {
+            self.smallest.min(self.fillet / self.segments as f64)
+        } else {
+            self.smallest
+        }
     }
 
     /// Adds the cells of the square round `vertex`; `up` is -1 where the void lies above.

@@ -204,6 +204,28 @@ fn lengths_that_make_no_cell_are_refused() {
     }
 }
 
+/// Neighbours on an arc far below the smallest cell once became one node.
+#[test]
+fn a_fillet_far_below_the_smallest_cell_keeps_its_nodes() {
+    let division = CornerDivision {
+        smallest: 0.433_246_544_709_263_2,
+        segments: 4,
+        ..CornerDivision::default()
+    };
+    check(
+        &VoidCell {
+            width: 20.0,
+            height: 295.746_328_052_616_04,
+            cover: 27.559_741_829_100_41,
+            base: 281.645_551_161_331_2,
+            pitch: 55.638_229_968_703_88,
+            fillet: 0.165_063_457_591_477_06,
+            division,
+        },
+        2e-3,
+    );
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
