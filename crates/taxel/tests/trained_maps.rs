@@ -7,9 +7,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use taxel::trained::{
-    ForceEstimator, ForceMap, ForceOptions, GaussianProcess, Kernel, MemoryLaw, Moments, NORMAL_95,
-    Nearest, Polynomial, PositionEstimator, PositionMap, PositionOptions, Ridge, Series, Session,
-    Standard, Support, TrainingError,
+    AcrossRuns, ForceEstimator, ForceMap, ForceOptions, GaussianProcess, Kernel, MemoryLaw,
+    Moments, NORMAL_95, Nearest, Polynomial, PositionEstimator, PositionMap, PositionOptions,
+    Ridge, Series, Session, Standard, Support, TrainingError, usual_candidates,
 };
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {
@@ -415,14 +415,26 @@ fn creep_of_the_body_is_learned() {
     // Noise of 0.01 in channels of 0.1 N each unit.
     assert!(with.rms < 0.01, "{with:?}");
     let options = [remembering(&[]), remembering(&[3.0])];
-    let (chosen, _) = ForceMap::choose(&[session], &options).unwrap();
-    assert_eq!(chosen.memory.creep_times, [3.0]);
+    let chosen = AcrossRuns::choose(&[session], &options).unwrap();
+    assert_eq!(chosen.map.memory.creep_times, [3.0]);
+}
+
+#[test]
+fn of_equal_maps_the_one_of_the_strongest_prior_is_taken() {
+    let session = cycles(6, 0.0);
+    let options = [1e-6, 1e-4, 1e6].map(|prior| ForceOptions {
+        prior,
+        ..remembering(&[3.0])
+    });
+    let chosen = AcrossRuns::choose(&[session], &options).unwrap();
+    // The last one holds the weights at nothing.
+    assert!(chosen.tried[2].1.rms > 2.0 * chosen.tried[0].1.rms);
+    assert_eq!(chosen.options.prior, 1e-4);
 }
 
 #[test]
 fn a_late_scale_is_noticed() {
-    let offsets: Vec<f64> = (-15..=15).map(|i| f64::from(i) * 0.1).collect();
-    let found = |delay| cycles(6, delay).scale_offset(&offsets).unwrap();
+    let found = |delay| usual_candidates(&[cycles(6, delay)]).unwrap()[0].offset;
     // The creep of the body turns the phase too, by the same time in both.
     let (prompt, late) = (found(0.0), found(0.4));
     // One step of the search to either side.

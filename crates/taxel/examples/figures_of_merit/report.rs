@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::{
-    ForceEstimator, ForceMap, ForceOptions, GaussianProcess, Kernel, MemoryLaw, Moments, Nearest,
+    AcrossRuns, ForceEstimator, ForceMap, ForceOptions, GaussianProcess, Kernel, Moments, Nearest,
     Polynomial, PositionEstimator, PositionMap, PositionOptions, Ridge, Score, Session, Standard,
-    Support, TrainingError, interval_factor,
+    Support, TrainingError, interval_factor, usual_candidates,
 };
 
 use crate::Run;
@@ -312,49 +312,17 @@ fn microseconds(frames: usize, mut estimate: impl FnMut(usize) -> f64) -> f64 {
 
 // ------------------------------------------------------------------- force
 
-/// What is tried for forces, with the offset that the training runs want.
-fn options_of(training: &[Session]) -> Shown<Vec<ForceOptions>> {
-    let offsets: Vec<f64> = (-5..=15).map(|i| f64::from(i) * 0.1).collect();
-    let mut mean = 0.0;
-    for session in training {
-        mean += shown(session.scale_offset(&offsets))? / training.len() as f64;
-    }
-    let tried = candidates((mean * 10.0).round() / 10.0);
-    Ok(tried.into_iter().map(|(_, options)| options).collect())
+/// The map that `taxel calibrate` makes of these runs.
+fn trained(runs: &[Session]) -> Shown<AcrossRuns> {
+    let candidates = shown(usual_candidates(runs))?;
+    shown(AcrossRuns::choose(runs, &candidates))
 }
 
-/// What is tried for forces.
-fn candidates(offset: f64) -> Vec<(String, ForceOptions)> {
-    let memories: [(&str, &[f64], &[f64]); 5] = [
-        ("no memory", &[], &[]),
-        ("play", &[], &[0.1, 0.4]),
-        ("creep 2, 30 s", &[2.0, 30.0], &[]),
-        ("creep 1, 10, 100 s", &[1.0, 10.0, 100.0], &[]),
-        (
-            "creep 1, 10, 100 s and play",
-            &[1.0, 10.0, 100.0],
-            &[0.1, 0.4],
-        ),
-    ];
-    let mut found = Vec::new();
-    for degree in [1, 2] {
-        for (name, times, thresholds) in memories {
-            for prior in [0.1, 1.0, 10.0] {
-                let options = ForceOptions {
-                    polynomial: Polynomial { degree },
-                    memory: MemoryLaw {
-                        creep_times: times.to_vec(),
-                        play_thresholds: thresholds.to_vec(),
-                    },
-                    prior,
-                    offset,
-                    ..ForceOptions::default()
-                };
-                found.push((format!("degree {degree}, {name}, prior {prior}"), options));
-            }
-        }
-    }
-    found
+fn name_of(options: &ForceOptions) -> String {
+    format!(
+        "degree {}, creep {:?} s, prior {}",
+        options.polynomial.degree, options.memory.creep_times, options.prior
+    )
 }
 
 /// Errors, deviations, whether the probe loads (+1), unloads (−1) or rests, times.
@@ -440,31 +408,21 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
         first.sensor.width(),
         runs.len()
     );
-    let offsets: Vec<f64> = (-5..=15).map(|i| f64::from(i) * 0.1).collect();
-    let mut mean = 0.0;
-    for run in runs {
-        let offset = shown(run.session.scale_offset(&offsets))?;
-        println!(
-            "  {}: the scale comes {offset:.1} s after the sensor",
-            run.name
-        );
-        mean += offset / runs.len() as f64;
-    }
-    let tried = candidates((mean * 10.0).round() / 10.0);
-    let options: Vec<ForceOptions> = tried.iter().map(|(_, options)| options.clone()).collect();
-    let (map, scores) = shown(ForceMap::choose(&sessions, &options))?;
-    head("Force, held-out fifths of each run [N]", "rms");
-    let best = scores
-        .iter()
-        .map(|s| s.log_likelihood)
-        .fold(f64::NEG_INFINITY, f64::max);
-    for ((name, _), score) in tried.iter().zip(&scores) {
-        let note = if score.log_likelihood == best {
-            "chosen"
-        } else {
-            ""
-        };
-        line(name, *score, 1.0, note);
+    let chosen = trained(&sessions)?;
+    println!(
+        "  the scale comes {:.1} s after the sensor",
+        chosen.options.offset
+    );
+    let held_out = if runs.len() > 1 {
+        "Force, candidates: each run from the others [N]"
+    } else {
+        "Force, candidates: each fifth of the run from the others [N]"
+    };
+    head(held_out, "rms");
+    for (options, score) in &chosen.tried {
+        let best = *options == chosen.options;
+        let note = if best { "chosen" } else { "" };
+        line(&name_of(options), *score, 1.0, note);
     }
     head("Force, last half of the last run held out [N]", "rms");
     last_half(&sessions, page)?;
@@ -476,9 +434,11 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
             .filter(|i| *i != held)
             .map(|i| sessions[i].clone())
             .collect();
-        let (map, _) = shown(ForceMap::choose(&others, &options_of(&others)?))?;
-        test(&map, &run.session)?.show(&format!("test on {}", run.name));
+        let found = trained(&others)?;
+        println!("  {}", name_of(&found.options));
+        test(&found.map, &run.session)?.show(&format!("test on {}", run.name));
     }
+    let map = &chosen.map;
     let mut estimator = shown(ForceEstimator::new(map.clone(), first.baseline()))?;
     let (times, frames) = (first.sensor.times(), first.sensor.rows());
     let time = microseconds(frames.len(), |i| {
@@ -510,18 +470,15 @@ fn last_half(sessions: &[Session], page: &mut Figure) -> Shown<()> {
         force.rows()[..count].to_vec(),
     );
     training.push(first_half);
-    let options = options_of(&training)?;
-    let memoryless: Vec<ForceOptions> = options
+    let candidates = shown(usual_candidates(&training))?;
+    let memoryless: Vec<ForceOptions> = candidates
         .iter()
-        .filter(|o| o.memory == MemoryLaw::default())
+        .filter(|options| options.memory.creep_times.is_empty())
         .cloned()
         .collect();
     let mut curves = Vec::new();
-    for (name, options) in [
-        ("without memory", &memoryless[..]),
-        ("chosen", &options[..]),
-    ] {
-        let (map, _) = shown(ForceMap::choose(&training, options))?;
+    for (name, candidates) in [("without memory", &memoryless), ("chosen", &candidates)] {
+        let map = shown(AcrossRuns::choose(&training, candidates))?.map;
         let mut tested = test(&map, last)?;
         let begin = tested.times.partition_point(|t| *t < half);
         tested.errors.drain(..begin);

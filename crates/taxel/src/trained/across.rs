@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ForceMap, ForceOptions, HeldOutForce, Intervals, MemoryLaw, Polynomial, Score, Session,
-    TrainingError,
+    TrainingError, blocks_of_time,
 };
 
 /// How the force of one run differs from that of others under one map.
@@ -75,13 +75,19 @@ pub struct AcrossRuns {
 }
 
 impl AcrossRuns {
-    /// The best of `candidates` by the likelihood of whole runs that are held
-    /// out in turn, or of blocks of time where there is one run.
+    /// The candidate of least error on whole runs that are held out in turn, or
+    /// on blocks of time where there is one run; of its kind the one of the
+    /// strongest prior whose error is within one standard error of that. A weak
+    /// prior that gains next to nothing on a run loses much on the next.
+    ///
+    /// Least error is the likelihood with one deviation for all readings. The one
+    /// with the deviations of each candidate would not tell them apart: with few
+    /// runs they are mostly what is usual between runs, and wider than the errors.
     ///
     /// # Errors
     /// [`TrainingError`].
     pub fn choose(runs: &[Session], candidates: &[ForceOptions]) -> Result<Self, TrainingError> {
-        let trained: Vec<_> = candidates
+        let mut trained: Vec<Self> = candidates
             .par_iter()
             .map(|options| {
                 let whole_runs = true;
@@ -93,30 +99,63 @@ impl AcrossRuns {
                 Ok(widened(map, held_out, options, runs.len()))
             })
             .collect::<Result<_, TrainingError>>()?;
-        let scores = trained.iter().map(Self::score).collect::<Vec<_>>();
-        let options = trained.iter().map(|one| one.options.clone());
-        let tried = options.zip(scores.iter().copied()).collect();
-        let order = |a: &(Self, Score), b: &(Self, Score)| {
-            a.1.log_likelihood.total_cmp(&b.1.log_likelihood)
+        let tried = trained.iter().map(|one| (one.options.clone(), one.score()));
+        let tried = tried.collect();
+        let errors: Vec<[f64; 2]> = trained.iter().map(Self::mean_square).collect();
+        let least = |keep: &dyn Fn(usize) -> bool| {
+            let kept = (0..errors.len()).filter(|number| keep(*number));
+            kept.min_by(|a, b| errors[*a][0].total_cmp(&errors[*b][0]))
         };
-        let memoryless = |one: &(Self, Score)| one.0.options.memory.creep_times.is_empty();
-        let all: Vec<(Self, Score)> = trained.into_iter().zip(scores).collect();
-        let without = all
-            .iter()
-            .filter(|one| memoryless(one))
-            .max_by(|a, b| order(a, b));
-        let without_memory = without.map(|(one, _)| one.held_out.clone());
-        let best = all.into_iter().max_by(order);
-        let none = TrainingError::TooFew {
+        let memoryless = |one: &Self| one.options.memory.creep_times.is_empty();
+        let without = least(&|number| memoryless(&trained[number]));
+        let without_memory = without.map(|number| trained[number].held_out.clone());
+        let best = least(&|_| true).ok_or(TrainingError::TooFew {
             found: 0,
             needed: 1,
+        })?;
+        let form = |number: usize| {
+            let options = &trained[number].options;
+            (options.polynomial.degree, &options.memory)
         };
-        let (best, _) = best.ok_or(none)?;
+        let enough = errors[best].iter().sum::<f64>();
+        let firmest = (0..trained.len())
+            .filter(|number| form(*number) == form(best) && errors[*number][0] <= enough)
+            .max_by(|a, b| {
+                let prior = |number: usize| trained[number].options.prior;
+                prior(*a).total_cmp(&prior(*b))
+            });
         Ok(Self {
             without_memory,
             tried,
-            ..best
+            ..trained.swap_remove(firmest.unwrap_or(best))
         })
+    }
+
+    /// Mean square of the held-out errors, and its standard error over the runs
+    /// (blocks of one run), N².
+    fn mean_square(&self) -> [f64; 2] {
+        let (errors, runs) = (&self.held_out.errors, &self.held_out.runs);
+        let several = runs.first() != runs.last();
+        let parts: Vec<_> = if several {
+            runs.chunk_by(|a, b| a == b).map(<[usize]>::len).collect()
+        } else {
+            let blocks = blocks_of_time(errors.len(), self.options.blocks);
+            blocks.iter().map(ExactSizeIterator::len).collect()
+        };
+        let mut rest = &errors[..];
+        let squares: Vec<f64> = parts
+            .iter()
+            .map(|count| {
+                let (part, after) = rest.split_at(*count);
+                rest = after;
+                part.iter().map(|error| error * error).sum::<f64>() / (*count).max(1) as f64
+            })
+            .collect();
+        let count = squares.len().max(1) as f64;
+        let mean = squares.iter().sum::<f64>() / count;
+        let scatter = squares.iter().map(|square| (square - mean).powi(2));
+        let variance = scatter.sum::<f64>() / (count - 1.0).max(1.0);
+        [mean, (variance / count).sqrt()]
     }
 
     /// Score of the held-out rows.
@@ -182,24 +221,23 @@ fn straight_line(points: impl Iterator<Item = [f64; 2]> + Clone) -> [f64; 2] {
     [y - slope * x, slope]
 }
 
-/// Products, creep times and priors that are tried for a force after the scale
-/// offset of least error among `offsets` (s), for a map without memory.
+/// Products, creep times and priors that are tried for a force, at the offset of
+/// the scale (-0.5 s to 1.5 s after the sensor) of least error of a linear map
+/// without memory.
 ///
 /// # Errors
 /// [`TrainingError`].
-pub(crate) fn usual_candidates(
-    runs: &[Session],
-    offsets: &[f64],
-) -> Result<Vec<ForceOptions>, TrainingError> {
+pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingError> {
     const CREEP: [&[f64]; 3] = [&[], &[1.0, 10.0], &[1.0, 10.0, 100.0]];
     const PRIORS: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
     let linear = |offset: f64| options(1, &[], 100.0, offset);
-    let tried: Vec<(f64, f64)> = offsets
-        .par_iter()
-        .map(|offset| {
-            let (_, held_out) = ForceMap::trained(runs, &linear(*offset))?;
+    let tried: Vec<(f64, f64)> = (-5..=15)
+        .into_par_iter()
+        .map(|tenths| {
+            let offset = 0.1 * f64::from(tenths);
+            let (_, held_out) = ForceMap::trained(runs, &linear(offset))?;
             let error = held_out.errors.iter().map(|error| error * error);
-            Ok((error.sum::<f64>() / held_out.errors.len() as f64, *offset))
+            Ok((error.sum::<f64>() / held_out.errors.len() as f64, offset))
         })
         .collect::<Result<_, TrainingError>>()?;
     let least = tried.iter().min_by(|a, b| a.0.total_cmp(&b.0));

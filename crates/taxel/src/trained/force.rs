@@ -5,7 +5,6 @@
 //! ([`Ridge`]) takes them to the force. All features follow the stream of
 //! frames, so training and live use do the same.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::memory::Memory;
@@ -181,31 +180,6 @@ impl ForceMap {
         map.intervals = Intervals::of(&held_out.estimates, &held_out.errors, &held_out.deviations);
         map.largest_leverage = LEVERAGE_MARGIN * held_out.leverage;
         Ok((map, held_out))
-    }
-
-    /// The best of `candidates` by held-out likelihood, with the score of each.
-    ///
-    /// # Errors
-    /// [`TrainingError`] when none of them can be trained.
-    pub fn choose(
-        runs: &[Session],
-        candidates: &[ForceOptions],
-    ) -> Result<(Self, Vec<Score>), TrainingError> {
-        let trained: Vec<_> = candidates
-            .par_iter()
-            .map(|options| Self::train(runs, options))
-            .collect::<Result<_, _>>()?;
-        let scores = trained.iter().map(|(_, score)| *score).collect();
-        let best = trained
-            .into_iter()
-            .max_by(|a, b| a.1.log_likelihood.total_cmp(&b.1.log_likelihood));
-        match best {
-            Some((map, _)) => Ok((map, scores)),
-            None => Err(TrainingError::TooFew {
-                found: 0,
-                needed: 1,
-            }),
-        }
     }
 
     /// Everything but the weights and what follows from them.

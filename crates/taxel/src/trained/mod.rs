@@ -31,8 +31,7 @@ mod series;
 mod session;
 mod surface;
 
-pub(crate) use across::usual_candidates;
-pub use across::{AcrossRuns, BetweenRuns};
+pub use across::{AcrossRuns, BetweenRuns, usual_candidates};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
 pub use compare::{Compared, compared_forces, compared_places};
 pub use force::{ForceEstimator, ForceMap, ForceOptions, HeldOutForce, Intervals, TrainingRun};

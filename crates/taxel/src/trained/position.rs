@@ -383,16 +383,39 @@ impl PositionEstimator {
         Ok(self.judged(place, normal, misfit))
     }
 
+    /// The node whose answer is nearest to a frame: every other one first, then
+    /// those round the best few, as a rough surface has more than one valley.
     fn nearest_node(&self, white: &[f32]) -> [f64; 2] {
-        let mut best = (f32::INFINITY, self.map.surface.corner);
-        let answers = self.answers.chunks_exact(white.len().max(1));
-        for (place, answer) in self.nodes.iter().zip(answers) {
-            let distance = squared_distance(answer, white);
-            if distance < best.0 {
-                best = (distance, *place);
+        const VALLEYS: usize = 4;
+        let [rows, columns] = self.map.surface.intervals.map(|count| count + 1);
+        let distance = |[row, column]: [usize; 2]| {
+            let node = row * columns + column;
+            squared_distance(&self.answers[node * white.len()..][..white.len()], white)
+        };
+        let mut valleys = [(f32::INFINITY, [0, 0]); VALLEYS];
+        for row in (0..rows).step_by(2) {
+            for column in (0..columns).step_by(2) {
+                let found = (distance([row, column]), [row, column]);
+                if let Some(place) = valleys.iter().position(|valley| found.0 < valley.0) {
+                    valleys[place..].rotate_right(1);
+                    valleys[place] = found;
+                }
             }
         }
-        best.1
+        let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        let mut best = valleys[0];
+        for (_, [row, column]) in valleys {
+            for row in around(row, rows) {
+                for column in around(column, columns) {
+                    let found = distance([row, column]);
+                    if found < best.0 {
+                        best = (found, [row, column]);
+                    }
+                }
+            }
+        }
+        let (_, [row, column]) = best;
+        self.nodes[row * columns + column]
     }
 
     /// |white − x(place)|², leaving the answer and its slopes.

@@ -1,7 +1,6 @@
 //! A sensor and the motion stage that pressed it, each at its own times.
 
-use super::ridge::{Moments, Ridge};
-use super::{Series, TrainingError, blocks_of_time};
+use super::Series;
 use crate::InputError;
 
 /// Standard acceleration of gravity, m/s²: grams of a scale to newtons.
@@ -100,50 +99,5 @@ impl Session {
         let least = CONTACT_SHARE * self.peak_force();
         let row = force.rows().iter().position(|row| row[0] > least)?;
         Some(force.times()[row])
-    }
-
-    /// By how much the scale comes after the sensor, s: the offset among
-    /// `offsets` after which a linear map explains held-out blocks of the
-    /// force best. Creep and hysteresis of the body turn the phase as well: the
-    /// offset is what the map wants, and not the delay of the scale alone.
-    ///
-    /// # Errors
-    /// [`TrainingError`] without a scale or with too few readings.
-    pub fn scale_offset(&self, offsets: &[f64]) -> Result<f64, TrainingError> {
-        let mut best = (f64::INFINITY, 0.0);
-        for offset in offsets {
-            let misfit = self.linear_misfit(*offset)?;
-            if misfit < best.0 {
-                best = (misfit, *offset);
-            }
-        }
-        Ok(best.1)
-    }
-
-    /// Mean square held-out error of a linear map at `offset`.
-    fn linear_misfit(&self, offset: f64) -> Result<f64, TrainingError> {
-        const BLOCKS: usize = 10;
-        let baseline = self.baseline();
-        let reach = self.sensor.longest_step();
-        let force = self.force.as_ref();
-        let (rows, target): (Vec<_>, Vec<_>) = force
-            .into_iter()
-            .flat_map(|force| force.times().iter().zip(force.rows()))
-            .filter_map(|(time, force)| {
-                let frame = self.sensor.at(time - offset, reach)?;
-                let tared = frame.iter().zip(&baseline).map(|(a, b)| a - b);
-                let row: Vec<f64> = [1.0].into_iter().chain(tared).collect();
-                row.iter().all(|v| v.is_finite()).then_some((row, force[0]))
-            })
-            .unzip();
-        let all = Moments::of(&rows, &target)?;
-        let mut misfit = 0.0;
-        for block in blocks_of_time(rows.len(), BLOCKS) {
-            let part = Moments::of(&rows[block.clone()], &target[block.clone()])?;
-            let ridge = Ridge::fit(&all.without(&part), 1e-2)?;
-            let error = |row: usize| (ridge.mean(&rows[row]) - target[row]).powi(2);
-            misfit += block.map(error).sum::<f64>();
-        }
-        Ok(misfit / rows.len() as f64)
     }
 }

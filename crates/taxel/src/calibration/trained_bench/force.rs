@@ -22,8 +22,7 @@ pub(super) fn train(runs: &[Run], found: &mut Found) -> Result<Option<ForceMap>,
     }
     let failed = |error| failed(&last.name, &error);
     let sessions = sessions(&runs);
-    let offsets: Vec<f64> = (-5..=15).map(|tenths| 0.1 * f64::from(tenths)).collect();
-    let candidates = usual_candidates(&sessions, &offsets).map_err(failed)?;
+    let candidates = usual_candidates(&sessions).map_err(failed)?;
     let chosen = AcrossRuns::choose(&sessions, &candidates).map_err(failed)?;
     let mut all = compared_forces(&sessions, chosen.options.offset).map_err(failed)?;
     all.push(Compared {
@@ -80,7 +79,7 @@ fn among(chosen: &AcrossRuns) -> Remark {
     let (options, score) = (&chosen.options, chosen.score());
     Remark::whole(format!(
         "force: products of up to {} channels, creep times {:?} s, prior {}, scale {:.1} s after the sensor; best of {} \
-         candidates by held-out likelihood, {:.3} N rms (best without memory {without:.3} N), {:.1} % within the 95 % \
+         candidates by held-out error, {:.3} N rms (best without memory {without:.3} N), {:.1} % within the 95 % \
          intervals",
         options.polynomial.degree,
         options.memory.creep_times,
