@@ -10,6 +10,7 @@ use taxel::calibration::{
 };
 use taxel::device::Sense;
 use taxel::electronics::Noise;
+use taxel::estimation::{SignalEstimator, Why};
 use taxel::sensor::Sensor;
 
 const CHANNELS: usize = 6;
@@ -87,15 +88,20 @@ fn calibrated(sensor: &Sensor, outcome: &TrainedOutcome) -> Sensor {
     file.apply("c.toml", sensor, "abc").unwrap()
 }
 
+fn estimator(sensor: &Sensor) -> Box<dyn SignalEstimator> {
+    let array = sensor.trained().unwrap();
+    assert_eq!(array.stream().unit.quantity, Quantity::Counts);
+    let device = sensor.device().unwrap();
+    let Ok(Sense::Signals(estimator)) = device.sense(&array.stream()) else {
+        panic!("no estimator");
+    };
+    estimator
+}
+
 /// Share of the true forces of a run within the 95 % intervals, and the mean
 /// deviation.
 fn coverage(sensor: &Sensor, gain: f64, seed: u64) -> [f64; 2] {
-    let array = sensor.trained().unwrap();
-    let device = sensor.device().unwrap();
-    let Ok(Sense::Signals(mut estimator)) = device.sense(&array.stream()) else {
-        panic!("no estimator");
-    };
-    assert_eq!(array.stream().unit.quantity, Quantity::Counts);
+    let mut estimator = estimator(sensor);
     estimator.begin_rest_capture(50);
     let (mut inside, mut deviations, mut count) = (0.0, 0.0, 0.0);
     for (sequence, (time, truth, values)) in (0..).zip(rows(gain, seed)) {
@@ -174,4 +180,59 @@ fn a_large_difference_of_runs_is_found() {
     // Leaving one of 1 and 1.2 out errs by 18 %; the usual 4 % counts for two
     // thirds of the variance, which gives 11 % to 3.3 %.
     assert!(gain(&[1.0, 1.2]) > 2.5 * gain(&[1.0, 1.0]));
+}
+
+/// Half an hour of drift, a press of ten minutes, and the same again empty.
+#[test]
+fn what_is_empty_is_followed_and_what_presses_is_not() {
+    // Frames a second, and counts a second of each channel: half of what is
+    // followed with a noise of 0.3 counts.
+    const RATE: f64 = 25.0;
+    const DRIFT: f64 = 0.0015;
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.0], 3));
+    let mut estimator = estimator(&calibrated);
+    estimator.begin_rest_capture(20);
+    let [empty, pressed]: [Vec<_>; 2] = [false, true].map(|touched| {
+        let body = rows(1.0, 77).into_iter();
+        // At rest, or near the largest force.
+        let wanted =
+            body.filter(|(_, force, _)| if touched { *force > 6.9 } else { *force == 0.0 });
+        wanted.map(|(_, force, values)| (force, values)).collect()
+    });
+    let mut sequence = 0;
+    let mut last = |minutes: f64, pool: &[(f64, Vec<f64>)]| {
+        let mut errors = Vec::new();
+        for _ in 0..(60.0 * minutes * RATE) as u64 {
+            sequence += 1;
+            let time = sequence as f64 / RATE;
+            let (force, values) = &pool[sequence as usize % pool.len()];
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values: values.iter().map(|value| value + DRIFT * time).collect(),
+            };
+            let found = estimator.push(&frame).unwrap().0.force.unwrap();
+            errors.push([found[0] - force, found[1]]);
+        }
+        let tail = &errors[errors.len() - 100..];
+        tail.iter().fold([0.0; 2], |sum, one| {
+            [sum[0] + 0.01 * one[0], sum[1] + 0.01 * one[1]]
+        })
+    };
+    // The map errs by itself; the force of the drift not followed is 0.2 N.
+    let (fresh, [firm, _]) = (last(0.2, &empty), last(0.2, &pressed));
+    last(0.5, &empty);
+    let [error, deviation] = last(30.0, &empty);
+    assert!((error - fresh[0]).abs() < 0.02, "{fresh:?} {error}");
+    assert!(error < deviation, "{error} of {deviation} N");
+    let [error, _] = last(10.0, &pressed);
+    assert!((error - firm).abs() < 0.1, "{firm} {error}");
+    let [error, _] = last(1.0, &empty);
+    assert!((error - fresh[0]).abs() < 0.02, "{fresh:?} {error}");
+    let history = estimator.baseline().unwrap().history();
+    assert!(history.iter().any(|change| change.why == Why::Drift));
+    // 30 minutes of drift are nine deviations of each channel.
+    let level = estimator.baseline().unwrap().drift(0);
+    assert!((level / (DRIFT * 41.0 * 60.0) - 1.0).abs() < 0.1, "{level}");
 }

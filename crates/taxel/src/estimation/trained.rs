@@ -1,6 +1,7 @@
 //! Frames of a body without a physical model to a contact with its place and
 //! force, through maps that were learned.
 
+use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Contact, normal_only};
 use super::{
     FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
@@ -57,6 +58,10 @@ pub struct TrainedEstimator {
     meaning: SignalMeaning,
     position: Option<PositionEstimator>,
     force: Option<ForceEstimator>,
+    /// Where rest is known.
+    baseline: Option<Baseline>,
+    /// The readings of a frame less the drift of the empty channels.
+    values: Vec<f64>,
     capture: Option<Capture>,
     touch: SignalTouch,
 }
@@ -106,7 +111,14 @@ impl TrainedEstimator {
         };
         let channels = names.len();
         let rest = maps.rest.as_ref().map(|rest| rest.mean.clone());
+        let baseline = maps.rest.as_ref().map(|rest| {
+            let mut baseline = Baseline::new(BaselineOptions::new(rest.deviation.clone()));
+            baseline.tare(0, &rest.mean);
+            baseline
+        });
         Ok(Self {
+            baseline,
+            values: vec![f64::NAN; channels],
             meaning: meaning(&maps, &area, names, symbol, full_scale),
             position: maps
                 .position
@@ -125,7 +137,24 @@ impl TrainedEstimator {
         })
     }
 
-    fn feel(&mut self, time: f64, values: &[f64]) -> Result<Felt, TrainingError> {
+    /// Takes the readings of a frame and follows the drift of those that nothing
+    /// touches.
+    fn follow(&mut self, frame: &Frame) {
+        self.touch.signals.copy_from_slice(&frame.values);
+        self.values.copy_from_slice(&frame.values);
+        let Some(baseline) = &mut self.baseline else {
+            return;
+        };
+        // Every channel feels every contact, that of the frame before.
+        let touched = !self.touch.contacts.is_empty();
+        baseline.push(frame.time_ns, &frame.values, |_| touched);
+        for (channel, value) in self.values.iter_mut().enumerate() {
+            *value -= baseline.drift(channel);
+        }
+    }
+
+    fn feel(&mut self, time: f64) -> Result<Felt, TrainingError> {
+        let values = &self.values;
         let force = self.force.as_mut().map(|force| force.push(time, values));
         let force = force.transpose()?;
         let place = self.position.as_mut().map(|map| map.estimate(values));
@@ -286,6 +315,10 @@ impl TrainedEstimator {
     /// Begins anew from a body at rest that reads `rest`.
     fn set_rest(&mut self, rest: Vec<f64>) -> Result<(), TrainingError> {
         self.force = force_estimator(&self.maps, Some(rest.clone()))?;
+        if let Some(baseline) = &mut self.baseline {
+            baseline.tare(self.touch.time_ns, &rest);
+            self.values.copy_from_slice(&self.touch.signals);
+        }
         self.touch.rest = rest;
         Ok(())
     }
@@ -303,14 +336,18 @@ impl SignalEstimator for TrainedEstimator {
         }
         self.touch.sequence = frame.sequence;
         self.touch.time_ns = frame.time_ns;
-        self.touch.signals.copy_from_slice(&frame.values);
+        self.follow(frame);
         let ended = self.capture_frame(&frame.values);
         // A channel that the maps need has no reading: nothing else can fail.
-        match self.feel(frame.time_ns as f64 * 1e-9, &frame.values) {
+        match self.feel(frame.time_ns as f64 * 1e-9) {
             Ok(felt) => self.sum_up(&felt),
             Err(_) => self.nothing(),
         }
         Ok((&self.touch, ended))
+    }
+
+    fn baseline(&self) -> Option<&Baseline> {
+        self.baseline.as_ref()
     }
 
     fn begin_rest_capture(&mut self, frames: usize) {
