@@ -113,6 +113,16 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
         .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
     let source = TwinSource::new(twin);
+    sensed(named, source, options, arguments)
+}
+
+/// A session whose frames mean what the sensor says.
+fn sensed(
+    named: files::NamedSensor,
+    source: impl Source + 'static,
+    options: PumpOptions,
+    arguments: &Live,
+) -> Result<Session, Stop> {
     let named = calibrate::applied(named, arguments.calibration.as_deref())?;
     let device = files::device(&named.sensor)?;
     let sense = sense(device.as_ref(), &source, arguments)?;
@@ -171,18 +181,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         });
     }
     let named = files::sensor(&arguments.sensor)?;
-    let named = calibrate::applied(named, arguments.calibration.as_deref())?;
-    let device = files::device(&named.sensor)?;
-    let sense = sense(device.as_ref(), &source, arguments)?;
-    let drawing = device.drawing().svg();
-    drop(device);
-    Ok(Session {
-        sense,
-        drawing,
-        source: Box::new(source),
-        options,
-        provenance: provenance(arguments, named.sensor.name, named.hash),
-    })
+    sensed(named, source, options, arguments)
 }
 
 fn sense(device: &dyn Device, source: &impl Source, arguments: &Live) -> Result<Sense, Stop> {

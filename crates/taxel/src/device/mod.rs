@@ -123,22 +123,27 @@ fn capacitor_channel(
     }
 }
 
+/// How long a board takes for a frame and for the `scan` in it, s.
+fn timing(period: f64, scan: f64, of_what: &'static str) -> Vec<Fact> {
+    let time = |name, seconds, source| {
+        let seconds = number(seconds, "s", "ms", 1e-3);
+        fact("electronics", name, seconds, source)
+    };
+    vec![
+        time("frame_period", period, "1/frame rate"),
+        time("scan_time", scan, of_what),
+    ]
+}
+
 /// What follows from a board that reads capacitors.
 fn capacitor_board(board: &FrontEnd) -> Vec<Fact> {
     let [low, high] = board.span();
-    vec![
-        fact(
-            "electronics",
-            "frame_period",
-            number(board.period(), "s", "ms", 1e-3),
-            "1/frame rate",
-        ),
-        fact(
-            "electronics",
-            "scan_time",
-            number(board.scan_time(), "s", "ms", 1e-3),
-            "time for all capacitors of a frame",
-        ),
+    let mut facts = timing(
+        board.period(),
+        board.scan_time(),
+        "time for all capacitors of a frame",
+    );
+    facts.extend([
         fact(
             "electronics",
             "lowest_capacitance",
@@ -157,5 +162,6 @@ fn capacitor_board(board: &FrontEnd) -> Vec<Fact> {
             number(board.deviation(), "f", "fF", 1e-15),
             "amplifier noise and rounding to counts",
         ),
-    ]
+    ]);
+    facts
 }

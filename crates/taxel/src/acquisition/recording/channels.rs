@@ -297,13 +297,8 @@ impl Decoder {
         &mut self,
         lines: &mut Lines<R>,
     ) -> Result<Option<Frame>, RecordingError> {
-        loop {
-            if !lines.advance()? {
-                return Ok(None);
-            }
-            if !self.dialect.is_blank(lines.text()) {
-                break;
-            }
+        if !lines.advance_to_row(&self.dialect)? {
+            return Ok(None);
         }
         self.check_shape(lines)?;
         let mut frame = Frame {

@@ -41,6 +41,16 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
+    /// Goes to the next line that is not blank; `false` at the end of the file.
+    pub(super) fn advance_to_row(&mut self, dialect: &Dialect) -> Result<bool, RecordingError> {
+        while self.advance()? {
+            if !dialect.is_blank(self.text()) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// Goes to the next line; `false` at the end of the file, where the last
     /// line stays in place for messages.
     pub(super) fn advance(&mut self) -> Result<bool, RecordingError> {

@@ -240,13 +240,8 @@ impl Decoder {
     /// What goes wrong behind the readings that are delivered is kept for
     /// after them.
     fn block<R: BufRead>(&mut self, lines: &mut Lines<R>) -> Result<Option<Block>, RecordingError> {
-        loop {
-            if !lines.advance()? {
-                return Ok(None);
-            }
-            if !self.dialect.is_blank(lines.text()) {
-                break;
-            }
+        if !lines.advance_to_row(&self.dialect)? {
+            return Ok(None);
         }
         let mut block = Block {
             sequence: self.frame_number(lines)?,
@@ -454,13 +449,8 @@ impl Decoder {
         values: &mut Vec<f64>,
     ) -> Result<(), RecordingError> {
         let counted = || format!("frame {sequence} has {row} of {} rows", layout.rows);
-        loop {
-            if !lines.advance()? {
-                return Err(lines.truncated(counted()));
-            }
-            if !self.dialect.is_blank(lines.text()) {
-                break;
-            }
+        if !lines.advance_to_row(&self.dialect)? {
+            return Err(lines.truncated(counted()));
         }
         let end = values.len() + layout.columns;
         let mut filled = 0;

@@ -1,6 +1,7 @@
 //! What follows from the drawing of crossing channels.
 
 use super::{ChannelArray, LAYERS};
+use crate::device::timing;
 use crate::estimation::CrossedOptions;
 use crate::mechanics::{ClosingState, Stretch};
 use crate::summary::{Fact, Value, fact, number, text};
@@ -197,26 +198,17 @@ fn transduction(array: &ChannelArray<'_>) -> Vec<Fact> {
 
 fn electronics(array: &ChannelArray<'_>) -> Vec<Fact> {
     let (board, divider) = (&array.board, &array.board.divider);
-    let mut facts = vec![
-        fact(
-            "electronics",
-            "frame_period",
-            number(board.period(), "s", "ms", 1e-3),
-            "1/frame rate",
-        ),
-        fact(
-            "electronics",
-            "scan_time",
-            number(board.scan_time(), "s", "ms", 1e-3),
-            "time for all channels of a frame",
-        ),
-        fact(
-            "electronics",
-            "noise_of_a_reading",
-            number(board.deviation(), "v", "mV", 1e-3),
-            "noise and rounding to counts",
-        ),
-    ];
+    let mut facts = timing(
+        board.period(),
+        board.scan_time(),
+        "time for all channels of a frame",
+    );
+    facts.extend([fact(
+        "electronics",
+        "noise_of_a_reading",
+        number(board.deviation(), "v", "mV", 1e-3),
+        "noise and rounding to counts",
+    )]);
     for (name, layer) in named(array) {
         facts.push(fact(
             "electronics",

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::PiezoelectricArray;
+use crate::device::timing;
 use crate::estimation::{ChargeEstimator, ChargeEstimatorOptions};
 use crate::linear::Transfer;
 use crate::mechanics::{Base, Contact, SoftCover};
@@ -173,19 +174,12 @@ fn electronics(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
     let board = &array.board;
     let band = &board.band;
     let [low, high] = board.span();
-    let mut facts = vec![
-        fact(
-            "electronics",
-            "frame_period",
-            number(board.period(), "s", "ms", 1e-3),
-            "1/frame rate",
-        ),
-        fact(
-            "electronics",
-            "scan_time",
-            number(board.scan_time(), "s", "ms", 1e-3),
-            "time for all elements of a frame",
-        ),
+    let mut facts = timing(
+        board.period(),
+        board.scan_time(),
+        "time for all elements of a frame",
+    );
+    facts.extend([
         fact(
             "electronics",
             "carried_over",
@@ -198,7 +192,7 @@ fn electronics(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
             number(1.0 / (TAU * band.high_pass), "hz", "Hz", 1.0),
             "leak of the element, or feedback of the charge amplifier",
         ),
-    ];
+    ]);
     if let Some(time) = band.low_pass {
         facts.push(fact(
             "electronics",
