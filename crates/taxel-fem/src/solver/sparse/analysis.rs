@@ -268,10 +268,8 @@ impl Drafts {
         let mut order = Vec::new();
         let alive = |front: &usize| !self.columns[*front].is_empty();
         let roots = (0..self.columns.len()).filter(|&front| self.parent[front] == NONE);
-        let mut open: Vec<(u32, usize)> = roots
-            .filter(alive)
-            .map(|front| (front as u32, 0))
-            .collect();
+        let mut open: Vec<(u32, usize)> =
+            roots.filter(alive).map(|front| (front as u32, 0)).collect();
         // Parents first and turned round.
         while let Some((front, level)) = open.pop() {
             order.push((front, level));
@@ -317,5 +315,5 @@ fn work((width, rows): (usize, usize)) -> f64 {
 
 /// Work of an entry left to the parent, of an entry of the factor, and of a front.
 const UPDATE: f64 = 4.0;
-const ENTRY: f64 = 1.0;
+const ENTRY: f64 = 3.0;
 const FRONT: f64 = 700.0;

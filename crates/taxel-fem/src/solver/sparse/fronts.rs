@@ -3,6 +3,8 @@
 //! parent. Its columns stand in strips of 8 rows, column by column, and so do the tiles
 //! of the rest: every product reads and writes memory in order.
 
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
 use super::Pattern;
@@ -14,18 +16,23 @@ use crate::scalar::Lanes;
 pub(super) struct Factor {
     pub(super) values: Vec<Lanes>,
     stacks: [Vec<Lanes>; 2],
-    /// Where each row stands in the present front.
+    /// Columns of the present front before its elimination: small ones stay in the
+    /// cache.
+    columns: Vec<Lanes>,
+    /// Where each row stands in it.
     local: Vec<u32>,
-    /// Triangles of the present front, complete.
+    /// Its triangles, complete.
     triangles: Vec<Tile>,
 }
 
 impl Factor {
     pub(super) fn new(analysis: &Analysis, unknowns: usize) -> Self {
         let widest = analysis.fronts.iter().map(Front::pivot_strips).max();
+        let largest = analysis.fronts.iter().map(Front::size).max();
         Self {
             values: vec![ZERO; analysis.values],
             stacks: analysis.stacks.map(|size| vec![ZERO; size]),
+            columns: vec![ZERO; largest.unwrap_or(0)],
             local: vec![0; unknowns],
             triangles: vec![EMPTY; widest.unwrap_or(0)],
         }
@@ -62,6 +69,7 @@ impl WithSimd for Renewal<'_> {
         let Factor {
             values: all,
             stacks,
+            columns,
             local,
             triangles,
         } = factor;
@@ -74,30 +82,28 @@ impl WithSimd for Renewal<'_> {
             };
             let mut parts = Parts {
                 width: front.width,
-                columns: &mut all[front.values..][..front.size()],
+                columns: &mut columns[..front.size()],
                 rest: &mut own[front.update..][..front.update_size()],
             };
-            clear(parts.columns);
-            clear(parts.rest);
-            parts.take_entries(analysis.indices(front), pattern, values, local);
-            for &child in analysis.children(front) {
+            let children = analysis.children(front).iter().map(|&child| {
                 let child = &analysis.fronts[child as usize];
                 let left = &below[child.update..][..child.update_size()];
-                parts.take_child(left, analysis.places(child));
+                (left, analysis.places(child))
+            });
+            parts.columns.fill(ZERO);
+            parts.take_entries(analysis.indices(front), pattern, values, local);
+            for (left, places) in children.clone() {
+                parts.take_columns(left, places);
             }
-            if !parts.eliminate(simd, triangles) {
+            let factor = &mut all[front.values..][..front.size()];
+            if !parts.eliminate(simd, factor, triangles) {
                 return false;
+            }
+            for (left, places) in children {
+                parts.take_rest(left, places);
             }
         }
         true
-    }
-}
-
-/// `fill` would be a call that knows no wide registers.
-#[inline(always)]
-fn clear(columns: &mut [Lanes]) {
-    for column in columns {
-        *column = ZERO;
     }
 }
 
@@ -140,69 +146,56 @@ impl Parts<'_> {
         (row / SIDE * self.width * SIDE + row % SIDE) as u32
     }
 
-    /// What a child left, by the places of its rows here.
+    /// What a child left on unknowns of this front, by the places of its rows here.
     #[inline(always)]
-    fn take_child(&mut self, left: &[Lanes], places: &[u32]) {
-        let below = self.width.next_multiple_of(SIDE);
-        let unknowns = places.partition_point(|&place| (place as usize) < self.width);
-        let mut left = left;
-        for (number, rows) in places.chunks(SIDE).enumerate() {
-            let first = number * SIDE;
-            let (strip, others) = left.split_at(first + SIDE);
-            left = others;
-            // Rows beyond the end hold zeros, and may go anywhere.
-            let mut target = [[0usize; SIDE]; 3];
-            for lane in 0..SIDE {
-                let row = rows[lane.min(rows.len() - 1)] as usize;
-                let inner = row.saturating_sub(below);
-                target[0][lane] = row % SIDE;
-                target[1][lane] = row / SIDE * self.width;
-                target[2][lane] = triangle(inner / SIDE);
-            }
-            let [lanes, outer, inner] = target;
-            let early = unknowns.min(first);
-            for (&column, entries) in places[..early].iter().zip(strip) {
-                let column = column as usize;
-                for lane in 0..SIDE {
-                    self.columns[outer[lane] + column].0[lanes[lane]] += entries.0[lane];
-                }
-            }
-            for (&column, entries) in places[early..first].iter().zip(&strip[early..]) {
-                let column = column as usize - below;
-                for lane in 0..SIDE {
-                    self.rest[inner[lane] + column].0[lanes[lane]] += entries.0[lane];
-                }
-            }
-            for (corner, &column) in rows.iter().enumerate() {
-                let column = column as usize;
-                for lane in corner..rows.len() {
-                    let value = strip[first + corner].0[lane];
-                    if column < self.width {
-                        self.columns[outer[lane] + column].0[lanes[lane]] += value;
-                    } else {
-                        self.rest[inner[lane] + column - below].0[lanes[lane]] += value;
-                    }
-                }
-            }
-        }
+    fn take_columns(&mut self, left: &[Lanes], places: &[u32]) {
+        let width = self.width;
+        let unknowns = places.partition_point(|&place| (place as usize) < width);
+        let begin = |row: usize| row / SIDE * width;
+        add(left, places, 0..unknowns, 0, begin, self.columns);
+    }
+
+    /// What a child left on rows of this front.
+    #[inline(always)]
+    fn take_rest(&mut self, left: &[Lanes], places: &[u32]) {
+        let width = self.width;
+        let unknowns = places.partition_point(|&place| (place as usize) < width);
+        let below = width.next_multiple_of(SIDE);
+        let begin = |row: usize| triangle(row.saturating_sub(below) / SIDE);
+        add(
+            left,
+            places,
+            unknowns..places.len(),
+            below,
+            begin,
+            self.rest,
+        );
     }
 
     /// Eliminates the unknowns; false when a pivot is not positive.
     #[inline(always)]
-    fn eliminate<S: Simd>(&mut self, simd: S, triangles: &mut [Tile]) -> bool {
+    fn eliminate<S: Simd>(
+        &mut self,
+        simd: S,
+        factor: &mut [Lanes],
+        triangles: &mut [Tile],
+    ) -> bool {
         let width = self.width;
         let strips = width.div_ceil(SIDE);
-        let (top, bottom) = self.columns.split_at_mut(strips * width);
+        let (top, bottom) = factor.split_at_mut(strips * width);
+        let (known_top, known) = self.columns.split_at(strips * width);
         for first in (0..strips).step_by(3) {
             let (above, own) = top.split_at_mut(first * width);
             let group = own.len().min(3 * width);
-            let own = &mut own[..group];
-            solve_all(simd, own, above, &triangles[..first], 0, width);
+            let (own, known) = (&mut own[..group], &known_top[first * width..][..group]);
+            solve_all(simd, known, own, (above, &triangles[..first]), width);
             for number in first..strips.min(first + 3) {
                 let (above, own) = own.split_at_mut((number - first) * width);
                 let own = &mut own[..width];
-                solve(simd, [&mut *own], above, &triangles[first..number], first, width);
-                let mut corner = [tiles::load(own, number)];
+                let known = &known_top[number * width..][..width];
+                let above = (&*above, &triangles[first..number]);
+                solve(simd, [known], [&mut *own], above, first);
+                let mut corner = [tiles::load(known, number)];
                 tiles::subtract(simd, &mut corner, [own], &own[..number * SIDE]);
                 if !tiles::pivots(simd, &mut corner[0], width - number * SIDE) {
                     return false;
@@ -212,50 +205,91 @@ impl Parts<'_> {
             }
         }
         let triangles = &triangles[..strips];
-        solve_all(simd, bottom, top, triangles, 0, width);
+        solve_all(simd, known, bottom, (top, triangles), width);
         leave(simd, bottom, width, self.rest);
         true
     }
 }
 
-/// Solves rows of the factor with the triangles of the front from `first` on; `above`
-/// begins with their rows.
+/// Adds some columns of what a child left at the places of their rows. `begin` gives the
+/// first column of the strip of a row in `target`, `offset` the place of its column 0.
 #[inline(always)]
-fn solve_all<S: Simd>(
-    simd: S,
-    strips: &mut [Lanes],
-    above: &[Lanes],
-    triangles: &[Tile],
-    first: usize,
-    width: usize,
+fn add(
+    left: &[Lanes],
+    places: &[u32],
+    columns: Range<usize>,
+    offset: usize,
+    begin: impl Fn(usize) -> usize,
+    target: &mut [Lanes],
 ) {
-    let mut threes = strips.chunks_exact_mut(3 * width);
-    for three in &mut threes {
-        let (one, others) = three.split_at_mut(width);
-        let (two, three) = others.split_at_mut(width);
-        solve(simd, [one, two, three], above, triangles, first, width);
-    }
-    for own in threes.into_remainder().chunks_exact_mut(width) {
-        solve(simd, [own], above, triangles, first, width);
+    let mut left = left;
+    for (number, rows) in places.chunks(SIDE).enumerate() {
+        let first = number * SIDE;
+        let (strip, others) = left.split_at(first + SIDE);
+        left = others;
+        // Rows beyond the end hold zeros, and may go anywhere.
+        let (mut lanes, mut begins) = ([0; SIDE], [0; SIDE]);
+        for lane in 0..SIDE {
+            let row = rows[lane.min(rows.len() - 1)] as usize;
+            lanes[lane] = row % SIDE;
+            begins[lane] = begin(row);
+        }
+        let whole = columns.start.min(first)..columns.end.min(first);
+        for (&column, entries) in places[whole.clone()].iter().zip(&strip[whole]) {
+            let column = column as usize - offset;
+            for lane in 0..SIDE {
+                target[begins[lane] + column].0[lanes[lane]] += entries.0[lane];
+            }
+        }
+        // Of the last tile the lower half.
+        for number in columns.start.max(first)..columns.end.min(first + rows.len()) {
+            let column = places[number] as usize - offset;
+            for lane in number - first..rows.len() {
+                target[begins[lane] + column].0[lanes[lane]] += strip[number].0[lane];
+            }
+        }
     }
 }
 
-/// The same for some strips at once.
+/// Solves rows of the factor with the rows above and their triangles.
+#[inline(always)]
+fn solve_all<S: Simd>(
+    simd: S,
+    known: &[Lanes],
+    strips: &mut [Lanes],
+    above: (&[Lanes], &[Tile]),
+    width: usize,
+) {
+    let mut threes = strips.chunks_exact_mut(3 * width);
+    let mut known = known.chunks_exact(width);
+    for three in &mut threes {
+        let (one, others) = three.split_at_mut(width);
+        let (two, three) = others.split_at_mut(width);
+        let mut next = || known.next().unwrap_or_default();
+        let known = [next(), next(), next()];
+        solve(simd, known, [one, two, three], above, 0);
+    }
+    for (own, known) in threes.into_remainder().chunks_exact_mut(width).zip(known) {
+        solve(simd, [known], [own], above, 0);
+    }
+}
+
+/// The same for some strips at once, with the triangles from `first` on.
 #[inline(always)]
 fn solve<S: Simd, const STRIPS: usize>(
     simd: S,
+    known: [&[Lanes]; STRIPS],
     strips: [&mut [Lanes]; STRIPS],
-    above: &[Lanes],
-    triangles: &[Tile],
+    (above, triangles): (&[Lanes], &[Tile]),
     first: usize,
-    width: usize,
 ) {
+    let width = known[0].len();
     for (number, triangle) in triangles.iter().enumerate() {
         let right = &above[number * width..][..(first + number) * SIDE];
         let mut parts = [EMPTY; STRIPS];
         let mut left = [right; STRIPS];
         for s in 0..STRIPS {
-            parts[s] = tiles::load(strips[s], first + number);
+            parts[s] = tiles::load(known[s], first + number);
             left[s] = &*strips[s];
         }
         tiles::subtract(simd, &mut parts, left, right);
@@ -266,7 +300,7 @@ fn solve<S: Simd, const STRIPS: usize>(
     }
 }
 
-/// Takes the products of the rows below off what is left to the parent.
+/// Leaves the products of the rows below to the parent, their signs changed.
 #[inline(always)]
 fn leave<S: Simd>(simd: S, strips: &[Lanes], width: usize, rest: &mut [Lanes]) {
     let count = strips.len() / width;
@@ -306,7 +340,6 @@ fn products<S: Simd, const TILES: usize>(
     let mut t = 0;
     while t < TILES {
         let row = first + t;
-        parts[t] = rest[row * (row + 1) / 2 + column];
         left[t] = &strips[row * right.len()..][..right.len()];
         t += 1;
     }
