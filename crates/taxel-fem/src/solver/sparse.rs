@@ -1,8 +1,9 @@
 //! Sparse symmetric matrices and their factorisation.
 //!
-//! Everything that needs a direct solver goes through [`Factorisation`]; what
-//! stands behind it today is `faer`'s supernodal Cholesky, and its `L B L^T` where
-//! the matrix has lost its definiteness.
+//! Everything that needs a direct solver goes through [`Factorisation`]. Behind it
+//! stands a multifrontal Cholesky: `analysis` makes fronts of a pattern, `fronts`
+//! computes their numbers by the products of `tiles`, `triangles` solves. Where the
+//! matrix has lost its definiteness `faer`'s `L B L^T` takes over (`indefinite`).
 
 mod analysis;
 mod fronts;
@@ -196,9 +197,11 @@ pub struct Cholesky {
 impl Factorisation for Cholesky {
     fn analyse(pattern: &Pattern) -> Result<Self, LinearError> {
         let analysis = Analysis::of(pattern);
+        let unknowns = pattern.size();
+        let factor = Factor::new(&analysis, unknowns).ok_or(LinearError::Memory { unknowns })?;
         Ok(Self {
-            factor: Factor::new(&analysis, pattern.size()),
             analysis,
+            factor,
             indefinite: None,
             definiteness: Definiteness::Positive,
         })

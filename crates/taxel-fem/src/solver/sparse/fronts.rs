@@ -26,16 +26,20 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    pub(super) fn new(analysis: &Analysis, unknowns: usize) -> Self {
+    /// None when it does not fit in memory.
+    pub(super) fn new(analysis: &Analysis, unknowns: usize) -> Option<Self> {
+        let largest = analysis.fronts.iter().map(Front::size).max().unwrap_or(0);
         let widest = analysis.fronts.iter().map(Front::pivot_strips).max();
-        let largest = analysis.fronts.iter().map(Front::size).max();
-        Self {
-            values: vec![ZERO; analysis.values],
-            stacks: analysis.stacks.map(|size| vec![ZERO; size]),
-            columns: vec![ZERO; largest.unwrap_or(0)],
+        // Places in a front are counted in 32 bits.
+        u32::try_from(largest * SIDE).ok()?;
+        let [even, odd] = analysis.stacks;
+        Some(Self {
+            values: zeros(analysis.values)?,
+            stacks: [zeros(even)?, zeros(odd)?],
+            columns: zeros(largest)?,
             local: vec![0; unknowns],
             triangles: vec![EMPTY; widest.unwrap_or(0)],
-        }
+        })
     }
 
     /// Factorises the matrix of these values; false when it is not positive definite.
@@ -47,6 +51,13 @@ impl Factor {
             values,
         })
     }
+}
+
+fn zeros(count: usize) -> Option<Vec<Lanes>> {
+    let mut columns = Vec::new();
+    columns.try_reserve_exact(count).ok()?;
+    columns.resize(count, ZERO);
+    Some(columns)
 }
 
 struct Renewal<'a> {
@@ -90,17 +101,20 @@ impl WithSimd for Renewal<'_> {
                 let left = &below[child.update..][..child.update_size()];
                 (left, analysis.places(child))
             });
-            parts.columns.fill(ZERO);
+            // As a loop it is compiled for wide registers.
+            for column in parts.columns.iter_mut() {
+                *column = ZERO;
+            }
             parts.take_entries(analysis.indices(front), pattern, values, local);
             for (left, places) in children.clone() {
-                parts.take_columns(left, places);
+                parts.take_columns(simd, left, places);
             }
             let factor = &mut all[front.values..][..front.size()];
             if !parts.eliminate(simd, factor, triangles) {
                 return false;
             }
             for (left, places) in children {
-                parts.take_rest(left, places);
+                parts.take_rest(simd, left, places);
             }
         }
         true
@@ -148,28 +162,22 @@ impl Parts<'_> {
 
     /// What a child left on unknowns of this front, by the places of its rows here.
     #[inline(always)]
-    fn take_columns(&mut self, left: &[Lanes], places: &[u32]) {
+    fn take_columns<S: Simd>(&mut self, simd: S, left: &[Lanes], places: &[u32]) {
         let width = self.width;
         let unknowns = places.partition_point(|&place| (place as usize) < width);
         let begin = |row: usize| row / SIDE * width;
-        add(left, places, 0..unknowns, 0, begin, self.columns);
+        add(simd, left, places, 0..unknowns, 0, begin, self.columns);
     }
 
     /// What a child left on rows of this front.
     #[inline(always)]
-    fn take_rest(&mut self, left: &[Lanes], places: &[u32]) {
+    fn take_rest<S: Simd>(&mut self, simd: S, left: &[Lanes], places: &[u32]) {
         let width = self.width;
         let unknowns = places.partition_point(|&place| (place as usize) < width);
         let below = width.next_multiple_of(SIDE);
         let begin = |row: usize| triangle(row.saturating_sub(below) / SIDE);
-        add(
-            left,
-            places,
-            unknowns..places.len(),
-            below,
-            begin,
-            self.rest,
-        );
+        let rows = unknowns..places.len();
+        add(simd, left, places, rows, below, begin, self.rest);
     }
 
     /// Eliminates the unknowns; false when a pivot is not positive.
@@ -194,7 +202,7 @@ impl Parts<'_> {
                 let own = &mut own[..width];
                 let known = &known_top[number * width..][..width];
                 let above = (&*above, &triangles[first..number]);
-                solve(simd, [known], [&mut *own], above, first);
+                solve(simd, [known], &mut [&mut *own], above, first);
                 let mut corner = [tiles::load(known, number)];
                 tiles::subtract(simd, &mut corner, [own], &own[..number * SIDE]);
                 if !tiles::pivots(simd, &mut corner[0], width - number * SIDE) {
@@ -214,7 +222,8 @@ impl Parts<'_> {
 /// Adds some columns of what a child left at the places of their rows. `begin` gives the
 /// first column of the strip of a row in `target`, `offset` the place of its column 0.
 #[inline(always)]
-fn add(
+fn add<S: Simd>(
+    simd: S,
     left: &[Lanes],
     places: &[u32],
     columns: Range<usize>,
@@ -235,10 +244,24 @@ fn add(
             begins[lane] = begin(row);
         }
         let whole = columns.start.min(first)..columns.end.min(first);
-        for (&column, entries) in places[whole.clone()].iter().zip(&strip[whole]) {
-            let column = column as usize - offset;
-            for lane in 0..SIDE {
-                target[begins[lane] + column].0[lanes[lane]] += entries.0[lane];
+        let entries = places[whole.clone()].iter().zip(&strip[whole]);
+        if S::F64_LANES == SIDE && rows.len() == SIDE && rows[SIDE - 1] - rows[0] == 7 {
+            // Neighbours stay neighbours: they go to two strips at once.
+            let (upper, lower) = tiles::masks(lanes[0]);
+            for (&column, entries) in entries {
+                let column = column as usize - offset;
+                let turned = tiles::turned(simd, entries, lanes[0]);
+                let one = &mut target[begins[0] + column];
+                *one = *one + turned * upper;
+                let other = &mut target[begins[SIDE - 1] + column];
+                *other = *other + turned * lower;
+            }
+        } else {
+            for (&column, entries) in entries {
+                let column = column as usize - offset;
+                for lane in 0..SIDE {
+                    target[begins[lane] + column].0[lanes[lane]] += entries.0[lane];
+                }
             }
         }
         // Of the last tile the lower half.
@@ -267,10 +290,10 @@ fn solve_all<S: Simd>(
         let (two, three) = others.split_at_mut(width);
         let mut next = || known.next().unwrap_or_default();
         let known = [next(), next(), next()];
-        solve(simd, known, [one, two, three], above, 0);
+        solve(simd, known, &mut [one, two, three], above, 0);
     }
     for (own, known) in threes.into_remainder().chunks_exact_mut(width).zip(known) {
-        solve(simd, [known], [own], above, 0);
+        solve(simd, [known], &mut [own], above, 0);
     }
 }
 
@@ -279,7 +302,7 @@ fn solve_all<S: Simd>(
 fn solve<S: Simd, const STRIPS: usize>(
     simd: S,
     known: [&[Lanes]; STRIPS],
-    strips: [&mut [Lanes]; STRIPS],
+    strips: &mut [&mut [Lanes]; STRIPS],
     (above, triangles): (&[Lanes], &[Tile]),
     first: usize,
 ) {
@@ -349,5 +372,58 @@ fn products<S: Simd, const TILES: usize>(
         let row = first + t;
         rest[row * (row + 1) / 2 + column] = parts[t];
         t += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn narrow_registers_give_the_same_factor() {
+        // Two dense parts that a third one joins.
+        let (n, part) = (177u32, 59);
+        let mut pattern = Pattern {
+            column_starts: vec![0],
+            rows: Vec::new(),
+        };
+        let mut values = Vec::new();
+        for column in 0..n {
+            for row in column..n {
+                if row / part == column / part || row >= 2 * part {
+                    pattern.rows.push(row);
+                    values.push(if row == column {
+                        f64::from(n)
+                    } else {
+                        f64::from(row * column).sin()
+                    });
+                }
+            }
+            pattern.column_starts.push(pattern.rows.len() as u32);
+        }
+        let analysis = Analysis::of(&pattern);
+        assert!(analysis.fronts.len() > 1);
+        let factors = [true, false].map(|wide| {
+            let mut factor = Factor::new(&analysis, n as usize).unwrap();
+            let positive = if wide {
+                factor.renew(&analysis, &pattern, &values)
+            } else {
+                let renewal = Renewal {
+                    factor: &mut factor,
+                    analysis: &analysis,
+                    pattern: &pattern,
+                    values: &values,
+                };
+                renewal.with_simd(pulp::Scalar)
+            };
+            assert!(positive);
+            factor.values
+        });
+        for (wide, narrow) in factors[0].iter().zip(&factors[1]) {
+            for lane in 0..SIDE {
+                // Rounding of sums of at most 177 products, entries of at most 14.
+                assert!((wide.0[lane] - narrow.0[lane]).abs() < 1e-12);
+            }
+        }
     }
 }

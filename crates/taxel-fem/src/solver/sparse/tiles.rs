@@ -33,6 +33,56 @@ pub(super) fn subtract<S: Simd, const TILES: usize>(
     left: [&[Lanes]; TILES],
     right: &[Lanes],
 ) {
+    if S::F64_LANES == SIDE {
+        subtract_together(simd, tiles, left, right);
+        return;
+    }
+    for (tile, left) in tiles.iter_mut().zip(left) {
+        subtract_half(simd, tile, left, right, 0);
+        subtract_half(simd, tile, left, right, HALF);
+    }
+}
+
+/// Columns of half a tile.
+const HALF: usize = SIDE / 2;
+
+/// The same for half a tile, whose sums fit in fewer and smaller registers.
+#[inline(always)]
+fn subtract_half<S: Simd>(simd: S, tile: &mut Tile, left: &[Lanes], right: &[Lanes], first: usize) {
+    let parts = SIDE / S::F64_LANES;
+    let mut sums = [[simd.splat_f64s(0.0); HALF]; SIDE];
+    for p in 0..parts {
+        for c in 0..HALF {
+            sums[p][c] = part::<S>(&tile[first + c], p);
+        }
+    }
+    for (own, factors) in left.iter().zip(right) {
+        let mut c = 0;
+        while c < HALF {
+            let factor = simd.splat_f64s(factors.0[first + c]);
+            let mut p = 0;
+            while p < parts {
+                sums[p][c] = simd.negate_mul_add_f64s(part::<S>(own, p), factor, sums[p][c]);
+                p += 1;
+            }
+            c += 1;
+        }
+    }
+    for p in 0..parts {
+        for c in 0..HALF {
+            set_part::<S>(&mut tile[first + c], p, sums[p][c]);
+        }
+    }
+}
+
+/// With a register for each column.
+#[inline(always)]
+fn subtract_together<S: Simd, const TILES: usize>(
+    simd: S,
+    tiles: &mut [Tile; TILES],
+    left: [&[Lanes]; TILES],
+    right: &[Lanes],
+) {
     let depth = right.len();
     let mut left = left;
     let mut t = 0;
@@ -40,44 +90,40 @@ pub(super) fn subtract<S: Simd, const TILES: usize>(
         left[t] = &left[t][..depth];
         t += 1;
     }
-    let mut number = 0;
-    while number < SIDE / S::F64_LANES {
-        let mut sums = [[simd.splat_f64s(0.0); SIDE]; TILES];
-        let mut t = 0;
-        while t < TILES {
-            let mut c = 0;
-            while c < SIDE {
-                sums[t][c] = part::<S>(&tiles[t][c], number);
-                c += 1;
-            }
-            t += 1;
+    let mut sums = [[simd.splat_f64s(0.0); SIDE]; TILES];
+    let mut t = 0;
+    while t < TILES {
+        let mut c = 0;
+        while c < SIDE {
+            sums[t][c] = part::<S>(&tiles[t][c], 0);
+            c += 1;
         }
-        let mut k = 0;
-        while k < depth {
-            let factors = &right[k].0;
-            let mut c = 0;
-            while c < SIDE {
-                let factor = simd.splat_f64s(factors[c]);
-                let mut t = 0;
-                while t < TILES {
-                    let own = part::<S>(&left[t][k], number);
-                    sums[t][c] = simd.negate_mul_add_f64s(own, factor, sums[t][c]);
-                    t += 1;
-                }
-                c += 1;
+        t += 1;
+    }
+    let mut k = 0;
+    while k < depth {
+        let factors = &right[k].0;
+        let mut c = 0;
+        while c < SIDE {
+            let factor = simd.splat_f64s(factors[c]);
+            let mut t = 0;
+            while t < TILES {
+                let own = part::<S>(&left[t][k], 0);
+                sums[t][c] = simd.negate_mul_add_f64s(own, factor, sums[t][c]);
+                t += 1;
             }
-            k += 1;
+            c += 1;
         }
-        let mut t = 0;
-        while t < TILES {
-            let mut c = 0;
-            while c < SIDE {
-                set_part::<S>(&mut tiles[t][c], number, sums[t][c]);
-                c += 1;
-            }
-            t += 1;
+        k += 1;
+    }
+    let mut t = 0;
+    while t < TILES {
+        let mut c = 0;
+        while c < SIDE {
+            set_part::<S>(&mut tiles[t][c], 0, sums[t][c]);
+            c += 1;
         }
-        number += 1;
+        t += 1;
     }
 }
 
@@ -202,4 +248,24 @@ pub(super) fn store(strip: &mut [Lanes], number: usize, tile: &Tile) {
         }
         c += 1;
     }
+}
+
+/// The rows of a column moved down, the last ones to its begin: for registers of 8.
+#[inline(always)]
+pub(super) fn turned<S: Simd>(simd: S, column: &Lanes, rows: usize) -> Lanes {
+    let mut turned = ZERO;
+    let own = simd.rotate_right_f64s(part::<S>(column, 0), rows);
+    set_part::<S>(&mut turned, 0, own);
+    turned
+}
+
+/// One for the rows from here on and for those before; zero for the others.
+#[inline(always)]
+pub(super) fn masks(row: usize) -> (Lanes, Lanes) {
+    let (mut upper, mut lower) = (ZERO, ZERO);
+    for lane in 0..SIDE {
+        let which = if lane < row { &mut lower } else { &mut upper };
+        which.0[lane] = 1.0;
+    }
+    (upper, lower)
 }

@@ -112,13 +112,14 @@ fn forward(width: usize, top: &[Lanes], unknowns: &mut [Lanes]) {
 }
 
 /// Takes off what stands below and solves with the triangle from the end: strip by
-/// strip, as they stand in memory.
+/// strip, from the end of the memory to its beginning.
 #[inline(always)]
 fn backward(front: &Front, factor: &[Lanes], unknowns: &mut [Lanes], sums: &mut Vec<Lanes>) {
     let (width, pivots) = (front.width, front.pivot_strips());
     sums.clear();
     sums.resize(width, ZERO);
-    for (strip, value) in factor.chunks_exact(width).zip(&*unknowns).skip(pivots) {
+    let below = factor[pivots * width..].chunks_exact(width).rev();
+    for (strip, value) in below.zip(unknowns[pivots..].iter().rev()) {
         add(sums, strip, value);
     }
     for number in (0..pivots).rev() {
