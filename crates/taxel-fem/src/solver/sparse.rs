@@ -1,21 +1,19 @@
 //! Sparse symmetric matrices and their factorisation.
 //!
-//! Everything that needs a direct solver goes through [`Factorisation`]; what
-//! stands behind it today is `faer`'s supernodal Cholesky, and its `L B L^T` where
-//! the matrix has lost its definiteness.
+//! Everything that needs a direct solver goes through [`Factorisation`]. Behind it
+//! stands a multifrontal Cholesky: `analysis` makes fronts of a pattern, `fronts`
+//! computes their numbers by the products of `tiles`, `triangles` solves. Where the
+//! matrix has lost its definiteness `faer`'s `L B L^T` takes over (`indefinite`).
 
+mod analysis;
+mod fronts;
+mod indefinite;
+mod tiles;
 mod triangles;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
-use faer::perm::PermRef;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
-    SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use analysis::Analysis;
+use fronts::Factor;
+use indefinite::Indefinite;
 
 /// Lower triangle of a symmetric matrix by columns: where its entries are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -83,11 +81,6 @@ impl Pattern {
             column_starts,
             rows,
         }
-    }
-
-    fn view(&self) -> SymbolicSparseColMatRef<'_, u32> {
-        let n = self.size();
-        SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.rows)
     }
 }
 
@@ -191,202 +184,51 @@ pub fn solve_checked(
     })
 }
 
-/// Supernodal Cholesky; `L B L^T` within the supernodes where that fails.
+/// Multifrontal Cholesky; `L B L^T` of `faer` where that fails.
 pub struct Cholesky {
-    symbolic: SymbolicCholesky<u32>,
-    values: Vec<f64>,
-    scratch: MemBuffer,
-    /// Present while the last matrix was indefinite.
-    indefinite: Option<Pivots>,
+    analysis: Analysis,
+    factor: Factor,
+    /// Made for the first indefinite matrix.
+    indefinite: Option<Indefinite>,
+    /// Of the last matrix.
+    definiteness: Definiteness,
 }
-
-struct Pivots {
-    below: Vec<f64>,
-    forward: Vec<u32>,
-    inverse: Vec<u32>,
-}
-
-/// Small neighbouring supernodes are merged while few zeros come in.
-const MERGE: [(usize, f64); 4] = [(8, 1.0), (32, 0.8), (96, 0.2), (usize::MAX, 0.08)];
 
 impl Factorisation for Cholesky {
     fn analyse(pattern: &Pattern) -> Result<Self, LinearError> {
-        let parameters = CholeskySymbolicParams {
-            supernodal_params: SymbolicSupernodalParams {
-                relax: Some(&MERGE),
-            },
-            // Fronts of nodes are dense from the start, however small.
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            ..CholeskySymbolicParams::default()
-        };
-        // Without an ordering of its own the analysis reads the upper triangle.
-        let symbolic = factorize_symbolic_cholesky(
-            pattern.transposed().view(),
-            Side::Upper,
-            SymmetricOrdering::Identity,
-            parameters,
-        )
-        .map_err(|_| LinearError::Memory {
-            unknowns: pattern.size(),
-        })?;
-        let scratch = symbolic
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default())
-            .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let analysis = Analysis::of(pattern);
+        let unknowns = pattern.size();
+        let factor = Factor::new(&analysis, unknowns).ok_or(LinearError::Memory { unknowns })?;
         Ok(Self {
-            values: vec![0.0; symbolic.len_val()],
-            scratch: MemBuffer::new(scratch),
-            symbolic,
+            analysis,
+            factor,
             indefinite: None,
+            definiteness: Definiteness::Positive,
         })
     }
 
     fn refactor(&mut self, pattern: &Pattern, values: &[f64]) -> Result<Definiteness, LinearError> {
-        if pattern.size() == 0 {
-            return Ok(Definiteness::Positive);
-        }
-        let matrix = SparseColMatRef::new(pattern.view(), values);
-        self.indefinite = None;
-        let factor = self.symbolic.factorize_numeric_llt(
-            &mut self.values,
-            matrix,
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            Spec::default(),
-        );
-        match factor {
-            Ok(_) => Ok(Definiteness::Positive),
-            Err(LltError::NonPositivePivot { .. }) => self.refactor_indefinite(matrix),
-        }
+        self.definiteness = if self.factor.renew(&self.analysis, pattern, values) {
+            Definiteness::Positive
+        } else {
+            let mut other = match self.indefinite.take() {
+                Some(known) => known,
+                None => Indefinite::analyse(pattern)?,
+            };
+            other.refactor(pattern, values)?;
+            self.indefinite = Some(other);
+            Definiteness::Indefinite
+        };
+        Ok(self.definiteness)
     }
 
     fn solve(&mut self, right: &mut [f64]) {
-        if right.is_empty() {
-            return;
+        match &mut self.indefinite {
+            Some(other) if self.definiteness == Definiteness::Indefinite => other.solve(right),
+            _ => triangles::solve(&self.analysis, &self.factor.values, right),
         }
-        let rows = right.len();
-        if self.indefinite.is_none()
-            && let SymbolicCholeskyRaw::Supernodal(fronts) = self.symbolic.raw()
-        {
-            triangles::solve(fronts, &self.values, right);
-            return;
-        }
-        let right = MatMut::from_column_major_slice_mut(right, rows, 1);
-        let stack = MemStack::new(&mut self.scratch);
-        match &self.indefinite {
-            None => LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
-                Conj::No,
-                right,
-                Par::Seq,
-                stack,
-            ),
-            Some(pivots) => IntranodeLbltRef::new(
-                &self.symbolic,
-                &self.values,
-                &pivots.below,
-                PermRef::new_checked(&pivots.forward, &pivots.inverse, rows),
-            )
-            .solve_in_place_with_conj(Conj::No, right, Par::Seq, stack),
-        }
-    }
-}
-
-impl Cholesky {
-    fn refactor_indefinite(
-        &mut self,
-        matrix: SparseColMatRef<'_, u32, f64>,
-    ) -> Result<Definiteness, LinearError> {
-        let n = matrix.nrows();
-        let need = self
-            .symbolic
-            .factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default())
-            .or(self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        self.scratch = MemBuffer::new(need);
-        let mut pivots = Pivots {
-            below: vec![0.0; n],
-            forward: (0..n as u32).collect(),
-            inverse: (0..n as u32).collect(),
-        };
-        self.symbolic.factorize_numeric_intranode_lblt(
-            &mut self.values,
-            &mut pivots.below,
-            &mut pivots.forward,
-            &mut pivots.inverse,
-            matrix,
-            Side::Lower,
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            Spec::default(),
-        );
-        if self.values.iter().any(|value| !value.is_finite()) {
-            return Err(LinearError::Singular);
-        }
-        self.indefinite = Some(pivots);
-        Ok(Definiteness::Indefinite)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The second difference on a square of `n x n` points, shifted on the diagonal.
-    fn grid(n: u32, shift: f64) -> (Pattern, Vec<f64>) {
-        let mut pattern = Pattern {
-            column_starts: vec![0],
-            rows: Vec::new(),
-        };
-        let mut values = Vec::new();
-        for i in 0..n * n {
-            let mut push = |row: u32, value: f64| {
-                pattern.rows.push(row);
-                values.push(value);
-            };
-            push(i, 4.0 + shift);
-            if i % n + 1 < n {
-                push(i + 1, -1.0);
-            }
-            if i / n + 1 < n {
-                push(i + n, -1.0);
-            }
-            pattern.column_starts.push(pattern.rows.len() as u32);
-        }
-        (pattern, values)
-    }
-
-    #[test]
-    fn definite_and_indefinite_matrices_are_solved_with_one_analysis() {
-        let (pattern, definite) = grid(20, 0.0);
-        let (_, indefinite) = grid(20, -1.234);
-        let mut factor = Cholesky::analyse(&pattern).unwrap();
-        for (values, expected) in [
-            (&definite, Definiteness::Positive),
-            (&indefinite, Definiteness::Indefinite),
-            (&definite, Definiteness::Positive),
-        ] {
-            assert_eq!(factor.refactor(&pattern, values), Ok(expected));
-            let x: Vec<f64> = (0..400).map(|i| f64::from(i).sin()).collect();
-            let right = pattern.multiply(values, &x);
-            let found = solve_checked(&mut factor, &pattern, values, &right).unwrap();
-            for (found, x) in found.iter().zip(&x) {
-                assert!((found - x).abs() < 1e-10);
-            }
-        }
-    }
-
-    #[test]
-    fn a_singular_matrix_is_refused() {
-        // A loose chain: no support, the sum of each row is zero.
-        let pattern = Pattern {
-            column_starts: vec![0, 2, 4, 5],
-            rows: vec![0, 1, 1, 2, 2],
-        };
-        let values = [1.0, -1.0, 2.0, -1.0, 1.0];
-        let mut factor = Cholesky::analyse(&pattern).unwrap();
-        let factored = factor.refactor(&pattern, &values);
-        let solved =
-            factored.and_then(|_| solve_checked(&mut factor, &pattern, &values, &[1.0, 0.0, 0.0]));
-        assert!(solved.is_err(), "{solved:?}");
-    }
-}
+mod tests;

@@ -1,22 +1,24 @@
 //! Forward and backward substitution for one right-hand side. It is bound by reading
-//! the factor: each front is read once each way, four columns at a time.
+//! the factor: each front is read once each way, in the order of its memory.
 
-use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use pulp::{Simd, WithSimd};
 
-/// Columns of a front treated at once.
-const WIDE: usize = 4;
-/// Partial sums of a scalar product.
-const SUMS: usize = 8;
+use super::analysis::{Analysis, Front};
+use super::tiles::{SIDE, ZERO, load};
+use crate::scalar::Lanes;
 
 /// Replaces `x` by the solution of `L L' x = b`.
-pub(super) fn solve(fronts: &SymbolicSupernodalCholesky<u32>, values: &[f64], x: &mut [f64]) {
-    pulp::Arch::new().dispatch(Substitution { fronts, values, x });
+pub(super) fn solve(analysis: &Analysis, values: &[Lanes], x: &mut [f64]) {
+    pulp::Arch::new().dispatch(Substitution {
+        analysis,
+        values,
+        x,
+    });
 }
 
 struct Substitution<'a> {
-    fronts: &'a SymbolicSupernodalCholesky<u32>,
-    values: &'a [f64],
+    analysis: &'a Analysis,
+    values: &'a [Lanes],
     x: &'a mut [f64],
 }
 
@@ -24,109 +26,129 @@ impl WithSimd for Substitution<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { fronts, values, x } = self;
-        let mut below = vec![0.0; x.len()];
-        for number in 0..fronts.n_supernodes() {
-            let front = Front::of(fronts, values, number);
-            let below = &mut below[..front.rows.len()];
-            below.fill(0.0);
-            front.forward(&mut x[front.first..][..front.width], below);
-            for (&row, below) in front.rows.iter().zip(below) {
-                x[row as usize] -= *below;
+        let Self {
+            analysis,
+            values,
+            x,
+        } = self;
+        let (mut strips, mut sums) = (Vec::new(), Vec::new());
+        for front in &analysis.fronts {
+            let (columns, rows) = analysis.indices(front);
+            gather(x, columns, &[], &mut strips);
+            let factor = &values[front.values..][..front.size()];
+            let (top, bottom) = factor.split_at(front.pivot_strips() * front.width);
+            forward(front.width, top, &mut strips);
+            put(x, columns, &strips);
+            for (rows, strip) in rows.chunks(SIDE).zip(bottom.chunks_exact(front.width)) {
+                let sum = sum(strip, &strips);
+                for (&row, value) in rows.iter().zip(sum.0) {
+                    x[row as usize] -= value;
+                }
             }
         }
-        for number in (0..fronts.n_supernodes()).rev() {
-            let front = Front::of(fronts, values, number);
-            let below = &mut below[..front.rows.len()];
-            for (&row, below) in front.rows.iter().zip(&mut *below) {
-                *below = x[row as usize];
-            }
-            front.backward(&mut x[front.first..][..front.width], below);
+        for front in analysis.fronts.iter().rev() {
+            let (columns, rows) = analysis.indices(front);
+            gather(x, columns, rows, &mut strips);
+            let factor = &values[front.values..][..front.size()];
+            backward(front, factor, &mut strips, &mut sums);
+            put(x, columns, &strips);
         }
     }
 }
 
-/// Columns of the factor with the same rows: a triangle, and a rectangle below it.
-struct Front<'a> {
-    first: usize,
-    width: usize,
-    rows: &'a [u32],
-    values: &'a [f64],
-}
-
-impl<'a> Front<'a> {
-    #[inline(always)]
-    fn of(fronts: &'a SymbolicSupernodalCholesky<u32>, values: &'a [f64], number: usize) -> Self {
-        let first = fronts.supernode_begin()[number] as usize;
-        let width = fronts.supernode_end()[number] as usize - first;
-        let rows = fronts.col_ptr_for_row_idx();
-        let rows = &fronts.row_idx()[rows[number] as usize..rows[number + 1] as usize];
-        let start = fronts.col_ptr_for_val()[number] as usize;
-        Self {
-            first,
-            width,
-            rows,
-            values: &values[start..][..width * (width + rows.len())],
-        }
-    }
-
-    /// A column: its part in the triangle, from the diagonal on, and below it.
-    #[inline(always)]
-    fn column(&self, column: usize) -> (&'a [f64], &'a [f64]) {
-        let height = self.width + self.rows.len();
-        let (triangle, rectangle) = self.values[column * height..][..height].split_at(self.width);
-        (&triangle[column..], rectangle)
-    }
-
-    /// Solves with the triangle and adds what follows below.
-    #[inline(always)]
-    fn forward(&self, x: &mut [f64], below: &mut [f64]) {
-        for column in 0..self.width {
-            let (triangle, _) = self.column(column);
-            let own = x[column] / triangle[0];
-            x[column] = own;
-            for (x, entry) in x[column + 1..].iter_mut().zip(&triangle[1..]) {
-                *x -= entry * own;
-            }
-        }
-        let (fours, rest) = x.as_chunks::<WIDE>();
-        for (number, x) in fours.iter().enumerate() {
-            let [a, b, c, d] = std::array::from_fn(|k| self.column(number * WIDE + k).1);
-            let entries = a.iter().zip(b).zip(c).zip(d);
-            for (below, (((a, b), c), d)) in below.iter_mut().zip(entries) {
-                *below += (a * x[0] + b * x[1]) + (c * x[2] + d * x[3]);
-            }
-        }
-        for (number, x) in rest.iter().enumerate() {
-            let (_, entries) = self.column(fours.len() * WIDE + number);
-            for (below, entry) in below.iter_mut().zip(entries) {
-                *below += entry * x;
-            }
-        }
-    }
-
-    /// Takes off what stands below and solves with the triangle from the end.
-    #[inline(always)]
-    fn backward(&self, x: &mut [f64], below: &[f64]) {
-        for column in (0..self.width).rev() {
-            let (triangle, rectangle) = self.column(column);
-            let (own, later) = x[column..].split_at_mut(1);
-            let known = product(rectangle, below) + product(&triangle[1..], later);
-            own[0] = (own[0] - known) / triangle[0];
-        }
-    }
-}
-
-/// Scalar product.
+/// Unknowns and rows of a front as strips.
 #[inline(always)]
-fn product(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<SUMS>(), b.as_chunks::<SUMS>());
-    let mut sums = [0.0; SUMS];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..SUMS {
-            sums[k] += a[k] * b[k];
+fn gather(x: &[f64], columns: &[u32], rows: &[u32], strips: &mut Vec<Lanes>) {
+    strips.clear();
+    for part in columns.chunks(SIDE).chain(rows.chunks(SIDE)) {
+        let mut strip = ZERO;
+        for (strip, &index) in strip.0.iter_mut().zip(part) {
+            *strip = x[index as usize];
+        }
+        strips.push(strip);
+    }
+}
+
+#[inline(always)]
+fn put(x: &mut [f64], columns: &[u32], strips: &[Lanes]) {
+    for (part, strip) in columns.chunks(SIDE).zip(strips) {
+        for (&index, value) in part.iter().zip(strip.0) {
+            x[index as usize] = value;
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
+}
+
+/// A strip times the unknowns of its columns.
+#[inline(always)]
+fn sum(strip: &[Lanes], unknowns: &[Lanes]) -> Lanes {
+    let (tiles, rest) = strip.as_chunks::<SIDE>();
+    let mut sums = [ZERO; 4];
+    for (tile, unknowns) in tiles.iter().zip(unknowns) {
+        for k in 0..SIDE {
+            sums[k % 4] = tile[k].times_plus(unknowns.0[k], sums[k % 4]);
+        }
+    }
+    if let Some(unknowns) = unknowns.get(tiles.len()) {
+        for (column, &factor) in rest.iter().zip(&unknowns.0) {
+            sums[0] = column.times_plus(factor, sums[0]);
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// Solves with the triangle.
+#[inline(always)]
+fn forward(width: usize, top: &[Lanes], unknowns: &mut [Lanes]) {
+    for (number, strip) in top.chunks_exact(width).enumerate() {
+        let mut own = unknowns[number] - sum(&strip[..number * SIDE], unknowns);
+        let triangle = load(strip, number);
+        for k in 0..SIDE {
+            let value = own.0[k] * triangle[k].0[k];
+            own = (-triangle[k]).times_plus(value, own);
+            own.0[k] = value;
+        }
+        unknowns[number] = own;
+    }
+}
+
+/// Takes off what stands below and solves with the triangle from the end: strip by
+/// strip, from the end of the memory to its beginning.
+#[inline(always)]
+fn backward(front: &Front, factor: &[Lanes], unknowns: &mut [Lanes], sums: &mut Vec<Lanes>) {
+    let (width, pivots) = (front.width, front.pivot_strips());
+    sums.clear();
+    sums.resize(width, ZERO);
+    let below = factor[pivots * width..].chunks_exact(width).rev();
+    for (strip, value) in below.zip(unknowns[pivots..].iter().rev()) {
+        add(sums, strip, value);
+    }
+    for number in (0..pivots).rev() {
+        let strip = &factor[number * width..][..width];
+        let (triangle, known) = (load(strip, number), load(sums, number));
+        let own = &mut unknowns[number];
+        for k in (0..SIDE).rev() {
+            let mut known = total(known[k]);
+            for later in k + 1..SIDE {
+                known += triangle[k].0[later] * own.0[later];
+            }
+            own.0[k] = (own.0[k] - known) * triangle[k].0[k];
+        }
+        add(&mut sums[..number * SIDE], strip, own);
+    }
+}
+
+/// Adds products with a strip to the sums of its columns.
+#[inline(always)]
+fn add(sums: &mut [Lanes], strip: &[Lanes], value: &Lanes) {
+    for (sum, column) in sums.iter_mut().zip(strip) {
+        for lane in 0..SIDE {
+            sum.0[lane] = column.0[lane].mul_add(value.0[lane], sum.0[lane]);
+        }
+    }
+}
+
+#[inline(always)]
+fn total(lanes: Lanes) -> f64 {
+    let a = lanes.0;
+    ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]))
 }
