@@ -175,7 +175,7 @@ fn tables(presses: &[Press]) -> Result<[Vec<Vec<f64>>; 2], TrainingError> {
 }
 
 /// Forces as a vector of unit length, and their length, N.
-pub(crate) fn direction(forces: &[f64]) -> Option<(Vec<f64>, f64)> {
+fn direction(forces: &[f64]) -> Option<(Vec<f64>, f64)> {
     let length = forces.iter().map(|force| force * force).sum::<f64>().sqrt();
     let sound = length > 0.0 && length.is_finite();
     sound.then(|| (forces.iter().map(|force| force / length).collect(), length))

@@ -19,9 +19,10 @@ pub(super) fn of_array(
     for channel in &fitted.channels {
         let of = all.iter().filter(|reading| reading.channel == *channel);
         let of: Vec<&Reading> = of.collect();
-        let loading = |reading: &&Reading| loading(calibrator, fitted, reading);
-        let loading: Vec<f64> = of.iter().map(loading).collect();
         let pressures: Vec<f64> = of.iter().map(|r| r.load.pressure(bias)).collect();
+        let highest = BEYOND * pressures.iter().copied().fold(0.0, f64::max);
+        let loading = |reading: &&Reading| loading(calibrator, fitted, reading, highest);
+        let loading: Vec<f64> = of.iter().map(loading).collect();
         let marked: Vec<bool> = of.iter().map(|reading| reading.marked).collect();
         found.extend(samples(&loading, &pressures, &pressures));
         held.extend(options.hold_out.held(&marked));
@@ -35,8 +36,17 @@ pub(super) fn of_array(
     identify(&found, &held, Curve::Loading, &named)
 }
 
-/// Pressure on loading at which the model has the voltage of a reading, Pa.
-fn loading(calibrator: &ChannelCalibrator<'_>, fitted: &Fitted, reading: &Reading) -> f64 {
+/// Pressures on loading are looked for up to this factor of the largest one.
+const BEYOND: f64 = 1.5;
+
+/// Pressure on loading up to `highest` at which the model has the voltage of a
+/// reading, Pa.
+fn loading(
+    calibrator: &ChannelCalibrator<'_>,
+    fitted: &Fitted,
+    reading: &Reading,
+    highest: f64,
+) -> f64 {
     let at = fitted.fit.values();
     let bench = calibrator.bench_of(&fitted.channels, &[]);
     let misfit = |pressure: f64| {
@@ -47,7 +57,6 @@ fn loading(calibrator: &ChannelCalibrator<'_>, fitted: &Fitted, reading: &Readin
         let voltage = bench.predict(&at, &such);
         voltage.map_or(f64::NAN, |voltage| voltage - reading.voltage)
     };
-    let highest = calibrator.highest[reading.layer] * at[super::STIFFNESS[reading.layer]];
     // Not a number where the model has no answer: then there is no load.
     let (below, beyond) = (misfit(0.0) < 0.0, misfit(highest) > 0.0);
     match (below, beyond) {

@@ -33,8 +33,9 @@ const FINDERS: [Finder; 5] = [
     finder("centroid", PlaceFinder::Centroid, false),
     finder("profile", PlaceFinder::Profile, false),
     finder("profile_with_gains", PlaceFinder::Profile, true),
-    finder("kernel", PlaceFinder::Kernel, true),
+    // Before the regression alone, which is no better where they are alike.
     finder("kernel_or_profile", PlaceFinder::KernelOrProfile, true),
+    finder("kernel", PlaceFinder::Kernel, true),
 ];
 /// What was learned of the places of an array.
 pub(super) struct Learned {
