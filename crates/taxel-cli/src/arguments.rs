@@ -209,7 +209,8 @@ pub(crate) struct Calibrate {
     pub(crate) sensor: PathBuf,
     /// Readings (CSV): columns with their units, such as force_z [N],
     /// displacement [um], capacitance [fF]; a wrong one is answered with all.
-    /// For a device that is trained: tables (time, x, y, force_z, channel_1 ...)
+    /// For a piezoelectric array also presses at known places (x, y, radius,
+    /// voltage_1 ...), alone or beside it. For a device that is trained: tables (time, x, y, force_z, channel_1 ...)
     /// or folders of recordings, one or more for each run
     #[arg(required = true)]
     pub(crate) data: Vec<PathBuf>,
@@ -288,6 +289,25 @@ pub(crate) struct Twin {
     /// Tilt of the probe along the gap, degrees, up to 5
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = share::<500>)]
     pub(crate) tilt: f64,
+    /// Share of the largest change of a liquid-metal channel from which it reads
+    /// no more
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share::<100>)]
+    pub(crate) saturation: f64,
+    /// Presses on a grid by a probe with a contact of this radius in mm, in
+    /// place of loads; may be repeated
+    #[arg(long, value_name = "MM", value_parser = millimetres)]
+    pub(crate) probe: Vec<f64>,
+    /// Distance of these presses in mm
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = millimetres)]
+    pub(crate) grid: f64,
+}
+
+/// A length in mm.
+fn millimetres(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.05..=100.0).contains(&value) => Ok(value),
+        _ => Err(String::from("must be a number of mm from 0.05 to 100")),
+    }
 }
 
 /// A number from 0 to `PERCENT` hundredths.

@@ -2,42 +2,23 @@
 //! boundary of the program.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use serde_json::Value;
 
+use common::{Folder, done, refused};
+
 const SENSOR: &str = "in-plane-50um";
 
-fn taxel(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn done(arguments: &[&str]) -> String {
-    let output = taxel(arguments);
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The message of a refusal with exit code 2.
-fn refused(arguments: &[&str]) -> String {
-    let output = taxel(arguments);
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
-    String::from_utf8(output.stderr).unwrap()
-}
-
 /// A folder of this test with readings and a calibration in it.
-struct Bench(PathBuf);
+struct Bench(Folder);
 
 impl Bench {
     fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("taxel-{name}-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let bench = Self(folder);
+        let bench = Self(Folder::new(name));
         done(&[
             "twin",
             SENSOR,
@@ -51,7 +32,7 @@ impl Bench {
     }
 
     fn path(&self, name: &str) -> String {
-        self.0.join(name).to_string_lossy().into_owned()
+        self.0.path(name)
     }
 
     fn calibrate(&self, more: &[&str]) -> Value {
@@ -59,12 +40,6 @@ impl Bench {
         let mut arguments = vec!["calibrate", SENSOR, &data, "--format", "json"];
         arguments.extend(more);
         serde_json::from_str(&done(&arguments)).unwrap()
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -267,4 +242,126 @@ fn arrays_go_from_readings_to_predictions_and_live_touch() {
         ]);
         assert!(live.contains("last_force_n"), "{live}");
     }
+}
+
+#[test]
+fn presses_at_places_teach_where_a_contact_is() {
+    let folder = Folder::new("presses");
+    let [peaks, presses, file, page] =
+        ["peaks.csv", "presses.csv", "c.toml", "c.html"].map(|name| folder.path(name));
+    let sensor = "piezo-1.5mm";
+    done(&[
+        "twin",
+        sensor,
+        "--bench",
+        "--noise",
+        "0.002",
+        "--compression",
+        "0.4",
+        "-o",
+        &peaks,
+    ]);
+    done(&[
+        "twin", sensor, "--bench", "--probe", "2.5", "--probe", "3.6", "-o", &presses,
+    ]);
+    let text = done(&[
+        "calibrate",
+        sensor,
+        &peaks,
+        &presses,
+        "-o",
+        &file,
+        "--report",
+        &page,
+    ]);
+    for word in [
+        "charge_per_force",
+        "place.kernel.radius_3.60mm:",
+        "place.centroid.radius_2.50mm_not_trained:",
+        "1. by held-out likelihood",
+        "places are found by",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
+        let found = fs::read_to_string(&page).unwrap();
+        assert!(found.contains(word.trim_end_matches(':')), "{word}");
+    }
+    let live = |more: &[&str]| {
+        let mut arguments = vec![
+            "live",
+            sensor,
+            "--headless",
+            "--speed",
+            "max",
+            "--frames",
+            "200",
+        ];
+        arguments.extend(more);
+        done(&arguments)
+    };
+    assert!(live(&["--calibration", &file]).contains("last_force_n"));
+    let alone = done(&["calibrate", sensor, &presses, "--format", "json"]);
+    let alone: Value = serde_json::from_str(&alone).unwrap();
+    assert_eq!(alone["parameters"][0]["status"], "fixed");
+    let missing = fs::read_to_string(&file)
+        .unwrap()
+        .replace("gains = [", "gains = [1.0, ");
+    fs::write(&file, missing).unwrap();
+    let refusal = refused(&[
+        "live",
+        sensor,
+        "--calibration",
+        &file,
+        "--headless",
+        "--frames",
+        "2",
+    ]);
+    assert!(refusal.contains("directions"), "{refusal}");
+    let refusal = refused(&["calibrate", sensor, &presses, &presses]);
+    assert!(refusal.contains("same kind"), "{refusal}");
+    let refusal = refused(&["twin", "three-axis-8x8", "--bench", "--probe", "2"]);
+    assert!(refusal.contains("--probe"), "{refusal}");
+    refused(&["twin", sensor, "--bench", "--probe", "0"]);
+}
+
+#[test]
+fn loops_and_saturation_of_channels_are_found() {
+    let folder = Folder::new("channels");
+    let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
+    let sensor = "liquid-metal-2x4";
+    done(&[
+        "twin",
+        sensor,
+        "--bench",
+        "-o",
+        &data,
+        "--noise",
+        "0.0002",
+        "--compression",
+        "0.36",
+        "--hysteresis",
+        "0.1",
+        "--saturation",
+        "0.8",
+    ]);
+    let text = done(&["calibrate", sensor, &data, "-o", &file]);
+    for word in [
+        "channel_0.saturation_voltage",
+        "hysteresis_1",
+        "with it by",
+        "saturated from",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    let live = done(&[
+        "live",
+        sensor,
+        "--calibration",
+        &file,
+        "--headless",
+        "--speed",
+        "max",
+        "--frames",
+        "60",
+    ]);
+    assert!(live.contains("last_"), "{live}");
 }

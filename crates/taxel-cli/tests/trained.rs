@@ -2,77 +2,39 @@
 //! boundary of the program.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
+use common::{Folder, done, refused};
+
 const SENSOR: &str = "eflesh-lattice";
-
-fn taxel(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn done(arguments: &[&str]) -> String {
-    let output = taxel(arguments);
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The message of a refusal with exit code 2.
-fn refused(arguments: &[&str]) -> String {
-    let output = taxel(arguments);
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
-    String::from_utf8(output.stderr).unwrap()
-}
 
 /// Excerpts of recordings of five magnetometers under a lattice.
 fn excerpt() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/tests/data/eflesh")
 }
 
-/// A folder of one test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("taxel-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(folder.join("run")).unwrap();
-        Self(folder)
+/// The run whose files are those of the excerpt called `kind`, changed.
+fn run(
+    folder: &Folder,
+    kind: &str,
+    sensor: impl Fn(&str) -> String,
+    stage: impl Fn(&str) -> String,
+) -> String {
+    fs::create_dir_all(folder.path("run")).unwrap();
+    for (name, change) in [
+        ("sensor", &sensor as &dyn Fn(&str) -> String),
+        ("states", &stage),
+    ] {
+        let text = fs::read_to_string(excerpt().join(format!("{kind}_{name}.csv"))).unwrap();
+        fs::write(folder.path(&format!("run/{name}.csv")), change(&text)).unwrap();
     }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).to_string_lossy().into_owned()
-    }
-
-    /// The run whose files are those of the excerpt called `kind`, changed.
-    fn run(
-        &self,
-        kind: &str,
-        sensor: impl Fn(&str) -> String,
-        stage: impl Fn(&str) -> String,
-    ) -> String {
-        for (name, change) in [
-            ("sensor", &sensor as &dyn Fn(&str) -> String),
-            ("states", &stage),
-        ] {
-            let text = fs::read_to_string(excerpt().join(format!("{kind}_{name}.csv"))).unwrap();
-            fs::write(self.path(&format!("run/{name}.csv")), change(&text)).unwrap();
-        }
-        self.path("run")
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
+    folder.path("run")
 }
 
 fn same(text: &str) -> String {
@@ -167,7 +129,7 @@ fn grams_at(row: usize) -> f64 {
 #[test]
 fn a_surface_of_channels_predicts_a_press() {
     let folder = Folder::new("trained-place");
-    let run = folder.run("position", same, same);
+    let run = run(&folder, "position", same, same);
     let file = folder.path("c.toml");
     done(&["calibrate", SENSOR, &run, "-o", &file]);
     let predict = |load: &str| {
@@ -238,23 +200,23 @@ fn what_cannot_be_trained_is_refused_with_one_message_and_no_file() {
     };
     let narrower = |text: &str| lines(text, |_, cells| cells.truncate(15));
     check(
-        &folder.run("force", narrower, same),
+        &run(&folder, "force", narrower, same),
         "14 numbers beside the time; the sensor has 15",
     );
     let constant = |text: &str| lines(text, |_, cells| cells[1..].fill("7".into()));
     check(
-        &folder.run("force", constant, same),
+        &run(&folder, "force", constant, same),
         "all its channels are constant",
     );
     let line = |text: &str| lines(text, |_, cells| cells[1] = "282".into());
-    check(&folder.run("position", same, line), "not along a line");
+    check(&run(&folder, "position", same, line), "not along a line");
     let later = |text: &str| lines(text, |row, cells| cells[0] = (1e6 + row as f64).to_string());
     check(
-        &folder.run("force", same, later),
+        &run(&folder, "force", same, later),
         "the stage moved from 1000000 s",
     );
     let cut = |text: &str| text[..text.rfind(',').unwrap()].to_owned();
-    check(&folder.run("force", cut, same), "cut short");
+    check(&run(&folder, "force", cut, same), "cut short");
     let missing = |text: &str| {
         lines(text, |row, cells| {
             if row == 70 {
@@ -262,9 +224,12 @@ fn what_cannot_be_trained_is_refused_with_one_message_and_no_file() {
             }
         })
     };
-    check(&folder.run("force", missing, same), "sensor.csv:71:");
+    check(&run(&folder, "force", missing, same), "sensor.csv:71:");
     let timeless = |text: &str| lines(text, |_, cells| drop(cells.remove(0)));
-    check(&folder.run("force", timeless, same), "does not come after");
+    check(
+        &run(&folder, "force", timeless, same),
+        "does not come after",
+    );
     let pressed = |text: &str| {
         lines(text, |_, cells| {
             if cells[4] != "-1" {
@@ -273,7 +238,7 @@ fn what_cannot_be_trained_is_refused_with_one_message_and_no_file() {
         })
     };
     check(
-        &folder.run("force", same, pressed),
+        &run(&folder, "force", same, pressed),
         "begin each recording before the first contact",
     );
     fs::remove_file(folder.path("run/states.csv")).unwrap();
@@ -284,7 +249,7 @@ fn what_cannot_be_trained_is_refused_with_one_message_and_no_file() {
 fn a_calibration_of_another_sensor_and_a_tampered_one_are_refused() {
     let folder = Folder::new("trained-tampered");
     let file = folder.path("c.toml");
-    let run = folder.run("force", same, same);
+    let run = run(&folder, "force", same, same);
     done(&["calibrate", SENSOR, &run, "-o", &file]);
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.len() < 1 << 20);

@@ -68,6 +68,8 @@ dimensions! {
     RESISTIVITY = "a resistivity", "ohm m": ["nohm m" = 1e-9, "uohm m" = 1e-6, "ohm m" = 1.0];
     /// Area, m².
     AREA = "an area", "m2": ["um2" = 1e-12, "mm2" = 1e-6, "cm2" = 1e-4, "m2" = 1.0];
+    /// Charge, C.
+    CHARGE = "a charge", "C": ["fC" = 1e-15, "pC" = 1e-12, "nC" = 1e-9, "C" = 1.0];
     /// Voltage, V.
     VOLTAGE = "a voltage", "V": ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
 }

@@ -64,26 +64,26 @@ struct Found {
     hash: String,
 }
 
-/// Constants of a model from one table.
+/// Constants of a model from tables.
 fn fitted(
     arguments: &Calibrate,
     sensors: &[NamedSensor<'_>],
     options: &CalibrateOptions,
 ) -> Result<Found, Stop> {
     let calibrator = calibrator(sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
-    let [path] = arguments.data.as_slice() else {
-        let message =
-            "several tables are for devices that are trained; put the readings into one table";
-        return Err(Stop::WrongInput(message.into()));
-    };
-    let file = path.to_string_lossy();
-    let text = files::text(path)?;
-    let data = BenchData::parse(&file, &text, calibrator.columns(), calibrator.group())?;
+    let (mut tables, mut names, mut texts) = (Vec::new(), Vec::new(), String::new());
+    for path in &arguments.data {
+        let (file, text) = (path.to_string_lossy(), files::text(path)?);
+        let table = BenchData::parse(&file, &text, calibrator.columns(), calibrator.group())?;
+        tables.push(table);
+        names.push(file);
+        texts.push_str(&text);
+    }
     Ok(Found {
-        outcome: calibrator.calibrate(&data, options)?,
+        outcome: calibrator.calibrate_all(&tables, options)?,
         maps: None,
-        hash: files::sha256(text.as_bytes()),
-        data: file.into_owned(),
+        hash: files::sha256(texts.as_bytes()),
+        data: names.join(", "),
     })
 }
 

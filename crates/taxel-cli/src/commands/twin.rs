@@ -1,6 +1,6 @@
 //! `taxel twin --bench`: readings of a bench that exists in the computer only.
 
-use taxel::calibration::{BenchOptions, calibrator};
+use taxel::calibration::{BenchOptions, Calibrator, PressOptions, calibrator};
 
 use crate::arguments::Twin;
 use crate::commands::calibrate::{read_sensors, sensors};
@@ -10,7 +10,24 @@ pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
     let sensors = sensors(&named);
     let calibrator = calibrator(&sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
-    let text = calibrator.bench(&BenchOptions {
+    let text = if arguments.probe.is_empty() {
+        readings(arguments, calibrator.as_ref())
+    } else {
+        let options = PressOptions {
+            seed: arguments.seed,
+            radii: arguments.probe.iter().map(|radius| radius * 1e-3).collect(),
+            grid: arguments.grid * 1e-3,
+            noise: arguments.noise,
+        };
+        let message = "--probe: nothing is learned from presses at places on this device";
+        let presses = calibrator.press_bench(&options);
+        presses.ok_or_else(|| Stop::WrongInput(message.into()))?
+    };
+    files::write(arguments.output.as_deref(), &text)
+}
+
+fn readings(arguments: &Twin, calibrator: &dyn Calibrator) -> String {
+    calibrator.bench(&BenchOptions {
         seed: arguments.seed,
         readings: arguments.readings as usize,
         cycles: arguments.cycles as usize,
@@ -19,6 +36,6 @@ pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
         hysteresis: arguments.hysteresis,
         drift: arguments.drift,
         tilt: arguments.tilt.to_radians(),
-    });
-    files::write(arguments.output.as_deref(), &text)
+        saturation: arguments.saturation,
+    })
 }

@@ -23,6 +23,29 @@ pub struct BenchData {
 /// Name of the column that orders the rows.
 pub const TIME: &str = "time";
 
+/// A column that a table may have.
+pub(super) const fn column(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
+    LoadColumn {
+        name,
+        short: name,
+        kind,
+        required: false,
+        about,
+    }
+}
+
+/// A column that a table must have.
+pub(super) const fn required(
+    name: &'static str,
+    kind: LoadKind,
+    about: &'static str,
+) -> LoadColumn {
+    LoadColumn {
+        required: true,
+        ..column(name, kind, about)
+    }
+}
+
 impl BenchData {
     /// Reads a table; `file` is its name for messages. Commas, semicolons or
     /// tabs part the fields; after the latter two a number may have a decimal
@@ -348,20 +371,10 @@ mod tests {
     use super::*;
     use crate::quantity::{FORCE, LENGTH, TIME as SECONDS};
 
-    const fn column(name: &'static str, kind: LoadKind, required: bool) -> LoadColumn {
-        LoadColumn {
-            name,
-            short: name,
-            kind,
-            required,
-            about: "",
-        }
-    }
-
     static COLUMNS: [LoadColumn; 3] = [
-        column("time", LoadKind::Quantity(&SECONDS, [-1e9, 1e9]), false),
-        column("force_z", LoadKind::Quantity(&FORCE, [-1e3, 1e3]), true),
-        column("gap", LoadKind::Quantity(&LENGTH, [0.0, 1.0]), false),
+        column("time", LoadKind::Quantity(&SECONDS, [-1e9, 1e9]), ""),
+        required("force_z", LoadKind::Quantity(&FORCE, [-1e3, 1e3]), ""),
+        column("gap", LoadKind::Quantity(&LENGTH, [0.0, 1.0]), ""),
     ];
 
     fn parse(text: &str) -> Result<BenchData, InputError> {

@@ -1,7 +1,9 @@
 //! What is known of an array of crossing channels.
 
 use crate::layout::Layout;
-use crate::mechanics::{ChannelError, ClosingState, MonotoneCurve, Stretch};
+use crate::mechanics::{
+    ChannelError, ClosingState, ForceHysteresis, MonotoneCurve, OnCurve, Stretch,
+};
 use crate::transduction::ChannelLayer;
 
 /// All that estimation needs to know of two layers of crossing channels.
@@ -15,6 +17,8 @@ pub struct ChannelCalibration {
     pub columns: Vec<ChannelModel>,
     /// Counts to resistance.
     pub scale: DividerScale,
+    /// What unloading carries less than loading, where slow loops told it.
+    pub hysteresis: Option<ForceHysteresis>,
 }
 
 /// One channel.
@@ -27,6 +31,8 @@ pub struct ChannelModel {
     pub pressure: MonotoneCurve,
     /// Standard deviation of one reading, V.
     pub deviation: f64,
+    /// Voltage from which it counts as saturated, V.
+    pub saturation: f64,
 }
 
 /// Counts of a channel to its resistance, through the divider
@@ -45,8 +51,6 @@ pub struct DividerScale {
     pub reference: f64,
     /// Leads in series with a channel, Ω.
     pub lead: f64,
-    /// Voltage from which a channel counts as saturated, V.
-    pub saturation: f64,
 }
 
 /// What one reading says of its channel.
@@ -66,12 +70,18 @@ const POINTS: u32 = 200;
 
 impl ChannelModel {
     /// The model of a channel of `layer` of which one taxel takes `share` of
-    /// the length; `deviation` of one reading in V.
+    /// the length; `deviation` of one reading and the voltage of `saturation`
+    /// in V.
     ///
     /// # Errors
     /// [`ChannelError`] when pressing one taxel does not change the resistance
     /// of the channel one way.
-    pub fn new(layer: &ChannelLayer, share: f64, deviation: f64) -> Result<Self, ChannelError> {
+    pub fn new(
+        layer: &ChannelLayer,
+        share: f64,
+        deviation: f64,
+        saturation: f64,
+    ) -> Result<Self, ChannelError> {
         let end = highest_known(layer, share)?;
         let points = (0..=POINTS).map(|i| {
             let pressure = end * f64::from(i) / f64::from(POINTS);
@@ -83,6 +93,7 @@ impl ChannelModel {
             rest_resistance: layer.conductor.rest_resistance(),
             pressure: MonotoneCurve::new(points, None)?,
             deviation,
+            saturation,
         })
     }
 
@@ -96,6 +107,16 @@ impl ChannelModel {
     /// The largest pressure that the model knows, Pa.
     pub fn highest_pressure(&self) -> f64 {
         self.pressure.end()[1]
+    }
+
+    /// The pressure at which the channel saturates, or else the largest one
+    /// that the model knows, Pa.
+    pub fn saturated_pressure(&self, scale: &DividerScale) -> f64 {
+        let change = scale.resistance(self.saturation) / self.rest_resistance - 1.0;
+        match self.pressure.at(change) {
+            OnCurve::Inside { value, .. } => value,
+            _ => self.highest_pressure(),
+        }
     }
 }
 
@@ -134,21 +155,27 @@ fn highest_known(layer: &ChannelLayer, share: f64) -> Result<f64, ChannelError> 
 }
 
 impl DividerScale {
-    /// What a code says of its channel; a NaN is no reading.
+    /// What a code says of its channel, which saturates at the voltage
+    /// `saturation`, V; a NaN is no reading.
     ///
     /// Code zero and the largest code are outside the converter's range: the
     /// first is impossible, the second saturated.
-    pub fn signal(&self, counts: f64) -> ChannelSignal {
+    pub fn signal(&self, counts: f64, saturation: f64) -> ChannelSignal {
         let voltage = self.volt_at_zero + self.volt_per_count * counts;
-        if counts >= self.highest_code || voltage >= self.saturation.min(self.supply) {
+        if counts >= self.highest_code || voltage >= saturation.min(self.supply) {
             return ChannelSignal::Saturated;
         }
-        let resistance = self.reference * voltage / (self.supply - voltage) - self.lead;
+        let resistance = self.resistance(voltage);
         if counts > 0.0 && resistance > 0.0 {
             ChannelSignal::Resistance(resistance)
         } else {
             ChannelSignal::Impossible
         }
+    }
+
+    /// Resistance without leads at a voltage below the supply, V, Ω.
+    pub fn resistance(&self, voltage: f64) -> f64 {
+        self.reference * voltage / (self.supply - voltage) - self.lead
     }
 
     /// dR/dV at a resistance without leads in Ω, Ω/V: (R_ref + R)²/(V_S R_ref).

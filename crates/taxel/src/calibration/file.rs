@@ -10,14 +10,17 @@ use serde::Deserialize;
 use super::devices;
 use super::fit::singular_values;
 use super::outcome::{CovarianceBlock, Outcome, ResidualSummary};
+use super::trained_bench::put_tables;
 use crate::input::InputError;
 use crate::sensor::{Element, Sensor};
 use crate::toml_input;
-use crate::trained::{TrainedMaps, TrainingError};
+use crate::trained::{PlaceMap, TrainedMaps, TrainingError};
 
 /// Version of the file's form.
 pub const CALIBRATION_SCHEMA: u32 = 1;
 
+/// Key of the tables of learned places.
+const PLACES: &str = "places";
 /// Key of the element that is trained.
 const TRAINED: &str = "trained";
 /// Largest calibration file that is read, bytes.
@@ -77,6 +80,8 @@ pub struct CalibrationFile {
     pub scope: Vec<ScopeOf>,
     /// What was learned of a device without a physical model.
     pub trained: Option<TrainedMaps>,
+    /// What presses at known places taught of a device that has a model.
+    pub places: Option<PlaceMap>,
 }
 
 /// The readings of a calibration.
@@ -237,6 +242,11 @@ impl Outcome {
                 quoted(scope.unit)
             );
         }
+        if let Some(places) = &self.places {
+            // A structure of numbers and lists always has a value.
+            let tables = serde_json::to_value(places).unwrap_or_default();
+            put_tables(&mut text, PLACES, &tables);
+        }
         text
     }
 }
@@ -296,14 +306,20 @@ impl CalibrationFile {
             );
             return wrong("schema", message);
         }
+        let unsound = |key: &str, error: TrainingError| {
+            let table = match &error {
+                TrainingError::Unsound { table } => table,
+                _ => "",
+            };
+            wrong(&format!("{key}.{table}"), error.to_string())
+        };
+        if let Some(Err(error)) = found.places.as_ref().map(PlaceMap::check) {
+            return unsound(PLACES, error);
+        }
         match &found.trained {
             Some(maps) => {
                 if let Err(error) = maps.check() {
-                    let table = match &error {
-                        TrainingError::Unsound { table } => table,
-                        _ => "",
-                    };
-                    return wrong(&format!("trained.{table}"), error.to_string());
+                    return unsound(TRAINED, error);
                 }
             }
             None if found.element == TRAINED => {
@@ -420,6 +436,19 @@ impl CalibrationFile {
                     .help("make the file again with `taxel calibrate`"));
             }
             body.maps = Some(maps.clone());
+        }
+        if let (Element::Piezoelectric(element), Some(map)) =
+            (&mut calibrated.element, &self.places)
+        {
+            let (found, expected) = (map.gains.len(), sensor.array.rows * sensor.array.columns);
+            if found != expected {
+                let message =
+                    format!("the map has {found} gains, the sensor has {expected} elements");
+                return Err(InputError::whole(file, message)
+                    .key("places.gains")
+                    .help("make the file again with `taxel calibrate`"));
+            }
+            element.places = Some(map.clone());
         }
         Ok(calibrated)
     }

@@ -9,6 +9,7 @@ pub mod fit;
 mod in_plane;
 mod in_plane_bench;
 mod least_squares;
+mod loops;
 mod outcome;
 mod piezoelectric_bench;
 mod propagated;
@@ -22,7 +23,7 @@ mod three_axis_bench;
 mod trained_bench;
 
 use crate::layout::Layout;
-use crate::mechanics::RelaxationTerm;
+use crate::mechanics::{ForceHysteresis, RelaxationTerm};
 use crate::transduction::UnitModel;
 
 pub use bench_data::{BenchData, TIME};
@@ -35,7 +36,7 @@ pub use file::{
 pub use in_plane::{InPlaneCalibration, InPlaneRestCapture, InPlaneRestRefused};
 pub use outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, Derived,
-    ModelComparison, NamedSensor, Outcome, ResidualSummary, Scope,
+    ModelComparison, NamedSensor, Outcome, PressOptions, ResidualSummary, Scope,
 };
 pub use propagated::Propagated;
 pub use remark::Remark;
@@ -60,6 +61,9 @@ pub struct Calibration {
     pub masked: Vec<[bool; 4]>,
     /// Relaxing springs beside the long-time stiffness.
     pub relaxation: Vec<RelaxationTerm>,
+    /// What unloading carries less than loading along x, y and z, where slow
+    /// loops told it.
+    pub hysteresis: [Option<ForceHysteresis>; 3],
     /// Force on each axis that the device is meant for, N.
     pub full_scale: f64,
     /// Force on each axis up to which the model was verified, N.

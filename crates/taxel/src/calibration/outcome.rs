@@ -3,11 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::fit::{Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status};
+use super::loops::Loops;
 use super::remark::Remark;
 use crate::figure::Figure;
 use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::Sensor;
+use crate::trained::PlaceMap;
 
 use super::bench_data::BenchData;
 use super::split::HoldOut;
@@ -76,6 +78,8 @@ pub struct BenchOptions {
     pub drift: f64,
     /// Tilt of the probe along the gap, rad.
     pub tilt: f64,
+    /// Share of the largest change of a channel from which it reads no more.
+    pub saturation: f64,
 }
 
 impl Default for BenchOptions {
@@ -89,8 +93,22 @@ impl Default for BenchOptions {
             hysteresis: 0.0,
             drift: 0.0,
             tilt: 0.0,
+            saturation: 1.0,
         }
     }
+}
+
+/// Options of a synthetic bench that presses at places.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PressOptions {
+    /// Seed of its noise.
+    pub seed: u64,
+    /// Radii of the contacts of the probes, m.
+    pub radii: Vec<f64>,
+    /// Distance of the presses, m.
+    pub grid: f64,
+    /// Standard deviation of a signal over the highest one of its press.
+    pub noise: f64,
 }
 
 /// Calibrates one kind of device.
@@ -114,8 +132,34 @@ pub trait Calibrator {
         options: &CalibrateOptions,
     ) -> Result<Outcome, InputError>;
 
+    /// Fits the readings of several tables together; most devices have one.
+    ///
+    /// # Errors
+    /// As [`Self::calibrate`].
+    fn calibrate_all(
+        &self,
+        tables: &[BenchData],
+        options: &CalibrateOptions,
+    ) -> Result<Outcome, InputError> {
+        if let [one] = tables {
+            return self.calibrate(one, options);
+        }
+        let file = tables
+            .get(1)
+            .map_or("readings", |table| table.file.as_str());
+        let message = "a second table: this device is calibrated from one";
+        Err(InputError::whole(file, message).help("put the readings into one table"))
+    }
+
     /// Readings of a synthetic bench as CSV, with its truth in comments.
     fn bench(&self, options: &BenchOptions) -> String;
+
+    /// Presses of a synthetic bench at known places; none for a device that
+    /// learns nothing from them.
+    fn press_bench(&self, options: &PressOptions) -> Option<String> {
+        let _ = options;
+        None
+    }
 }
 
 /// What a calibration found.
@@ -133,6 +177,8 @@ pub struct Outcome {
     pub covariance: Vec<CovarianceBlock>,
     /// Combinations that the readings do not tell apart, in words.
     pub open: Vec<String>,
+    /// What presses at known places taught.
+    pub places: Option<PlaceMap>,
     /// Further quantities that follow: name, value, 95 % interval, meaning.
     pub derived: Vec<Derived>,
     /// The noise, and how it is known.
@@ -277,6 +323,24 @@ impl ResidualSummary {
     }
 }
 
+/// Parameters with what a fit says of them.
+pub(super) fn paired(parameters: &[Parameter], fit: &Fit) -> Vec<(Parameter, Estimate)> {
+    let estimates = fit.estimates.iter().copied();
+    parameters.iter().cloned().zip(estimates).collect()
+}
+
+/// Place among `models` of the one that is asked for, by default the first.
+pub(super) fn wanted(models: &[&str], options: &CalibrateOptions) -> Result<usize, InputError> {
+    let Some(name) = &options.model else {
+        return Ok(0);
+    };
+    let found = models.iter().position(|known| known == name);
+    found.ok_or_else(|| {
+        InputError::whole("--model", format!("\"{name}\" is no model of this device"))
+            .help(format!("use one of: {}", models.join(", ")))
+    })
+}
+
 /// How a search ended; χ² tells something where the noise was given.
 pub(super) fn search_in_words(found: &Fit, given: bool) -> String {
     let ended = format!("{} after {} steps", found.stop.name(), found.iterations);
@@ -335,6 +399,27 @@ pub(super) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
 }
 
 impl Outcome {
+    /// Adds the hysteresis of bodies that was found beside the other constants.
+    pub(super) fn add_loops(&mut self, loops: impl IntoIterator<Item = Loops>) {
+        for one in loops {
+            self.add_constants(one.parameters, one.covariance);
+            self.figures.push(one.figure);
+        }
+    }
+
+    /// Adds constants that are independent of the others.
+    pub(super) fn add_constants(
+        &mut self,
+        parameters: Vec<(Parameter, Estimate)>,
+        covariance: Vec<Vec<f64>>,
+    ) {
+        self.covariance.push(CovarianceBlock {
+            first: self.parameters.len(),
+            rows: covariance,
+        });
+        self.parameters.extend(parameters);
+    }
+
     /// Whether every parameter is told by the readings or by its prior.
     pub fn is_identified(&self) -> bool {
         let told = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentified;

@@ -138,6 +138,12 @@ impl Outcome {
             "parameters": parameters,
             "covariance": self.covariance,
             "not_told": self.open,
+            "places": self.places.as_ref().map(|map| json!({
+                "finder": map.finder,
+                "gains": map.gains,
+                "gain_deviation": map.gain_deviation,
+                "presses": map.places.len(),
+            })),
             "derived": derived,
             "noise": self.noise,
             "search": self.search,

@@ -7,7 +7,7 @@ use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::{Calibration, RestCapture, RestRefused};
 use crate::layout::{Mount, Wrench};
-use crate::mechanics::Relaxation;
+use crate::mechanics::{LoadHistory, Relaxation};
 use crate::transduction::UnitModel;
 
 /// How far a taxel's force can be trusted.
@@ -201,6 +201,8 @@ pub struct Estimator {
     /// Least and most that a capacitor without fault reads, F.
     bounds: Vec<[[f64; 4]; 2]>,
     relaxation: Vec<Relaxation<3>>,
+    /// Of the force of each taxel along x, y and z.
+    histories: Vec<[LoadHistory; 3]>,
     /// Seconds since each taxel last had a force.
     pause: Vec<f64>,
     strikes: Vec<u32>,
@@ -252,6 +254,7 @@ impl Estimator {
             baseline,
             readings: Vec::with_capacity(4 * taxels),
             relaxation: vec![Relaxation::new(&calibration.relaxation); taxels],
+            histories: vec![Default::default(); taxels],
             pause: vec![0.0; taxels],
             strikes: vec![0; taxels],
             bounds: Vec::new(),
@@ -291,6 +294,7 @@ impl Estimator {
         self.strikes.fill(0);
         self.relaxation
             .fill(Relaxation::new(&self.calibration.relaxation));
+        self.histories.fill(Default::default());
         self.pause.fill(0.0);
         self.tabulate();
     }
@@ -398,6 +402,7 @@ impl Estimator {
             [false; 4]
         };
         self.relax(taxel, &mut found, dt);
+        self.carry(taxel, &mut found);
         let state = self.judge(taxel, &found, touching.contains(&true), masked, faulty);
         self.touch.taxels[taxel] = TaxelTouch {
             capacitance,
@@ -428,6 +433,20 @@ impl Estimator {
         found.covariance = found
             .covariance
             .map(|row| row.map(|value| value * gain * gain));
+    }
+
+    /// Leaves of the force of loading what is left on unloading.
+    fn carry(&mut self, taxel: usize, found: &mut UnitEstimate) {
+        for (axis, law) in self.calibration.hysteresis.iter().enumerate() {
+            let Some(law) = law else { continue };
+            let lags = self.histories[taxel][axis].push(found.force[axis]);
+            let share = law.share(&lags);
+            found.force[axis] *= share;
+            for other in 0..3 {
+                found.covariance[axis][other] *= share;
+                found.covariance[other][axis] *= share;
+            }
+        }
     }
 
     fn judge(

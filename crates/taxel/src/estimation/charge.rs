@@ -31,6 +31,8 @@ pub struct ChargeModel {
     pub rest: f64,
     /// Gain in the band g, V/N; not zero, negative where the stages invert.
     pub volt_per_newton: f64,
+    /// Gain of each element over that, above zero; one where it is not known.
+    pub gains: Vec<f64>,
     /// Time constant of the high-pass τ, s.
     pub high_pass: f64,
     /// Time constant of the low-pass τ_f, s, where there is one.
@@ -221,9 +223,10 @@ impl ChargeEstimator {
                 (None, _) => f64::NAN,
             };
             let usable = !matches!(state, State::Masked | State::Faulty);
+            let gain = if usable { model.gains[index] } else { f64::NAN };
             touch.taxels[index] = TaxelValue {
-                value: if usable { value } else { f64::NAN },
-                deviation: if usable { self.deviation } else { f64::NAN },
+                value: value / gain,
+                deviation: self.deviation / gain,
                 state,
             };
         }

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::acquisition::Frame;
 use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal, MOVING, RestReadings};
-use crate::mechanics::OnCurve;
+use crate::mechanics::{ForceHysteresis, LoadHistory, OnCurve};
 
 /// What one channel feels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,6 +128,7 @@ pub struct CrossedChannels {
     /// Standard deviation of the pressure of a quiet taxel, Pa.
     quiet: f64,
     baseline: Baseline,
+    histories: Vec<LoadHistory>,
     capture: Option<Capture>,
 }
 
@@ -148,6 +149,7 @@ impl CrossedChannels {
         Self {
             quiet,
             baseline,
+            histories: vec![LoadHistory::default(); rows + columns],
             meaning: meaning(&calibration),
             channels: vec![without_resistance(ChannelState::Quiet); rows + columns],
             taxels: vec![TaxelPressure::Quiet; rows * columns],
@@ -180,7 +182,7 @@ impl CrossedChannels {
         let slots = self.channels.iter_mut().zip(channels).enumerate();
         for (channel, (slot, ((model, rest), counts))) in slots {
             self.touch.clipped += usize::from(*counts <= 0.0 || *counts >= scale.highest_code);
-            *slot = match scale.signal(*counts) {
+            *slot = match scale.signal(*counts, model.saturation) {
                 ChannelSignal::Resistance(resistance) => {
                     let noise = model.deviation * scale.slope(resistance);
                     let noise = noise.hypot(self.baseline.deviation(channel));
@@ -189,10 +191,15 @@ impl CrossedChannels {
                     feel(model, [*rest, expected], resistance, noise, least)
                 }
                 ChannelSignal::Saturated => without_resistance(ChannelState::Saturated {
-                    at_least: model.highest_pressure(),
+                    at_least: model.saturated_pressure(scale),
                 }),
                 ChannelSignal::Impossible => without_resistance(ChannelState::Faulty),
             };
+        }
+        if let Some(law) = &self.calibration.hysteresis {
+            for (channel, history) in self.channels.iter_mut().zip(&mut self.histories) {
+                channel.state.carry(law, history);
+            }
         }
         let resistances = self.channels.iter().map(|channel| channel.resistance);
         self.touch.signals.clear();
@@ -233,11 +240,15 @@ impl CrossedChannels {
     fn capture_frame(&mut self, values: &[f64]) -> RestEnd {
         let capture = self.capture.as_mut()?;
         let scale = &self.calibration.scale;
-        let resistances = values.iter().map(|counts| match scale.signal(*counts) {
+        let resistance = |(model, counts): (&ChannelModel, &f64)| match scale
+            .signal(*counts, model.saturation)
+        {
             ChannelSignal::Resistance(resistance) => resistance,
             _ => f64::NAN,
-        });
-        if let Some(channel) = resistances.clone().position(f64::is_nan) {
+        };
+        let readings = models(&self.calibration).zip(values);
+        let resistances: Vec<f64> = readings.map(resistance).collect();
+        if let Some(channel) = resistances.iter().position(|value| value.is_nan()) {
             capture.broken.get_or_insert(channel);
         }
         if !capture.readings.push(resistances) {
@@ -422,6 +433,24 @@ fn without_resistance(state: ChannelState) -> ChannelTouch {
 }
 
 impl ChannelState {
+    /// Leaves of the pressure of loading what is left on unloading.
+    fn carry(&mut self, law: &ForceHysteresis, history: &mut LoadHistory) {
+        match self {
+            Self::Pressed {
+                pressure,
+                deviation,
+            } => {
+                let share = law.share(&history.push(*pressure));
+                *pressure *= share;
+                *deviation *= share;
+            }
+            Self::Saturated { at_least } => {
+                *at_least *= law.share(&history.push(*at_least));
+            }
+            Self::Quiet | Self::Faulty => *history = LoadHistory::default(),
+        }
+    }
+
     /// Whether the channel is pressed.
     pub fn active(&self) -> bool {
         matches!(self, Self::Pressed { .. } | Self::Saturated { .. })

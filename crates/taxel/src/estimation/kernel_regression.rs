@@ -1,5 +1,7 @@
 //! Where a contact presses, learned from presses on the device itself.
 
+use rayon::prelude::*;
+
 use super::localisation::{Method, Place, Placing, peak};
 use crate::trained::{GaussianProcess, Kernel, TrainingError};
 
@@ -42,51 +44,56 @@ impl KernelRegression {
     /// [`TrainingError`] for too few presses, forces of another number of
     /// elements, or none at all.
     pub fn train(presses: &[Press], pitch: [f64; 2]) -> Result<Self, TrainingError> {
-        let found = presses.len();
-        let Some(first) = presses.first().filter(|_| found >= LEAST) else {
-            return Err(TrainingError::TooFew {
-                found,
-                needed: LEAST,
-            });
-        };
-        let expected = first.forces.len();
-        let mut inputs = Vec::with_capacity(found);
-        for press in presses {
-            let found = press.forces.len();
-            if found != expected {
-                return Err(TrainingError::Channels { found, expected });
-            }
-            let (direction, _) = direction(&press.forces).ok_or(TrainingError::NoSignal)?;
-            inputs.push(direction);
-        }
-        let places: Vec<Vec<f64>> = presses.iter().map(|press| press.place.to_vec()).collect();
+        let kernel = Self::kernel(presses, pitch)?;
+        Self::observe(kernel, presses, pitch)
+    }
+
+    /// The kernel of the largest marginal likelihood.
+    ///
+    /// # Errors
+    /// As [`Self::train`].
+    pub fn kernel(presses: &[Press], pitch: [f64; 2]) -> Result<Kernel, TrainingError> {
+        let [inputs, places] = tables(presses)?;
         let scatter = scatter(presses);
         if scatter == 0.0 {
             return Err(TrainingError::NoArea(0.0, 0.0));
         }
-        let mut best: Option<GaussianProcess> = None;
-        for length in LENGTHS {
-            for deviation in DEVIATIONS {
-                for noise in NOISES {
-                    let kernel = Kernel {
-                        deviation: deviation * scatter,
-                        length,
-                        slope: 0.0,
-                        noise: noise * pitch[0].max(pitch[1]),
-                    };
-                    let process = GaussianProcess::observe(kernel, &inputs, &places)?;
-                    let better =
-                        |best: &GaussianProcess| process.log_likelihood() > best.log_likelihood();
-                    if best.as_ref().is_none_or(better) {
-                        best = Some(process);
-                    }
-                }
-            }
-        }
-        let process = best.ok_or(TrainingError::NoSignal)?;
+        let kernel = |length: f64, deviation: f64, noise: f64| Kernel {
+            deviation: deviation * scatter,
+            length,
+            slope: 0.0,
+            noise: noise * pitch[0].max(pitch[1]),
+        };
+        let noises = |length, deviation| NOISES.map(|noise| kernel(length, deviation, noise));
+        let tried: Vec<(f64, Kernel)> = LENGTHS
+            .into_iter()
+            .flat_map(|length| DEVIATIONS.map(|deviation| noises(length, deviation)))
+            .flatten()
+            .collect::<Vec<Kernel>>()
+            .into_par_iter()
+            .map(|kernel| {
+                let process = GaussianProcess::observe(kernel, &inputs, &places)?;
+                Ok((process.log_likelihood(), kernel))
+            })
+            .collect::<Result<_, TrainingError>>()?;
+        let best = tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, kernel)| kernel)
+            .ok_or(TrainingError::NoSignal)
+    }
+
+    /// Learns from presses with a kernel that is known.
+    ///
+    /// # Errors
+    /// As [`Self::train`].
+    pub fn observe(
+        kernel: Kernel,
+        presses: &[Press],
+        pitch: [f64; 2],
+    ) -> Result<Self, TrainingError> {
+        let [inputs, places] = tables(presses)?;
         Ok(Self {
-            process,
-            elements: expected,
+            process: GaussianProcess::observe(kernel, &inputs, &places)?,
+            elements: inputs[0].len(),
             pitch,
         })
     }
@@ -142,6 +149,29 @@ impl Placing for KernelRegression {
             method: Method::Trained,
         })
     }
+}
+
+/// Directions and places of presses.
+fn tables(presses: &[Press]) -> Result<[Vec<Vec<f64>>; 2], TrainingError> {
+    let found = presses.len();
+    let Some(first) = presses.first().filter(|_| found >= LEAST) else {
+        return Err(TrainingError::TooFew {
+            found,
+            needed: LEAST,
+        });
+    };
+    let expected = first.forces.len();
+    let mut inputs = Vec::with_capacity(found);
+    for press in presses {
+        let found = press.forces.len();
+        if found != expected {
+            return Err(TrainingError::Channels { found, expected });
+        }
+        let (direction, _) = direction(&press.forces).ok_or(TrainingError::NoSignal)?;
+        inputs.push(direction);
+    }
+    let places = presses.iter().map(|press| press.place.to_vec());
+    Ok([inputs, places.collect()])
 }
 
 /// Forces as a vector of unit length, and their length, N.

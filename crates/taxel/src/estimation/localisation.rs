@@ -132,6 +132,15 @@ pub struct ProfileModel {
 }
 
 impl ProfileModel {
+    /// The centre of force on the same elements.
+    pub fn centroid(&self) -> Centroid {
+        let elements = 0..self.rows * self.columns;
+        Centroid {
+            positions: elements.map(|index| flat_position(self, index)).collect(),
+            pitch: self.pitch,
+        }
+    }
+
     /// Radii from half the thickness of the cover to `largest`, each an
     /// eighth larger than the last: for a contact of unknown size.
     pub fn unknown_radii(thickness: f64, largest: f64) -> Vec<f64> {
@@ -200,6 +209,18 @@ impl ProfileFit {
         }
         let shares = model.radii.par_iter().map(|a| table(&model, *a)).collect();
         Some(Self { model, shares })
+    }
+
+    /// The same for elements whose gains are known to `gain_deviation`.
+    #[must_use]
+    pub fn with_gain_deviation(mut self, gain_deviation: f64) -> Self {
+        self.model.gain_deviation = gain_deviation;
+        self
+    }
+
+    /// What it was made for.
+    pub fn model(&self) -> &ProfileModel {
+        &self.model
     }
 
     fn readings(&self, top: usize, forces: &[f64], deviations: &[f64]) -> Vec<Reading> {

@@ -16,6 +16,7 @@ mod localisation;
 mod map;
 mod motion;
 mod observer;
+mod place_map;
 mod segmentation;
 mod signal;
 mod slip;
@@ -43,6 +44,7 @@ pub use kernel_regression::{KernelRegression, Press};
 pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
 pub use observer::{Observer, ObserverOptions, Seen, Wiring};
+pub use place_map::placing;
 pub use signal::{
     Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };

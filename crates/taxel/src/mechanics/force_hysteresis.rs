@@ -23,17 +23,24 @@ pub struct ForceHysteresis {
 pub struct LoadHistory {
     /// States of the plays; none before the first load.
     plays: Option<[f64; REVERSALS.len()]>,
+    /// Whether the load pulls, or pushes to the other side.
+    negative: bool,
 }
 
 impl LoadHistory {
     /// Lags after a step to the force `loading` that the shape has on loading,
-    /// N. Without a force the body forgets: the next touch begins anew.
+    /// N, of either sign. Without a force the body forgets: the next touch
+    /// begins anew, and so does a force to the other side.
     pub fn push(&mut self, loading: f64) -> [f64; REVERSALS.len()] {
-        if loading <= 0.0 || loading.is_nan() {
+        if self.negative != (loading < 0.0) {
+            *self = Self::default();
+        }
+        if loading == 0.0 || loading.is_nan() {
             self.plays = None;
             return [0.0; REVERSALS.len()];
         }
-        let at = loading.ln();
+        self.negative = loading < 0.0;
+        let at = loading.abs().ln();
         let ahead = REVERSALS.map(|width| at - width);
         let plays = self.plays.get_or_insert(ahead);
         std::array::from_fn(|j| {
@@ -116,5 +123,9 @@ mod tests {
         run(&mut history, &[1.0, 5.0, 2.0, 0.0]);
         assert_eq!(history, LoadHistory::default());
         assert_eq!(run(&mut history, &[2.0, f64::NAN])[0], 2.0);
+        // To the other side it begins anew, and is the same there.
+        let mirrored = run(&mut history, &[3.0, 2.0, -1.0, -3.0, -2.0]);
+        assert_eq!(mirrored[2..4], [-1.0, -3.0]);
+        assert_eq!(mirrored[4], -mirrored[1]);
     }
 }

@@ -6,8 +6,8 @@ use serde::Deserialize;
 use super::checks::{Broken, require};
 use crate::electronics::Noise;
 use crate::mechanics::{
-    CellGeometry, ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic,
-    LinearElastic, PressureLaw,
+    CellGeometry, ChannelError, ChannelSection, ClosingCurve, ClosingPoint, ForceHysteresis,
+    Hyperelastic, LinearElastic, PressureLaw,
 };
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity};
 use crate::transduction::{ChannelLayer, Conductor, ThinnestPoint};
@@ -49,6 +49,11 @@ pub struct FoundChannels {
     pub stiffness: [f64; 2],
     /// Resistance at rest of each channel over that of the drawing, rows first.
     pub rest: Vec<f64>,
+    /// Voltage from which each channel reads no more, V, rows first; that of the
+    /// drawing where it was not reached.
+    pub saturation: Vec<f64>,
+    /// What unloading carries less than loading, where slow loops told it.
+    pub hysteresis: Option<ForceHysteresis>,
 }
 
 /// Scatter of the made channels about their drawing.

@@ -10,6 +10,7 @@ use crate::quantity::{
     PositiveCapacitance, PositiveChargePerForce, PositiveDensity, PositiveForce, PositiveLength,
     PositiveResistance, PositiveStress, Ratio,
 };
+use crate::trained::PlaceMap;
 use crate::transduction::{Ceramic, PiezoelectricElement, SiliconePath};
 
 /// Piezoelectric plates in a soft cover (P3).
@@ -26,6 +27,9 @@ pub struct Piezoelectric {
     pub cover: CoverDescription,
     /// How far made devices differ from the drawing; used by the twin.
     pub fabrication: PiezoelectricFabrication,
+    /// What presses taught of this piece: only a calibration tells it.
+    #[serde(skip)]
+    pub places: Option<PlaceMap>,
 }
 
 /// A square plate poled through its thickness.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::electronics::Noise;
-use crate::mechanics::{RelaxationTerm, SuspensionDescription};
+use crate::mechanics::{ForceHysteresis, RelaxationTerm, SuspensionDescription};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
 use crate::transduction::PlatesDescription;
 use crate::transduction::UnitModel;
@@ -36,6 +36,10 @@ pub struct ThreeAxisCapacitor {
     /// file has no such key, a calibration file sets it.
     #[serde(skip)]
     pub calibrated: Vec<CalibratedUnit>,
+    /// What unloading carries less than loading along x, y and z, where a
+    /// calibration told it.
+    #[serde(skip)]
+    pub hysteresis: [Option<ForceHysteresis>; 3],
 }
 
 /// The model of one calibrated taxel.

@@ -1,17 +1,8 @@
 //! What readings of crossing channels may name.
 
+use super::super::bench_data::{column, required};
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::{AREA, FORCE, RESISTANCE, STRESS, TIME, VOLTAGE};
-
-const fn column(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        name,
-        short: name,
-        kind,
-        required: false,
-        about,
-    }
-}
 
 pub(super) static COLUMNS: [LoadColumn; 10] = [
     column(
@@ -19,14 +10,11 @@ pub(super) static COLUMNS: [LoadColumn; 10] = [
         LoadKind::Quantity(&TIME, [-1e12, 1e12]),
         "clock of the readings",
     ),
-    LoadColumn {
-        required: true,
-        ..column(
-            CHANNEL,
-            LoadKind::Number([0.0, 1e6]),
-            "which one, rows first, from 0",
-        )
-    },
+    required(
+        CHANNEL,
+        LoadKind::Number([0.0, 1e6]),
+        "which one, rows first, from 0",
+    ),
     column(
         "pressure",
         LoadKind::Quantity(&STRESS, [-1e9, 1e9]),

@@ -7,16 +7,19 @@
 
 mod checks;
 mod columns;
+mod loops;
 mod problem;
 mod result;
+mod saturation;
 mod synthetic;
 
 use super::bench_data::BenchData;
 use super::channels::ChannelModel;
 use super::fit::{Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval};
+use super::loops::law_of;
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome, open_in_words, search_in_words,
+    NamedSensor, Outcome, open_in_words, paired, search_in_words, wanted,
 };
 use super::remark::Remark;
 use super::split::{Branch, branches};
@@ -29,6 +32,7 @@ use crate::transduction::ChannelLayer;
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
+use saturation::{Plateau, SATURATION};
 
 const MODELS: [&str; 1] = ["cell"];
 const NAMES: [&str; SHARED] = [
@@ -84,7 +88,7 @@ impl<'a> ChannelCalibrator<'a> {
         let [named] = sensors else { return None };
         let array = named.sensor.channels().ok()?;
         let highest = |layer: usize| {
-            let model = ChannelModel::new(&array.layers[layer], 1.0, 0.0).ok()?;
+            let model = ChannelModel::new(&array.layers[layer], 1.0, 0.0, f64::INFINITY).ok()?;
             Some(model.highest_pressure())
         };
         Some(Self {
@@ -282,6 +286,20 @@ impl<'a> ChannelCalibrator<'a> {
         kept
     }
 
+    /// The plateau of each channel that reached one, and the readings that are
+    /// in none.
+    fn unsaturated(&self, all: Vec<Reading>) -> (Vec<Option<Plateau>>, Vec<Reading>) {
+        let loading = self.loading(&all, &mut Vec::new());
+        let plateau = |channel: &usize| {
+            let of = loading.iter().filter(|r| r.channel == *channel);
+            Plateau::find(&of.copied().collect::<Vec<_>>())
+        };
+        let plateaus: Vec<Option<Plateau>> = self.all.iter().map(plateau).collect();
+        let free = |r: &Reading| !plateaus[r.channel].is_some_and(|plateau| plateau.holds(r));
+        let left = all.into_iter().filter(free).collect();
+        (plateaus, left)
+    }
+
     /// Readings that the fit sees, and those held out.
     fn split(&self, readings: &[Reading], options: &CalibrateOptions) -> [Vec<Reading>; 2] {
         let mut parts = [Vec::new(), Vec::new()];
@@ -326,12 +344,10 @@ impl Calibrator for ChannelCalibrator<'_> {
         data: &BenchData,
         options: &CalibrateOptions,
     ) -> Result<Outcome, InputError> {
-        if let Some(name) = options.model.as_deref().filter(|name| *name != MODELS[0]) {
-            let message = format!("\"{name}\" is no model of this device");
-            return Err(InputError::whole("--model", message).help("use cell"));
-        }
+        wanted(&MODELS, options)?;
         let mut remarks = data.remarks.clone();
         let all = checks::readings(self, data, &mut remarks)?;
+        let (plateaus, all) = self.unsaturated(all);
         let readings = self.loading(&all, &mut remarks);
         checks::enough(data, &readings)?;
         let refused = |error: FitError| {
@@ -359,19 +375,21 @@ impl Calibrator for ChannelCalibrator<'_> {
             hold_out = self.residuals(&trained, &unseen);
             held_residual = Some(self.relative(&trained, &unseen));
         }
+        let channels = &fitted.channels;
+        let saturated = saturation::parameters(self, channels, &plateaus, &all, &mut remarks);
+        let hysteresis = loops::of_array(self, &fitted, &all, options);
+        if let Some(found) = &hysteresis {
+            remarks.push(Remark::whole(found.about.clone()));
+        }
         let found = &fitted.fit;
-        Ok(Outcome {
+        let mut outcome = Outcome {
             element: self.named.sensor.element.key(),
             model: MODELS[0],
             sensors: vec![CalibratedSensor::of(self.named, "")],
-            parameters: fitted
-                .parameters
-                .iter()
-                .cloned()
-                .zip(found.estimates.iter().copied())
-                .collect(),
+            parameters: paired(&fitted.parameters, found),
             covariance: CovarianceBlock::of([found]),
             open: open_in_words(&fitted.parameters, found),
+            places: None,
             derived: Vec::new(),
             noise: match fitted.options.noise {
                 NoiseSize::Given => "given with each reading".into(),
@@ -391,12 +409,26 @@ impl Calibrator for ChannelCalibrator<'_> {
             scope: result::scope(&fitted),
             figures: self.figures(&fitted),
             remarks,
-        })
+        };
+        let variances = saturated.iter().map(|(_, at)| at.deviation.powi(2));
+        outcome.add_constants(saturated.clone(), diagonal(variances));
+        outcome.add_loops(hysteresis);
+        Ok(outcome)
     }
 
     fn bench(&self, options: &BenchOptions) -> String {
         synthetic::bench(self, options)
     }
+}
+
+/// Variances as a covariance.
+fn diagonal(variances: impl Iterator<Item = f64>) -> Vec<Vec<f64>> {
+    let variances: Vec<f64> = variances.collect();
+    let row = |i: usize| {
+        let entry = |j: usize| if i == j { variances[i] } else { 0.0 };
+        (0..variances.len()).map(entry).collect()
+    };
+    (0..variances.len()).map(row).collect()
 }
 
 /// Puts calibrated values in the place of a sensor file's constants; `value`
@@ -425,8 +457,17 @@ pub(super) fn apply(
         .enumerate()
         .flat_map(rest)
         .collect();
+    let drawn = array.board.divider.saturation;
+    let saturation =
+        |channel: usize| value(&format!("{CHANNEL}_{channel}.{SATURATION}")).unwrap_or(drawn);
+    let saturation = (0..array.counts().iter().sum()).map(saturation).collect();
     if let Element::LiquidMetalChannel(element) = &mut sensor.element {
-        element.found = Some(FoundChannels { stiffness, rest });
+        element.found = Some(FoundChannels {
+            stiffness,
+            rest,
+            saturation,
+            hysteresis: law_of("", value),
+        });
         if let PressureLaw::Paper(law) = &mut element.liquid.pressure {
             law.expansion = expansion;
         }

@@ -5,16 +5,19 @@ use std::fmt::Write as _;
 
 use super::ChannelCalibrator;
 use super::problem::{Load, Reading};
+use crate::calibration::loops;
 use crate::calibration::outcome::BenchOptions;
 use crate::electronics::Noise;
-use crate::mechanics::LARGEST_COMPRESSION;
+use crate::mechanics::{LARGEST_COMPRESSION, LoadHistory};
 
 /// Readings of all channels, one after the other, as CSV.
 ///
 /// The pressure, even along the channel, goes up and down as a triangle over
 /// time. The largest compression 0.4 of the options stands for the pressure at
-/// which the closing curve ends. Loading changes the voltage more than
-/// unloading by `hysteresis`; the tilt has no meaning here.
+/// which the closing curve ends. A channel closes as the triangle says; the
+/// pressure that closes it so is larger on loading than on unloading by
+/// `hysteresis`. Its voltage rises to the share `saturation` of its largest
+/// change and no further. The tilt has no meaning here.
 pub(super) fn bench(calibrator: &ChannelCalibrator<'_>, options: &BenchOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
     let mut text =
@@ -25,6 +28,7 @@ pub(super) fn bench(calibrator: &ChannelCalibrator<'_>, options: &BenchOptions) 
         options.seed, options.noise, options.hysteresis, options.drift
     );
     text.push_str("time [s],channel,pressure [kPa],voltage [mV]\n");
+    let law = loops::synthetic(options.hysteresis);
     let at = calibrator.drawn();
     for channel in calibrator.all.iter().copied() {
         let layer = calibrator.layer_of(channel);
@@ -46,25 +50,23 @@ pub(super) fn bench(calibrator: &ChannelCalibrator<'_>, options: &BenchOptions) 
         let (Some(rest), Some(most)) = (voltage(0.0), voltage(highest)) else {
             continue;
         };
+        let mut history = LoadHistory::default();
         for index in 0..options.readings {
             let phase = options.cycles as f64 * index as f64 / options.readings as f64;
             let turn = 2.0 * phase.fract();
-            let (share, sign) = if turn < 1.0 {
-                (turn, 1.0)
-            } else {
-                (2.0 - turn, -1.0)
-            };
+            let share = if turn < 1.0 { turn } else { 2.0 - turn };
             let Some(exact) = voltage(share * highest) else {
                 continue;
             };
             let drift = options.drift * index as f64 / options.readings as f64;
-            let change = (exact - rest) * (1.0 + 0.5 * sign * options.hysteresis);
+            let change = (exact - rest).min(options.saturation * (most - rest));
+            let carried = share * highest * law.share(&history.push(share * highest));
             let off = (drift + options.noise * noise.normal()) * (most - rest);
             let _ = writeln!(
                 text,
                 "{:.1},{channel},{:.6},{:.6}",
                 0.1 * index as f64,
-                share * highest * 1e-3,
+                carried * 1e-3,
                 (rest + change + off) * 1e3
             );
         }

@@ -1,60 +1,41 @@
 //! What readings of in-plane sensors may name.
 
+use super::super::bench_data::{column, required};
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::{CAPACITANCE, FORCE, LENGTH, TIME};
-
-const fn column(
-    name: &'static str,
-    kind: LoadKind,
-    required: bool,
-    about: &'static str,
-) -> LoadColumn {
-    LoadColumn {
-        name,
-        short: name,
-        kind,
-        required,
-        about,
-    }
-}
 
 const ANY_TIME: LoadKind = LoadKind::Quantity(&TIME, [-1e12, 1e12]);
 const ANY_FORCE: LoadKind = LoadKind::Quantity(&FORCE, [-1e6, 1e6]);
 const ANY_CAPACITANCE: LoadKind = LoadKind::Quantity(&CAPACITANCE, [0.0, 1.0]);
 
 pub(super) static COLUMNS: [LoadColumn; 9] = [
-    column("time", ANY_TIME, false, "clock of the gauge"),
-    column("sensor_time", ANY_TIME, false, "clock of the sensor"),
-    column("force_z", ANY_FORCE, true, "pressing force"),
+    column("time", ANY_TIME, "clock of the gauge"),
+    column("sensor_time", ANY_TIME, "clock of the sensor"),
+    required("force_z", ANY_FORCE, "pressing force"),
     column(
         "displacement",
         LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
-        false,
         "how far the pressed face sinks",
     ),
-    column("capacitance", ANY_CAPACITANCE, true, "of the electrodes"),
+    required("capacitance", ANY_CAPACITANCE, "of the electrodes"),
     column(
         "gap",
         LoadKind::Quantity(&LENGTH, [0.0, 1.0]),
-        false,
         "which sensor, by its drawn gap",
     ),
     column(
         "force_z_deviation",
         ANY_FORCE,
-        false,
         "standard deviation of the force",
     ),
     column(
         "capacitance_deviation",
         ANY_CAPACITANCE,
-        false,
         "standard deviation of the capacitance",
     ),
     column(
         "hold_out",
         LoadKind::Number([0.0, 1.0]),
-        false,
         "1 where a reading is held out",
     ),
 ];

@@ -15,21 +15,20 @@ mod synthetic;
 use std::borrow::Cow;
 
 use super::bench_data::BenchData;
-use super::fit::{Estimate, Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
+use super::fit::{Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
+use super::loops::{Loops, law_of};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome, open_in_words, search_in_words,
+    NamedSensor, Outcome, open_in_words, paired, search_in_words, wanted,
 };
 use super::remark::Remark;
 use super::split::{Branch, branches, picked, turns};
 use crate::input::InputError;
-use crate::mechanics::ForceHysteresis;
 use crate::predict::LoadColumn;
 use crate::sensor::{InPlaneCapacitor, Sensor};
 use crate::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
 
 use columns::COLUMNS;
-use loops::Loops;
 use model::{MODELS, Model};
 use problem::{Bench, END_SCALE, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
 
@@ -283,9 +282,8 @@ impl<'a> InPlaneCalibrator<'a> {
             let of: Vec<Reading> = of.collect();
             let marked: Vec<bool> = of.iter().map(|r| r.marked).collect();
             let held = options.hold_out.held(&marked);
-            if let Some(loops) = loops::identify(&model, &of, &held, prefix) {
-                let name = prefix.trim_end_matches('.');
-                remarks.push(Remark::whole(format!("{name}: {}", loops.about)));
+            if let Some(loops) = loops::of_sensor(&model, &of, &held, prefix) {
+                remarks.push(Remark::whole(loops.about.clone()));
                 found.push(loops);
             }
         }
@@ -372,7 +370,7 @@ impl Calibrator for InPlaneCalibrator<'_> {
         data: &BenchData,
         options: &CalibrateOptions,
     ) -> Result<Outcome, InputError> {
-        let wanted = Model::wanted(options)?;
+        let wanted = Model::ALL[wanted(&MODELS, options)?];
         let mut remarks = data.remarks.clone();
         let all = checks::readings(self, data, &mut remarks)?;
         let readings = self.loading(&all, &mut remarks);
@@ -416,21 +414,12 @@ impl Calibrator for InPlaneCalibrator<'_> {
             .map_err(|error| fitted(wanted, error))?;
         let best = &fits[0];
         let loops = self.loops(best, &all, options, &mut remarks);
-        let mut parameters: Vec<_> = paired(&best.parameters, &best.fit).collect();
-        parameters.extend(
-            loops
-                .iter()
-                .flat_map(|one| paired(&one.parameters, &one.fit)),
-        );
-        let covariance =
-            CovarianceBlock::of(std::iter::once(&best.fit).chain(loops.iter().map(|one| &one.fit)));
-        let mut figures = self.figures(&fits, &readings);
-        figures.extend(loops.into_iter().map(|one| one.figure));
+        let figures = self.figures(&fits, &readings);
         let (_, given) = checks::noise(&readings, self.models.len());
         let found = &best.fit;
         let sensor =
             |(named, prefix): (&NamedSensor<'_>, &String)| CalibratedSensor::of(named, prefix);
-        Ok(Outcome {
+        let mut outcome = Outcome {
             element: ELEMENT,
             model: wanted.name(),
             sensors: self
@@ -439,9 +428,10 @@ impl Calibrator for InPlaneCalibrator<'_> {
                 .zip(&self.prefixes)
                 .map(sensor)
                 .collect(),
-            parameters,
-            covariance,
+            parameters: paired(&best.parameters, found),
+            covariance: CovarianceBlock::of([found]),
             open: open_in_words(&best.parameters, found),
+            places: None,
             derived: self.derived(best),
             noise: checks::noise_in_words(given, found),
             search: search_in_words(found, given),
@@ -452,20 +442,14 @@ impl Calibrator for InPlaneCalibrator<'_> {
             scope: self.scope(best, &readings),
             remarks,
             figures,
-        })
+        };
+        outcome.add_loops(loops);
+        Ok(outcome)
     }
 
     fn bench(&self, options: &BenchOptions) -> String {
         synthetic::bench(&self.models, options)
     }
-}
-
-/// Parameters with what a fit says of them.
-fn paired(parameters: &[Parameter], fit: &Fit) -> impl Iterator<Item = (Parameter, Estimate)> {
-    parameters
-        .iter()
-        .cloned()
-        .zip(fit.estimates.iter().copied())
 }
 
 /// Puts calibrated values in the place of a sensor file's constants; `value`
@@ -500,12 +484,7 @@ pub(super) fn apply(
             element.published_fit = found.published_fit;
         }
         element.stray_capacitance = found.stray_capacitance;
-        // Of one weight there are all, or none was told.
-        let weight = |j: usize| value(&format!("{prefix}{}", loops::name(j)));
-        let weights: Option<Vec<f64>> = (0..loops::WEIGHTS).map(weight).collect();
-        element.hysteresis = weights.map(|weights| ForceHysteresis {
-            weights: std::array::from_fn(|j| weights[j]),
-        });
+        element.hysteresis = law_of(prefix, value);
     }
     Ok(())
 }

@@ -1,6 +1,5 @@
 //! The models that readings of in-plane sensors are fitted with.
 
-use super::{CalibrateOptions, InputError};
 use crate::transduction::CapacitanceLaw;
 
 pub(super) static MODELS: [&str; 3] = ["model-1", "model-2", "first-principles"];
@@ -29,17 +28,6 @@ impl Model {
             Self::Two => "change of parallel plates, thickness by t_min and n",
             Self::FirstPrinciples => "mechanics and field of the drawing; no fitted change",
         }
-    }
-
-    pub(super) fn wanted(options: &CalibrateOptions) -> Result<Self, InputError> {
-        let Some(name) = &options.model else {
-            return Ok(Self::One);
-        };
-        let found = Self::ALL.into_iter().find(|model| model.name() == name);
-        found.ok_or_else(|| {
-            InputError::whole("--model", format!("\"{name}\" is no model of this device"))
-                .help(format!("use one of: {}", MODELS.join(", ")))
-        })
     }
 
     pub(super) fn law(self) -> CapacitanceLaw {

@@ -1,21 +1,16 @@
 //! What readings of piezoelectric elements may name.
 
-use crate::predict::{LoadColumn, LoadKind};
-use crate::quantity::{FORCE, LENGTH, TIME, VOLTAGE};
+use std::sync::LazyLock;
 
-const fn column(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        name,
-        short: name,
-        kind,
-        required: false,
-        about,
-    }
-}
+use super::super::bench_data::column;
+use crate::predict::{LoadColumn, LoadKind};
+use crate::quantity::{CHARGE, FORCE, LENGTH, TIME, VOLTAGE};
 
 const ANY_TIME: LoadKind = LoadKind::Quantity(&TIME, [-1e12, 1e12]);
 const DURATION: LoadKind = LoadKind::Quantity(&TIME, [0.0, 1e3]);
 const ANY_VOLTAGE: LoadKind = LoadKind::Quantity(&VOLTAGE, [-1e6, 1e6]);
+const ANY_CHARGE: LoadKind = LoadKind::Quantity(&CHARGE, [-1.0, 1.0]);
+const ANY_PLACE: LoadKind = LoadKind::Quantity(&LENGTH, [-10.0, 10.0]);
 
 pub(super) const TIME_AT: usize = 0;
 pub(super) const DISPLACEMENT: usize = 1;
@@ -29,8 +24,35 @@ pub(super) const SECOND_PEAK: usize = 8;
 pub(super) const VOLTAGE_AT: usize = 9;
 pub(super) const DEVIATION: usize = 10;
 pub(super) const HOLD_OUT: usize = 11;
+pub(super) const PLACE: [usize; 2] = [12, 13];
+pub(super) const RADIUS: usize = 14;
+/// Column of the first element's voltage; the others follow.
+pub(super) const VOLTAGES: usize = 15;
+/// Column of the first element's charge.
+pub(super) const CHARGES: usize = VOLTAGES + MOST_ELEMENTS;
+/// Most elements whose signals a table of presses may have.
+pub(super) const MOST_ELEMENTS: usize = 256;
 
-pub(super) static COLUMNS: [LoadColumn; 12] = [
+static VOLTAGE_NAMES: LazyLock<Vec<String>> = LazyLock::new(|| numbered("voltage"));
+static CHARGE_NAMES: LazyLock<Vec<String>> = LazyLock::new(|| numbered("charge"));
+
+fn numbered(name: &str) -> Vec<String> {
+    let numbers = 1..=MOST_ELEMENTS;
+    numbers.map(|number| format!("{name}_{number}")).collect()
+}
+
+pub(super) static COLUMNS: LazyLock<Vec<LoadColumn>> = LazyLock::new(|| {
+    let of = |names: &'static [String], kind| {
+        let about = "peak of this element's output, or its charge, in a press";
+        names.iter().map(move |name| column(name, kind, about))
+    };
+    let mut columns = OWN_COLUMNS.to_vec();
+    columns.extend(of(&VOLTAGE_NAMES, ANY_VOLTAGE));
+    columns.extend(of(&CHARGE_NAMES, ANY_CHARGE));
+    columns
+});
+
+static OWN_COLUMNS: [LoadColumn; VOLTAGES] = [
     column("time", ANY_TIME, "clock of the bench"),
     column(
         "displacement",
@@ -70,5 +92,12 @@ pub(super) static COLUMNS: [LoadColumn; 12] = [
         "hold_out",
         LoadKind::Number([0.0, 1.0]),
         "1 where a reading is held out",
+    ),
+    column("x", ANY_PLACE, "centre of the probe along the rows"),
+    column("y", ANY_PLACE, "centre of the probe, up from the last row"),
+    column(
+        "radius",
+        LoadKind::Quantity(&LENGTH, [0.0, 1.0]),
+        "of the contact of the probe",
     ),
 ];

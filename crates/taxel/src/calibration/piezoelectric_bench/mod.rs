@@ -8,19 +8,24 @@
 
 mod checks;
 mod columns;
+mod places;
+mod presses;
 mod problem;
 mod result;
+mod school;
 mod synthetic;
 
 use super::bench_data::BenchData;
-use super::fit::{Fit, FitError, Parameter, Status, fit, profile_interval};
+use super::fit::{Estimate, Fit, FitError, Parameter, Status, fit, profile_interval};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome, open_in_words, search_in_words,
+    NamedSensor, Outcome, PressOptions, open_in_words, paired, search_in_words, wanted,
 };
 use super::remark::Remark;
 use super::split::picked;
+use crate::estimation::ProfileModel;
 use crate::input::InputError;
+use crate::layout::Layout;
 use crate::predict::LoadColumn;
 use crate::sensor::Sensor;
 
@@ -35,6 +40,13 @@ pub(super) struct PiezoelectricCalibrator<'a> {
     span: [f64; 2],
     /// Of a reading by the board's own figures, V.
     deviation: f64,
+    /// Output per force in the middle of the band, V/N.
+    volt_per_newton: f64,
+    /// C/N.
+    charge_per_force: f64,
+    layout: Layout,
+    /// Profiles of contacts, as drawn.
+    profile: ProfileModel,
 }
 
 static MODELS: [&str; 2] = ["dynamic", "gain"];
@@ -60,17 +72,6 @@ impl Model {
             Self::Dynamic => "charge per force, leak and viscosity",
             Self::Gain => "charge per force; leak and viscosity of the drawing",
         }
-    }
-
-    fn wanted(options: &CalibrateOptions) -> Result<Self, InputError> {
-        let Some(name) = &options.model else {
-            return Ok(Self::Dynamic);
-        };
-        let found = Self::ALL.into_iter().find(|model| model.name() == name);
-        found.ok_or_else(|| {
-            InputError::whole("--model", format!("\"{name}\" is no model of this device"))
-                .help(format!("use one of: {}", MODELS.join(", ")))
-        })
     }
 
     /// The viscosity delays the signal by μ/E of the silicone: a peak, where the
@@ -107,6 +108,10 @@ impl<'a> PiezoelectricCalibrator<'a> {
             named,
             span: array.board.span(),
             deviation: array.board.deviation(),
+            volt_per_newton: array.volt_per_newton(),
+            charge_per_force: array.element.charge_per_force,
+            layout: array.layout(),
+            profile: array.profile_model(),
         })
     }
 
@@ -158,6 +163,69 @@ impl<'a> PiezoelectricCalibrator<'a> {
         })
     }
 
+    /// What presses taught, added to what is known of the constants.
+    fn add_places(&self, outcome: &mut Outcome, data: &BenchData) -> Result<(), InputError> {
+        outcome.remarks.extend_from_slice(&data.remarks);
+        let pressed = presses::presses(self, data, &mut outcome.remarks)?;
+        let learned = places::learn(self, &pressed).map_err(|error| {
+            let help = "press at places all over the elements, 0.5 to 1 mm apart";
+            data.error("x", error.to_string(), help)
+        })?;
+        outcome.places = Some(learned.map);
+        outcome.hold_out.extend(learned.hold_out);
+        outcome.scope.extend(learned.scope);
+        outcome.remarks.extend(learned.remarks);
+        outcome.figures.push(learned.figure);
+        if outcome.held_out.is_empty() {
+            outcome.held_out = learned.held_out;
+        } else {
+            outcome.held_out = format!("{}; {}", outcome.held_out, learned.held_out);
+        }
+        Ok(())
+    }
+
+    /// The constants as drawn, where no readings tell them.
+    fn as_drawn(&self) -> Outcome {
+        let drawn = problem::Device::new(self.named.sensor, Drive::Force).drawn();
+        let fixed = |place: usize| {
+            let at = drawn[place];
+            let parameter = Parameter {
+                unit: UNITS[place],
+                bounds: [at; 2],
+                ..Parameter::new(NAMES[place], at)
+            };
+            let estimate = Estimate {
+                value: at,
+                deviation: 0.0,
+                interval: [at; 2],
+                status: Status::Fixed,
+            };
+            (parameter, estimate)
+        };
+        Outcome {
+            element: self.named.sensor.element.key(),
+            model: "as-drawn",
+            sensors: vec![CalibratedSensor::of(self.named, "")],
+            parameters: (0..OWN).map(fixed).collect(),
+            covariance: vec![CovarianceBlock {
+                first: 0,
+                rows: vec![vec![0.0; OWN]; OWN],
+            }],
+            open: Vec::new(),
+            places: None,
+            derived: Vec::new(),
+            noise: "of the presses".into(),
+            search: "constants of the drawing; presses tell the places alone".into(),
+            residuals: Vec::new(),
+            hold_out: Vec::new(),
+            held_out: String::new(),
+            models: Vec::new(),
+            scope: Vec::new(),
+            remarks: Vec::new(),
+            figures: Vec::new(),
+        }
+    }
+
     fn with_profiles(
         &self,
         fitted: &mut Fitted,
@@ -198,7 +266,49 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
         data: &BenchData,
         options: &CalibrateOptions,
     ) -> Result<Outcome, InputError> {
-        let wanted = Model::wanted(options)?;
+        self.calibrate_all(std::slice::from_ref(data), options)
+    }
+
+    fn calibrate_all(
+        &self,
+        tables: &[BenchData],
+        options: &CalibrateOptions,
+    ) -> Result<Outcome, InputError> {
+        let (presses, readings): (Vec<_>, Vec<_>) =
+            tables.iter().partition(|table| presses::are_presses(table));
+        let twice = [&presses, &readings].into_iter().find_map(|of| of.get(1));
+        if let Some(table) = twice {
+            let message = "a second table of the same kind";
+            return Err(InputError::whole(&table.file, message)
+                .help("put the readings into one table, and the presses at places into another"));
+        }
+        let mut outcome = match readings.first() {
+            Some(table) => self.constants(table, options)?,
+            None => self.as_drawn(),
+        };
+        if let Some(table) = presses.first() {
+            self.add_places(&mut outcome, table)?;
+        }
+        Ok(outcome)
+    }
+
+    fn bench(&self, options: &BenchOptions) -> String {
+        synthetic::bench(self.named.sensor, options)
+    }
+
+    fn press_bench(&self, options: &PressOptions) -> Option<String> {
+        synthetic::presses(self, options)
+    }
+}
+
+impl PiezoelectricCalibrator<'_> {
+    /// Charge per force, leak and viscosity from one table.
+    fn constants(
+        &self,
+        data: &BenchData,
+        options: &CalibrateOptions,
+    ) -> Result<Outcome, InputError> {
+        let wanted = Model::ALL[wanted(&MODELS, options)?];
         let mut remarks = data.remarks.clone();
         let table = checks::table(self, data, &mut remarks)?;
         let marked: Vec<bool> = table.readings.iter().map(|r| r.marked).collect();
@@ -257,14 +367,10 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
             element: self.named.sensor.element.key(),
             model: wanted.name(),
             sensors: vec![CalibratedSensor::of(self.named, "")],
-            parameters: best
-                .parameters
-                .iter()
-                .cloned()
-                .zip(found.estimates.iter().copied())
-                .collect(),
+            parameters: paired(&best.parameters, found),
             covariance: CovarianceBlock::of([found]),
             open: open_in_words(&best.parameters, found),
+            places: None,
             derived: self.derived(&best, &table),
             noise: result::noise_in_words(&table.readings, found, self.deviation),
             search: search_in_words(found, is_given(&table.readings)),
@@ -276,10 +382,6 @@ impl Calibrator for PiezoelectricCalibrator<'_> {
             remarks,
             figures: self.figures(&best, &table),
         })
-    }
-
-    fn bench(&self, options: &BenchOptions) -> String {
-        synthetic::bench(self.named.sensor, options)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
+use super::PiezoelectricCalibrator;
 use super::problem::{Device, Drive, NAMES, OWN, Reading, UNITS, What};
-use crate::calibration::outcome::BenchOptions;
+use crate::calibration::outcome::{BenchOptions, PressOptions};
 use crate::electronics::Noise;
-use crate::mechanics::Profile;
+use crate::mechanics::{Base, Contact, Profile, SoftCover};
 use crate::sensor::Sensor;
 
 /// Share of the output's range that the largest peak fills.
@@ -91,6 +92,81 @@ pub(super) fn bench(sensor: &Sensor, options: &BenchOptions) -> String {
         let _ = writeln!(text, "{i},{:.4},{shape},{a1:.6},{a2}", load * 1e6);
     }
     text
+}
+
+/// Presses of each probe on a grid over the elements, as CSV with the gains of
+/// the piece of fabrication in comments.
+///
+/// A press gives each element its share; the highest output over the grid fills
+/// 60 % of its range. The deviation of all signals of a press is `noise` of its
+/// highest one.
+pub(super) fn presses(
+    calibrator: &PiezoelectricCalibrator<'_>,
+    options: &PressOptions,
+) -> Option<String> {
+    let sensor = calibrator.named.sensor;
+    let array = sensor.piezoelectric().ok()?;
+    let model = &calibrator.profile;
+    let positions = model.centroid().positions;
+    let gains = array.description.fabricate(positions.len());
+    let mut noise = Noise::seeded(options.seed);
+    let mut text =
+        String::from("# synthetic: readings of a bench that exists in the computer only\n");
+    let _ = writeln!(text, "# seed {}, noise {}", options.seed, options.noise);
+    for (element, gain) in gains.iter().enumerate() {
+        let _ = writeln!(text, "# truth gain_{} = {gain:.6}", element + 1);
+    }
+    text.push_str("press,x [mm],y [mm],radius [mm],voltage_deviation [mV]");
+    for element in 1..=gains.len() {
+        let _ = write!(text, ",voltage_{element} [mV]");
+    }
+    text.push('\n');
+    let steps = |cells: usize, pitch: f64| {
+        let half = 0.5 * (cells as f64 - 1.0) * pitch;
+        let count = (2.0 * half / options.grid).floor() as usize;
+        let first = -0.5 * count as f64 * options.grid;
+        (0..=count).map(move |i| first + i as f64 * options.grid)
+    };
+    let mut number = 0;
+    for radius in &options.radii {
+        let table = SoftCover {
+            thickness: model.thickness,
+            base: Base::Rigid,
+            contact: Contact::Hertz(*radius),
+        }
+        .table();
+        let share =
+            |at: &[f64; 2], [x, y]: [f64; 2]| table.share([at[0] - x, at[1] - y], model.side);
+        let [low, high] = calibrator.span;
+        let most = FILLED * high.min(-low) / share(&[0.0; 2], [0.0; 2]);
+        let most = most * calibrator.volt_per_newton.signum();
+        for y in steps(model.rows, model.pitch[1]) {
+            for x in steps(model.columns, model.pitch[0]) {
+                let felt = positions.iter().zip(&gains);
+                let exact: Vec<f64> = felt
+                    .map(|(at, gain)| most * gain * share(at, [x, y]))
+                    .collect();
+                let highest = exact
+                    .iter()
+                    .fold(0.0_f64, |most, volt| most.max(volt.abs()));
+                let deviation = options.noise * highest;
+                let _ = write!(
+                    text,
+                    "{number},{:.4},{:.4},{:.4},{:.6}",
+                    1e3 * x,
+                    1e3 * y,
+                    1e3 * radius,
+                    1e3 * deviation
+                );
+                for volt in exact {
+                    let _ = write!(text, ",{:.6}", 1e3 * (volt + deviation * noise.normal()));
+                }
+                text.push('\n');
+                number += 1;
+            }
+        }
+    }
+    Some(text)
 }
 
 fn profiles() -> [Profile; 3] {

@@ -7,13 +7,20 @@ use super::*;
 use crate::calibration::split::HoldOut;
 use crate::calibration::{CalibrationFile, Provenance};
 use crate::electronics::Noise;
+use crate::estimation::{Placing, ProfileFit, placing};
+use crate::mechanics::{Base, Contact, SoftCover};
+use crate::sensor::Element;
+use crate::trained::PlaceFinder;
 
 fn with<T>(run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -> T {
-    let sensor = Sensor::shipped("piezo-1.5mm").unwrap();
+    on(&Sensor::shipped("piezo-1.5mm").unwrap(), run)
+}
+
+fn on<T>(sensor: &Sensor, run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -> T {
     let named = NamedSensor {
         name: "piezo",
         hash: "0123456789abcdef",
-        sensor: &sensor,
+        sensor,
     };
     run(&PiezoelectricCalibrator::new(&named).unwrap())
 }
@@ -298,5 +305,199 @@ fn a_calibration_file_puts_the_constants_into_the_sensor() {
         let model = calibrated.piezoelectric().unwrap().model();
         let drawn = calibrator.named.sensor.piezoelectric().unwrap().model();
         assert!((model.high_pass / drawn.high_pass - found[LEAK] / 276e6).abs() < 1e-12);
+    });
+}
+
+/// Presses of probes 1 mm apart at a signal of 100 deviations.
+fn presses(radii: &[f64], seed: u64) -> PressOptions {
+    PressOptions {
+        seed,
+        radii: radii.to_vec(),
+        grid: 1e-3,
+        noise: 0.01,
+    }
+}
+
+fn pressed(radii: &[f64], seed: u64) -> String {
+    with(|calibrator| calibrator.press_bench(&presses(radii, seed)).unwrap())
+}
+
+fn held_out(outcome: &Outcome, name: &str) -> f64 {
+    let of = outcome.hold_out.iter().find(|one| one.name == name);
+    of.unwrap_or_else(|| panic!("{name}: {:?}", outcome.hold_out))
+        .root_mean_square
+}
+
+#[test]
+fn a_probe_that_was_trained_is_placed_within_a_tenth_of_a_millimetre() {
+    with(|calibrator| {
+        let data = parse(&pressed(&[3.6e-3], 1));
+        let outcome = calibrator.calibrate(&data, &no_hold_out()).unwrap();
+        let of = |finder: &str| held_out(&outcome, &format!("place.{finder}.radius_3.60mm"));
+        // The specification's own simulation has 0.11 mm for a grid of 1 mm;
+        // four fifths of it are left where a fifth is held out.
+        assert!(of("kernel") < 0.16e-3, "{:?}", outcome.hold_out);
+        let models = of("profile").min(of("centroid"));
+        assert!(of("kernel") < 0.5 * models, "{:?}", outcome.hold_out);
+        let map = outcome.places.as_ref().unwrap();
+        assert!(matches!(
+            map.finder,
+            PlaceFinder::Kernel | PlaceFinder::KernelOrProfile
+        ));
+        // Nothing was said of the constants, which stay as drawn.
+        let drawn = Device::new(calibrator.named.sensor, Drive::Force).drawn();
+        for ((_, estimate), drawn) in outcome.parameters.iter().zip(drawn) {
+            assert_eq!((estimate.value, estimate.status), (drawn, Status::Fixed));
+        }
+    });
+}
+
+#[test]
+fn gains_come_back_and_a_probe_of_another_size_is_placed_too() {
+    // Under 1.11 mm of silicone, as in the specification; under less, small
+    // contacts between elements are hardly felt.
+    let mut sensor = Sensor::shipped("piezo-1.5mm").unwrap();
+    if let Element::Piezoelectric(element) = &mut sensor.element {
+        element.cover.share_above = 0.74;
+    }
+    on(&sensor, |calibrator| {
+        let text = calibrator.press_bench(&presses(&[1.5e-3, 2.9e-3, 5e-3], 2));
+        let data = parse(&text.unwrap());
+        let outcome = calibrator.calibrate(&data, &no_hold_out()).unwrap();
+        let map = outcome.places.as_ref().unwrap();
+        let sensor = calibrator.named.sensor;
+        let made = sensor.piezoelectric().unwrap().description.fabricate(8);
+        let mean = made.iter().sum::<f64>() / 8.0;
+        for (found, made) in map.gains.iter().zip(made) {
+            // Some 195 presses with 1 % of noise, about ten over each element.
+            assert!((found - made / mean).abs() < 0.005, "{map:?}");
+        }
+        // Probes of sizes between those, at places anywhere over the elements.
+        let profile = ProfileFit::new(calibrator.profile.clone()).unwrap();
+        let placing = placing(map, profile).unwrap();
+        let errors = [2.3e-3, 3.6e-3].map(|radius| off(calibrator, &*placing, &map.gains, radius));
+        let learned = (errors.iter().sum::<f64>() / 2.0).sqrt();
+        // The specification's own simulation has 0.38 to 0.75 mm, its goal is this.
+        assert!(learned < 0.35e-3, "{learned} {:?}", map.finder);
+    });
+}
+
+/// Mean square error, m², of places of a probe by forces over `gains`.
+fn off(
+    calibrator: &PiezoelectricCalibrator<'_>,
+    placing: &dyn Placing,
+    gains: &[f64],
+    radius: f64,
+) -> f64 {
+    let model = &calibrator.profile;
+    let table = SoftCover {
+        thickness: model.thickness,
+        base: Base::Rigid,
+        contact: Contact::Hertz(radius),
+    }
+    .table();
+    let sensor = calibrator.named.sensor.piezoelectric().unwrap();
+    let made = sensor.description.fabricate(8);
+    let mut noise = Noise::seeded(17);
+    let trials = 300;
+    let squares = (0..trials).map(|trial| {
+        let part = |step: f64| (f64::from(trial) * step).fract() - 0.5;
+        let place = [12e-3 * part(0.754_877_67), 4e-3 * part(0.569_840_29)];
+        let positions = model.centroid().positions;
+        let offset = |at: &[f64; 2]| [at[0] - place[0], at[1] - place[1]];
+        let shares: Vec<f64> = positions
+            .iter()
+            .zip(&made)
+            .map(|(at, gain)| gain * table.share(offset(at), model.side))
+            .collect();
+        let sigma = 0.01 * shares.iter().copied().fold(0.0, f64::max);
+        let forces: Vec<f64> = shares
+            .iter()
+            .zip(gains)
+            .map(|(share, gain)| (share + sigma * noise.normal()) / gain)
+            .collect();
+        let found = placing.place(&forces, &[sigma; 8]).unwrap().centre;
+        (found[0] - place[0]).powi(2) + (found[1] - place[1]).powi(2)
+    });
+    squares.sum::<f64>() / f64::from(trials)
+}
+
+#[test]
+fn both_tables_make_one_calibration_that_live_touch_uses() {
+    with(|calibrator| {
+        let tables = [
+            parse(&calibrator.bench(&quiet())),
+            parse(&pressed(&[2.5e-3], 3)),
+        ];
+        let outcome = calibrator.calibrate_all(&tables, &no_hold_out()).unwrap();
+        assert_eq!(outcome.parameters[GAIN].1.status, Status::Identified);
+        let about = Provenance {
+            version: "0",
+            date: "2000-01-01",
+            data: "bench.csv, presses.csv",
+            data_hash: "00",
+        };
+        let text = outcome.to_toml(&about);
+        let file = CalibrationFile::parse("calibration.toml", &text).unwrap();
+        let sensor = file
+            .apply(
+                "calibration.toml",
+                calibrator.named.sensor,
+                "0123456789abcdef",
+            )
+            .unwrap();
+        let model = sensor.piezoelectric().unwrap().model();
+        assert_eq!(model.gains, file.places.as_ref().unwrap().gains);
+        let same = [tables[0].clone(), tables[0].clone()];
+        let twice = calibrator.calibrate_all(&same, &no_hold_out());
+        assert!(twice.unwrap_err().to_string().contains("same kind"));
+        for (from, to, message) in [
+            ("finder = \"", "finder = \"x", "unknown variant"),
+            ("gain_deviation = ", "gain_deviation = -", "gain_deviation"),
+            ("kernel = [", "kernel = [0.0, ", "kernel"),
+        ] {
+            let wrong = CalibrationFile::parse("c.toml", &text.replacen(from, to, 1));
+            let error = wrong.unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+    });
+}
+
+#[test]
+fn presses_that_cannot_be_are_named() {
+    with(|calibrator| {
+        let text = pressed(&[3.6e-3], 1);
+        let few: Vec<&str> = text.lines().take(25).collect();
+        // One line of each of two probes: y is the third field.
+        let two = pressed(&[1e-3, 2e-3], 1);
+        let on_a_line = |line: &&str| {
+            let y = line.split(',').nth(2).unwrap_or("");
+            line.starts_with("press") || y == "-2.0000"
+        };
+        let along: String = two.lines().filter(on_a_line).collect::<Vec<_>>().join("\n");
+        for (text, message) in [
+            (text.replace("x [mm]", "x [cm]"), "outside the array"),
+            (
+                text.replace("voltage_3 [mV]", "other"),
+                "voltage_3 is missing",
+            ),
+            (
+                text.replace("voltage_", "other_"),
+                "no signal of an element",
+            ),
+            (
+                text.replace(",-0.", ",0.")
+                    .replace("voltage_deviation [mV]", "other [mV]")
+                    .replace("[mV]", "[nV]"),
+                "no positive signal",
+            ),
+            (few.join("\n"), "must be from 20"),
+            (along, "along y"),
+        ] {
+            let found = BenchData::parse("presses.csv", &text, &COLUMNS, "")
+                .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
+            let error = found.map(|_| ()).unwrap_err().to_string();
+            assert!(error.contains(message), "{message}: {error}");
+        }
     });
 }

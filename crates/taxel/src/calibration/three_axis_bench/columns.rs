@@ -1,24 +1,8 @@
 //! What readings of three-axis units may name.
 
+use super::super::bench_data::{column, required};
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::{CAPACITANCE, FORCE, TIME};
-
-const fn column(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        name,
-        short: name,
-        kind,
-        required: false,
-        about,
-    }
-}
-
-const fn required(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        required: true,
-        ..column(name, kind, about)
-    }
-}
 
 const ANY_FORCE: LoadKind = LoadKind::Quantity(&FORCE, [-1e6, 1e6]);
 const ANY_CAPACITANCE: LoadKind = LoadKind::Quantity(&CAPACITANCE, [-1.0, 1.0]);

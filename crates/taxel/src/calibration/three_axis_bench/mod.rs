@@ -7,6 +7,7 @@
 
 mod checks;
 mod columns;
+mod loops;
 mod noise;
 mod problem;
 mod result;
@@ -18,9 +19,10 @@ use super::ChannelScale;
 use super::bench_data::BenchData;
 use super::fit::{Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval};
 use super::least_squares;
+use super::loops::law_of;
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome,
+    NamedSensor, Outcome, wanted,
 };
 use super::remark::Remark;
 use super::split::picked;
@@ -77,17 +79,6 @@ impl Model {
                 "parallel capacitances and stiffnesses of the drawing; only the gaps are fitted"
             }
         }
-    }
-
-    fn wanted(options: &CalibrateOptions) -> Result<Self, InputError> {
-        let Some(name) = &options.model else {
-            return Ok(Self::Matrix);
-        };
-        let found = Self::ALL.into_iter().find(|model| model.name() == name);
-        found.ok_or_else(|| {
-            InputError::whole("--model", format!("\"{name}\" is no model of this device"))
-                .help(format!("use one of: {}", MODELS.join(", ")))
-        })
     }
 
     /// Whether a parameter is free where a gauge moved the axes `moved`.
@@ -389,7 +380,7 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
         data: &BenchData,
         options: &CalibrateOptions,
     ) -> Result<Outcome, InputError> {
-        let wanted = Model::wanted(options)?;
+        let wanted = Model::ALL[wanted(&MODELS, options)?];
         let mut remarks = data.remarks.clone();
         let all = checks::readings(self, data, &mut remarks)?;
         let measured = checks::measured(data)?;
@@ -437,20 +428,33 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
                 models.push(comparison);
             }
         }
+        let found = loops::of_array(self, &best, &taxels, options);
+        self.remark_on(&best, &taxels, found.is_some(), &mut remarks);
+        let mut taxels = taxels;
+        let mut hysteresis = Vec::new();
+        if let Some((loops, loading)) = found {
+            best = self
+                .fits(wanted, &loading, measured, options)
+                .map_err(|error| wrong(wanted, " with hysteresis", error))?;
+            (taxels, hysteresis) = (loading, loops);
+        }
         if options.profile {
             for (fitted, of) in best.iter_mut().zip(&taxels) {
                 self.with_profiles(fitted, of, measured)
                     .map_err(|error| wrong(wanted, "", error))?;
             }
         }
-        self.remark_on(&best, &taxels, &mut remarks);
-        Ok(Outcome {
+        for one in &hysteresis {
+            remarks.push(Remark::whole(one.about.clone()));
+        }
+        let mut outcome = Outcome {
             element: Element::key(&self.named.sensor.element),
             model: wanted.name(),
             sensors: vec![CalibratedSensor::of(self.named, PREFIX)],
             parameters: result::parameters(&best),
             covariance: CovarianceBlock::of(best.iter().map(|fitted| &fitted.fit)),
             open: self.open(&best),
+            places: None,
             derived: self.derived(&best, &taxels),
             noise: result::noise_in_words(&best, &taxels),
             search: result::searches_in_words(&best, &taxels),
@@ -461,7 +465,9 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
             scope: result::scope(&all),
             remarks,
             figures: self.figures(&best, &taxels),
-        })
+        };
+        outcome.add_loops(hysteresis);
+        Ok(outcome)
     }
 
     fn bench(&self, options: &BenchOptions) -> String {
@@ -518,6 +524,7 @@ pub(super) fn apply(
         return Err(format!("{prefix}0.{}", name(0)));
     }
     element.calibrated = calibrated;
+    element.hysteresis = std::array::from_fn(|axis| law_of(&loops::prefix(axis), value));
     Ok(())
 }
 

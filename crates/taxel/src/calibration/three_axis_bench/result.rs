@@ -72,7 +72,7 @@ pub(super) fn scope(readings: &[Reading]) -> Vec<Scope> {
 
 /// Gauge less model: the force along each gauged axis by which the gauge
 /// stands off the four capacitances, N; `None` where a tile touches.
-fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3]> {
+pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3]> {
     let misfit = misfit(unit, reading)?;
     let jacobian = unit.linearise(reading.force)?.jacobian;
     let axes: Vec<usize> = (0..3).filter(|axis| reading.gauged[*axis]).collect();
@@ -215,13 +215,20 @@ impl ThreeAxisCalibrator<'_> {
         derived
     }
 
-    /// Remarks on taxels that were not read, and on unloading.
+    /// Remarks on taxels that were not read, and on unloading; `undone` where a
+    /// hysteresis explains it.
     pub(super) fn remark_on(
         &self,
         fits: &[Fitted],
         taxels: &[Vec<Reading>],
+        undone: bool,
         remarks: &mut Vec<Remark>,
     ) {
+        let note = if undone {
+            ""
+        } else {
+            "; the fit is the mean of both"
+        };
         let left = self.made.len() - taxels.len();
         if left > 0 {
             let message = format!("{left} taxels were not read and stay as drawn");
@@ -234,7 +241,7 @@ impl ThreeAxisCalibrator<'_> {
                 };
                 if share.abs() > WORTH_A_REMARK {
                     remarks.push(Remark::whole(format!(
-                        "{PREFIX}{}: unloading carries {:.1} % less force_{name} than loading; the fit is the mean of both",
+                        "{PREFIX}{}: unloading carries {:.1} % less force_{name} than loading{note}",
                         fitted.taxel,
                         100.0 * share
                     )));

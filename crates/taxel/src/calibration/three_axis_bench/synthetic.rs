@@ -4,8 +4,10 @@
 use std::fmt::Write as _;
 
 use super::problem::{name, unit, values};
+use crate::calibration::loops;
 use crate::calibration::outcome::BenchOptions;
 use crate::electronics::Noise;
+use crate::mechanics::LoadHistory;
 use crate::transduction::UnitModel;
 
 /// Share of the readings at rest before each cycle.
@@ -18,16 +20,16 @@ const PRELOAD: f64 = 0.3;
 /// Each cycle begins at rest, presses up and down, then pushes to both sides
 /// along x and along y under a light pressing force. Forces reach as far as
 /// closes `compression` of the air. A tilted probe turns the gauge about y;
-/// loading carries more than unloading by `hysteresis`.
+/// along each axis loading carries more than unloading by `hysteresis`.
 pub(super) fn bench(made: &UnitModel, options: &BenchOptions) -> String {
     let truth = tilted(made, options.tilt);
     let most = largest(made, options.compression);
-    let loads: Vec<[f64; 4]> = (0..options.readings)
+    let loads: Vec<Option<[f64; 3]>> = (0..options.readings)
         .map(|i| load(most, options, i))
         .collect();
     let answers: Vec<[f64; 4]> = loads
         .iter()
-        .map(|[x, y, z, _]| truth.predict([*x, *y, *z]).1.capacitance())
+        .map(|force| truth.predict(force.unwrap_or_default()).1.capacitance())
         .collect();
     let rest = made.rest();
     let change = answers
@@ -50,12 +52,15 @@ pub(super) fn bench(made: &UnitModel, options: &BenchOptions) -> String {
         "time [s],taxel,rest,force_x [mN],force_y [mN],force_z [mN],capacitance_11 [fF],capacitance_12 [fF],\
          capacitance_21 [fF],capacitance_22 [fF]\n",
     );
-    for (i, ([x, y, z, branch], capacitance)) in loads.iter().zip(&answers).enumerate() {
-        let is_rest = *branch == 0.0;
+    let law = loops::synthetic(options.hysteresis);
+    let mut histories = [LoadHistory::default(); 3];
+    for (i, (force, capacitance)) in loads.iter().zip(&answers).enumerate() {
+        let is_rest = force.is_none();
         let _ = write!(text, "{:.1},0,{}", 0.1 * i as f64, u8::from(is_rest));
-        for force in [x, y, z] {
+        let force = force.unwrap_or_default();
+        for (force, history) in force.into_iter().zip(&mut histories) {
             let error = gauge * noise.normal();
-            let carried = force * (1.0 + 0.5 * branch * options.hysteresis);
+            let carried = force * law.share(&history.push(force));
             let read = if is_rest { 0.0 } else { carried + error };
             let _ = write!(text, ",{:.6}", read * 1e3);
         }
@@ -95,22 +100,20 @@ fn largest(made: &UnitModel, share: f64) -> [f64; 3] {
     [side(0), side(1), share * air / compliance[2][2]]
 }
 
-/// Forces of a reading, N, and 1 for loading, -1 for unloading, 0 for rest.
-fn load([x, y, z]: [f64; 3], options: &BenchOptions, index: usize) -> [f64; 4] {
+/// Force of a reading along each axis, N; none where nothing touches.
+fn load([x, y, z]: [f64; 3], options: &BenchOptions, index: usize) -> Option<[f64; 3]> {
     let phase = (options.cycles as f64 * index as f64 / options.readings as f64).fract();
     if phase < AT_REST {
-        return [0.0; 4];
+        return None;
     }
     let part = 3.0 * (phase - AT_REST) / (1.0 - AT_REST);
     let along = part.fract();
     // Up and down once; for the sides to plus, through zero to minus, and back.
     let up = 1.0 - (2.0 * along - 1.0).abs();
     let side = 1.0 - (4.0 * ((along + 0.25).fract() - 0.5)).abs();
-    let branch = |rising: bool| if rising { 1.0 } else { -1.0 };
-    let sideways = branch(((4.0 * along) as u32).is_multiple_of(2));
-    match part as u32 {
-        0 => [0.0, 0.0, z * up, branch(along < 0.5)],
-        1 => [x * side, 0.0, PRELOAD * z, sideways],
-        _ => [0.0, y * side, PRELOAD * z, sideways],
-    }
+    Some(match part as u32 {
+        0 => [0.0, 0.0, z * up],
+        1 => [x * side, 0.0, PRELOAD * z],
+        _ => [0.0, y * side, PRELOAD * z],
+    })
 }

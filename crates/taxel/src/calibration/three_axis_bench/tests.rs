@@ -3,11 +3,14 @@ use std::fmt::Write as _;
 use rayon::prelude::*;
 
 use super::*;
+use crate::acquisition::{Frame, Quantity};
 use crate::calibration::fit::Problem;
 use crate::calibration::split::HoldOut;
 use crate::calibration::{CalibrationFile, Provenance};
+use crate::estimation::{Estimator, EstimatorOptions};
 use crate::predict::Loads;
 use crate::table::Cell;
+use problem::AXES;
 
 const FF: f64 = 1e-15;
 const MN: f64 = 1e-3;
@@ -346,10 +349,10 @@ fn hysteresis_is_remarked_on() {
             .find(|r| r.message.contains("less force_z"));
         let message = &found.expect("a remark").message;
         let word = message.split_whitespace().nth(3).unwrap();
-        // 10 % of the mean of both branches is 9.5 % of loading; the light
-        // presses of the side sweeps, of both branches, take up to a tenth off.
+        // Loading carries 10 % more, unloading 9.1 % less; what is lost only
+        // behind the turn, and the light presses, take up to a tenth off.
         let share: f64 = word.parse().unwrap();
-        assert!((8.5..10.0).contains(&share), "{message}");
+        assert!((8.1..9.1).contains(&share), "{message}");
     });
 }
 
@@ -452,5 +455,65 @@ fn a_calibration_file_carries_the_compliance_to_prediction_and_estimation() {
             "{capacitance} {wanted}"
         );
         assert!(file.apply("calibration.toml", &sensor, "another").is_err());
+    });
+}
+
+#[test]
+fn loops_are_found_along_each_axis_and_undone_live() {
+    let sensor = sensor();
+    with(&sensor, |calibrator| {
+        let text = calibrator.bench(&BenchOptions {
+            hysteresis: 0.1,
+            noise: 0.002,
+            readings: 300,
+            compression: 0.4,
+            ..BenchOptions::default()
+        });
+        let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        let said: Vec<String> = outcome.remarks.iter().map(ToString::to_string).collect();
+        for axis in AXES {
+            let found = format!("force_{axis}: unloading carries less");
+            assert!(
+                said.iter().any(|remark| remark.contains(&found)),
+                "{said:?}"
+            );
+        }
+        let about = Provenance {
+            version: "",
+            date: "",
+            data: "",
+            data_hash: "",
+        };
+        let file = CalibrationFile::parse("c.toml", &outcome.to_toml(&about)).unwrap();
+        let sensor = file.apply("c.toml", &sensor, "0123456789abcdef").unwrap();
+        let calibration = sensor.three_axis().unwrap().calibration();
+        let taxels = calibration.layout.taxels();
+        let quantity = Quantity::Capacitance;
+        let mut estimator =
+            Estimator::new(calibration, quantity, EstimatorOptions::default()).unwrap();
+        let mut feel = |force: [f64; 3]| {
+            let read = calibrator.made[0].predict(force).1.capacitance();
+            let frame = Frame {
+                sequence: 0,
+                time_ns: 0,
+                values: read.repeat(taxels),
+            };
+            estimator.push(&frame).unwrap().0.taxels[0].force
+        };
+        // On loading the force of the made unit; far behind the turn all is lost
+        // that the bench lost, to a third of it.
+        let near = |ratio: f64, truth: f64| (ratio - truth).abs() < 0.03;
+        let path = [4.0, 8.0, 12.0, 11.0, 8.0, 5.0];
+        let felt = path.map(|z| feel([0.0, 0.0, z * MN])[2] / (z * MN));
+        assert!(felt[..3].iter().all(|ratio| near(*ratio, 1.0)), "{felt:?}");
+        assert!(
+            felt[4..].iter().all(|ratio| near(*ratio, 1.0 / 1.1)),
+            "{felt:?}"
+        );
+        // Sideways, to both sides.
+        for side in [1.0, -1.0] {
+            let felt = path.map(|x| feel([side * x * MN, 0.0, 5.0 * MN])[0] / (side * x * MN));
+            assert!(near(felt[2], 1.0) && near(felt[5], 1.0 / 1.1), "{felt:?}");
+        }
     });
 }

@@ -41,7 +41,7 @@ fn round(value: &mut Value) {
 }
 
 /// One table with its own tables below it.
-fn table(text: &mut String, path: &str, value: &Value) {
+pub(in crate::calibration) fn table(text: &mut String, path: &str, value: &Value) {
     let Value::Object(keys) = value else { return };
     let _ = writeln!(text, "\n[{path}]");
     let (tables, values): (Vec<_>, Vec<_>) = keys.iter().partition(|(_, value)| value.is_object());

@@ -18,6 +18,7 @@ use crate::trained::{Compared, Rest, Session, Standard, TrainedMaps, TrainingErr
 
 use readings::Run;
 
+pub(super) use file::table as put_tables;
 pub use readings::TrainingFile;
 
 /// What a training found: what any calibration finds, and the maps.
@@ -117,6 +118,7 @@ fn outcome(named: &NamedSensor<'_>, found: Found) -> Outcome {
         covariance: Vec::new(),
         open: Vec::new(),
         derived: Vec::new(),
+        places: None,
         noise: String::from("from held-out rows"),
         search: found.search,
         residuals: Vec::new(),

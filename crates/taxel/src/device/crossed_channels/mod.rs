@@ -26,6 +26,9 @@ use crate::transduction::ChannelLayer;
 pub use field::ChannelFieldPredictor;
 pub use predict::{ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState};
 
+/// A plateau reads below itself by less than so many deviations of a reading.
+const BELOW_PLATEAU: f64 = 4.0;
+
 /// Crossing channels with their board.
 ///
 /// The channels of a frame are the rows, from +y to -y, then the columns, from
@@ -97,6 +100,17 @@ impl<'a> ChannelArray<'a> {
         }
     }
 
+    /// Voltage from which a channel counts as saturated, V: below a plateau that
+    /// was found by what noise does.
+    fn saturation(&self, channel: usize) -> f64 {
+        let drawn = self.board.divider.saturation;
+        let found = self.element.found.as_ref();
+        match found.and_then(|found| found.saturation.get(channel)) {
+            Some(found) if *found < drawn => found - BELOW_PLATEAU * self.board.deviation(),
+            _ => drawn,
+        }
+    }
+
     /// Which of the upper (0) and the lower layer (1) the rows are, which the columns.
     pub(crate) fn position(&self) -> [usize; 2] {
         if self.element.rows.roof < self.element.columns.roof {
@@ -142,10 +156,12 @@ impl<'a> ChannelArray<'a> {
     pub fn calibration(&self) -> Result<ChannelCalibration, ChannelError> {
         let (board, share) = (&self.board, self.taxel_share());
         let channels = |layer: usize| {
-            let drawn = ChannelModel::new(&self.layers[layer], share[layer], board.deviation())?;
+            let (noise, saturation) = (board.deviation(), board.divider.saturation);
+            let drawn = ChannelModel::new(&self.layers[layer], share[layer], noise, saturation)?;
             let first = layer * self.counts()[0];
             let model = |place: usize| ChannelModel {
                 rest_resistance: self.rest_resistance(layer, first + place),
+                saturation: self.saturation(first + place),
                 ..drawn.clone()
             };
             Ok::<_, ChannelError>((0..self.counts()[layer]).map(model).collect())
@@ -161,8 +177,12 @@ impl<'a> ChannelArray<'a> {
                 supply: board.divider.supply,
                 reference: board.divider.reference,
                 lead: board.divider.lead,
-                saturation: board.divider.saturation,
             },
+            hysteresis: self
+                .element
+                .found
+                .as_ref()
+                .and_then(|found| found.hysteresis),
             layout,
         })
     }
@@ -212,17 +232,19 @@ impl Device for ChannelArray<'_> {
     fn observed(&self, stream: &Stream) -> ObserverOptions {
         let board = &self.board;
         let (lowest, step) = (board.converter.voltage(0.0), board.converter.step());
-        let saturation = board.divider.saturation.min(board.divider.supply);
         let highest = f64::from(board.converter.highest());
-        let channel = ChannelFacts {
-            deviation: board.deviation() / step,
-            resolution: 1.0,
-            span: [0.0, highest.min((saturation - lowest) / step)],
-            masked: false,
+        let channel = |channel: usize| {
+            let saturation = self.saturation(channel).min(board.divider.supply);
+            ChannelFacts {
+                deviation: board.deviation() / step,
+                resolution: 1.0,
+                span: [0.0, highest.min((saturation - lowest) / step)],
+                masked: false,
+            }
         };
         let [rows, columns] = self.counts();
         let mut options = ObserverOptions {
-            channels: vec![channel; rows + columns],
+            channels: (0..rows + columns).map(channel).collect(),
             wiring: Wiring::Crossing { rows, columns },
             ..ObserverOptions::new(stream)
         };

@@ -14,7 +14,7 @@ use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
     ChannelFacts, ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError,
-    ObserverOptions, ProfileFit, ProfileModel, SignalEstimator, SlipOptions,
+    ObserverOptions, Placing, ProfileFit, ProfileModel, SignalEstimator, SlipOptions, placing,
 };
 use crate::layout::Layout;
 use crate::linear::Transfer;
@@ -126,6 +126,26 @@ impl<'a> PiezoelectricArray<'a> {
         }
     }
 
+    /// Gain of each element over the mean, as far as presses taught it.
+    fn gains(&self) -> Vec<f64> {
+        let learned = self.description.places.as_ref();
+        learned.map_or_else(
+            || vec![1.0; self.layout().taxels()],
+            |map| map.gains.clone(),
+        )
+    }
+
+    /// What finds the place of a lone contact: the map that presses taught, or
+    /// the profile of the soft cover.
+    fn placing(&self) -> Option<Arc<dyn Placing>> {
+        let fit = ProfileFit::new(self.profile_model())?;
+        match &self.description.places {
+            // A map was tried when its file was read.
+            Some(map) => placing(map, fit).ok(),
+            None => Some(Arc::new(fit)),
+        }
+    }
+
     /// What the estimator has to know of the device as drawn.
     pub fn model(&self) -> ChargeModel {
         let [lowest, highest] = self.board.span();
@@ -137,6 +157,7 @@ impl<'a> PiezoelectricArray<'a> {
             span: [lowest, highest],
             rest: self.board.output.offset,
             volt_per_newton: self.volt_per_newton(),
+            gains: self.gains(),
             high_pass: self.board.band.high_pass,
             low_pass: self.board.band.low_pass,
             deviation: self.board.deviation(),
@@ -179,8 +200,8 @@ impl Device for PiezoelectricArray<'_> {
             });
         }
         let mut estimator = ChargeEstimator::new(model, ChargeEstimatorOptions::default());
-        if let Some(fit) = ProfileFit::new(self.profile_model()) {
-            estimator = estimator.with_placing(Arc::new(fit));
+        if let Some(placing) = self.placing() {
+            estimator = estimator.with_placing(placing);
         }
         let estimator: Box<dyn SignalEstimator> = Box::new(estimator);
         Ok(Sense::Signals(estimator))

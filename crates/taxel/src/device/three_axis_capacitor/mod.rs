@@ -78,6 +78,7 @@ impl<'a> ThreeAxisArray<'a> {
             deviation: vec![[board.deviation(); 4]; taxels],
             masked: self.masked(),
             relaxation: element.relaxation.clone(),
+            hysteresis: element.hysteresis,
             full_scale: element.full_scale,
             usable_force: element.usable_force,
             layout,

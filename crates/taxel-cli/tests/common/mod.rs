@@ -1,0 +1,51 @@
+//! What tests of the program share: running it, and a folder for its files.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+pub(crate) fn taxel(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// What it prints when it ends well.
+#[track_caller]
+pub(crate) fn done(arguments: &[&str]) -> String {
+    let output = taxel(arguments);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The message of a refusal with exit code 2.
+#[track_caller]
+pub(crate) fn refused(arguments: &[&str]) -> String {
+    let output = taxel(arguments);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// A folder of one test, gone with it.
+pub(crate) struct Folder(PathBuf);
+
+impl Folder {
+    pub(crate) fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("taxel-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    pub(crate) fn path(&self, name: &str) -> String {
+        self.0.join(name).to_string_lossy().into_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}

@@ -1,0 +1,141 @@
+//! From which voltage on a channel says no more: the plateau at its largest
+//! loads, where there is one.
+
+use super::super::fit::{Estimate, Parameter, Status, student_quantile};
+use super::super::least_squares;
+use super::super::remark::Remark;
+use super::problem::Reading;
+use super::{CHANNEL, ChannelCalibrator};
+
+/// Name of the parameter behind that of its channel.
+pub(super) const SATURATION: &str = "saturation_voltage";
+
+/// Fewer readings at the largest loads are no plateau.
+const LEAST: usize = 6;
+/// A reading of the plateau lies within so many deviations of its mean.
+const WITHIN: f64 = 4.0;
+/// A slope is none below this many of its deviations.
+const FLAT: f64 = 3.0;
+/// The curve before a plateau would have risen along it by this many deviations
+/// of a reading.
+const RISING: f64 = 8.0;
+
+/// Readings of one channel that no longer change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plateau {
+    /// Mean, V.
+    voltage: f64,
+    /// Of one reading, V.
+    scatter: f64,
+    /// Least load, Pa.
+    from: f64,
+    count: usize,
+}
+
+impl Plateau {
+    /// The plateau of readings of loading of one channel.
+    pub(super) fn find(of: &[Reading]) -> Option<Self> {
+        let mut points: Vec<[f64; 2]> = of
+            .iter()
+            .map(|reading| [reading.load.pressure(0.0), reading.voltage])
+            .collect();
+        points.sort_by(|a, b| b[0].total_cmp(&a[0]));
+        let mut count = LEAST;
+        let [mut mean, mut scatter] = spread(points.get(..LEAST)?);
+        while let Some(next) = points.get(count) {
+            if (next[1] - mean).abs() > WITHIN * scatter {
+                break;
+            }
+            count += 1;
+            [mean, scatter] = spread(&points[..count]);
+        }
+        let (top, rest) = points.split_at(count);
+        let below = &rest[..rest.len().min(count.max(LEAST))];
+        let [slope, deviation] = line(top)?;
+        let [before, _] = line(below)?;
+        let length = top[0][0] - top[count - 1][0];
+        let flat = slope.abs() < FLAT * deviation && before * length > RISING * scatter;
+        flat.then_some(Self {
+            voltage: mean,
+            scatter,
+            from: top[count - 1][0],
+            count,
+        })
+    }
+
+    /// Whether a reading belongs to it.
+    pub(super) fn holds(&self, reading: &Reading) -> bool {
+        reading.voltage > self.voltage - WITHIN * self.scatter
+    }
+}
+
+/// Mean and standard deviation of the voltages.
+fn spread(points: &[[f64; 2]]) -> [f64; 2] {
+    let count = points.len() as f64;
+    let mean = points.iter().map(|point| point[1]).sum::<f64>() / count;
+    let squares: f64 = points.iter().map(|point| (point[1] - mean).powi(2)).sum();
+    [mean, (squares / (count - 1.0)).sqrt()]
+}
+
+/// Slope of a straight line and its deviation.
+fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let (design, target): (Vec<Vec<f64>>, Vec<f64>) = points
+        .iter()
+        .map(|[pressure, voltage]| (vec![*pressure, 1.0], *voltage))
+        .unzip();
+    let found = least_squares::solve(&design, &target)?;
+    let freedom = points.len().checked_sub(2).filter(|left| *left > 0)?;
+    let variance = found.misfit / freedom as f64 * found.covariance[0][0];
+    Some([found.coefficients[0], variance.sqrt()])
+}
+
+/// The saturation of each channel that was read with its estimate, and what
+/// there is to say of it. A saturation that was not reached lies between the
+/// largest voltage that was read and the supply.
+pub(super) fn parameters(
+    calibrator: &ChannelCalibrator<'_>,
+    channels: &[usize],
+    plateaus: &[Option<Plateau>],
+    readings: &[Reading],
+    remarks: &mut Vec<Remark>,
+) -> Vec<(Parameter, Estimate)> {
+    let divider = calibrator.board.divider;
+    let one = |channel: &usize| {
+        let name = format!("{CHANNEL}_{channel}");
+        let of = readings
+            .iter()
+            .filter(|reading| reading.channel == *channel);
+        let most = of.map(|reading| reading.voltage).fold(0.0, f64::max);
+        let parameter = Parameter {
+            unit: "V",
+            bounds: [most, divider.supply],
+            ..Parameter::new(format!("{name}.{SATURATION}"), divider.saturation)
+        };
+        let Some(plateau) = plateaus[*channel] else {
+            let message = format!("{name}: saturation was not reached: it is at least {most:.4} V");
+            remarks.push(Remark::whole(message));
+            let estimate = Estimate {
+                value: divider.saturation,
+                deviation: (divider.supply - most) / 12.0_f64.sqrt(),
+                interval: parameter.bounds,
+                status: Status::NotIdentified,
+            };
+            return (parameter, estimate);
+        };
+        let deviation = plateau.scatter / (plateau.count as f64).sqrt();
+        let half = student_quantile(0.975, plateau.count - 1) * deviation;
+        remarks.push(Remark::whole(format!(
+            "{name}: saturated from {:.4} kPa on, {} readings of loading",
+            plateau.from * 1e-3,
+            plateau.count
+        )));
+        let estimate = Estimate {
+            value: plateau.voltage,
+            deviation,
+            interval: [plateau.voltage - half, plateau.voltage + half],
+            status: Status::Identified,
+        };
+        (parameter, estimate)
+    };
+    channels.iter().map(one).collect()
+}

@@ -1,0 +1,82 @@
+//! Places learned from presses on an array whose elements have a model.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Kernel, TrainingError};
+
+/// What finds the place of a contact on such an array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlaceFinder {
+    /// Centre of the forces on the elements.
+    Centroid,
+    /// Least squares on the profile of the soft cover.
+    Profile,
+    /// Kernel regression on the presses.
+    Kernel,
+    /// Kernel regression where the profile does not contradict it, else the
+    /// profile.
+    KernelOrProfile,
+}
+
+/// What presses at known places taught of one array.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaceMap {
+    /// What finds a place.
+    pub finder: PlaceFinder,
+    /// Gain of each element over their mean.
+    pub gains: Vec<f64>,
+    /// Standard deviation to which the gains are known.
+    pub gain_deviation: f64,
+    /// The kernel on directions of unit length: deviation of the places in m,
+    /// length, and scatter of a place in m.
+    pub kernel: [f64; 3],
+    /// Forces on all elements, each over its gain, as a vector of unit length;
+    /// one for each press.
+    pub directions: Vec<Vec<f64>>,
+    /// Centre of each press on the developed surface, m.
+    pub places: Vec<[f64; 2]>,
+}
+
+impl PlaceMap {
+    /// The kernel of the regression.
+    pub fn kernel(&self) -> Kernel {
+        let [deviation, length, noise] = self.kernel;
+        Kernel {
+            deviation,
+            length,
+            slope: 0.0,
+            noise,
+        }
+    }
+
+    /// Whether the tables of a map from a file belong together.
+    ///
+    /// # Errors
+    /// [`TrainingError::Unsound`] names the first that does not.
+    pub fn check(&self) -> Result<(), TrainingError> {
+        let unsound = |table| Err(TrainingError::Unsound { table });
+        let positive = |value: &f64| *value > 0.0 && value.is_finite();
+        if self.gains.is_empty() || !self.gains.iter().all(positive) {
+            return unsound("gains");
+        }
+        if !(self.gain_deviation >= 0.0 && self.gain_deviation.is_finite()) {
+            return unsound("gain_deviation");
+        }
+        if !self.kernel.iter().all(positive) {
+            return unsound("kernel");
+        }
+        let whole = |row: &Vec<f64>| {
+            row.len() == self.gains.len() && row.iter().all(|value| value.is_finite())
+        };
+        if self.directions.is_empty() || !self.directions.iter().all(whole) {
+            return unsound("directions");
+        }
+        let finite = |place: &[f64; 2]| place.iter().all(|value| value.is_finite());
+        if self.places.len() != self.directions.len() || !self.places.iter().all(finite) {
+            return unsound("places");
+        }
+        Ok(())
+    }
+}
