@@ -5,6 +5,7 @@
 //! anew for each state.
 
 mod section;
+mod sewn;
 
 use super::layer::{Bar, Layer, LayerStudy};
 use crate::field::FieldError;

@@ -6,14 +6,15 @@
 //! the mesh is blended into a circle, outside of which all space is mapped inside
 //! ([`crate::field::exterior`]).
 
+use super::sewn::{Node, Outline, Sewn, between, joined, reversed};
 use super::{BarCapacitance, Media};
 use crate::field::FieldError;
-use crate::field::electrostatics::{Electrostatics, Infinity, VACUUM_PERMITTIVITY};
+use crate::field::electrostatics::{Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY};
 use crate::field::exterior::{Ball, Exterior, Shell, add_exterior, surround};
 use crate::field::laplace::{Coefficient, Domain, Geometry, Motion};
-use crate::mesh::{Axis, CellShape, Grading, Growth, Mesh, polygon};
+use crate::mesh::{CellShape, Mesh};
 use crate::study::layer::{Layer, SideFace};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// The deformed half section in unbounded space.
 #[derive(Clone, Debug)]
@@ -25,19 +26,12 @@ pub struct Section {
 
 /// Half the side of the box over the extent of the layer.
 const BOX: f64 = 1.6;
-/// Cells along each side of the box.
-const BOX_CELLS: usize = 8;
 /// Radius of the circle over half the side of the box.
 const CIRCLE: f64 = 1.7;
 /// Layers of cells from box to circle, and in its image.
 const SHELL_LAYERS: usize = 4;
-/// How far the middle of a curved edge may be from the straight one, over its length and over
-/// the height of the triangles beside it: at a quarter the map of a cell loses its volume.
-const BEND: f64 = 0.2;
 /// Cosine below which a line turns back.
 const TURNED_BACK: f64 = -0.9;
-/// Growth of cells from the layer outward.
-const GROWTH: f64 = 1.5;
 
 impl Section {
     /// The section of a layer whose nodes have moved so.
@@ -139,27 +133,8 @@ impl Section {
     /// # Errors
     /// As [`Section::solve`].
     pub fn solve_moved(&self, media: Media, motion: Motion) -> Result<BarCapacitance, FieldError> {
-        let permittivities = [
-            ("layer", media.layer),
-            ("above", media.above),
-            ("below", media.below.unwrap_or(media.above)),
-        ]
-        .map(|(name, value)| (name, Coefficient::Scalar(value)));
         let with = |zero: &[&str]| -> Result<f64, FieldError> {
-            let found = Electrostatics {
-                domain: Domain {
-                    mesh: &self.mesh,
-                    geometry: Geometry::Plane,
-                    motion,
-                    exterior: Some(&self.exterior),
-                },
-                permittivities: &permittivities,
-                conductors: &["bar"],
-                floating: &[],
-                zero,
-                infinity: Infinity::Free,
-            }
-            .capacitance()?;
+            let found = self.field(media, motion, zero)?;
             Ok(found.matrix[0][0] / VACUUM_PERMITTIVITY)
         };
         // Half of the section carries one bar, at half the voltage.
@@ -177,6 +152,34 @@ impl Section {
             differential,
             mutual: differential - to_base / 2.0,
         })
+    }
+
+    fn field(
+        &self,
+        media: Media,
+        motion: Motion,
+        zero: &[&str],
+    ) -> Result<Capacitance, FieldError> {
+        let permittivities = [
+            ("layer", media.layer),
+            ("above", media.above),
+            ("below", media.below.unwrap_or(media.above)),
+        ]
+        .map(|(name, value)| (name, Coefficient::Scalar(value)));
+        Electrostatics {
+            domain: Domain {
+                mesh: &self.mesh,
+                geometry: Geometry::Plane,
+                motion,
+                exterior: Some(&self.exterior),
+            },
+            permittivities: &permittivities,
+            conductors: &["bar"],
+            floating: &[],
+            zero,
+            infinity: Infinity::Free,
+        }
+        .capacitance()
     }
 }
 
@@ -264,211 +267,6 @@ fn foot_of(line: &mut [Node]) -> usize {
     foot
 }
 
-/// Place of a node.
-type Node = [f64; 2];
-
-/// Lines of nodes round the layer, corners and middles of edges by turns.
-struct Outline {
-    /// Of the cells that are kept, left to right.
-    top: Vec<Node>,
-    bottom: Vec<Node>,
-    /// Where these cells end, upwards.
-    across: Vec<Node>,
-    /// From there on: below, up the side face, and back above.
-    far: Vec<Node>,
-    /// Number of the node on it where the layer leaves the plane of its base.
-    foot: usize,
-}
-
-/// A part to be filled: region and closed line that runs round it in the positive sense.
-type Part = (&'static str, Vec<Node>);
-
-/// A plane mesh sewn together from parts that share the digits of their places.
-#[derive(Default)]
-struct Sewn {
-    mesh: Mesh,
-    known: HashMap<[u64; 2], u32>,
-}
-
-impl Sewn {
-    fn cell(&mut self, shape: CellShape, region: &str, at: &[[f64; 2]]) {
-        let nodes: Vec<u32> = at.iter().map(|&place| self.node(place)).collect();
-        let region = self.mesh.region(region);
-        self.mesh.add_cell(shape, region, &nodes);
-    }
-
-    fn node(&mut self, at: [f64; 2]) -> u32 {
-        *self.known.entry(key(at)).or_insert_with(|| {
-            self.mesh.points.push([at[0], at[1], 0.0]);
-            self.mesh.points.len() as u32 - 1
-        })
-    }
-
-    /// Fills the layer beyond its cells, and what is between it and a box of half side `size`,
-    /// above the plane of the base and below. Returns the nodes of that plane.
-    fn surround(&mut self, outline: &Outline, size: f64) -> Result<Vec<u32>, FieldError> {
-        let Outline {
-            top,
-            bottom,
-            across,
-            far,
-            foot,
-        } = outline;
-        let foot = *foot;
-        let base = base_plane(&far[foot..], size);
-        let below = joined(&[bottom.clone(), far[..=foot].to_vec()]);
-        let (start, head) = (bottom[0], top[0]);
-        let upward = grown(head, [0.0, size], top[2][0] - head[0]);
-        let downward = grown(start, [0.0, -size], bottom[2][0] - start[0]);
-        let corners = [
-            [0.0, -size],
-            [size, -size],
-            [size, 0.0],
-            [size, size],
-            [0.0, size],
-        ];
-        let side = |k: usize| even(corners[k], corners[k + 1]);
-        let around = joined(&[
-            base.clone(),
-            side(2),
-            side(3),
-            reversed(&upward),
-            top.clone(),
-        ]);
-        let under = joined(&[
-            side(0),
-            side(1),
-            reversed(&base),
-            reversed(&below),
-            downward,
-        ]);
-        self.fill(&[
-            ("above", joined(&[around, reversed(&far[foot..])])),
-            ("below", under),
-            ("layer", joined(&[far.clone(), reversed(across)])),
-        ])?;
-        let plane = below.iter().chain(&base);
-        Ok(plane.map(|&place| self.node(place)).collect())
-    }
-
-    /// Fills parts with triangles.
-    fn fill(&mut self, parts: &[Part]) -> Result<(), FieldError> {
-        let mut filled = Vec::new();
-        let mut middles = Middles::default();
-        for (region, line) in parts {
-            // The line ends where it begins.
-            let corners: Vec<Node> = line[..line.len() - 1].iter().copied().step_by(2).collect();
-            let triangles =
-                polygon::fill(&corners).map_err(|[x, y]| FieldError::Folded { at: [x, y, 0.0] })?;
-            for edge in line.windows(3).step_by(2) {
-                middles.bend([edge[0], edge[2]], edge[1]);
-            }
-            for numbers in &triangles.corners {
-                middles.make_room(numbers.map(|k| triangles.points[k]));
-            }
-            filled.push((*region, triangles));
-        }
-        for (region, triangles) in filled {
-            for numbers in &triangles.corners {
-                let [a, b, c] = numbers.map(|k| triangles.points[k]);
-                let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|edge| middles.of(edge, self));
-                // Where curved sides put it.
-                let centre =
-                    [0, 1].map(|d| (4.0 * (ab[d] + bc[d] + ca[d]) - (a[d] + b[d] + c[d])) / 9.0);
-                self.cell(CellShape::Tri7, region, &[a, b, c, ab, bc, ca, centre]);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Middles of edges that are not straight, and how far they may be from there.
-#[derive(Default)]
-struct Middles(HashMap<[[u64; 2]; 2], Middle>);
-
-struct Middle {
-    place: Node,
-    /// Greatest distance from the middle of the straight edge.
-    room: f64,
-}
-
-impl Middles {
-    fn key(edge: [Node; 2]) -> [[u64; 2]; 2] {
-        let mut key = edge.map(key);
-        key.sort_unstable();
-        key
-    }
-
-    fn bend(&mut self, edge: [Node; 2], place: Node) {
-        let room = BEND * distance(edge[0], edge[1]);
-        let middle = Middle { place, room };
-        self.0.entry(Self::key(edge)).or_insert(middle);
-    }
-
-    /// Keeps the curved sides of a triangle away from its third corner.
-    fn make_room(&mut self, [a, b, c]: [Node; 3]) {
-        let twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        for edge in [[a, b], [b, c], [c, a]] {
-            let height = twice / distance(edge[0], edge[1]);
-            if let Some(middle) = self.0.get_mut(&Self::key(edge)) {
-                middle.room = middle.room.min(BEND * height);
-            }
-        }
-    }
-
-    /// Middle of an edge: as the cells of the layer have it, where they share it, else as near
-    /// to its own place as there is room.
-    fn of(&self, edge: [Node; 2], sewn: &Sewn) -> Node {
-        let straight = between(edge[0], edge[1]);
-        let Some(&Middle { place, room }) = self.0.get(&Self::key(edge)) else {
-            return straight;
-        };
-        let off = distance(place, straight);
-        if off <= room || sewn.known.contains_key(&key(place)) {
-            place
-        } else {
-            blend(straight, place, room / off)
-        }
-    }
-}
-
-/// The plane of the base from the foot of the side face to the box, in cells that grow from the
-/// size of those of the face.
-fn base_plane(standing: &[[f64; 2]], size: f64) -> Vec<[f64; 2]> {
-    let (foot, next) = (standing[0], standing[2]);
-    let first = (next[0] - foot[0]).hypot(next[1] - foot[1]);
-    let second = [foot[0] + first, 0.0];
-    let mut plane = vec![foot, between(foot, second)];
-    plane.extend(grown(second, [size, 0.0], GROWTH * first));
-    plane
-}
-
-fn between(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [f64::midpoint(a[0], b[0]), f64::midpoint(a[1], b[1])]
-}
-
-fn reversed(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    line.iter().rev().copied().collect()
-}
-
-/// One line from lines that each begin where the last one ends.
-fn joined(lines: &[Vec<Node>]) -> Vec<Node> {
-    let mut joined: Vec<Node> = lines[0].clone();
-    for line in &lines[1..] {
-        joined.extend(&line[1..]);
-    }
-    joined
-}
-
-fn distance(a: Node, b: Node) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
-}
-
-/// Digits of a place. Plus zero makes minus zero plus.
-fn key(at: Node) -> [u64; 2] {
-    at.map(|x| (x + 0.0).to_bits())
-}
-
 /// Places of some nodes.
 fn at(places: &[Node], nodes: &[u32]) -> Vec<Node> {
     nodes.iter().map(|&node| places[node as usize]).collect()
@@ -481,36 +279,81 @@ fn named(mesh: &Mesh, condition: &dyn Fn([f64; 3]) -> bool) -> Vec<u32> {
         .collect()
 }
 
-/// Nodes of equal cells along a side of the box.
-fn even(from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
-    let shares = (0..=2 * BOX_CELLS).map(|k| k as f64 / (2 * BOX_CELLS) as f64);
-    shares.map(|share| blend(from, to, share)).collect()
-}
+#[cfg(test)]
+mod tests {
+    use super::super::BarStudy;
+    use super::*;
+    use crate::material::{Law, Material, Volumetric};
+    use crate::study::layer::{Bar, LayerDivision};
 
-/// Nodes of cells that grow from `first` over a straight line.
-fn grown(from: [f64; 2], to: [f64; 2], first: f64) -> Vec<[f64; 2]> {
-    let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let growth = Growth {
-        smallest: first.min(length),
-        ratio: GROWTH,
-        largest: f64::INFINITY,
-    };
-    let axis = Axis::new(&[0.0, length], &[Grading::FromStart(growth)]);
-    let ends: Vec<f64> = match &axis {
-        Ok(axis) => axis.positions().iter().map(|x| x / length).collect(),
-        Err(_) => vec![0.0, 1.0],
-    };
-    let halves = ends
-        .windows(2)
-        .flat_map(|pair| [f64::midpoint(pair[0], pair[1]), pair[1]]);
-    let mut line = vec![from];
-    line.extend(halves.map(|share| blend(from, to, share)));
-    line
-}
-
-fn blend(from: [f64; 2], to: [f64; 2], share: f64) -> [f64; 2] {
-    if share == 1.0 {
-        return to;
+    #[test]
+    fn energy_and_flux_agree_where_the_outline_is_bent() {
+        let rubber = Material {
+            law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
+            volumetric: Volumetric::Incompressible,
+        };
+        let layer = Layer {
+            thickness: 1.0,
+            loaded: 1.8,
+            beyond: 0.0,
+            side: SideFace::Free,
+            bar: None,
+            gripped: false,
+            division: LayerDivision::default(),
+        };
+        let bar = Bar {
+            inner: 0.05,
+            width: 1.0,
+            height: 0.6,
+            thickness: 0.1,
+        };
+        let mut study = BarStudy::new(layer, bar, rubber, rubber).unwrap();
+        study.study.press(0.2).unwrap();
+        let displacement = study.study.solver.state().displacement.clone();
+        let section = study.section(&displacement).unwrap();
+        // Below the plane of the base there is some of the layer.
+        let solid = |cell: usize| section.mesh.region_of(cell) == 0;
+        let lowest = (0..section.mesh.cell_count())
+            .filter(|&cell| solid(cell))
+            .flat_map(|cell| section.mesh.cell(cell).to_vec())
+            .map(|node| section.mesh.points[node as usize][1])
+            .fold(0.0, f64::min);
+        assert!(lowest < -0.01, "{lowest}");
+        let media = Media {
+            layer: 2.4,
+            above: 1.0,
+            below: Some(5.5),
+        };
+        let found = section.field(media, Motion::None, &["odd"]).unwrap();
+        assert!(found.mismatch() < 1e-8, "{}", found.mismatch());
     }
-    [0, 1].map(|d| from[d] + share * (to[d] - from[d]))
+
+    #[test]
+    fn corners_at_which_a_line_turns_back_are_left_out() {
+        let line = |corners: &[Node]| -> Vec<Node> {
+            let mut line = vec![corners[0]];
+            for pair in corners.windows(2) {
+                line.extend([between(pair[0], pair[1]), pair[1]]);
+            }
+            line
+        };
+        let folded = line(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.5, 0.0], [1.5, 1.0]]);
+        let expected = line(&[[0.0, 0.0], [1.0, 0.0], [1.5, 0.0], [1.5, 1.0]]);
+        assert_eq!(unfolded(&folded), expected);
+        assert_eq!(unfolded(&expected), expected);
+    }
+
+    #[test]
+    fn the_corner_nearest_to_the_plane_of_the_base_is_moved_onto_it() {
+        let middle = |a: Node, b: Node| between(a, b);
+        let (a, b, c, d) = ([0.0, 0.0], [1.0, -0.1], [2.0, 0.3], [3.0, 0.5]);
+        let mut line = vec![a, middle(a, b), b, middle(b, c), c, middle(c, d), d];
+        let foot = foot_of(&mut line);
+        assert_eq!((foot, line[foot]), (2, [1.25, 0.0]));
+        assert_eq!(line[1], [0.625, 0.0]);
+        // A face that stands on its corner keeps it.
+        let mut line = vec![a, middle(a, c), c];
+        let same = line.clone();
+        assert_eq!((foot_of(&mut line), line), (0, same));
+    }
 }
