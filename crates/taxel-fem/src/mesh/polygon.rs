@@ -342,6 +342,7 @@ impl Work {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::collections::HashSet;
 
     fn area(points: &[Place]) -> f64 {
         let next = points.iter().cycle().skip(1);
@@ -371,9 +372,9 @@ mod tests {
             .corners
             .iter()
             .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let edges: HashMap<[usize; 2], ()> = edges.map(|edge| (edge, ())).collect();
+        let edges: HashSet<[usize; 2]> = edges.collect();
         assert_eq!(edges.len(), 3 * filled.corners.len());
-        let single = edges.keys().filter(|[a, b]| !edges.contains_key(&[*b, *a]));
+        let single = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a]));
         let single: Vec<[usize; 2]> = single.copied().collect();
         assert_eq!(single.len(), count);
         assert!(single.iter().all(|[a, b]| (a + 1) % count == *b));

@@ -133,11 +133,11 @@ impl VoidBlock {
         let growths = places
             .windows(2)
             .map(|ends| self.growth_between(axis, ends));
-        let mut gradings: Vec<Grading> = growths.clone().map(Grading::FromBoth).collect();
-        if let (Some(first), Some(last)) = (growths.clone().next(), growths.last()) {
-            gradings[0] = Grading::FromEnd(first);
-            let end = gradings.len() - 1;
-            gradings[end] = Grading::FromStart(last);
+        let growths: Vec<Growth> = growths.collect();
+        let mut gradings: Vec<Grading> = growths.iter().copied().map(Grading::FromBoth).collect();
+        gradings[0] = Grading::FromEnd(growths[0]);
+        if let (Some(grading), Some(growth)) = (gradings.last_mut(), growths.last()) {
+            *grading = Grading::FromStart(*growth);
         }
         Axis::new(&places, &gradings)
     }
