@@ -153,11 +153,14 @@ fn side_faces_come_to_lie_on_a_wider_base() {
 
 #[test]
 fn punches_push_into_a_wide_layer() {
-    check(
-        &up_to(PUNCH, 0.05),
-        body(1.0, 4.0, SideFace::Free),
-        ASKED_OF_PUNCH,
-    );
+    let usual = body(1.0, 4.0, SideFace::Free);
+    let coarser = Layer {
+        division: LayerDivision::beside_probe(),
+        ..usual
+    };
+    for layer in [usual, coarser] {
+        check(&up_to(PUNCH, 0.05), layer, ASKED_OF_PUNCH);
+    }
 }
 
 #[test]

@@ -83,7 +83,18 @@ fn a_free_end_says_in_words_what_ends_it() {
         !reason.contains("Mend") && !reason.contains("at rest"),
         "{reason}"
     );
-    assert!(way.last().compression >= 0.1);
+    assert!(way.last().compression >= 0.26);
+}
+
+#[test]
+#[ignore = "the way to the fold: minutes"]
+fn a_wide_layer_says_in_words_what_ends_it() {
+    let mut model = model(50);
+    model.layer.end_condition = EndCondition::WideLayer;
+    let way = solve(&model, 0.4);
+    let reason = way.ended.as_deref().unwrap();
+    assert!(reason.contains("folds"), "{reason}");
+    assert!(way.last().compression >= 0.13);
 }
 
 #[test]

@@ -80,6 +80,12 @@ pub enum FieldError {
         /// Determinant of the mapping there.
         ratio: f64,
     },
+    /// The outline of a deformed solid crosses itself.
+    #[error("the outline of the solid crosses itself near ({:.6e}, {:.6e})", at[0], at[1])]
+    Folded {
+        /// A place near the crossing, in the units of the mesh.
+        at: [f64; 3],
+    },
     /// A cell on the wrong side of the axis of revolution.
     #[error("cell {cell} reaches radius {radius:.3e}; radii (first coordinate) must be positive")]
     BehindAxis {

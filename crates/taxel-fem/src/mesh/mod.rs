@@ -10,6 +10,7 @@ mod crossing_voids;
 mod error;
 pub mod gmsh;
 mod patchwork;
+pub(crate) mod polygon;
 mod promote;
 pub mod quality;
 mod structured;

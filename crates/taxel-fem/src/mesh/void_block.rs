@@ -1,6 +1,6 @@
 //! A block with two crossing rows of voids, under a load on a part of its top.
 
-use super::axis::{Axis, Grading};
+use super::axis::{Axis, Grading, Growth};
 use super::error::{MeshError, in_range};
 use super::structured::Grid3;
 use super::{CrossingVoids, Mesh};
@@ -130,13 +130,33 @@ impl VoidBlock {
         if let Some(last) = places.last_mut() {
             *last = end;
         }
-        let growth = self.voids.growth();
-        let mut gradings = vec![Grading::FromBoth(growth); places.len() - 1];
-        gradings[0] = Grading::FromEnd(growth);
-        if let Some(last) = gradings.last_mut() {
-            *last = Grading::FromStart(growth);
+        let growths = places
+            .windows(2)
+            .map(|ends| self.growth_between(axis, ends));
+        let growths: Vec<Growth> = growths.collect();
+        let mut gradings: Vec<Grading> = growths.iter().copied().map(Grading::FromBoth).collect();
+        gradings[0] = Grading::FromEnd(growths[0]);
+        if let (Some(grading), Some(growth)) = (gradings.last_mut(), growths.last()) {
+            *grading = Grading::FromStart(*growth);
         }
         Axis::new(&places, &gradings)
+    }
+
+    /// How cells grow between two places along an axis. From a quarter of a pitch beside the
+    /// footprint on two cells in the width of a void do: it bends little there.
+    fn growth_between(&self, axis: usize, ends: &[f64]) -> Growth {
+        let [near, far] = self.pressed(axis);
+        let growth = self.voids.growth();
+        let beside = (near - ends[1]).max(ends[0] - far);
+        if beside < self.voids.pitch / 4.0 {
+            return growth;
+        }
+        let smallest = growth.smallest.max(self.voids.width / 2.0);
+        Growth {
+            smallest,
+            largest: growth.largest.max(smallest),
+            ..growth
+        }
     }
 
     /// Ends of the footprint along an axis.

@@ -33,9 +33,10 @@ pub struct Settings {
     /// How far along that line, as a share of the step: where contacts change, the whole
     /// line leads too far.
     pub reach: f64,
-    /// Iterations after which the energy norm must have fallen to a tenth, and may not
-    /// have doubled before; none gives a step up by `iterations` alone. For bodies that
-    /// fold: a shorter step costs less than an iteration that wanders.
+    /// Iterations after which the energy norm must have fallen to a tenth, may not have
+    /// doubled before, and half of which may not pass without a new least one; none gives a step
+    /// up by `iterations` alone. For bodies that fold: a shorter step costs less than an iteration
+    /// that wanders.
     pub patience: Option<usize>,
     /// Rounds of contact multipliers and bounds of friction in a step.
     pub rounds: usize,
@@ -518,9 +519,9 @@ impl Solver {
         let (Some(patience), [first, second, .., last]) = (self.settings.patience, energies) else {
             return false;
         };
-        // The first two: a start on the last state has little energy before it moves.
+        // A start on the last state has little energy before it moves.
         let allowed = if energies.len() < patience { 2.0 } else { 0.1 };
-        *last > allowed * first.max(*second)
+        *last > allowed * first.max(*second) || since_least(&energies[1..]) > patience / 2
     }
 
     /// Shortens a change that turns a cell inside out or overshoots, and assembles.
@@ -682,6 +683,13 @@ impl Solver {
     }
 }
 
+/// Iterations since that of the least energy.
+fn since_least(energies: &[f64]) -> usize {
+    let numbered = energies.iter().rev().enumerate();
+    let least = numbered.min_by(|a, b| a.1.total_cmp(b.1));
+    least.map_or(0, |(since, _)| since)
+}
+
 /// Whether an iteration goes to and fro, as it does between two sets of touching points:
 /// neither side's tangent knows of the other. Half of a change ends that.
 fn alternates(energies: &[f64]) -> bool {
@@ -717,7 +725,15 @@ impl From<ProblemError> for Reason {
 
 #[cfg(test)]
 mod tests {
-    use super::alternates;
+    use super::{alternates, since_least};
+
+    #[test]
+    fn an_iteration_that_finds_no_less_energy_is_told() {
+        // Under a punch beside the middle, with far too large a step.
+        assert_eq!(since_least(&[9e4, 2e4, 4e2, 7e2, 1e3, 8e2]), 3);
+        assert_eq!(since_least(&[9e4, 2e4, 4e2]), 0);
+        assert_eq!(since_least(&[]), 0);
+    }
 
     #[test]
     fn going_to_and_fro_is_told_from_slow_convergence() {

@@ -99,6 +99,18 @@ impl LayerDivision {
             ..usual
         }
     }
+
+    /// Cells for a layer that goes on beside a probe.
+    ///
+    /// At the edge of the probe the stress is infinite and the surface folds. Cells turn inside
+    /// out there, the sooner the smaller they are. With these the force is within 0.4 % of a
+    /// table up to a compression of 0.05, and within 6 % up to 0.15.
+    pub fn beside_probe() -> Self {
+        Self {
+            smallest: 0.1,
+            ..Self::default()
+        }
+    }
 }
 
 /// Contact stiffness of the side face on the base, times thickness over shear modulus.

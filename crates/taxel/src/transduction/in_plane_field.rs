@@ -237,7 +237,8 @@ fn body(model: &InPlaneModel) -> Result<(Layer, Bar), NoField> {
             (false, SideFace::OnBase) => {
                 LayerDivision::for_aspect(model.layer.contact_half_length / thickness)
             }
-            _ => LayerDivision::default(),
+            (true, _) => LayerDivision::beside_probe(),
+            (false, SideFace::Free) => LayerDivision::default(),
         },
     };
     let bar = Bar {
