@@ -88,7 +88,8 @@ impl BenchData {
         };
         for record in reader.records() {
             let record = record.map_err(|error| InputError::whole(file, error.to_string()))?;
-            let line = record.position().map_or(0, csv::Position::line) as usize;
+            let begin = record.position().map_or(1, csv::Position::line) as usize;
+            let line = begin + notes_after(text, begin);
             let fields: Vec<&str> = record.iter().collect();
             if table.header.is_empty() {
                 table.head(line, &fields)?;
@@ -358,6 +359,14 @@ impl Table<'_> {
     }
 }
 
+/// Comments and blank lines from line `begin` on: a record begins where the one
+/// before it has ended.
+fn notes_after(text: &str, begin: usize) -> usize {
+    let lines = text.lines().skip(begin.saturating_sub(1));
+    let note = |line: &&str| line.starts_with('#') || line.is_empty();
+    lines.take_while(note).count()
+}
+
 fn scale(dimension: &Dimension, unit: &str) -> Result<f64, (String, String)> {
     dimension.unit(unit).ok_or_else(|| {
         let what = dimension.name.trim_start_matches("a ");
@@ -392,6 +401,13 @@ mod tests {
         // The header again, no force, out of order, twice.
         assert_eq!(lines, [4, 6, 5, 8]);
         assert_eq!(data.given, [true, true, false]);
+    }
+
+    #[test]
+    fn a_line_is_found_below_comments_and_blank_lines() {
+        let line = |text: &str| parse(text).unwrap_err().place.unwrap().line;
+        assert_eq!(line("# a\n# b\n\nforce_z [mm]\n1\n"), 4);
+        assert_eq!(line("# a\nforce_z [N]\n1\n# b\n\n# c\nx\n2\n"), 7);
     }
 
     #[test]
