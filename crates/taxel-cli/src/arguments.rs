@@ -210,8 +210,9 @@ pub(crate) struct Calibrate {
     /// Readings (CSV): columns with their units, such as force_z [N],
     /// displacement [um], capacitance [fF]; a wrong one is answered with all.
     /// For a piezoelectric array also presses at known places (x, y, radius,
-    /// voltage_1 ...), alone or beside it. For a device that is trained: tables (time, x, y, force_z, channel_1 ...)
-    /// or folders of recordings, one or more for each run
+    /// voltage_1 ...), alone or beside it. For a device that is trained: tables
+    /// (time, x, y, force_z, channel_1 ...) or folders of recordings, one or
+    /// more for each run
     #[arg(required = true)]
     pub(crate) data: Vec<PathBuf>,
     /// Another sensor whose readings are in the same table, told apart by

@@ -79,6 +79,12 @@ impl Sample {
         self.load - self.loading * law.share(&self.lags)
     }
 
+    /// The same beside a curve of this size.
+    fn scaled(mut self, scale: f64) -> Self {
+        self.loading *= scale;
+        self
+    }
+
     /// What its load would be on loading.
     pub(super) fn without(&self, law: &ForceHysteresis) -> f64 {
         self.load / law.share(&self.lags)
@@ -119,13 +125,6 @@ impl Problem for Weights<'_> {
             *residual = sample.scaled(at[WEIGHTS]).error(&law) / self.largest;
         }
         true
-    }
-}
-
-impl Sample {
-    fn scaled(mut self, scale: f64) -> Self {
-        self.loading *= scale;
-        self
     }
 }
 

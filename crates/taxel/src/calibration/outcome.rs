@@ -401,13 +401,6 @@ pub(super) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
 impl Outcome {
     /// Adds the hysteresis of bodies that was found beside the other constants.
     pub(super) fn add_loops(&mut self, loops: impl IntoIterator<Item = Loops>) {
-        let loops: Vec<Loops> = loops.into_iter().collect();
-        if !loops.is_empty() {
-            self.remarks.push(Remark::whole(
-                "with hysteresis: readings were brought to loading by its law before the fit; what the law leaves is \
-                 alike from reading to reading, and the deviations of the other parameters do not hold it",
-            ));
-        }
         for one in loops {
             self.add_constants(one.parameters, one.covariance);
             self.figures.push(one.figure);

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::localisation::{Method, Place, Placing, peak};
-use crate::trained::{GaussianProcess, Kernel, TrainingError};
+use crate::trained::{FEWEST_PRESSES, GaussianProcess, Kernel, TrainingError};
 
 /// One press of known place.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,8 +27,6 @@ pub struct KernelRegression {
     pitch: [f64; 2],
 }
 
-/// Fewer presses make no map.
-const LEAST: usize = 8;
 /// Widths that are tried, of vectors of unit length.
 const LENGTHS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 /// Deviations of the smooth part that are tried, over the scatter of the places.
@@ -154,10 +152,10 @@ impl Placing for KernelRegression {
 /// Directions and places of presses.
 fn tables(presses: &[Press]) -> Result<[Vec<Vec<f64>>; 2], TrainingError> {
     let found = presses.len();
-    let Some(first) = presses.first().filter(|_| found >= LEAST) else {
+    let Some(first) = presses.first().filter(|_| found >= FEWEST_PRESSES) else {
         return Err(TrainingError::TooFew {
             found,
-            needed: LEAST,
+            needed: FEWEST_PRESSES,
         });
     };
     let expected = first.forces.len();

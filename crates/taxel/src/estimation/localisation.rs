@@ -132,6 +132,15 @@ pub struct ProfileModel {
 }
 
 impl ProfileModel {
+    /// The cover below a round contact of this radius, m.
+    pub(crate) fn cover(&self, radius: f64) -> SoftCover {
+        SoftCover {
+            thickness: self.thickness,
+            base: Base::Rigid,
+            contact: Contact::Hertz(radius),
+        }
+    }
+
     /// The centre of force on the same elements.
     pub fn centroid(&self) -> Centroid {
         let elements = 0..self.rows * self.columns;
@@ -383,12 +392,7 @@ fn within(before: usize, behind: usize, margin: usize) -> std::ops::RangeInclusi
 
 /// Shares of a contact of this radius on an element at each offset.
 fn table(model: &ProfileModel, radius: f64) -> Vec<f64> {
-    let cover = SoftCover {
-        thickness: model.thickness,
-        base: Base::Rigid,
-        contact: Contact::Hertz(radius),
-    };
-    let table = cover.table();
+    let table = model.cover(radius).table();
     let [x, y] = model.pitch.map(|pitch| pitch / STEPS as f64);
     let share = |i: usize, j: usize| table.share([i as f64 * x, j as f64 * y], model.side);
     let mut shares = vec![0.0; OFFSETS * OFFSETS];

@@ -41,6 +41,7 @@ pub use hysteresis::{HysteresisOperator, Play, PrandtlIshlinskii};
 pub use maps::{Rest, TrainedMaps};
 pub use memory::MemoryLaw;
 pub use nearest::Nearest;
+pub(crate) use place_map::FEWEST_PRESSES;
 pub use place_map::{PlaceFinder, PlaceMap};
 pub use polynomial::{Polynomial, Standard};
 pub(crate) use position::HELD_OUT;

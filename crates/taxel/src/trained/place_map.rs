@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{Kernel, TrainingError};
 
+/// Fewer presses make no map.
+pub(crate) const FEWEST_PRESSES: usize = 8;
+
 /// What finds the place of a contact on such an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -70,7 +73,10 @@ impl PlaceMap {
         let whole = |row: &Vec<f64>| {
             row.len() == self.gains.len() && row.iter().all(|value| value.is_finite())
         };
-        if self.directions.is_empty() || !self.directions.iter().all(whole) {
+        // Of rounded numbers.
+        let unit = |row: &Vec<f64>| (row.iter().map(|f| f * f).sum::<f64>() - 1.0).abs() < 1e-3;
+        let sound = |row: &Vec<f64>| whole(row) && unit(row);
+        if self.directions.len() < FEWEST_PRESSES || !self.directions.iter().all(sound) {
             return unsound("directions");
         }
         let finite = |place: &[f64; 2]| place.iter().all(|value| value.is_finite());
@@ -78,5 +84,37 @@ impl PlaceMap {
             return unsound("places");
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_that_no_regression_can_be_made_of_is_refused() {
+        let sound = PlaceMap {
+            finder: PlaceFinder::Kernel,
+            gains: vec![1.0; 2],
+            gain_deviation: 0.01,
+            kernel: [1e-3, 1.0, 1e-4],
+            directions: vec![vec![0.6, 0.8]; FEWEST_PRESSES],
+            places: vec![[0.0; 2]; FEWEST_PRESSES],
+        };
+        assert_eq!(sound.check(), Ok(()));
+        let refused = |change: &dyn Fn(&mut PlaceMap)| {
+            let mut map = sound.clone();
+            change(&mut map);
+            let found = map.check();
+            matches!(
+                found,
+                Err(TrainingError::Unsound {
+                    table: "directions"
+                })
+            )
+        };
+        assert!(refused(&|map| map.directions[3] = vec![0.0; 2]));
+        assert!(refused(&|map| map.directions.truncate(FEWEST_PRESSES - 1)));
+        assert!(refused(&|map| map.directions[0] = vec![1.0]));
     }
 }

@@ -255,7 +255,9 @@ fn foot_of(line: &mut [Node]) -> usize {
     let below = below.unwrap_or_default();
     let above = (below + 2).min(line.len() - 1);
     let (low, high) = (line[below], line[above]);
-    if low[1] == 0.0 || high[1] <= 0.0 {
+    // The ends of the line belong to other cells, too.
+    let inside = below > 0 && above + 1 < line.len();
+    if low[1] == 0.0 || high[1] <= 0.0 || !inside {
         return below;
     }
     let share = -low[1] / (high[1] - low[1]);
@@ -351,6 +353,10 @@ mod tests {
         let foot = foot_of(&mut line);
         assert_eq!((foot, line[foot]), (2, [1.25, 0.0]));
         assert_eq!(line[1], [0.625, 0.0]);
+        // The end of the line is not moved.
+        let mut line = vec![a, middle(a, b), b, middle(b, c), c];
+        let same = line.clone();
+        assert_eq!((foot_of(&mut line), line), (2, same));
         // A face that stands on its corner keeps it.
         let mut line = vec![a, middle(a, c), c];
         let same = line.clone();

@@ -410,8 +410,11 @@ impl Calibrator for ChannelCalibrator<'_> {
             figures: self.figures(&fitted),
             remarks,
         };
-        let variances = saturated.iter().map(|(_, at)| at.deviation.powi(2));
-        outcome.add_constants(saturated.clone(), diagonal(variances));
+        let variances: Vec<f64> = saturated
+            .iter()
+            .map(|(_, at)| at.deviation.powi(2))
+            .collect();
+        outcome.add_constants(saturated, diagonal(&variances));
         outcome.add_loops(hysteresis);
         Ok(outcome)
     }
@@ -422,8 +425,7 @@ impl Calibrator for ChannelCalibrator<'_> {
 }
 
 /// Variances as a covariance.
-fn diagonal(variances: impl Iterator<Item = f64>) -> Vec<Vec<f64>> {
-    let variances: Vec<f64> = variances.collect();
+fn diagonal(variances: &[f64]) -> Vec<Vec<f64>> {
     let row = |i: usize| {
         let entry = |j: usize| if i == j { variances[i] } else { 0.0 };
         (0..variances.len()).map(entry).collect()

@@ -9,7 +9,7 @@ use super::PiezoelectricCalibrator;
 use super::places::{Finder, Found};
 use super::presses::Pressed;
 use crate::estimation::{KernelRegression, Placing, Press, ProfileFit, placing};
-use crate::mechanics::{Base, Contact, ShareTable, SoftCover};
+use crate::mechanics::ShareTable;
 use crate::trained::{Kernel, PlaceMap, TrainingError};
 
 /// Presses of one probe are divided so often, each part held out in turn.
@@ -81,14 +81,7 @@ impl<'a> School<'a> {
 
     fn known_shares(&self) -> Vec<Vec<f64>> {
         let model = self.profile.model();
-        let table = |radius: f64| {
-            SoftCover {
-                thickness: model.thickness,
-                base: Base::Rigid,
-                contact: Contact::Hertz(radius),
-            }
-            .table()
-        };
+        let table = |radius: f64| model.cover(radius).table();
         let known: Vec<(f64, ShareTable)> = self.radii.iter().map(|a| (*a, table(*a))).collect();
         let guessed = self.presses.iter().any(|press| press.radius.is_none());
         let guess = guessed

@@ -6,7 +6,7 @@ use super::PiezoelectricCalibrator;
 use super::problem::{Device, Drive, NAMES, OWN, Reading, UNITS, What};
 use crate::calibration::outcome::{BenchOptions, PressOptions};
 use crate::electronics::Noise;
-use crate::mechanics::{Base, Contact, Profile, SoftCover};
+use crate::mechanics::Profile;
 use crate::sensor::Sensor;
 
 /// Share of the output's range that the largest peak fills.
@@ -129,12 +129,7 @@ pub(super) fn presses(
     };
     let mut number = 0;
     for radius in &options.radii {
-        let table = SoftCover {
-            thickness: model.thickness,
-            base: Base::Rigid,
-            contact: Contact::Hertz(*radius),
-        }
-        .table();
+        let table = model.cover(*radius).table();
         let share =
             |at: &[f64; 2], [x, y]: [f64; 2]| table.share([at[0] - x, at[1] - y], model.side);
         let [low, high] = calibrator.span;

@@ -437,6 +437,11 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
                 .fits(wanted, &loading, measured, options)
                 .map_err(|error| wrong(wanted, " with hysteresis", error))?;
             (taxels, hysteresis) = (loading, loops);
+            // The other devices are fitted to loading alone.
+            remarks.push(Remark::whole(
+                "with hysteresis: readings were brought to loading by its law before the fit; what the law leaves is \
+                 alike from reading to reading, and the deviations of the other parameters do not hold it",
+            ));
         }
         if options.profile {
             for (fitted, of) in best.iter_mut().zip(&taxels) {

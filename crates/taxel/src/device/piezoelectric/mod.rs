@@ -140,7 +140,7 @@ impl<'a> PiezoelectricArray<'a> {
     fn placing(&self) -> Option<Arc<dyn Placing>> {
         let fit = ProfileFit::new(self.profile_model())?;
         match &self.description.places {
-            // A map was tried when its file was read.
+            // What a regression needs was checked when its file was read.
             Some(map) => placing(map, fit).ok(),
             None => Some(Arc::new(fit)),
         }
