@@ -6,19 +6,102 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, Twin};
+use taxel::calibration::fit::Status;
+use taxel::calibration::{BenchData, BenchOptions, CalibrateOptions, NamedSensor, calibrator};
 use taxel::estimation::{
     Centroid, ChargeEstimator, ChargeEstimatorOptions, Placing, ProfileFit, SearchOptions,
     SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
 };
-use taxel::sensor::Sensor;
+use taxel::mechanics::{EndCondition, GivenFactor};
+use taxel::sensor::{Element, Sensor};
+use taxel::transduction::CapacitanceLaw;
 
 /// Prints all figures.
 pub(crate) fn all() -> Result<(), Box<dyn Error>> {
+    in_plane()?;
     three_axis()?;
     let sensor = Sensor::shipped("piezo-1.5mm").ok_or("no such sensor")?;
     position(&sensor)?;
     position(&Sensor::shipped("piezo-2.3mm").ok_or("no such sensor")?)?;
     slip(&sensor)
+}
+
+/// Synthetic benches whose intervals are counted.
+const BENCHES: u64 = 40;
+
+/// Table 1 of the in-plane sensors, fitted to three gaps with 1 % of noise.
+fn in_plane() -> Result<(), Box<dyn Error>> {
+    const NAMES: [&str; 3] = ["in-plane-20um", "in-plane-50um", "in-plane-100um"];
+    // Of the layer and the end condition below.
+    let mut truth = vec![1.2e6, 1.0];
+    let mut sensors = Vec::new();
+    for name in NAMES {
+        let mut sensor = Sensor::shipped(name).ok_or("no such sensor")?;
+        let Element::InPlaneCapacitor(element) = &mut sensor.element else {
+            return Err("no in-plane sensor".into());
+        };
+        element.law = CapacitanceLaw::Published;
+        element.layer.end_condition = EndCondition::Given(GivenFactor { chi: 0.909 });
+        let model = sensor.in_plane()?.model();
+        let table = model.published_fit.ok_or("no published fit")?;
+        truth.extend([
+            model.rest_capacitance(),
+            table.fringe.scale,
+            table.fringe.exponent,
+            table.thinning.least_thickness,
+            table.thinning.rate,
+        ]);
+        sensors.push(sensor);
+    }
+    let named: Vec<NamedSensor<'_>> = NAMES
+        .iter()
+        .zip(&sensors)
+        .map(|(name, sensor)| NamedSensor {
+            name,
+            hash: "",
+            sensor,
+        })
+        .collect();
+    let calibrator = calibrator(&named)?;
+    println!("in-plane sensors, three gaps, 1 % of noise: Table 1 in 95 % intervals");
+    let (mut inside, mut first) = (0, None);
+    for seed in 1..=BENCHES {
+        let options = BenchOptions {
+            seed,
+            ..BenchOptions::default()
+        };
+        let text = calibrator.bench(&options);
+        let bench = BenchData::parse("bench.csv", &text, calibrator.columns(), calibrator.group())?;
+        let found = calibrator.calibrate(&bench, &CalibrateOptions::default())?;
+        let intervals = found.parameters.iter().map(|(_, one)| one.interval);
+        let covered = intervals.zip(&truth);
+        inside += covered
+            .filter(|([low, high], truth)| (low..=high).contains(truth))
+            .count();
+        first.get_or_insert(found);
+    }
+    let Some(found) = first else { return Ok(()) };
+    for ((parameter, estimate), truth) in found.parameters.iter().zip(&truth) {
+        let [low, high] = estimate.interval;
+        println!(
+            "  {:28} {:11.4e} is {truth:11.4e}, {low:11.4e} to {high:11.4e}{}",
+            parameter.name,
+            estimate.value,
+            if estimate.status == Status::Identified {
+                ""
+            } else {
+                ", not told apart"
+            }
+        );
+    }
+    println!(
+        "  inside over {BENCHES} benches: {:.1} %",
+        100.0 * inside as f64 / (BENCHES as usize * truth.len()) as f64
+    );
+    for open in &found.open {
+        println!("  open: {open}");
+    }
+    Ok(())
 }
 
 /// Forces on one unit at 0.1 fF of noise against the Cramér-Rao bound.
@@ -73,6 +156,9 @@ fn stimulus(duration: f64) -> Stimulus {
 /// Time of one press, s.
 const PRESS: f64 = 0.3;
 const PRESSES: u32 = 100;
+/// Squared distance in deviations within which 95 % of a normal law of two
+/// coordinates lie.
+const ELLIPSE_95: f64 = 5.991;
 
 /// Places of presses whose radius the fit does not know.
 fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
@@ -101,24 +187,28 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
             .collect();
         let profiles = profiles(sensor, radius, &places)?;
         let rms = |placing: &dyn Placing| {
-            let (mut squares, mut found) = (0.0, 0);
+            let (mut squares, mut found, mut covered) = (0.0, 0, 0);
             for (place, [forces, deviations]) in places.iter().zip(&profiles) {
                 if let Some(at) = placing.place(forces, deviations) {
+                    let [x, y] = [at.centre[0] - place[0], at.centre[1] - place[1]];
+                    let [xx, xy, yy] = at.covariance;
+                    let distance =
+                        (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy);
                     found += 1;
-                    squares +=
-                        (at.centre[0] - place[0]).powi(2) + (at.centre[1] - place[1]).powi(2);
+                    covered += u32::from(distance < ELLIPSE_95);
+                    squares += x * x + y * y;
                 }
             }
-            (1e3 * (squares / f64::from(found)).sqrt(), found)
+            (1e3 * (squares / f64::from(found)).sqrt(), found, covered)
         };
         let noise: Vec<f64> = profiles
             .iter()
             .map(|[forces, deviations]| forces.iter().copied().fold(0.0, f64::max) / deviations[0])
             .collect();
         let noise = noise.iter().sum::<f64>() / noise.len() as f64;
-        let ((fitted, found), (centre, _)) = (rms(&fit), rms(&centroid));
+        let ((fitted, found, covered), (centre, ..)) = (rms(&fit), rms(&centroid));
         println!(
-            "  radius {:.1} mm: profile {fitted:.3} mm ({found} placed), centroid {centre:.3} mm, signal over noise {noise:.0}",
+            "  radius {:.1} mm: profile {fitted:.3} mm ({found} placed, {covered} in the ellipse of 95 %), centroid {centre:.3} mm, signal over noise {noise:.0}",
             radius * 1e3
         );
     }

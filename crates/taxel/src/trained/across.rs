@@ -28,21 +28,27 @@ pub struct BetweenRuns {
 
 /// What is known before any run is held out: deviation of the gain, and that
 /// of the offset over the largest force. The public recordings of a printed
-/// lattice, one run under the map of the other, have gains of 1 to 4 % and
-/// offsets of 0 to 1 N of 32 N.
-const USUAL: [f64; 2] = [0.04, 0.01];
+/// lattice, one run under the best maps of the other, have gains of 1 to 2 % and
+/// offsets of 0 to 0.6 N of 32 N.
+const USUAL: [f64; 2] = [0.02, 0.01];
 /// As many runs as this knowledge counts for.
-const USUAL_RUNS: f64 = 4.0;
-/// t of 4 to 9 degrees of freedom that 95 % lie within, over that of the normal law.
-const STUDENT: [f64; 6] = [1.417, 1.312, 1.249, 1.206, 1.177, 1.154];
+const USUAL_RUNS: f64 = 2.0;
+/// t of 2 to 9 degrees of freedom that 95 % lie within, over that of the normal law.
+const STUDENT: [f64; 8] = [2.195, 1.624, 1.417, 1.312, 1.249, 1.206, 1.177, 1.154];
 
 impl BetweenRuns {
     /// From offset and gain of each run that was held out; `peak` is the
     /// largest force, N.
-    fn of(lines: &[[f64; 2]], peak: f64) -> Self {
+    ///
+    /// `trained` runs made the map whose next run this is about. Runs that vary
+    /// by s² about their mean lie s² (1 + 1/R) from the mean of R others, and
+    /// each of those that were held out from that of one less.
+    fn of(lines: &[[f64; 2]], peak: f64, trained: usize) -> Self {
+        let from = |runs: usize| 1.0 + 1.0 / runs.max(1) as f64;
+        let share = from(trained) / from(lines.len().saturating_sub(1));
         let variance = |member: usize, usual: f64| {
             let squares: f64 = lines.iter().map(|line| line[member].powi(2)).sum();
-            (USUAL_RUNS * usual * usual + squares) / (USUAL_RUNS + lines.len() as f64)
+            (USUAL_RUNS * usual * usual + share * squares) / (USUAL_RUNS + lines.len() as f64)
         };
         let student = STUDENT[lines.len().min(STUDENT.len() - 1)];
         Self {
@@ -177,14 +183,13 @@ fn widened(
         (Vec::new(), held_out.errors.clone())
     };
     map.intervals = Intervals::of(&held_out.estimates, &rest, &held_out.deviations);
-    let between = BetweenRuns::of(&lines, map.range[1]);
     if runs > 1 {
-        map.between_runs = between;
+        map.between_runs = BetweenRuns::of(&lines, map.range[1], runs - 1);
     }
     for (deviation, estimate) in held_out.deviations.iter_mut().zip(&held_out.estimates) {
         *deviation = map.deviation(*estimate, deviation.powi(2));
     }
-    map.between_runs = between;
+    map.between_runs = BetweenRuns::of(&lines, map.range[1], runs);
     AcrossRuns {
         map,
         options,
@@ -228,8 +233,19 @@ fn straight_line(points: impl Iterator<Item = [f64; 2]> + Clone) -> [f64; 2] {
 /// # Errors
 /// [`TrainingError`].
 pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingError> {
-    const CREEP: [&[f64]; 3] = [&[], &[1.0, 10.0], &[1.0, 10.0, 100.0]];
-    const PRIORS: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
+    const CREEP: [&[f64]; 4] = [
+        &[],
+        &[1.0, 10.0],
+        &[1.0, 10.0, 100.0],
+        &[1.0, 3.0, 10.0, 30.0, 100.0],
+    ];
+    // Blocks of one run resemble each other more than the next run does: they
+    // would choose a prior too weak for it.
+    let priors: &[f64] = if runs.len() > 1 {
+        &[0.1, 1.0, 10.0, 100.0]
+    } else {
+        &[10.0, 100.0]
+    };
     let linear = |offset: f64| options(1, &[], 100.0, offset);
     let tried: Vec<(f64, f64)> = (-5..=15)
         .into_par_iter()
@@ -244,8 +260,10 @@ pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingE
     let offset = least.map_or(0.0, |(_, offset)| *offset);
     let degrees = [1, 2].into_iter();
     let forms = degrees.flat_map(|degree| CREEP.map(|creep| (degree, creep)));
-    let all =
-        forms.flat_map(|(degree, creep)| PRIORS.map(|prior| options(degree, creep, prior, offset)));
+    let all = forms.flat_map(|(degree, creep)| {
+        let priors = priors.iter();
+        priors.map(move |prior| options(degree, creep, *prior, offset))
+    });
     Ok(all.collect())
 }
 
