@@ -182,7 +182,10 @@ impl Outcome {
             self.parameter_section(&mut page);
             self.identifiability_section(&mut page);
         }
-        self.model_section(&mut page);
+        // Presses at known places compare finders of places, and no models.
+        if !self.models.is_empty() {
+            self.model_section(&mut page);
+        }
         self.residual_section(&mut page);
         let remarks: Vec<String> = self
             .remarks
@@ -216,15 +219,13 @@ impl Outcome {
             "Status",
         ]);
         for (parameter, estimate) in &self.parameters {
-            let [low, high] = estimate.interval.map(digits);
-            let (value, deviation) = shown(estimate);
+            let [value, deviation, interval, unit] = shown(estimate, parameter.unit);
             let _ = writeln!(
                 body,
                 "<tr class=\"{}\"><td><code>{}</code></td><td class=\"n\">{value}</td><td class=\"n\">{deviation}</td>\
-                 <td class=\"n\">{low} to {high}</td><td>{}</td><td>{}</td></tr>",
+                 <td class=\"n\">{interval}</td><td>{unit}</td><td>{}</td></tr>",
                 estimate.status.name().replace(' ', "-"),
                 escape(&parameter.name),
-                parameter.unit,
                 estimate.status.name()
             );
         }
@@ -251,8 +252,9 @@ impl Outcome {
             .scope
             .iter()
             .map(|scope| {
-                let [low, high] = scope.range.map(digits);
-                format!("{} from {low} to {high} {}", scope.name, scope.unit)
+                let (unit, size) = prefixed(largest(scope.range), scope.unit);
+                let [low, high] = scope.range.map(|end| digits(end / size));
+                format!("{} from {low} to {high} {unit}", scope.name)
             })
             .collect();
         format!(
@@ -288,11 +290,8 @@ impl Outcome {
                 model.hold_out.map_or(String::new(), percent)
             );
         }
-        let _ = writeln!(
-            body,
-            "</tbody>\n</table>\n<p>Root of the mean square over the range of the signal. Held out: {}, predicted by a \
-             fit to the others.</p>",
-            escape(&self.held_out)
+        body.push_str(
+            "</tbody>\n</table>\n<p>Root of the mean square over the range of the signal.</p>\n",
         );
         section(page, "Models beside one another", &body);
     }
@@ -315,19 +314,21 @@ impl Outcome {
             .map(|residual| (residual, ""))
             .chain(held)
         {
+            let (unit, [error, largest]) = errors(residual);
             let _ = writeln!(
                 body,
-                "<tr><td><code>{}</code>{note}</td><td class=\"n\">{}</td><td class=\"n\">{} {unit}</td>\
-                 <td class=\"n\">{} {unit}</td><td class=\"n\">{}</td></tr>",
+                "<tr><td><code>{}</code>{note}</td><td class=\"n\">{}</td><td class=\"n\">{error} {unit}</td>\
+                 <td class=\"n\">{largest} {unit}</td><td class=\"n\">{}</td></tr>",
                 escape(&residual.name),
                 residual.count,
-                digits(residual.root_mean_square),
-                digits(residual.largest),
                 percent(share(residual)),
-                unit = residual.unit
             );
         }
-        body.push_str("</tbody>\n</table>\n");
+        let _ = writeln!(
+            body,
+            "</tbody>\n</table>\n<p>Held out: {}, predicted by a fit to the others.</p>",
+            escape(&self.held_out)
+        );
         section(page, "Residuals", &body);
     }
 }
@@ -350,39 +351,74 @@ fn items(items: &[String], none: &str) -> String {
 }
 
 fn row((parameter, estimate): &(Parameter, Estimate)) -> Vec<Cell> {
-    let [low, high] = estimate.interval.map(digits);
-    let (value, deviation) = shown(estimate);
-    [
-        parameter.name.clone(),
-        value,
-        deviation,
-        format!("{low} to {high}"),
-        parameter.unit.to_owned(),
-        estimate.status.name().to_owned(),
-    ]
-    .map(Cell::from)
-    .into()
+    let [value, deviation, interval, unit] = shown(estimate, parameter.unit);
+    let name = parameter.name.clone();
+    let status = estimate.status.name().to_owned();
+    [name, value, deviation, interval, unit, status]
+        .map(Cell::from)
+        .into()
 }
 
-/// Value and deviation; none that would look confident where nothing is told.
-fn shown(estimate: &Estimate) -> (String, String) {
+/// Value, deviation, interval and their unit; none that would look confident
+/// where nothing is told.
+fn shown(estimate: &Estimate, unit: &str) -> [String; 4] {
+    let (unit, size) = prefixed(estimate.value, unit);
+    let [value, deviation] = [estimate.value, estimate.deviation].map(|x| digits(x / size));
+    let [low, high] = estimate.interval.map(|end| digits(end / size));
+    let interval = format!("{low} to {high}");
+    let none = || String::from("-");
     match estimate.status {
-        Status::NotIdentified => (format!("({})", digits(estimate.value)), String::from("-")),
-        Status::Fixed => (digits(estimate.value), String::from("-")),
-        _ => (digits(estimate.value), digits(estimate.deviation)),
+        Status::NotIdentified => [format!("({value})"), none(), interval, unit],
+        Status::Fixed => [value, none(), none(), unit],
+        _ => [value, deviation, interval, unit],
     }
 }
 
 fn in_words(residual: &ResidualSummary) -> String {
+    let (unit, [error, largest]) = errors(residual);
     format!(
-        "{}: {} readings, {} {unit} root mean square ({} of the range), largest {} {unit}",
+        "{}: {} readings, {error} {unit} root mean square ({} of the range), largest {largest} {unit}",
         residual.name,
         residual.count,
-        digits(residual.root_mean_square),
         percent(share(residual)),
-        digits(residual.largest),
-        unit = residual.unit
     )
+}
+
+/// Root of the mean square and largest error with their unit.
+fn errors(residual: &ResidualSummary) -> (String, [String; 2]) {
+    let (unit, size) = prefixed(residual.root_mean_square, residual.unit);
+    let errors = [residual.root_mean_square, residual.largest];
+    (unit, errors.map(|error| digits(error / size)))
+}
+
+fn largest(range: [f64; 2]) -> f64 {
+    range[0].abs().max(range[1].abs())
+}
+
+/// Prefixes, and what they stand for.
+const PREFIXES: [(&str, f64); 9] = [
+    ("f", 1e-15),
+    ("p", 1e-12),
+    ("n", 1e-9),
+    ("u", 1e-6),
+    ("m", 1e-3),
+    ("", 1.0),
+    ("k", 1e3),
+    ("M", 1e6),
+    ("G", 1e9),
+];
+/// Units that take one; others are left as they are.
+const UNITS: [&str; 7] = ["F", "m", "N", "Pa", "ohm", "V", "C"];
+
+/// `unit` with the prefix that leaves one to three digits before the point of
+/// `value`, and what one of it is in SI.
+fn prefixed(value: f64, unit: &str) -> (String, f64) {
+    let symbol = unit.split(['/', ' ']).next().unwrap_or_default();
+    let fits = |(_, size): &&(&str, f64)| value.abs() >= *size;
+    match PREFIXES.iter().rfind(fits) {
+        Some((prefix, size)) if UNITS.contains(&symbol) => (format!("{prefix}{unit}"), *size),
+        _ => (unit.to_owned(), 1.0),
+    }
 }
 
 fn share(residual: &ResidualSummary) -> f64 {
@@ -415,3 +451,24 @@ const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:900px;margi
     tr.prior-only td:last-child{border-left-color:#cc79a7}tr.at-bound td:last-child{border-left-color:#8a6d00}\
     tr.fixed td:last-child{border-left-color:#999}\
     figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem}";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_take_the_prefix_of_the_value() {
+        let of = |value, unit| {
+            let (unit, size) = prefixed(value, unit);
+            format!("{} {unit}", digits(value / size))
+        };
+        assert_eq!(of(1.876_71e-12, "F"), "1.8767 pF");
+        assert_eq!(of(-9.62e-5, "m/N"), "-96.200 um/N");
+        assert_eq!(of(2.76e8, "ohm"), "276.00 Mohm");
+        assert_eq!(of(0.0, "m"), "0 m");
+        assert_eq!(of(25.0, ""), "25.000 ");
+        // No kiloseconds, and no thousandths of nothing.
+        assert_eq!(of(2e3, "s"), "2000.0 s");
+        assert_eq!(of(f64::NAN, "N"), "NaN N");
+    }
+}
