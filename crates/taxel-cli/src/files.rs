@@ -93,6 +93,13 @@ pub(crate) fn recordings(paths: &[PathBuf]) -> Result<Vec<Vec<TrainingFile>>, St
     }
     groups.push(named);
     groups.retain(|group| !group.is_empty());
+    if groups.is_empty() {
+        let names: Vec<_> = paths.iter().map(|path| path.to_string_lossy()).collect();
+        return Err(Stop::WrongInput(format!(
+            "{}: there is no recording in it\nhelp: recordings are files that end in .csv",
+            names.join(", ")
+        )));
+    }
     Ok(groups)
 }
 

@@ -46,15 +46,30 @@ pub(crate) enum Utf16 {
     Big,
 }
 
-/// The text of a file: UTF-8, or UTF-16 that begins with its mark.
+/// The text of a file, without its mark: UTF-8, or UTF-16 that begins with one.
 ///
 /// # Errors
 /// Bytes that are neither.
 pub fn text_of(bytes: Vec<u8>) -> Result<String, FromUtf8Error> {
     match Utf16::of_mark(&bytes) {
         Some(order) => Ok(order.decode(&bytes[Utf16::MARK..])),
-        None => String::from_utf8(bytes),
+        None => String::from_utf8(bytes).map(|text| match text.strip_prefix('\u{feff}') {
+            Some(text) => text.to_owned(),
+            None => text,
+        }),
     }
+}
+
+/// What parts the fields of a table: semicolons or tabs where its first line
+/// that is no comment has them, and then `1,5` may be a number; else commas.
+pub(crate) fn separator_of(text: &str) -> u8 {
+    let line = text
+        .lines()
+        .find(|line| !line.starts_with('#') && !line.trim().is_empty());
+    let found = [b';', b'\t']
+        .into_iter()
+        .find(|separator| line.unwrap_or("").as_bytes().contains(separator));
+    found.unwrap_or(b',')
 }
 
 impl Utf16 {
