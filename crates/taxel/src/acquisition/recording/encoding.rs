@@ -95,7 +95,6 @@ mod tests {
     use std::io::BufReader;
 
     use super::super::Recording;
-    use super::*;
 
     /// In both orders, with a sign of four bytes, read in odd pieces.
     #[test]
