@@ -69,7 +69,7 @@ pub(crate) fn text(path: &Path) -> Result<String, Stop> {
         )));
     }
     let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-    String::from_utf8(bytes).map_err(|error| {
+    taxel::input::text_of(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
         let line = before.matches('\n').count() + 1;
@@ -93,6 +93,13 @@ pub(crate) fn recordings(paths: &[PathBuf]) -> Result<Vec<Vec<TrainingFile>>, St
     }
     groups.push(named);
     groups.retain(|group| !group.is_empty());
+    if groups.is_empty() {
+        let names: Vec<_> = paths.iter().map(|path| path.to_string_lossy()).collect();
+        return Err(Stop::WrongInput(format!(
+            "{}: there is no recording in it\nhelp: recordings are files that end in .csv",
+            names.join(", ")
+        )));
+    }
     Ok(groups)
 }
 
@@ -108,7 +115,12 @@ fn folder(path: &Path, groups: &mut Vec<Vec<TrainingFile>>) -> Result<(), Stop> 
         })
         .map_err(wrong)?;
     inside.sort();
-    let is_table = |path: &&PathBuf| path.is_file() && path.extension().is_some_and(|e| e == "csv");
+    let is_table = |path: &&PathBuf| {
+        path.is_file()
+            && path
+                .extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+    };
     let files = inside.iter().filter(is_table).map(|path| recording(path));
     groups.push(files.collect::<Result<_, _>>()?);
     for path in inside.iter().filter(|path| path.is_dir()) {

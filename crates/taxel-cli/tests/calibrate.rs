@@ -365,3 +365,38 @@ fn loops_and_saturation_of_channels_are_found() {
     ]);
     assert!(live.contains("last_"), "{live}");
 }
+
+/// The table with the last `columns` of each row taken from `rows` rows before.
+fn later(text: &str, columns: usize, rows: usize) -> String {
+    let table: Vec<Vec<&str>> = text
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(',').collect())
+        .collect();
+    let mut lines = vec![table[0].join(",")];
+    for row in 1 + rows..table.len() {
+        let kept = table[row].len() - columns;
+        let cells = [&table[row][..kept], &table[row - rows][kept..]].concat();
+        lines.push(cells.join(","));
+    }
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn signals_of_another_moment_than_their_loads_are_named() {
+    let folder = Folder::new("clocks");
+    let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
+    for (sensor, columns) in [(SENSOR, 1), ("three-axis-8x8", 4), ("liquid-metal-2x4", 1)] {
+        let bench = ["twin", sensor, "--bench", "-o", &data, "--noise", "0.002"];
+        done(&[&bench[..], &["--hysteresis", "0.1"]].concat());
+        let text = fs::read_to_string(&data).unwrap();
+        done(&["calibrate", sensor, &data]);
+        fs::write(&data, later(&text, columns, 4)).unwrap();
+        let refusal = refused(&["calibrate", sensor, &data, "-o", &file]);
+        assert!(
+            refusal.contains("the signal comes about") && refusal.contains("clocks differ"),
+            "{sensor}: {refusal}"
+        );
+        assert!(!Path::new(&file).exists());
+    }
+}

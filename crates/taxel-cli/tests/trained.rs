@@ -317,3 +317,142 @@ fn a_table_with_a_header_is_a_run() {
     fs::write(&data, text.replacen("time [ms]", "clock [ms]", 1)).unwrap();
     assert!(refused(&["calibrate", SENSOR, &data]).contains("column time [s] is missing"));
 }
+
+/// The result of a training that succeeds, for people.
+fn trained(run: &str) -> String {
+    done(&["calibrate", SENSOR, run])
+}
+
+/// Without the cell `nan` of a scale a reading is as missing as with -1.
+#[test]
+fn ways_to_save_a_recording_train_the_same_map() {
+    let folder = Folder::new("trained-ways");
+    let plain = trained(&run(&folder, "force", same, same));
+    let continental = |text: &str| text.replace(',', ";").replace('.', ",");
+    assert_eq!(trained(&run(&folder, "force", continental, same)), plain);
+    let noted = |text: &str| format!("\u{feff}# by us\n{}", text.replace('\n', ",\r\n"));
+    assert_eq!(trained(&run(&folder, "force", noted, same)), plain);
+    let missing = |text: &str| text.replace(",-1\n", ",nan\n");
+    assert_eq!(trained(&run(&folder, "force", same, missing)), plain);
+    let empty = |text: &str| text.replace(",-1\n", ",\n");
+    assert_eq!(trained(&run(&folder, "force", same, empty)), plain);
+}
+
+/// Times of a line within an outage of the sensor.
+fn in_outage(cells: &[String]) -> bool {
+    let time: f64 = cells[0].parse().unwrap();
+    (60.0..80.0).contains(&time)
+}
+
+#[test]
+fn nothing_is_learned_from_when_the_sensor_was_not_read() {
+    let folder = Folder::new("trained-outage");
+    let outage = |text: &str| -> String {
+        let kept = text.lines().filter(|line| {
+            let cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            !in_outage(&cells)
+        });
+        kept.flat_map(|line| [line, "\n"]).collect()
+    };
+    let found = trained(&run(&folder, "force", outage, same));
+    assert!(found.contains("when the sensor was not read"), "{found}");
+    // Had the outage been bridged by straight lines, the error would be that of
+    // a map that knows nothing of a press: several newtons.
+    let error = found
+        .split("force, run 1: ")
+        .nth(1)
+        .and_then(|text| text.split(", ").nth(1))
+        .and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    assert!(error.is_some_and(|newton| newton < 1.5), "{found}");
+    let half = |text: &str| text[..=text[..text.len() / 2].rfind('\n').unwrap()].to_owned();
+    let found = trained(&run(&folder, "force", same, half));
+    assert!(found.contains("train nothing"), "{found}");
+}
+
+#[test]
+fn runs_that_tell_no_force_are_named() {
+    let folder = Folder::new("trained-free");
+    let file = folder.path("c.toml");
+    let check = |run: &str, message: &str| {
+        let found = refused(&["calibrate", SENSOR, run, "-o", &file]);
+        assert!(found.contains(message), "{message}: {found}");
+        assert!(!Path::new(&file).exists());
+    };
+    // A scale that shows its own noise: nothing touches.
+    let noise = |text: &str| {
+        lines(text, |row, cells| {
+            if cells[4] != "-1" {
+                cells[4] =
+                    (f64::from((row as u32).wrapping_mul(2_654_435_761) >> 24) / 256.0).to_string();
+            }
+        })
+    };
+    let frames = fs::read_to_string(excerpt().join("force_sensor.csv")).unwrap();
+    let first: Vec<&str> = frames.lines().take(40).collect();
+    let still = |text: &str| {
+        lines(text, |row, cells| {
+            let time = cells[0].clone();
+            *cells = first[row % 40].split(',').map(str::to_owned).collect();
+            cells[0] = time;
+        })
+    };
+    check(
+        &run(&folder, "force", still, noise),
+        "the channels do not tell the force",
+    );
+    // Beside a run with contact it is left out.
+    let pressed = excerpt();
+    let pressed = pressed.to_string_lossy();
+    let found = done(&["calibrate", SENSOR, &pressed, &folder.path("run")]);
+    assert!(found.contains("nothing touches, and the run is left out"));
+    let milliseconds = |text: &str| {
+        lines(text, |_, cells| {
+            cells[0] = (1e3 * cells[0].parse::<f64>().unwrap()).to_string();
+        })
+    };
+    check(
+        &run(&folder, "force", milliseconds, milliseconds),
+        "the times are in another unit",
+    );
+    let later = |text: &str| {
+        lines(text, |_, cells| {
+            cells[0] = (5.0 + cells[0].parse::<f64>().unwrap()).to_string();
+        })
+    };
+    check(
+        &run(&folder, "force", same, later),
+        "after the sensor: their clocks differ",
+    );
+    let short = |text: &str| {
+        text.lines()
+            .take(60)
+            .flat_map(|line| [line, "\n"])
+            .collect()
+    };
+    check(
+        &run(&folder, "force", short, short),
+        "at least 50 are needed",
+    );
+}
+
+#[test]
+fn a_single_pass_over_the_area_is_judged_among_its_presses() {
+    let folder = Folder::new("trained-pass");
+    let pass = |text: &str| {
+        text.lines()
+            .take(121)
+            .flat_map(|line| [line, "\n"])
+            .collect()
+    };
+    let found = trained(&run(&folder, "position", pass, pass));
+    assert!(found.contains("every fourth press"), "{found}");
+    // The grid is 1 mm; a map that had to foretell beyond it would err by more.
+    let errors = found
+        .lines()
+        .filter(|line| line.starts_with("held out  place."));
+    for line in errors {
+        let words: Vec<&str> = line.split(' ').collect();
+        let metres = words.iter().position(|word| *word == "m").unwrap();
+        assert!(words[metres - 1].parse::<f64>().unwrap() < 1e-3, "{line}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::string::FromUtf8Error;
 
 /// A mistake in something a person wrote: a sensor file, a table of loads, a
 /// recording.
@@ -37,6 +38,76 @@ pub struct Place {
 
 /// Longest stretch of an offending line that is quoted.
 const QUOTED_CHARACTERS: usize = 110;
+
+/// Order of the bytes of a text in UTF-16, as spreadsheets save it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Utf16 {
+    Little,
+    Big,
+}
+
+/// The text of a file, without its mark: UTF-8, or UTF-16 that begins with one.
+///
+/// # Errors
+/// Bytes that are neither.
+pub fn text_of(bytes: Vec<u8>) -> Result<String, FromUtf8Error> {
+    match Utf16::of_mark(&bytes) {
+        Some(order) => Ok(order.decode(&bytes[Utf16::MARK..])),
+        None => String::from_utf8(bytes).map(|text| match text.strip_prefix('\u{feff}') {
+            Some(text) => text.to_owned(),
+            None => text,
+        }),
+    }
+}
+
+/// What parts the fields of a table: semicolons or tabs where its first line
+/// that is no comment has them, and then `1,5` may be a number; else commas.
+pub(crate) fn separator_of(text: &str) -> u8 {
+    let line = text
+        .lines()
+        .find(|line| !line.starts_with('#') && !line.trim().is_empty());
+    let found = [b';', b'\t']
+        .into_iter()
+        .find(|separator| line.unwrap_or("").as_bytes().contains(separator));
+    found.unwrap_or(b',')
+}
+
+impl Utf16 {
+    /// Bytes of the mark.
+    pub(crate) const MARK: usize = 2;
+
+    /// The order that the first bytes of a file tell.
+    pub(crate) fn of_mark(bytes: &[u8]) -> Option<Self> {
+        match bytes {
+            [0xff, 0xfe, ..] => Some(Self::Little),
+            [0xfe, 0xff, ..] => Some(Self::Big),
+            _ => None,
+        }
+    }
+
+    /// How many of the bytes are whole characters.
+    pub(crate) fn whole(self, bytes: &[u8]) -> usize {
+        let last = bytes.chunks_exact(2).next_back();
+        let begun = last.is_some_and(|pair| (0xd800..0xdc00).contains(&self.unit(pair)));
+        (bytes.len() & !1) - if begun { 2 } else { 0 }
+    }
+
+    /// What the bytes say; a sign for what cannot be decoded.
+    pub(crate) fn decode(self, bytes: &[u8]) -> String {
+        let units = bytes.chunks_exact(2).map(|pair| self.unit(pair));
+        char::decode_utf16(units)
+            .map(|found| found.unwrap_or(char::REPLACEMENT_CHARACTER))
+            .collect()
+    }
+
+    fn unit(self, pair: &[u8]) -> u16 {
+        let pair = [pair[0], pair[1]];
+        match self {
+            Self::Little => u16::from_le_bytes(pair),
+            Self::Big => u16::from_be_bytes(pair),
+        }
+    }
+}
 
 impl InputError {
     /// An error about the file as a whole.

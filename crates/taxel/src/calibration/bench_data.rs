@@ -1,7 +1,7 @@
 //! Readings of a bench: CSV with units in the header, as people save it.
 
 use super::remark::Remark;
-use crate::input::InputError;
+use crate::input::{InputError, separator_of};
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::Dimension;
 
@@ -65,7 +65,7 @@ impl BenchData {
     ) -> Result<Self, InputError> {
         let text = text.trim_start_matches('\u{feff}');
         let mut reader = csv::ReaderBuilder::new()
-            .delimiter(delimiter(text))
+            .delimiter(separator_of(text))
             .comment(Some(b'#'))
             .has_headers(false)
             .flexible(true)
@@ -77,7 +77,7 @@ impl BenchData {
             columns,
             header: Vec::new(),
             places: Vec::new(),
-            decimal_comma: delimiter(text) != b',',
+            decimal_comma: separator_of(text) != b',',
         };
         let mut data = Self {
             file: file.to_owned(),
@@ -222,18 +222,6 @@ impl BenchData {
             .key(column)
             .help(help)
     }
-}
-
-/// What parts the fields: what the first line that is no comment has most of.
-fn delimiter(text: &str) -> u8 {
-    let line = text
-        .lines()
-        .find(|line| !line.starts_with('#') && !line.trim().is_empty())
-        .unwrap_or("");
-    let count = |delimiter: &u8| line.bytes().filter(|byte| byte == delimiter).count();
-    let most = [b',', b'\t', b';'].into_iter().max_by_key(count);
-    most.filter(|delimiter| count(delimiter) > 0)
-        .unwrap_or(b',')
 }
 
 /// The file while it is read.

@@ -3,6 +3,7 @@
 mod bench_data;
 mod channel_bench;
 mod channels;
+mod clock;
 mod devices;
 mod file;
 pub mod fit;

@@ -12,6 +12,7 @@ use crate::sensor::Sensor;
 use crate::trained::PlaceMap;
 
 use super::bench_data::BenchData;
+use super::clock::same_moment;
 use super::split::HoldOut;
 
 /// A sensor with what files say of it.
@@ -142,6 +143,7 @@ pub trait Calibrator {
         options: &CalibrateOptions,
     ) -> Result<Outcome, InputError> {
         if let [one] = tables {
+            same_moment(one, self.columns(), self.group())?;
             return self.calibrate(one, options);
         }
         let file = tables

@@ -6,11 +6,13 @@ use crate::acquisition::Frame;
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Continuity {
     newest: Option<u64>,
+    newest_ns: u64,
     /// Frames accepted as new.
     pub accepted: u64,
     /// Frames that never came (gaps in the sequence, less those that came late).
     pub lost: u64,
-    /// Frames older than the newest one; not used.
+    /// Frames older than the newest one, by their number or by their time; not
+    /// used.
     pub late: u64,
     /// Frames that repeat the newest one; not used.
     pub duplicate: u64,
@@ -27,28 +29,43 @@ const RESTART_AFTER: u32 = 10;
 impl Continuity {
     /// Counts `frame`; `false` when it is not new and must not be used.
     pub fn accept(&mut self, frame: &Frame) -> bool {
-        match self.newest {
-            Some(newest) if frame.sequence == newest => {
+        if let Some(newest) = self.newest {
+            let behind = frame.sequence < newest;
+            if frame.sequence == newest {
                 self.duplicate += 1;
                 return false;
             }
-            Some(newest) if frame.sequence < newest => {
-                self.behind += 1;
-                if self.behind < RESTART_AFTER {
-                    self.late += 1;
+            if !behind {
+                self.lost += frame.sequence - newest - 1;
+            }
+            if (behind || frame.time_ns < self.newest_ns) && self.is_late() {
+                if behind {
                     // It was counted lost when the newer one came.
                     self.lost = self.lost.saturating_sub(1);
-                    return false;
+                } else {
+                    self.newest = Some(frame.sequence);
                 }
-                self.restarts += 1;
+                return false;
             }
-            Some(newest) => self.lost += frame.sequence - newest - 1,
-            None => {}
         }
         self.behind = 0;
         self.newest = Some(frame.sequence);
+        self.newest_ns = frame.time_ns;
         self.accepted += 1;
         true
+    }
+
+    /// Counts a frame that is behind the newest; `false` when so many were that
+    /// the device has begun anew.
+    fn is_late(&mut self) -> bool {
+        self.behind += 1;
+        let late = self.behind < RESTART_AFTER;
+        if late {
+            self.late += 1;
+        } else {
+            self.restarts += 1;
+        }
+        late
     }
 
     /// Takes back the last accepted frame: its readings were those of the one
@@ -84,6 +101,26 @@ mod tests {
         let (counts, taken) = run(&[5, 6, 6, 9, 7, 10]);
         assert_eq!(taken, [5, 6, 9, 10]);
         assert_eq!((counts.lost, counts.late, counts.duplicate), (1, 1, 1));
+    }
+
+    #[test]
+    fn rows_out_of_the_order_of_time_are_late() {
+        let mut continuity = Continuity::default();
+        let taken: Vec<bool> = [0, 10, 5, 20, 30]
+            .into_iter()
+            .zip(0..)
+            .map(|(time_ns, sequence)| {
+                let values = Vec::new();
+                continuity.accept(&Frame {
+                    sequence,
+                    time_ns,
+                    values,
+                })
+            })
+            .collect();
+        assert_eq!(taken, [true, true, false, true, true]);
+        // Its number came, if too late: nothing is lost.
+        assert_eq!((continuity.late, continuity.lost), (1, 0));
     }
 
     #[test]

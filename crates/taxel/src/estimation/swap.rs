@@ -15,14 +15,20 @@ const BEYOND: f64 = 6.0;
 /// A unit is symmetric: 11 with 12 looks like 21 with 22 under the mirrored
 /// shear, so two pairs are named unless their capacitances at rest differ by
 /// more than the noise `sigma`, F. An exchange across the diagonal turns the
-/// shear and contradicts nothing; only such a difference at rest shows it.
+/// shear and contradicts nothing; only such a difference at rest shows it. A rest
+/// that was captured after the exchange has changed places with the capacitors:
+/// both are looked at, and then two pairs are named again.
 pub fn swapped(unit: &UnitModel, readings: &[[f64; 4]], sigma: [f64; 4]) -> Vec<[usize; 2]> {
     let count = readings.len() as f64;
     let bound = count + BEYOND * (2.0 * count).sqrt();
     if misfit(unit, readings, sigma, None) <= bound {
         return Vec::new();
     }
-    let explains = |pair: &[usize; 2]| misfit(unit, readings, sigma, Some(*pair)) <= bound;
+    let explains = |pair: &[usize; 2]| {
+        [*unit, with_rest_exchanged(*unit, *pair)]
+            .iter()
+            .any(|unit| misfit(unit, readings, sigma, Some(*pair)) <= bound)
+    };
     PAIRS.into_iter().filter(explains).collect()
 }
 
@@ -86,6 +92,13 @@ impl SwapWatch {
     }
 }
 
+/// The unit whose rest was captured with the pair in each other's place.
+fn with_rest_exchanged(mut unit: UnitModel, [a, b]: [usize; 2]) -> UnitModel {
+    unit.plates.air_gap.swap(a, b);
+    unit.plates.parallel_capacitance.swap(a, b);
+    unit
+}
+
 /// Sum of the misfits of all readings, each of one degree of freedom, with a
 /// pair exchanged.
 fn misfit(
@@ -146,6 +159,22 @@ mod tests {
             }
             assert_eq!(swapped(&unit, &wrong, [1e-16; 4]), named, "{pair:?}");
         }
+    }
+
+    #[test]
+    fn a_rest_captured_after_the_swap_names_the_pair_and_its_mirror() {
+        let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+        let mut unit = sensor.three_axis().unwrap().unit_model();
+        for (gap, scatter) in unit.plates.air_gap.iter_mut().zip([1.03, 0.96, 0.99, 0.99]) {
+            *gap *= scatter;
+        }
+        let mut wrong = readings(&unit);
+        for reading in &mut wrong {
+            reading.swap(0, 1);
+        }
+        assert_eq!(swapped(&unit, &wrong, [1e-16; 4]), [[0, 1]]);
+        let captured = with_rest_exchanged(unit, [0, 1]);
+        assert_eq!(swapped(&captured, &wrong, [1e-16; 4]), [[0, 1], [2, 3]]);
     }
 
     #[test]

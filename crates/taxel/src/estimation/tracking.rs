@@ -18,7 +18,9 @@ pub struct TrackerOptions {
     /// Square of the Mahalanobis distance within which a contact may be the
     /// same; default 18.4, which one in 10⁴ true ones exceeds.
     pub gate: f64,
-    /// A contact may be missing for this time, s; default 0.05.
+    /// A contact may be missing for this time, s; default 0.05. After a longer
+    /// pause without any frame a contact that still covers taxels of the one
+    /// before is the same.
     pub longest_outage: f64,
     /// Two contacts may be one for this time and still be told apart after,
     /// s; default 0.3.
@@ -158,11 +160,12 @@ impl Tracker {
         for track in &mut self.tracks {
             track.motion.predict(dt, self.options.acceleration);
         }
+        let paused = dt > self.options.longest_outage;
         // What was missing for too long is not what comes now.
-        self.end_late(time_ns);
-        self.assign(contacts, regions);
+        self.end_late(time_ns, last, regions);
+        self.assign(contacts, regions, paused);
         self.enter(contacts, regions);
-        self.update(time_ns, contacts);
+        self.update(time_ns, contacts, paused);
         self.begin(time_ns, contacts, regions);
         for (owner, region) in self.owners.iter_mut().zip(regions) {
             *owner = region.and_then(|region| self.holders.get(region as usize).copied().flatten());
@@ -177,20 +180,28 @@ impl Tracker {
         self.last_time_ns = None;
     }
 
-    fn end_late(&mut self, time_ns: u64) {
+    fn end_late(&mut self, time_ns: u64, last_ns: u64, regions: &[Option<u32>]) {
         let Self {
             tracks,
             ended,
             options,
+            owners,
             ..
         } = self;
+        // Nobody saw a contact lift off that is where it was in the last frame.
+        let goes_on = |track: &Track| {
+            let covers = |(owner, region): (&Option<u64>, &Option<u32>)| {
+                *owner == Some(track.id) && region.is_some()
+            };
+            track.seen_ns == last_ns && owners.iter().zip(regions).any(covers)
+        };
         tracks.retain(|track| {
             let missing = time_ns.saturating_sub(track.seen_ns) as f64 * 1e-9;
             let (longest, ending) = match track.inside {
                 Some(other) => (options.longest_crossing, Ending::MergedInto(other)),
                 None => (options.longest_outage, Ending::Released),
             };
-            let late = missing > longest;
+            let late = missing > longest && !goes_on(track);
             if late {
                 ended.push(EndedTrack {
                     track: *track,
@@ -201,7 +212,7 @@ impl Tracker {
         });
     }
 
-    fn assign(&mut self, contacts: &[Contact], regions: &[Option<u32>]) {
+    fn assign(&mut self, contacts: &[Contact], regions: &[Option<u32>], paused: bool) {
         let gate = self.options.gate;
         let (tracks, owners, options) = (&self.tracks, &self.owners, &self.options);
         let cost = |row: usize, column: usize| {
@@ -209,12 +220,17 @@ impl Tracker {
             let distance = track
                 .motion
                 .distance(contact.centre, noise(contact, options));
-            // A contact that jumped but still covers the same taxels.
-            let shares = distance > gate
+            // A contact that jumped but still covers the same taxels. After a pause
+            // a track may be anywhere, and only its taxels tell.
+            let shares = (paused || distance > gate)
                 && owners.iter().zip(regions).any(|(owner, region)| {
                     *owner == Some(track.id) && *region == Some(column as u32)
                 });
-            if shares { gate } else { distance }
+            match (shares, paused) {
+                (true, _) => distance.min(gate),
+                (false, true) => f64::INFINITY,
+                (false, false) => distance,
+            }
         };
         let found = self
             .assignment
@@ -256,7 +272,7 @@ impl Tracker {
         }
     }
 
-    fn update(&mut self, time_ns: u64, contacts: &[Contact]) {
+    fn update(&mut self, time_ns: u64, contacts: &[Contact], paused: bool) {
         let options = self.options;
         for index in 0..self.tracks.len() {
             let track = &self.tracks[index];
@@ -274,7 +290,7 @@ impl Tracker {
             );
             let track = &mut self.tracks[index];
             let noise = noise(contact, &options);
-            if alone_again {
+            if alone_again || paused {
                 track.motion = Motion::begin(contact.centre, noise, options.speed);
             } else {
                 track.motion.update(contact.centre, noise);

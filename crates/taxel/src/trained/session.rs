@@ -11,6 +11,9 @@ const NO_READING: f64 = -1.0;
 const MOVED: f64 = 1e-6;
 /// A force above this share of its peak is a contact.
 pub(crate) const CONTACT_SHARE: f64 = 0.05;
+/// A reading of the stage this many usual steps of the sensor from its next
+/// frame was taken while the sensor was not read.
+const APART: f64 = 2.0;
 /// Frames of a baseline, at least and at most.
 const BASELINE_FRAMES: [usize; 2] = [5, 50];
 
@@ -27,7 +30,8 @@ pub struct Session {
 
 impl Session {
     /// Joins `sensor` with the readings of the stage: x, y, z in mm and, where
-    /// it has a scale, its reading in grams (−1: nothing new).
+    /// it has a scale, its reading in grams (−1: nothing new). Readings of the stage
+    /// before, after and in outages of the sensor are left out.
     ///
     /// # Errors
     /// [`InputError`] about `file`, the file of the stage, when its rows have
@@ -47,20 +51,26 @@ impl Session {
             );
             return Err(InputError::whole(file, message).help("give two files of one recording"));
         }
+        let reach = APART * sensor.usual_step();
+        let rows = stage.times().iter().zip(stage.rows());
+        let read: Vec<_> = rows
+            .filter(|(time, _)| sensor.distance(**time) <= reach)
+            .collect();
         let place = |row: &Vec<f64>| row[..3].iter().map(|mm| mm * 1e-3).collect();
-        let places = stage.rows().iter().map(place).collect();
-        let readings = stage
-            .times()
-            .iter()
-            .zip(stage.rows())
-            .filter_map(|(time, row)| {
-                let grams = row.get(3).filter(|g| g.is_finite() && **g != NO_READING)?;
-                Some((*time, vec![grams * 1e-3 * STANDARD_GRAVITY]))
-            });
+        let places = read.iter().map(|(time, row)| (**time, place(row)));
+        let (place_times, places): (Vec<_>, Vec<_>) = places.unzip();
+        if places.is_empty() {
+            let message = "the stage has no reading while the sensor was read";
+            return Err(InputError::whole(file, message).help("give two files of one recording"));
+        }
+        let readings = read.iter().filter_map(|(time, row)| {
+            let grams = row.get(3).filter(|g| g.is_finite() && **g != NO_READING)?;
+            Some((**time, vec![grams * 1e-3 * STANDARD_GRAVITY]))
+        });
         let (times, forces): (Vec<_>, Vec<_>) = readings.unzip();
         Ok(Self {
             sensor,
-            place: Series::new(stage.times().to_vec(), places)
+            place: Series::new(place_times, places)
                 .ok_or_else(|| InputError::whole(file, "the times do not rise"))?,
             force: Series::new(times, forces).filter(|force| force.times().len() > 1),
         })

@@ -3,7 +3,7 @@
 
 use std::io::BufRead;
 
-use super::lines::{Dialect, Lines, quote};
+use super::lines::{Dialect, Field, Lines, quote};
 use super::{Opened, RecordingError, channels};
 use crate::acquisition::frame::{Frame, Quantity, SignalUnit, Stream};
 use crate::input::InputError;
@@ -43,7 +43,14 @@ pub(super) fn open<R: BufRead>(lines: &mut Lines<R>) -> Result<Opened, Recording
         return Err(lines.truncated("there is no row"));
     }
     let dialect = Dialect::of_line(lines.text());
-    let channels = dialect.fields(lines.text()).count() - 1;
+    // A spreadsheet may have padded the rows.
+    let filled = |(at, field): (usize, Field<'_>)| (!field.raw.is_empty()).then_some(at);
+    let channels = dialect
+        .fields(lines.text())
+        .enumerate()
+        .filter_map(filled)
+        .last()
+        .unwrap_or(0);
     lines.again();
     let stream = Stream {
         name: channels::base_name(lines.file()).to_owned(),
@@ -79,7 +86,9 @@ impl Decoder {
         if !lines.advance_to_row(&self.dialect)? {
             return Ok(None);
         }
-        let found = self.dialect.fields(lines.text()).count();
+        let rest = self.dialect.fields(lines.text()).skip(1 + self.channels);
+        let padding = rest.take_while(|field| field.raw.is_empty()).count();
+        let found = self.dialect.fields(lines.text()).count() - padding;
         let expected = self.channels + 1;
         if found < expected {
             let error = lines.line_error(format!(
@@ -105,7 +114,8 @@ impl Decoder {
             time_ns: 0,
             values: Vec::with_capacity(self.channels),
         };
-        for (at, field) in dialect.fields(lines.text()).enumerate() {
+        let fields = dialect.fields(lines.text()).take(1 + self.channels);
+        for (at, field) in fields.enumerate() {
             let wrong = |what: &str| -> InputError {
                 let message = format!("{} is not {what}", quote(field.raw));
                 lines
@@ -133,5 +143,27 @@ impl Decoder {
             frame.values.push(value);
         }
         Ok(frame)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Recording;
+
+    #[test]
+    fn empty_fields_behind_all_rows_are_no_channels() {
+        let frames = |text: &str| -> Vec<_> {
+            let recording = Recording::open_bare("s.csv", text.as_bytes()).unwrap();
+            recording.map(Result::unwrap).collect()
+        };
+        let plain = frames("0.5,1,2\n0.6,1.5,3\n");
+        assert_eq!(frames("0.5,1,2,,\n0.6,1.5,3,,\n"), plain);
+        assert_eq!(frames("0,5;1;2;\n0,6;1,5;3;\n"), plain);
+        let wider = Recording::open_bare("s.csv", "0,1,2,\n1,1,2,9\n".as_bytes()).unwrap();
+        let error = wider.last().unwrap().unwrap_err().to_string();
+        assert!(
+            error.contains("has 4 numbers, the first one has 3"),
+            "{error}"
+        );
     }
 }

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::io::{BufRead, ErrorKind};
 
 use super::RecordingError;
+use super::encoding::Decoded;
 use crate::input::InputError;
 
 /// Longest line read, bytes: 16 for each channel of the largest recording.
@@ -19,7 +20,7 @@ const KEPT_BEHIND: usize = 400;
 /// The lines of a file, one at a time.
 #[derive(Debug)]
 pub(super) struct Lines<R> {
-    reader: R,
+    reader: Decoded<R>,
     file: String,
     bytes: Vec<u8>,
     text: String,
@@ -31,7 +32,7 @@ pub(super) struct Lines<R> {
 impl<R: BufRead> Lines<R> {
     pub(super) fn new(file: &str, reader: R) -> Self {
         Self {
-            reader,
+            reader: Decoded::new(reader),
             file: file.to_owned(),
             bytes: Vec::new(),
             text: String::new(),

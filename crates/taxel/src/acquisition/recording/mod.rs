@@ -44,6 +44,7 @@
 
 mod bare;
 mod channels;
+mod encoding;
 mod lines;
 mod tekscan;
 mod units;
@@ -319,11 +320,12 @@ fn recognise<R: BufRead>(lines: &mut Lines<R>, bare: bool) -> Result<Format, Rec
         }
         let text = lines.text();
         if text.contains('\0') {
-            return Err(
-                InputError::whole(lines.file(), "the file is binary or UTF-16 text")
-                    .help("save it as plain CSV text in UTF-8")
-                    .into(),
-            );
+            return Err(InputError::whole(
+                lines.file(),
+                "the file is binary, or UTF-16 text without its mark",
+            )
+            .help("save it as plain CSV text in UTF-8")
+            .into());
         }
         let dialect = Dialect::of_line(text);
         if dialect.is_blank(text) || channels::is_comment(text) {

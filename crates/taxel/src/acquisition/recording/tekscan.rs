@@ -2,11 +2,13 @@
 //!
 //! Lines `KEY value` up to `ASCII_DATA @@`, then for each frame a line
 //! `Frame N` or `Frame N, seconds,, date,,,Raw Sum=,,sum` and one line of
-//! comma-separated readings for each row, at last the mark `@@`.
+//! readings for each row, at last the mark `@@`. Commas part the readings, or
+//! where a spreadsheet has saved the file again semicolons or tabs, and then
+//! `0,5` may be a number.
 
 use std::io::BufRead;
 
-use super::lines::{Dialect, Lines, number, quote, scaled_integer};
+use super::lines::{Dialect, Lines, number, quote};
 use super::{Opened, RecordingError, shape_fault, side, spacing, units};
 use crate::acquisition::frame::{Frame, Quantity, SignalUnit, Stream};
 
@@ -39,7 +41,7 @@ const KEYS: [&str; 24] = [
 ];
 
 /// What may stand around a value when a spreadsheet has padded the line.
-const PADDING: [char; 5] = [',', ';', ' ', '\t', ':'];
+const PADDING: [char; 6] = [',', ';', ' ', '\t', ':', '"'];
 
 /// Longest period, s.
 const LONGEST_PERIOD: f64 = 86400.0;
@@ -56,6 +58,8 @@ pub(super) struct Decoder {
     period: Option<f64>,
     start_frame: Option<u64>,
     end_mark: String,
+    /// How readings are written, once a row was seen.
+    dialect: Option<Dialect>,
     /// Which sensels exist; empty before the first frame.
     present: Vec<bool>,
     /// The first frame, read when the file was opened.
@@ -95,6 +99,7 @@ pub(super) fn open<R: BufRead>(lines: &mut Lines<R>) -> Result<Opened, Recording
         period: header.period,
         start_frame: header.start_frame,
         end_mark,
+        dialect: None,
         present: Vec::new(),
         first: None,
     };
@@ -179,7 +184,7 @@ impl Header {
             let message = format!("{} is not allowed here; allowed is {allowed}", quote(value));
             (message, String::new())
         };
-        let given = number(value);
+        let given = either_mark(value);
         match key {
             "SENSOR_TYPE" => self.sensor = Some(value.to_owned()).filter(|name| !name.is_empty()),
             "ROWS" | "COLS" => {
@@ -246,7 +251,7 @@ impl Decoder {
                     lines.truncated(format!("the end mark {} is missing", quote(&self.end_mark)))
                 );
             }
-            let line = lines.text().trim().trim_end_matches(PADDING);
+            let line = lines.text().trim().trim_matches(PADDING);
             if line.is_empty() {
                 continue;
             }
@@ -269,7 +274,9 @@ impl Decoder {
         lines: &Lines<R>,
         line: &str,
     ) -> Result<(u64, u64), RecordingError> {
-        let mut fields = Dialect::COMMA.fields(line);
+        let mut dialect = Dialect::of_line(line);
+        let fields = dialect.clone();
+        let mut fields = fields.fields(line);
         let title = fields.next().map_or("", |field| field.raw);
         let number = title
             .get(..5)
@@ -305,7 +312,7 @@ impl Decoder {
             })?;
             return Ok((sequence, time));
         }
-        let time = scaled_integer(seconds, 9).ok_or_else(|| {
+        let time = dialect.scaled_integer(seconds, 9).ok_or_else(|| {
             let message = format!(
                 "{} is not a time; allowed are 0 to 18446744073 seconds",
                 quote(seconds)
@@ -328,13 +335,14 @@ impl Decoder {
     }
 
     fn rows<R: BufRead>(
-        &self,
+        &mut self,
         lines: &mut Lines<R>,
         sequence: u64,
     ) -> Result<Vec<f64>, RecordingError> {
         let mut values = Vec::with_capacity(self.rows * self.columns);
         for row in 0..self.rows {
-            let counted = |row: usize| format!("frame {sequence} has {row} of {} rows", self.rows);
+            let rows = self.rows;
+            let counted = |row: usize| format!("frame {sequence} has {row} of {rows} rows");
             if !lines.advance()? {
                 return Err(lines.truncated(counted(row)));
             }
@@ -343,10 +351,7 @@ impl Decoder {
                 return Err(lines.truncated(format!("{} and a part of the next", counted(row))));
             }
             let line = lines.text().trim();
-            if Dialect::COMMA.is_blank(line)
-                || line.starts_with(&self.end_mark)
-                || recognised_frame(line)
-            {
+            if is_blank(line) || line.starts_with(&self.end_mark) || recognised_frame(line) {
                 return Err(lines.line_error(counted(row)).key("ROWS").into());
             }
             self.row(lines, &mut values)?;
@@ -355,13 +360,15 @@ impl Decoder {
     }
 
     fn row<R: BufRead>(
-        &self,
+        &mut self,
         lines: &Lines<R>,
         values: &mut Vec<f64>,
     ) -> Result<(), RecordingError> {
         let start = values.len();
         let mut count = 0;
-        for field in Dialect::COMMA.fields(lines.text()) {
+        let known = self.dialect.take();
+        let mut dialect = known.unwrap_or_else(|| Dialect::of_line(lines.text()));
+        for field in dialect.clone().fields(lines.text()) {
             let column = count;
             // A spreadsheet may have padded the line.
             if column >= self.columns && field.raw.is_empty() {
@@ -373,11 +380,13 @@ impl Decoder {
             }
             let expected = self.present.get(start + column).copied();
             values.push(
-                self.value(field.raw, expected).map_err(|message| {
-                    lines.error_at(field.raw, message).key(column_name(column))
-                })?,
+                self.value(&mut dialect, &field.text(), expected)
+                    .map_err(|message| {
+                        lines.error_at(field.raw, message).key(column_name(column))
+                    })?,
             );
         }
+        self.dialect = Some(dialect);
         if count == self.columns {
             return Ok(());
         }
@@ -387,17 +396,24 @@ impl Decoder {
 
     /// One reading in SI units; `expected` is whether the sensel exists, if
     /// that is known.
-    fn value(&self, text: &str, expected: Option<bool>) -> Result<f64, String> {
+    fn value(
+        &self,
+        dialect: &mut Dialect,
+        text: &str,
+        expected: Option<bool>,
+    ) -> Result<f64, String> {
         if text.eq_ignore_ascii_case("B") {
             return Ok(f64::NAN);
         }
-        let value = number(text)
+        let value = dialect
+            .number(text)
             .map(|value| value * self.si_per_unit)
             .filter(|value| value.is_finite())
             .ok_or_else(|| {
                 format!(
-                    "{} is not a reading; allowed are finite numbers, and B where there is no sensel",
-                    quote(text)
+                    "{} is not a reading; allowed are finite numbers, and B where there is no sensel; {}",
+                    quote(text),
+                    dialect.number_hint()
                 )
             })?;
         if expected == Some(false) {
@@ -413,7 +429,7 @@ impl Decoder {
 /// Nothing may follow the end mark: it would be lost in silence.
 fn after_end<R: BufRead>(lines: &mut Lines<R>) -> Result<(), RecordingError> {
     while lines.advance()? {
-        if !Dialect::COMMA.is_blank(lines.text()) {
+        if !is_blank(lines.text()) {
             let error = lines
                 .line_error("there is text behind the end mark of the recording")
                 .help("one file holds one recording; split it");
@@ -421,6 +437,10 @@ fn after_end<R: BufRead>(lines: &mut Lines<R>) -> Result<(), RecordingError> {
         }
     }
     Ok(())
+}
+
+fn is_blank(line: &str) -> bool {
+    line.trim_matches(PADDING).trim().is_empty()
 }
 
 fn recognised_frame(line: &str) -> bool {
@@ -434,7 +454,7 @@ fn column_name(column: usize) -> String {
 
 /// Key and value of a header line.
 fn split(line: &str) -> (&str, &str) {
-    let line = line.trim();
+    let line = line.trim_start_matches('"').trim();
     let (key, value) = line.split_at(line.find(PADDING).unwrap_or(line.len()));
     (key, value.trim_matches(PADDING))
 }
@@ -442,7 +462,13 @@ fn split(line: &str) -> (&str, &str) {
 /// A length such as `0.127 centimeters`, m.
 fn length(text: &str) -> Option<f64> {
     let (value, unit) = text.split_once(char::is_whitespace)?;
-    spacing(number(value)?, units::length(unit)?)
+    spacing(either_mark(value)?, units::length(unit)?)
+}
+
+/// A number with a decimal point or a decimal comma: in the header no comma
+/// parts values.
+fn either_mark(text: &str) -> Option<f64> {
+    number(&text.replacen(',', ".", 1))
 }
 
 #[cfg(test)]
@@ -567,5 +593,26 @@ mod tests {
             .map(|f| f.unwrap().time_ns)
             .collect();
         assert_eq!(plain, read);
+    }
+
+    #[test]
+    fn semicolons_or_tabs_and_decimal_commas_mean_the_same() {
+        let read = |text: &str| {
+            let recording = Recording::open("t", text.as_bytes()).unwrap();
+            let pitch = recording.stream().pitch;
+            let frames: Vec<_> = recording.map(Result::unwrap).collect();
+            let values = frames.iter().flat_map(|frame| frame.values.clone());
+            // NaN is equal to nothing, its bits are.
+            let bits: Vec<_> = values.map(f64::to_bits).collect();
+            (pitch, bits, frames[1].time_ns)
+        };
+        let timed = SMALL.replace("Frame 6", "Frame 6, 0.5,, 12/2/2019,,,Raw Sum=,,3");
+        for separator in [";", "\t"] {
+            let other = timed.replace("12,5 left", "left").replace(',', separator);
+            assert_eq!(read(&other), read(&timed));
+            let continental = other.replace('.', ",");
+            assert_eq!(read(&continental), read(&timed));
+        }
+        assert_eq!(read(&timed.replace("ROWS 2", "\"ROWS 2\"")), read(&timed));
     }
 }

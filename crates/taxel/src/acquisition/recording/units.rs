@@ -47,9 +47,10 @@ const UNITS: [Entry; 26] = [
     unit(Quantity::Pressure, "lbf/in2", 6894.757293168361),
 ];
 
-/// The unit called `symbol`, whatever the case of its letters; `²` is `2`.
+/// The unit called `symbol`, whatever the case of its letters; `²` and `^2` are
+/// `2`.
 pub(super) fn find(symbol: &str) -> Option<SignalUnit> {
-    let symbol = symbol.trim().replace('²', "2");
+    let symbol = symbol.trim().replace('²', "2").replace('^', "");
     UNITS
         .iter()
         .find(|unit| unit.symbol.eq_ignore_ascii_case(&symbol))
@@ -96,6 +97,7 @@ mod tests {
             ("PSI", "psi"),
             ("mmhg", "mmHg"),
             ("N/cm²", "N/cm2"),
+            ("N/cm^2", "N/cm2"),
         ] {
             assert_eq!(
                 find(written).map(|unit| unit.symbol).as_deref(),

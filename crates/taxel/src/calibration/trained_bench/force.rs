@@ -1,5 +1,7 @@
 //! The map of the force, and what runs say of the next one.
 
+use rayon::prelude::*;
+
 use super::readings::Run;
 use super::{Found, compared, failed, sessions, weighed};
 use crate::calibration::outcome::{ModelComparison, ResidualSummary, Scope};
@@ -7,23 +9,50 @@ use crate::calibration::remark::Remark;
 use crate::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use crate::input::InputError;
 use crate::trained::{
-    AcrossRuns, CONTACT_SHARE, Compared, ForceMap, HeldOutForce, NORMAL_95, Score, Series,
-    compared_forces, usual_candidates,
+    AcrossRuns, CONTACT_SHARE, Compared, ForceMap, ForceOptions, HeldOutForce, MemoryLaw,
+    NORMAL_95, Polynomial, Score, Series, Session, compared_forces, usual_candidates,
 };
 
-/// The map of the force, where runs have a scale.
-pub(super) fn train(runs: &[Run], found: &mut Found) -> Result<Option<ForceMap>, InputError> {
-    let runs: Vec<&Run> = weighed(runs).collect();
+/// Readings of a scale that tell a map: ten for each fifth that is held out.
+const LEAST_READINGS: usize = 50;
+/// Runs shorter than this tell little of how the body creeps, s.
+const SHORT: f64 = 60.0;
+/// Frames this many times farther apart than those of the device have times in
+/// another unit.
+const OTHER_UNIT: f64 = 300.0;
+/// A map whose held-out errors exceed this share of the spread of the forces
+/// leaves half of their variance: it does not tell the force.
+const USELESS: f64 = 0.7;
+/// An error without memory above this share of the spread may come from clocks.
+const SUSPECT: f64 = 0.1;
+/// Delays of the scale that are looked for when none of the usual is best, s.
+const FARTHEST: i32 = 30;
+/// Another delay is the right one when it leaves less than this share of the
+/// error.
+const CLEARLY_LESS: f64 = 0.7;
+
+/// The map of the force, where runs have a scale; `frame_rate` in Hz is that of
+/// the device.
+pub(super) fn train(
+    runs: &[Run],
+    frame_rate: f64,
+    found: &mut Found,
+) -> Result<Option<ForceMap>, InputError> {
+    let runs = touched(runs, found)?;
     let Some(last) = runs.last() else {
         return Ok(None);
     };
     for run in &runs {
         begins_free(run)?;
+        same_unit(run, frame_rate)?;
     }
+    enough(&runs, found)?;
     let failed = |error| failed(&last.name, &error);
     let sessions = sessions(&runs);
     let candidates = usual_candidates(&sessions).map_err(failed)?;
     let chosen = AcrossRuns::choose(&sessions, &candidates).map_err(failed)?;
+    same_clock(&last.name, &sessions, &chosen)?;
+    tells_force(&last.name, &chosen)?;
     let mut all = compared_forces(&sessions, chosen.options.offset).map_err(failed)?;
     all.push(Compared {
         name: String::from("chosen map"),
@@ -41,17 +70,139 @@ pub(super) fn train(runs: &[Run], found: &mut Found) -> Result<Option<ForceMap>,
     Ok(Some(chosen.map))
 }
 
+/// Runs with a scale, without those in which nothing touches: they tell nothing
+/// of a force, and a map of them alone foretells no other run.
+fn touched<'a>(runs: &'a [Run], found: &mut Found) -> Result<Vec<&'a Run>, InputError> {
+    let runs: Vec<&Run> = weighed(runs).collect();
+    let peaks = runs.iter().map(|run| run.session.peak_force());
+    let peak = peaks.fold(0.0, f64::max);
+    if let Some(run) = runs.first().filter(|_| peak <= 0.0) {
+        return Err(InputError::whole(&run.name, "no force is above zero")
+            .key("force_z")
+            .help("pressing is positive"));
+    }
+    let (touched, free): (Vec<_>, Vec<_>) = runs
+        .into_iter()
+        .partition(|run| run.session.peak_force() > CONTACT_SHARE * peak);
+    for run in free {
+        found.remarks.push(Remark::whole(format!(
+            "{}: its forces stay below {:.3} N, and others reach {peak:.3} N: nothing touches, and the run is left out",
+            run.name,
+            run.session.peak_force().max(0.0) + 0.0005
+        )));
+    }
+    Ok(touched)
+}
+
+/// Whether there are enough readings, and whether they last long enough.
+fn enough(runs: &[&Run], found: &mut Found) -> Result<(), InputError> {
+    let readings = |run: &&Run| {
+        run.session
+            .force
+            .as_ref()
+            .map_or(0, |force| force.times().len())
+    };
+    let count: usize = runs.iter().map(readings).sum();
+    if count < LEAST_READINGS {
+        let message =
+            format!("{count} readings of the scale; at least {LEAST_READINGS} are needed");
+        let help = "load and unload over the whole range, several times, for a minute or more";
+        let name = runs.last().map_or("", |run| &run.name);
+        return Err(InputError::whole(name, message).key("force_z").help(help));
+    }
+    let length = |run: &&Run| {
+        let times = run.session.force.iter().flat_map(Series::times);
+        times.clone().last().unwrap_or(&0.0) - times.clone().next().unwrap_or(&0.0)
+    };
+    let longest = runs.iter().map(length).fold(0.0, f64::max);
+    if longest < SHORT {
+        found.remarks.push(Remark::whole(format!(
+            "force: the longest run lasts {longest:.0} s: what the body does over a minute of load is not learned"
+        )));
+    }
+    Ok(())
+}
+
+/// Refuses times that are not in seconds.
+fn same_unit(run: &Run, frame_rate: f64) -> Result<(), InputError> {
+    let step = run.session.sensor.usual_step();
+    if step * frame_rate < OTHER_UNIT {
+        return Ok(());
+    }
+    let message = format!(
+        "the frames are {step:.3} s apart, those of the sensor file {:.3} s ({frame_rate} Hz): the times are in another unit",
+        1.0 / frame_rate
+    );
+    Err(InputError::whole(&run.name, message)
+        .key("time")
+        .help("times of recordings without a header are in s; or correct electronics.frame_rate"))
+}
+
+/// Refuses a scale whose clock is not that of the sensor.
+fn same_clock(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), InputError> {
+    let error = |offset: f64| {
+        let options = ForceOptions {
+            polynomial: Polynomial { degree: 1 },
+            memory: MemoryLaw::default(),
+            offset,
+            ..chosen.options.clone()
+        };
+        let found = AcrossRuns::choose(runs, &[options]).ok()?;
+        Some(found.score().rms)
+    };
+    let usual = error(chosen.options.offset).unwrap_or(f64::INFINITY);
+    if usual < SUSPECT * spread(&chosen.held_out) {
+        return Ok(());
+    }
+    let seconds: Vec<i32> = (-2 * FARTHEST..=2 * FARTHEST).collect();
+    let tried = seconds.into_par_iter().filter_map(|halves| {
+        let offset = 0.5 * f64::from(halves);
+        Some((error(offset)?, offset))
+    });
+    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, offset)) = best.filter(|(least, _)| *least < CLEARLY_LESS * usual) else {
+        return Ok(());
+    };
+    let side = if offset < 0.0 { "before" } else { "after" };
+    let message = format!(
+        "the scale shows each press about {:.1} s {side} the sensor: their clocks differ",
+        offset.abs()
+    );
+    Err(InputError::whole(name, message).key("time").help(format!(
+        "correct the times of one of the two by {:.1} s, or record both with one clock",
+        offset.abs()
+    )))
+}
+
+/// Refuses a map that foretells held-out forces hardly better than their mean.
+fn tells_force(name: &str, chosen: &AcrossRuns) -> Result<(), InputError> {
+    let (rms, spread) = (chosen.score().rms, spread(&chosen.held_out));
+    if rms <= USELESS * spread {
+        return Ok(());
+    }
+    let message = format!(
+        "the channels do not tell the force: held-out readings are foretold to {rms:.3} N rms, and they spread by {spread:.3} N themselves"
+    );
+    Err(InputError::whole(name, message).key("force_z").help(
+        "check that the probe touches, and that both files are of one recording with one clock",
+    ))
+}
+
+/// Standard deviation of the forces that were held out, N.
+fn spread(held_out: &HeldOutForce) -> f64 {
+    let errors = held_out.estimates.iter().zip(&held_out.errors);
+    let truth: Vec<f64> = errors.map(|(estimate, error)| estimate - error).collect();
+    let mean = truth.iter().sum::<f64>() / truth.len().max(1) as f64;
+    let squares: f64 = truth.iter().map(|force| (force - mean).powi(2)).sum();
+    (squares / truth.len().max(1) as f64).sqrt()
+}
+
 /// The rest of a run is read from its first frames.
 fn begins_free(run: &Run) -> Result<(), InputError> {
     let session = &run.session;
     let first = session.force.iter().flat_map(Series::rows).next();
     let first = first.map_or(0.0, |row| row[0]);
     let peak = session.peak_force();
-    if peak <= 0.0 {
-        return Err(InputError::whole(&run.name, "no force is above zero")
-            .key("force_z")
-            .help("pressing is positive"));
-    }
     if first > CONTACT_SHARE * peak {
         let message = format!("the recording begins with {first:.3} N of at most {peak:.3} N");
         return Err(InputError::whole(&run.name, message)

@@ -77,7 +77,7 @@ pub fn train(
         ..Found::default()
     };
     let position = place::train(&runs, &array.area(), &mut found)?;
-    let force = force::train(&runs, &mut found)?;
+    let force = force::train(&runs, named.sensor.electronics.frame_rate, &mut found)?;
     if position.is_none() && force.is_none() {
         let message = "the recordings have neither places all over an area nor forces: there is nothing to train";
         return Err(InputError::whole(file, message).help(

@@ -30,6 +30,8 @@ pub(super) struct Run {
 
 /// Numbers of a stage beside the time: x, y, z, and the reading of a scale.
 const STAGE: [usize; 2] = [3, 4];
+/// Two recordings that begin and end this near to each other have one span, s.
+const NEAR: f64 = 1.0;
 /// Columns of a table before those of the channels.
 const TRUTHS: usize = 5;
 const CHANNEL: &str = "channel_";
@@ -76,29 +78,35 @@ pub(super) fn runs(
 ) -> Result<Vec<Run>, InputError> {
     let mut runs = Vec::new();
     for group in groups {
-        let (bare, tables): (Vec<_>, Vec<_>) = group.iter().partition(|file| is_bare(&file.text));
+        let (bare, tables): (Vec<_>, Vec<_>) = group
+            .iter()
+            .partition(|file| Series::recognises(&file.text));
         for file in tables {
             runs.push(table(channels, file, remarks)?);
         }
-        pairs(channels, &bare, &mut runs)?;
+        pairs(channels, &bare, &mut runs, remarks)?;
     }
     Ok(runs)
 }
 
-/// Whether a file has numbers from its first line on.
-fn is_bare(text: &str) -> bool {
-    let mut lines = text.lines().map(str::trim);
-    let first = lines.find(|line| !line.is_empty() && !line.starts_with('#'));
-    let number = |cell: &str| cell.trim().parse::<f64>().is_ok();
-    first.is_some_and(|line| line.split(',').all(number))
-}
-
 /// Each sensor's series with the stage's that overlaps it most.
-fn pairs(channels: usize, files: &[&TrainingFile], runs: &mut Vec<Run>) -> Result<(), InputError> {
+fn pairs(
+    channels: usize,
+    files: &[&TrainingFile],
+    runs: &mut Vec<Run>,
+    remarks: &mut Vec<Remark>,
+) -> Result<(), InputError> {
     let (mut sensors, mut stages) = (Vec::new(), Vec::new());
     for file in files {
-        refuse_missing(file)?;
         let series = Series::parse(&file.name, &file.text)?;
+        // A reading that is missing in training is a mistake, not a gap; but a
+        // scale need not have one in each row.
+        let needed = if series.width() == channels {
+            1 + channels
+        } else {
+            1 + STAGE[0]
+        };
+        Series::refuse_missing(&file.name, &file.text, needed)?;
         match series.width() {
             width if width == channels => sensors.push((*file, series)),
             width if STAGE.contains(&width) => stages.push((*file, series)),
@@ -114,8 +122,6 @@ fn pairs(channels: usize, files: &[&TrainingFile], runs: &mut Vec<Run>) -> Resul
     }
     for (file, sensor) in sensors {
         let overlap = |stage: &Series| {
-            let ends =
-                |series: &Series| [series.times()[0], series.times()[series.times().len() - 1]];
             let ([a, b], [c, d]) = (ends(&sensor), ends(stage));
             b.min(d) - a.max(c)
         };
@@ -128,9 +134,28 @@ fn pairs(channels: usize, files: &[&TrainingFile], runs: &mut Vec<Run>) -> Resul
             ));
         };
         let (stage_file, stage) = stages.swap_remove(best);
+        let session = Session::new(&stage_file.name, sensor, &stage)?;
+        let (all, used) = (stage.times().len(), session.place.times().len());
+        if used < all {
+            remarks.push(Remark::whole(format!(
+                "{}: {} of {all} rows are from when the sensor was not read and are left out",
+                stage_file.name,
+                all - used
+            )));
+        }
+        let [begin, end] = ends(&stage);
+        let outside = |time: &&f64| !(begin - NEAR..=end + NEAR).contains(*time);
+        let outside = session.sensor.times().iter().filter(outside).count();
+        if outside > 0 {
+            remarks.push(Remark::whole(format!(
+                "{}: {outside} of {} frames are from before or after those of the stage and train nothing",
+                file.name,
+                session.sensor.times().len()
+            )));
+        }
         runs.push(Run {
             name: file.name.clone(),
-            session: Session::new(&stage_file.name, sensor, &stage)?,
+            session,
             placed: true,
         });
     }
@@ -144,23 +169,9 @@ fn pairs(channels: usize, files: &[&TrainingFile], runs: &mut Vec<Run>) -> Resul
     }
 }
 
-/// A reading that is missing in training is a mistake, not a gap.
-fn refuse_missing(file: &TrainingFile) -> Result<(), InputError> {
-    for (number, line) in (1..).zip(file.text.lines()) {
-        let mut column = 1;
-        for cell in line.split(',') {
-            let width = cell.chars().count();
-            if cell.trim().eq_ignore_ascii_case("nan") {
-                let message = "there is no number here";
-                return Err(
-                    InputError::on_line(&file.name, number, line, column, width, message)
-                        .help("remove the row: a map is trained on whole rows"),
-                );
-            }
-            column += width + 1;
-        }
-    }
-    Ok(())
+/// First and last time.
+fn ends(series: &Series) -> [f64; 2] {
+    [series.times()[0], series.times()[series.times().len() - 1]]
 }
 
 /// A table with a header: one row for each frame.

@@ -107,7 +107,7 @@ fn a_child_has_its_parent_and_what_merges_says_into_what() {
 }
 
 #[test]
-fn a_short_outage_is_bridged_and_a_long_one_begins_a_new_track() {
+fn an_outage_is_bridged_if_it_is_short_or_the_contact_is_still_there() {
     let mut bench = Bench::new();
     let run = |bench: &mut Bench, from: f64| {
         let mut tracks = Vec::new();
@@ -125,8 +125,12 @@ fn a_short_outage_is_bridged_and_a_long_one_begins_a_new_track() {
         assert_eq!(bench.frame(1, &[])[0].contact, None);
     }
     assert_eq!(ids(&run(&mut bench, 8.6)), [1]);
-    bench.time_ns += 100_000_000;
-    bench.frame(1, &[[9.0, 4.0]]);
+    // 5 s without a frame: still on the same taxels, then elsewhere.
+    bench.time_ns += 5_000_000_000;
+    assert_eq!(ids(&bench.frame(1, &[[9.5, 4.0]])), [1]);
+    assert!(bench.tracker.ended().is_empty());
+    bench.time_ns += 5_000_000_000;
+    bench.frame(1, &[[3.0, 4.0]]);
     assert_eq!(bench.tracker.ended()[0].ending, Ending::Released);
     assert_eq!(ids(bench.tracker.tracks()), [2]);
 }
