@@ -182,6 +182,35 @@ fn a_large_difference_of_runs_is_found() {
     assert!(gain(&[1.0, 1.2]) > 5.0 * gain(&[1.0, 1.0]));
 }
 
+/// A touch that begins slowly has begun before it ends the capture.
+#[test]
+fn a_slow_touch_during_the_rest_capture_leaves_no_trace() {
+    const RAMP: f64 = 0.15;
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.0], 3));
+    let mut estimator = estimator(&calibrated);
+    estimator.begin_rest_capture(50);
+    let mut noise = Noise::seeded(9);
+    for k in 0..50 {
+        let pressed = RAMP * f64::from(k - 20).max(0.0);
+        let values = (0..CHANNELS).map(|c| 200.0 * c as f64 + pressed + 0.3 * noise.normal());
+        let frame = Frame {
+            sequence: k as u64,
+            time_ns: k as u64 * 40_000_000,
+            values: values.collect(),
+        };
+        let (touch, ended) = estimator.push(&frame).unwrap();
+        let Some(ended) = ended else { continue };
+        assert_eq!(ended, Ok(()));
+        // 15 frames of a ramp over 35 are 0.5 counts; 18 frames of noise are
+        // known to 0.07.
+        for (channel, rest) in touch.rest.iter().enumerate() {
+            assert!((rest - 200.0 * channel as f64).abs() < 0.28, "{rest}");
+        }
+    }
+    assert!(!estimator.capturing());
+}
+
 /// Half an hour of drift, a press of ten minutes, and the same again empty.
 #[test]
 fn what_is_empty_is_followed_and_what_presses_is_not() {

@@ -70,7 +70,21 @@ pub struct TrainedEstimator {
 #[derive(Debug, Clone)]
 struct Capture {
     readings: RestReadings,
-    frames: usize,
+    /// The frames so far.
+    frames: Vec<Vec<f64>>,
+}
+
+impl Capture {
+    /// The rest of a capture that a touch has ended. It began before it was
+    /// seen: the later half of the frames is left out.
+    fn before_touch(&self) -> RestReadings {
+        let kept = self.frames.len().div_ceil(2).max(LEAST_FRAMES);
+        let mut rest = RestReadings::new(self.readings.channels().len(), kept);
+        for frame in self.frames.iter().take(kept) {
+            rest.push(frame.iter().copied());
+        }
+        rest
+    }
 }
 
 /// Fewest frames of a rest capture that a touch has ended.
@@ -286,12 +300,17 @@ impl TrainedEstimator {
         }
         let noise = self.maps.rest.iter().flat_map(|rest| &rest.deviation);
         let so_far = capture.readings.channels().iter().zip(noise).zip(values);
-        let touched = capture.frames >= LEAST_FRAMES
+        let touched = capture.frames.len() >= LEAST_FRAMES
             && so_far.into_iter().any(|((running, noise), value)| {
                 (value - running.mean_or_nan()).abs() > TOUCHED * noise
             });
-        capture.frames += 1;
-        if !touched && !capture.readings.push(values.iter().copied()) {
+        if touched {
+            let rest = capture.before_touch();
+            self.capture = None;
+            return Some(self.rest_from(rest.channels()));
+        }
+        capture.frames.push(values.to_vec());
+        if !capture.readings.push(values.iter().copied()) {
             return None;
         }
         let capture = self.capture.take()?;
@@ -353,7 +372,7 @@ impl SignalEstimator for TrainedEstimator {
     fn begin_rest_capture(&mut self, frames: usize) {
         self.capture = Some(Capture {
             readings: RestReadings::new(self.meaning.channels.len(), frames),
-            frames: 0,
+            frames: Vec::new(),
         });
     }
 

@@ -85,14 +85,20 @@ impl Session {
             .collect()
     }
 
-    /// Those frames. Without a stage the force tells when contact begins.
+    /// Those frames. Without a stage the force tells when contact begins, and
+    /// shows it late: then they are the first half of the frames before.
     pub fn rest_frames(&self) -> &[Vec<f64>] {
         let start = &self.place.rows()[0];
         let moved = |row: &Vec<f64>| row.iter().zip(start).any(|(a, b)| (a - b).abs() > MOVED);
         let begin = self.place.rows().iter().position(moved);
         let begin = begin.map_or(f64::INFINITY, |row| self.place.times()[row]);
-        let begin = begin.min(self.first_force().unwrap_or(f64::INFINITY));
-        let still = self.sensor.times().partition_point(|time| *time < begin);
+        let pressed = self.first_force().unwrap_or(f64::INFINITY);
+        let before = |time: f64| self.sensor.times().partition_point(|t| *t < time);
+        let still = if pressed < begin {
+            before(pressed) / 2
+        } else {
+            before(begin)
+        };
         let [least, most] = BASELINE_FRAMES;
         &self.sensor.rows()[..still.clamp(least, most).min(self.sensor.rows().len())]
     }
