@@ -20,6 +20,8 @@ mod rest;
 mod split;
 mod stiffness;
 mod sweep;
+#[cfg(test)]
+mod testing;
 mod three_axis_bench;
 mod trained_bench;
 

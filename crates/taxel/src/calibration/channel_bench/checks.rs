@@ -12,7 +12,7 @@ const OTHER: f64 = 3.0;
 /// Between readings and drawing, a factor beyond this is a wrong unit.
 const WRONG_UNIT: f64 = 300.0;
 
-/// The readings of `data`, checked.
+/// The readings of `data`, checked; the saturated ones are marked.
 pub(super) fn readings(
     calibrator: &ChannelCalibrator<'_>,
     data: &BenchData,
@@ -26,19 +26,19 @@ pub(super) fn readings(
         let (load, voltage) = (load(data, row)?, voltage(calibrator, data, row)?);
         if voltage <= 0.0 || voltage >= divider.supply {
             impossible += 1;
-        } else if divider.saturated(voltage) {
-            saturated += 1;
-        } else {
-            readings.push(Reading {
-                channel,
-                layer: calibrator.layer_of(channel),
-                load,
-                share: data.number(row, 5).unwrap_or(1.0),
-                voltage,
-                deviation: data.number(row, 8).filter(|deviation| *deviation > 0.0),
-                marked: data.number(row, 9).is_some_and(|mark| mark != 0.0),
-            });
+            continue;
         }
+        readings.push(Reading {
+            channel,
+            layer: calibrator.layer_of(channel),
+            load,
+            share: data.number(row, 5).unwrap_or(1.0),
+            voltage,
+            deviation: data.number(row, 8).filter(|deviation| *deviation > 0.0),
+            saturated: divider.saturated(voltage),
+            marked: data.number(row, 9).is_some_and(|mark| mark != 0.0),
+        });
+        saturated += usize::from(divider.saturated(voltage));
     }
     if 2 * impossible > data.len() {
         let message = format!(
@@ -59,7 +59,8 @@ pub(super) fn readings(
             remarks.push(Remark::whole(format!("{count} {what} are left out")));
         }
     }
-    units(calibrator, data, &readings)?;
+    let told: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
+    units(calibrator, data, &told)?;
     Ok(readings)
 }
 

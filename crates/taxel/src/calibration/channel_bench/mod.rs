@@ -16,7 +16,7 @@ mod synthetic;
 use super::bench_data::BenchData;
 use super::channels::ChannelModel;
 use super::fit::{Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval};
-use super::loops::law_of;
+use super::loops::{law_of, on_loading};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
     NamedSensor, Outcome, open_in_words, paired, search_in_words, wanted,
@@ -265,39 +265,37 @@ impl<'a> ChannelCalibrator<'a> {
         })
     }
 
-    /// The readings of loading of each channel; remarks on the rest.
+    /// The readings of loading of each channel that are not saturated; remarks
+    /// on those of unloading.
     fn loading(&self, readings: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
         let mut kept = Vec::new();
         for channel in &self.all {
             let of = readings.iter().filter(|r| r.channel == *channel);
-            let of: Vec<Reading> = of.copied().collect();
-            let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
-            let branches = branches(&loads);
-            let down = branches.iter().filter(|b| **b == Branch::Unloading).count();
-            if down > 0 {
-                remarks.push(Remark::whole(format!(
-                    "{CHANNEL}_{channel}: {} readings of loading are used, {down} of unloading are left out",
-                    of.len() - down
-                )));
-            }
-            let pairs = of.into_iter().zip(branches);
-            kept.extend(pairs.filter(|(_, b)| *b == Branch::Loading).map(|(r, _)| r));
+            let loads: Vec<f64> = of.clone().map(|r| r.load.pressure(0.0)).collect();
+            // Saturated readings say which way the load goes, too.
+            let pairs = of.zip(branches(&loads)).filter(|(r, _)| !r.saturated);
+            let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
+                .map(|(r, branch)| (*r, branch == Branch::Unloading))
+                .unzip();
+            let name = format!("{CHANNEL}_{channel}");
+            kept.extend(on_loading(&name, &of, &unloading, "", remarks));
         }
         kept
     }
 
-    /// The plateau of each channel that reached one, and the readings that are
-    /// in none.
-    fn unsaturated(&self, all: Vec<Reading>) -> (Vec<Option<Plateau>>, Vec<Reading>) {
-        let loading = self.loading(&all, &mut Vec::new());
+    /// The plateau of each channel that reached one; marks its readings.
+    fn plateaus(&self, all: &mut [Reading]) -> Vec<Option<Plateau>> {
+        let loading = self.loading(all, &mut Vec::new());
         let plateau = |channel: &usize| {
             let of = loading.iter().filter(|r| r.channel == *channel);
             Plateau::find(&of.copied().collect::<Vec<_>>())
         };
         let plateaus: Vec<Option<Plateau>> = self.all.iter().map(plateau).collect();
-        let free = |r: &Reading| !plateaus[r.channel].is_some_and(|plateau| plateau.holds(r));
-        let left = all.into_iter().filter(free).collect();
-        (plateaus, left)
+        for reading in all {
+            let plateau = plateaus[reading.channel];
+            reading.saturated |= plateau.is_some_and(|plateau| plateau.holds(reading));
+        }
+        plateaus
     }
 
     /// Readings that the fit sees, and those held out.
@@ -346,8 +344,8 @@ impl Calibrator for ChannelCalibrator<'_> {
     ) -> Result<Outcome, InputError> {
         wanted(&MODELS, options)?;
         let mut remarks = data.remarks.clone();
-        let all = checks::readings(self, data, &mut remarks)?;
-        let (plateaus, all) = self.unsaturated(all);
+        let mut all = checks::readings(self, data, &mut remarks)?;
+        let plateaus = self.plateaus(&mut all);
         let readings = self.loading(&all, &mut remarks);
         checks::enough(data, &readings)?;
         let refused = |error: FitError| {

@@ -26,6 +26,8 @@ pub(super) struct Reading {
     pub(super) voltage: f64,
     /// Standard deviation that the bench gives, V.
     pub(super) deviation: Option<f64>,
+    /// Whether the voltage says no more than that the load is at least as large.
+    pub(super) saturated: bool,
     pub(super) marked: bool,
 }
 

@@ -12,10 +12,14 @@ pub(super) const SATURATION: &str = "saturation_voltage";
 
 /// Fewer readings at the largest loads are no plateau.
 const LEAST: usize = 6;
-/// A reading of the plateau lies within so many deviations of its mean.
-const WITHIN: f64 = 4.0;
-/// A slope is none below this many of its deviations.
-const FLAT: f64 = 3.0;
+/// Chances on one side that a reading of a plateau is taken for none: where it is
+/// looked for, two in a row end it; of the others a single one that is taken for
+/// no plateau spoils the curve, and a few too many do not matter. A scatter that
+/// few readings tell is often too small: hence Student's quantiles.
+const IN_A_ROW: f64 = 1e-4;
+const ALONE: f64 = 1e-6;
+/// The same for its slope.
+const FLAT: f64 = 1e-5;
 /// The curve before a plateau would have risen along it by this many deviations
 /// of a reading.
 const RISING: f64 = 8.0;
@@ -32,6 +36,12 @@ pub(super) struct Plateau {
     count: usize,
 }
 
+/// How far from the mean of `count` readings another one of theirs lies with no
+/// more than this chance, in their scatter.
+fn apart(chance: f64, count: usize) -> f64 {
+    student_quantile(1.0 - chance, count - 1) * (1.0 + 1.0 / count as f64).sqrt()
+}
+
 impl Plateau {
     /// The plateau of readings of loading of one channel.
     pub(super) fn find(of: &[Reading]) -> Option<Self> {
@@ -43,7 +53,8 @@ impl Plateau {
         let mut count = LEAST;
         let [mut mean, mut scatter] = spread(points.get(..LEAST)?);
         while let Some(next) = points.get(count) {
-            if (next[1] - mean).abs() > WITHIN * scatter {
+            let out = |point: &[f64; 2]| (point[1] - mean).abs() > apart(IN_A_ROW, count) * scatter;
+            if out(next) && points.get(count + 1).is_none_or(out) {
                 break;
             }
             count += 1;
@@ -54,7 +65,8 @@ impl Plateau {
         let [slope, deviation] = line(top)?;
         let [before, _] = line(below)?;
         let length = top[0][0] - top[count - 1][0];
-        let flat = slope.abs() < FLAT * deviation && before * length > RISING * scatter;
+        let steepest = student_quantile(1.0 - FLAT, count - 2) * deviation;
+        let flat = slope.abs() < steepest && before * length > RISING * scatter;
         flat.then_some(Self {
             voltage: mean,
             scatter,
@@ -65,7 +77,7 @@ impl Plateau {
 
     /// Whether a reading belongs to it.
     pub(super) fn holds(&self, reading: &Reading) -> bool {
-        reading.voltage > self.voltage - WITHIN * self.scatter
+        reading.voltage > self.voltage - apart(ALONE, self.count) * self.scatter
     }
 }
 
@@ -104,7 +116,7 @@ pub(super) fn parameters(
         let name = format!("{CHANNEL}_{channel}");
         let of = readings
             .iter()
-            .filter(|reading| reading.channel == *channel);
+            .filter(|reading| reading.channel == *channel && !reading.saturated);
         let most = of.map(|reading| reading.voltage).fold(0.0, f64::max);
         let parameter = Parameter {
             unit: "V",

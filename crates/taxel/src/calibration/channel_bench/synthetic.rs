@@ -41,6 +41,7 @@ pub(super) fn bench(calibrator: &ChannelCalibrator<'_>, options: &BenchOptions) 
                 share: 1.0,
                 voltage: 0.0,
                 deviation: None,
+                saturated: false,
                 marked: false,
             };
             calibrator

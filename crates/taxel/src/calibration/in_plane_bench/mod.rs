@@ -16,7 +16,7 @@ use std::borrow::Cow;
 
 use super::bench_data::BenchData;
 use super::fit::{Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
-use super::loops::{Loops, law_of};
+use super::loops::{Loops, law_of, on_loading, steps};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
     NamedSensor, Outcome, open_in_words, paired, search_in_words, wanted,
@@ -247,20 +247,11 @@ impl<'a> InPlaneCalibrator<'a> {
                 kept.extend(of);
                 continue;
             }
-            let down = branches.iter().filter(|b| **b == Branch::Unloading).count();
-            if down > 0 {
-                let note = match checks::hysteresis(&of, &branches) {
-                    Some(share) => format!("; unloading carries {:.1} % less force", 100.0 * share),
-                    None => String::new(),
-                };
-                let message = format!(
-                    "{name}: {} readings of loading are used, {down} of unloading are left out{note}",
-                    of.len() - down
-                );
-                remarks.push(Remark::whole(message));
-            }
-            let pairs = of.into_iter().zip(branches);
-            kept.extend(pairs.filter(|(_, b)| *b == Branch::Loading).map(|(r, _)| r));
+            let note = checks::hysteresis(&of, &branches).map_or_else(String::new, |share| {
+                format!("; unloading carries {:.1} % less force", 100.0 * share)
+            });
+            let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
+            kept.extend(on_loading(name, &of, &unloading, &note, remarks));
         }
         kept
     }
@@ -273,16 +264,19 @@ impl<'a> InPlaneCalibrator<'a> {
         options: &CalibrateOptions,
         remarks: &mut Vec<Remark>,
     ) -> Vec<Loops> {
-        let at = best.fit.values();
         let mut found = Vec::new();
         for (sensor, (drawn, prefix)) in self.models.iter().zip(&self.prefixes).enumerate() {
-            let values = std::array::from_fn(|k| at[own(sensor) + k]);
-            let model = problem::calibrated(drawn, best.model.law(), [at[0], at[1]], values);
+            let model = |at: Vec<f64>| {
+                let values = std::array::from_fn(|k| at[own(sensor) + k]);
+                problem::calibrated(drawn, best.model.law(), [at[0], at[1]], values)
+            };
+            let mut moved = steps(&best.fit).into_iter().map(model);
             let of = all.iter().filter(|r| r.sensor == sensor).copied();
             let of: Vec<Reading> = of.collect();
             let marked: Vec<bool> = of.iter().map(|r| r.marked).collect();
             let held = options.hold_out.held(&marked);
-            if let Some(loops) = loops::of_sensor(&model, &of, &held, prefix) {
+            let here = model(best.fit.values());
+            if let Some(loops) = loops::of_sensor(&here, &mut moved, &of, &held, prefix) {
                 remarks.push(Remark::whole(loops.about.clone()));
                 found.push(loops);
             }

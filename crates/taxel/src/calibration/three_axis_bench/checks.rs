@@ -86,7 +86,7 @@ pub(super) fn readings(
             .filter(|r| r.taxel == taxel)
             .copied()
             .collect();
-        enough(data, taxel, &of)?;
+        enough(data, &of)?;
         channels(data, taxel, &of)?;
         units(calibrator, data, taxel, &of)?;
     }
@@ -183,10 +183,12 @@ fn taxel(
     Err(data.error("taxel", message, &help))
 }
 
-fn enough(data: &BenchData, taxel: usize, of: &[Reading]) -> Result<(), InputError> {
+/// Whether the readings of a taxel are enough, and of different forces.
+pub(super) fn enough(data: &BenchData, of: &[Reading]) -> Result<(), InputError> {
+    let taxel = of.first().map_or(0, |reading| reading.taxel);
     if of.len() < LEAST {
         let message = format!(
-            "taxel {taxel} has {} readings; at least {LEAST} are needed",
+            "taxel {taxel} has {} readings of loading; at least {LEAST} are needed",
             of.len()
         );
         return Err(data.error("force_z", message, "take more readings"));

@@ -14,6 +14,7 @@ pub(super) const FORCE_AT: [usize; 3] = [2, 3, 4];
 pub(super) const CAPACITANCE_AT: [usize; 4] = [5, 6, 7, 8];
 pub(super) const COUNTS_AT: [usize; 4] = [9, 10, 11, 12];
 pub(super) const REST: usize = 13;
+pub(super) const TIME_AT: usize = 0;
 /// Deviation of a force, of a capacitance.
 pub(super) const DEVIATION_AT: [usize; 2] = [14, 15];
 pub(super) const PARALLEL_AT: [usize; 4] = [16, 17, 18, 19];

@@ -32,7 +32,7 @@ use crate::sensor::{CalibratedUnit, Element, Sensor};
 use crate::transduction::UnitModel;
 
 use checks::Measured;
-use columns::COLUMNS;
+use columns::{COLUMNS, TIME_AT};
 use noise::Noise;
 use problem::{Bench, COMPLIANCE, GAP, OWN, Reading, SINKING, name, unit, values, with_values};
 
@@ -385,7 +385,20 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
         let all = checks::readings(self, data, &mut remarks)?;
         let measured = checks::measured(data)?;
         let of = |taxel: usize| all.iter().filter(|r| r.taxel == taxel).copied().collect();
-        let taxels: Vec<Vec<Reading>> = checks::taxels(&all).into_iter().map(of).collect();
+        let read: Vec<Vec<Reading>> = checks::taxels(&all).into_iter().map(of).collect();
+        // Without a clock nothing says which readings are of unloading.
+        let in_time = data.given[TIME_AT];
+        let taxels: Vec<Vec<Reading>> = if in_time {
+            let loading = |of: &Vec<Reading>| loops::loading(of, &mut remarks);
+            read.iter().map(loading).collect()
+        } else {
+            let message = "without a column time all readings are fitted as of loading";
+            remarks.push(Remark::whole(message));
+            read.clone()
+        };
+        for of in &taxels {
+            checks::enough(data, of)?;
+        }
         let (seen, unseen) = (pick(&taxels, options, false), pick(&taxels, options, true));
         let any_unseen = unseen.iter().any(|of| !of.is_empty());
         let wrong = |model: Model, note: &str, error: FitError| {
@@ -428,21 +441,12 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
                 models.push(comparison);
             }
         }
-        let found = loops::of_array(self, &best, &taxels, options);
-        self.remark_on(&best, &taxels, found.is_some(), &mut remarks);
-        let mut taxels = taxels;
-        let mut hysteresis = Vec::new();
-        if let Some((loops, loading)) = found {
-            best = self
-                .fits(wanted, &loading, measured, options)
-                .map_err(|error| wrong(wanted, " with hysteresis", error))?;
-            (taxels, hysteresis) = (loading, loops);
-            // The other devices are fitted to loading alone.
-            remarks.push(Remark::whole(
-                "with hysteresis: readings were brought to loading by its law before the fit; what the law leaves is \
-                 alike from reading to reading, and the deviations of the other parameters do not hold it",
-            ));
-        }
+        self.remark_on(&best, &read, &mut remarks);
+        let hysteresis = if in_time {
+            loops::of_array(self, &best, &read, options)
+        } else {
+            Vec::new()
+        };
         if options.profile {
             for (fitted, of) in best.iter_mut().zip(&taxels) {
                 self.with_profiles(fitted, of, measured)

@@ -13,6 +13,9 @@ use crate::transduction::UnitModel;
 
 /// Taxels of which a report shows figures.
 const SHOWN: usize = 8;
+/// Steps from the gauge's force to that of the capacitances: Newton's, so that
+/// a tenth between them becomes 1e-8.
+const STEPS: usize = 4;
 /// Less force at unloading than this is not worth a remark.
 const WORTH_A_REMARK: f64 = 0.005;
 
@@ -73,19 +76,21 @@ pub(super) fn scope(readings: &[Reading]) -> Vec<Scope> {
 /// Gauge less model: the force along each gauged axis by which the gauge
 /// stands off the four capacitances, N; `None` where a tile touches.
 pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3]> {
-    let misfit = misfit(unit, reading)?;
-    let jacobian = unit.linearise(reading.force)?.jacobian;
     let axes: Vec<usize> = (0..3).filter(|axis| reading.gauged[*axis]).collect();
-    let design: Vec<Vec<f64>> = jacobian
-        .iter()
-        .map(|row| axes.iter().map(|axis| row[*axis]).collect())
-        .collect();
-    let found = least_squares::solve(&design, &misfit)?;
-    let mut error = [0.0; 3];
-    for (axis, off) in axes.into_iter().zip(found.coefficients) {
-        error[axis] = -off;
+    let mut moved = *reading;
+    for _ in 0..STEPS {
+        let misfit = misfit(unit, &moved)?;
+        let jacobian = unit.linearise(moved.force)?.jacobian;
+        let own = |row: &[f64; 3]| axes.iter().map(|axis| row[*axis]).collect();
+        let design: Vec<Vec<f64>> = jacobian.iter().map(own).collect();
+        let found = least_squares::solve(&design, &misfit)?;
+        for (axis, step) in axes.iter().zip(found.coefficients) {
+            moved.force[*axis] += step;
+        }
     }
-    Some(error)
+    Some(std::array::from_fn(|axis| {
+        reading.force[axis] - moved.force[axis]
+    }))
 }
 
 impl ThreeAxisCalibrator<'_> {
@@ -215,20 +220,13 @@ impl ThreeAxisCalibrator<'_> {
         derived
     }
 
-    /// Remarks on taxels that were not read, and on unloading; `undone` where a
-    /// hysteresis explains it.
+    /// Remarks on taxels that were not read, and on unloading.
     pub(super) fn remark_on(
         &self,
         fits: &[Fitted],
         taxels: &[Vec<Reading>],
-        undone: bool,
         remarks: &mut Vec<Remark>,
     ) {
-        let note = if undone {
-            ""
-        } else {
-            "; the fit is the mean of both"
-        };
         let left = self.made.len() - taxels.len();
         if left > 0 {
             let message = format!("{left} taxels were not read and stay as drawn");
@@ -241,7 +239,7 @@ impl ThreeAxisCalibrator<'_> {
                 };
                 if share.abs() > WORTH_A_REMARK {
                     remarks.push(Remark::whole(format!(
-                        "{PREFIX}{}: unloading carries {:.1} % less force_{name} than loading{note}",
+                        "{PREFIX}{}: unloading carries {:.1} % less force_{name} than loading",
                         fitted.taxel,
                         100.0 * share
                     )));

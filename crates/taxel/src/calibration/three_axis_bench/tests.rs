@@ -1,12 +1,11 @@
 use std::fmt::Write as _;
 
-use rayon::prelude::*;
-
 use super::*;
 use crate::acquisition::{Frame, Quantity};
 use crate::calibration::fit::Problem;
-use crate::calibration::split::HoldOut;
-use crate::calibration::{CalibrationFile, Provenance};
+use crate::calibration::testing::{
+    HASH, calibrated, covered, file, lost, lost_on_bench, no_hold_out,
+};
 use crate::estimation::{Estimator, EstimatorOptions};
 use crate::predict::Loads;
 use crate::table::Cell;
@@ -30,7 +29,7 @@ fn sensor() -> Sensor {
 fn with<T>(sensor: &Sensor, run: impl FnOnce(&ThreeAxisCalibrator<'_>) -> T) -> T {
     let named = NamedSensor {
         name: "unit",
-        hash: "0123456789abcdef",
+        hash: HASH,
         sensor,
     };
     run(&ThreeAxisCalibrator::new(&named).unwrap())
@@ -38,13 +37,6 @@ fn with<T>(sensor: &Sensor, run: impl FnOnce(&ThreeAxisCalibrator<'_>) -> T) -> 
 
 fn parse(text: &str) -> BenchData {
     BenchData::parse("bench.csv", text, &COLUMNS, "taxel").unwrap()
-}
-
-fn no_hold_out() -> CalibrateOptions {
-    CalibrateOptions {
-        hold_out: HoldOut::None,
-        ..CalibrateOptions::default()
-    }
 }
 
 fn readings(calibrator: &ThreeAxisCalibrator<'_>, text: &str) -> Vec<Reading> {
@@ -121,35 +113,23 @@ fn slopes_are_those_of_differences() {
 fn intervals_cover_the_truth_of_a_thousand_benches() {
     with(&sensor(), |calibrator| {
         let truth = values(&synthetic::tilted(&calibrator.made[0], 0.01));
-        let counts: Vec<Vec<usize>> = (0..1000_u64)
-            .into_par_iter()
-            .map(|seed| {
-                let text = calibrator.bench(&BenchOptions {
-                    seed,
-                    readings: 84,
-                    cycles: 1,
-                    compression: 0.5,
-                    noise: 0.001,
-                    tilt: 0.01,
-                    ..BenchOptions::default()
-                });
-                let readings = readings(calibrator, &text);
-                let start = with_values(&calibrator.drawn, &truth);
-                let fitted = calibrator
-                    .fit_from(Model::Matrix, &start, &readings, None, &no_hold_out())
-                    .unwrap();
-                let estimates = fitted.fit.estimates.iter().zip(&truth);
-                estimates
-                    .map(|(estimate, truth)| {
-                        let [low, high] = estimate.interval;
-                        usize::from((low..=high).contains(truth))
-                    })
-                    .collect()
-            })
-            .collect();
-        let covered: Vec<usize> = (0..OWN)
-            .map(|j| counts.iter().map(|count| count[j]).sum())
-            .collect();
+        let covered = covered(1000, &truth, |seed| {
+            let text = calibrator.bench(&BenchOptions {
+                seed,
+                readings: 84,
+                cycles: 1,
+                compression: 0.5,
+                noise: 0.001,
+                tilt: 0.01,
+                ..BenchOptions::default()
+            });
+            let readings = readings(calibrator, &text);
+            let start = with_values(&calibrator.drawn, &truth);
+            let fitted = calibrator
+                .fit_from(Model::Matrix, &start, &readings, None, &no_hold_out())
+                .unwrap();
+            fitted.fit.estimates
+        });
         // 95 % of 1000 with three deviations of that count.
         assert!(
             covered.iter().all(|count| (930..=970).contains(count)),
@@ -334,6 +314,49 @@ fn a_tilted_probe_is_cross_talk_that_is_found() {
     });
 }
 
+/// Constants owe nothing to the hysteresis: intervals hold the truth as often as
+/// without it, and so do those of the width of the loops.
+#[test]
+fn intervals_cover_the_truth_of_benches_with_hysteresis() {
+    with(&sensor(), |calibrator| {
+        let constants = values(&synthetic::tilted(&calibrator.made[0], 0.01));
+        let start = with_values(&calibrator.drawn, &constants);
+        for hysteresis in [0.05, 0.1] {
+            let widths = lost_on_bench(hysteresis);
+            let truth = [constants.clone(), widths.repeat(AXES.len())].concat();
+            let covered = covered(200, &truth, |seed| {
+                let text = calibrator.bench(&BenchOptions {
+                    seed,
+                    readings: 168,
+                    compression: 0.5,
+                    noise: 0.002,
+                    tilt: 0.01,
+                    hysteresis,
+                    ..BenchOptions::default()
+                });
+                let all = readings(calibrator, &text);
+                let kept = loops::loading(&all, &mut Vec::new());
+                let fitted = calibrator
+                    .fit_from(Model::Matrix, &start, &kept, None, &no_hold_out())
+                    .unwrap();
+                let mut found = fitted.fit.estimates.clone();
+                let loops = loops::of_array(calibrator, &[fitted], &[all], &no_hold_out());
+                assert_eq!(loops.len(), AXES.len());
+                found.extend(loops.iter().flat_map(lost));
+                found
+            });
+            // 95 % of 200 with three deviations of that count.
+            let near = |count: &usize| (181..=199).contains(count);
+            assert!(covered[..OWN].iter().all(near), "{covered:?}");
+            // Weights have a prior and a bound at none: more may be covered.
+            assert!(
+                covered[OWN..].iter().all(|count| *count >= 181),
+                "{covered:?}"
+            );
+        }
+    });
+}
+
 #[test]
 fn hysteresis_is_remarked_on() {
     with(&sensor(), |calibrator| {
@@ -422,16 +445,8 @@ fn a_calibration_file_carries_the_compliance_to_prediction_and_estimation() {
             ..BenchOptions::default()
         });
         let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
-        let about = Provenance {
-            version: "0",
-            date: "2000-01-01",
-            data: "bench.csv",
-            data_hash: "00",
-        };
-        let file = CalibrationFile::parse("calibration.toml", &outcome.to_toml(&about)).unwrap();
-        let calibrated = file
-            .apply("calibration.toml", &sensor, "0123456789abcdef")
-            .unwrap();
+        let file = file(&outcome);
+        let calibrated = calibrated(&outcome, &sensor);
         let found: Vec<f64> = outcome.parameters.iter().map(|(_, e)| e.value).collect();
         let array = calibrated.three_axis().unwrap();
         assert_eq!(values(&array.calibration().units[0]), found);
@@ -478,14 +493,7 @@ fn loops_are_found_along_each_axis_and_undone_live() {
                 "{said:?}"
             );
         }
-        let about = Provenance {
-            version: "",
-            date: "",
-            data: "",
-            data_hash: "",
-        };
-        let file = CalibrationFile::parse("c.toml", &outcome.to_toml(&about)).unwrap();
-        let sensor = file.apply("c.toml", &sensor, "0123456789abcdef").unwrap();
+        let sensor = calibrated(&outcome, &sensor);
         let calibration = sensor.three_axis().unwrap().calibration();
         let taxels = calibration.layout.taxels();
         let quantity = Quantity::Capacitance;
