@@ -346,7 +346,7 @@ mod tests {
             spread: 1.0,
             reach: like[49],
         });
-        let (forces, sigma) = Presses::new(1.5e-3, 3).forces([0.0; 2]);
+        let (forces, sigma) = Presses::new(1.5e-3, 3).forces([1.5e-3, 1.0e-3]);
         assert_eq!(careful.place(&forces, &[sigma; 8]), None);
         let (forces, sigma) = Presses::new(3.6e-3, 3).forces([0.0; 2]);
         assert!(careful.place(&forces, &[sigma; 8]).is_some());
