@@ -72,7 +72,8 @@ const WITH_GAINS: Finder = Finder {
 ///
 /// The regression is for contacts of the radii that pressed, and its factor is
 /// that of all of them together. The profile is for the others: its factor is
-/// that of the radius at which it does worst.
+/// that of the radius at which it does worst, with nine in ten confidence: a
+/// radius between those may do worse still.
 pub(super) fn trusted<'a>(map: PlaceMap, trials: impl Iterator<Item = &'a Trial>) -> PlaceMap {
     let seen: Vec<&Tried> = trials
         .filter(|trial| trial.radius_seen)
@@ -86,10 +87,10 @@ pub(super) fn trusted<'a>(map: PlaceMap, trials: impl Iterator<Item = &'a Trial>
         let such = seen.iter().filter(|tried| tried.radius == *radius);
         let distances: Vec<f64> = such.filter_map(|tried| tried.profile).collect();
         // Of fewer the largest one would decide.
-        (distances.len() >= FEWEST_FOR_FACTOR).then(|| factor(distances))
+        (distances.len() >= FEWEST_FOR_FACTOR).then(|| factor(distances, SURE))
     };
     PlaceMap {
-        spread: factor(all(|tried| tried.learned)),
+        spread: factor(all(|tried| tried.learned), 0.0),
         reach: quantile(all(|tried| tried.strangeness), FAMILIAR).unwrap_or(f64::MAX),
         profile_spread: radii.iter().filter_map(of).fold(1.0, f64::max),
         ..map
@@ -99,14 +100,20 @@ pub(super) fn trusted<'a>(map: PlaceMap, trials: impl Iterator<Item = &'a Trial>
 /// Presses of a radius that tell a factor on the deviations.
 const FEWEST_FOR_FACTOR: usize = 20;
 
+/// Nine in ten samples: normal deviate of that confidence.
+const SURE: f64 = 1.28;
+
 /// Factor on the deviations after which 95 % of these squared distances are
-/// within the ellipses of 95 %.
-fn factor(distances: Vec<f64>) -> f64 {
-    quantile(distances, 0.95).map_or(1.0, |distance| (distance / ELLIPSE_95).sqrt().max(0.1))
+/// within the ellipses of 95 %, or as many of all future ones by a confidence
+/// that is given as a normal deviate.
+fn factor(distances: Vec<f64>, confidence: f64) -> f64 {
+    let scatter = (0.95 * 0.05 / distances.len().max(1) as f64).sqrt();
+    quantile(distances, 0.95 + confidence * scatter)
+        .map_or(1.0, |distance| (distance / ELLIPSE_95).sqrt().max(0.1))
 }
 
 /// The value that this share of all future ones stays below: the
-/// ⌈share (n + 1)⌉-th smallest.
+/// ⌈share (n + 1)⌉-th smallest, at most the largest.
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let rank = (share * (values.len() + 1) as f64).ceil() as usize;

@@ -389,8 +389,8 @@ fn places_between(calibrator: &PiezoelectricCalibrator<'_>, least: f64) {
     // The specification's own simulation has 0.38 to 0.75 mm.
     assert!(learned < least, "{learned} {:?}", map.finder);
     for [_, inside] in found {
-        // Of 300 places 93 % leave 1.5 %.
-        assert!(inside > 0.91, "{inside} {}", map.profile_spread);
+        // The goal is 93 %, of 300 places within 1.5 %: two deviations.
+        assert!(inside > 0.90, "{inside} {}", map.profile_spread);
     }
 }
 
@@ -435,7 +435,7 @@ fn off(
             inside += f64::from(u8::from(found.distance(place) < 5.991));
         }
     }
-    // Places that are not told are few.
+    // The wider deviations leave some places untold.
     assert!(told > 240.0, "{told}");
     [squares / told, inside / told]
 }
