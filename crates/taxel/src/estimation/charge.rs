@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use super::contact::{Cell, Contact, normal_only};
-use super::localisation::{Place, Placing};
+use super::contact::{Cell, normal_only};
+use super::localisation::Placing;
+use super::placing_live::Placed;
 use super::segmentation::Segmentation;
 use super::{
     FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
@@ -100,16 +101,7 @@ pub struct ChargeEstimator {
     touch: SignalTouch,
 }
 
-/// Where a lone contact was found last, against the centre of its forces, which
-/// it moves with.
-#[derive(Debug, Clone, Copy)]
-struct Placed {
-    until_ns: u64,
-    /// Shift, m, and covariance, m²; none where the profile told no place.
-    shift: Option<([f64; 2], [f64; 3])>,
-}
-
-/// A place is looked for so often, ns: it takes a millisecond.
+/// Places are looked for so often, ns: it takes up to some milliseconds.
 const PLACE_EVERY_NS: u64 = 10_000_000;
 
 /// Pause that counts, as a share of the time constant of the high-pass.
@@ -149,7 +141,7 @@ impl ChargeEstimator {
         }
     }
 
-    /// Finds the place of a lone contact by `placing`; without, and where that
+    /// Finds contacts and their places by `placing`; without, and where that
     /// finds no information, a contact is at the centre of its forces.
     #[must_use]
     pub fn with_placing(mut self, placing: Arc<dyn Placing>) -> Self {
@@ -249,39 +241,37 @@ impl ChargeEstimator {
                 state: taxel.state,
             }
         };
-        let mut contacts: Vec<Contact> = std::mem::take(&mut self.touch.contacts);
-        let centre = self.segmentation.run(cell, &mut contacts);
-        self.touch.contacts = contacts;
-        self.touch.centre_of_pressure = centre;
+        let contacts = &mut self.touch.contacts;
+        self.touch.centre_of_pressure = self.segmentation.run(cell, contacts);
         self.segmentation.label(&mut self.touch.regions);
-        self.place_contact();
+        let cells: Vec<Cell> = (0..taxels.len()).map(cell).collect();
+        self.place_contacts(&cells);
     }
 
-    /// The profile of one contact tells its place better than its centre does;
-    /// the profiles of two overlap.
-    fn place_contact(&mut self) {
-        let (Some(placing), [contact]) = (&self.placing, &mut self.touch.contacts[..]) else {
+    /// The profiles of contacts tell their places better than the centres of
+    /// force do, and how many there are.
+    fn place_contacts(&mut self, cells: &[Cell]) {
+        let touch = &mut self.touch;
+        let (Some(placing), regions @ 1..) = (&self.placing, touch.contacts.len()) else {
             self.placed = None;
             return;
         };
-        let time_ns = self.touch.time_ns;
-        if self.placed.is_none_or(|placed| placed.until_ns <= time_ns) {
-            let taxels = self.touch.taxels.iter();
+        if !matches!(&self.placed, Some(placed) if placed.holds(touch.time_ns, regions)) {
+            let taxels = touch.taxels.iter();
             let (forces, deviations): (Vec<f64>, Vec<f64>) =
                 taxels.map(|taxel| (taxel.value, taxel.deviation)).unzip();
-            let shift = |place: Place| {
-                let shift = [0, 1].map(|axis| place.centre[axis] - contact.centre[axis]);
-                (shift, place.covariance)
-            };
-            self.placed = Some(Placed {
-                until_ns: time_ns.saturating_add(PLACE_EVERY_NS),
-                shift: placing.place(&forces, &deviations).map(shift),
-            });
+            let until_ns = touch.time_ns.saturating_add(PLACE_EVERY_NS);
+            let parts = placing.places(&forces, &deviations);
+            self.placed = Some(Placed::new(parts, until_ns, regions));
         }
-        if let Some((shift, covariance)) = self.placed.and_then(|placed| placed.shift) {
-            contact.centre = [0, 1].map(|axis| contact.centre[axis] + shift[axis]);
-            contact.covariance = covariance;
-            self.touch.centre_of_pressure = Some((contact.centre, contact.covariance));
+        let Some(placed) = &mut self.placed else {
+            return;
+        };
+        let pitch = self.model.layout.pitch;
+        placed.split(cells, pitch, &mut touch.contacts, &mut touch.regions);
+        placed.apply(&mut touch.contacts);
+        if let [contact] = &touch.contacts[..] {
+            touch.centre_of_pressure = Some((contact.centre, contact.covariance));
         }
     }
 

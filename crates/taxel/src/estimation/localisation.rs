@@ -1,8 +1,6 @@
 //! Where a round contact presses a soft cover, from the profile of the elements
 //! below it.
 
-use rayon::prelude::*;
-
 use crate::mechanics::{Base, Contact, SoftCover};
 
 /// What finds the place of one contact from the forces on all elements.
@@ -14,6 +12,27 @@ pub trait Placing: std::fmt::Debug + Send + Sync {
     /// The place for the forces on the elements with their standard
     /// deviations, N. `None` where they hold no information on it.
     fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place>;
+
+    /// All contacts that the forces need, each with its place; none where no
+    /// force is significant. One that holds no information on its place is
+    /// still there.
+    fn places(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
+        let found = peak(forces, deviations);
+        let one = |_| Located {
+            place: self.place(forces, deviations),
+            carried: forces.to_vec(),
+        };
+        found.map(one).into_iter().collect()
+    }
+}
+
+/// One of the contacts below a cover.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Located {
+    /// Its place; `None` where the forces do not tell it.
+    pub place: Option<Place>,
+    /// What it puts on each element, N.
+    pub carried: Vec<f64>,
 }
 
 /// Where a contact is.
@@ -31,6 +50,29 @@ pub struct Place {
     pub misfit: f64,
     /// How it was found.
     pub method: Method,
+}
+
+impl Place {
+    /// Whether it is known better than to half of this pitch x, y, m.
+    pub(super) fn is_known(&self, pitch: [f64; 2]) -> bool {
+        let within = |axis: usize| 4.0 * self.covariance[2 * axis] < pitch[axis].powi(2);
+        within(0) && within(1)
+    }
+
+    /// Square of its distance from `truth`, m, in its deviations.
+    pub fn distance(&self, truth: [f64; 2]) -> f64 {
+        let [x, y] = [0, 1].map(|axis| self.centre[axis] - truth[axis]);
+        let [xx, xy, yy] = self.covariance;
+        (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+    }
+
+    /// The same with this factor on its deviations.
+    pub(super) fn spread(self, factor: f64) -> Self {
+        Self {
+            covariance: self.covariance.map(|entry| factor * factor * entry),
+            ..self
+        }
+    }
 }
 
 /// How a place was found.
@@ -159,258 +201,8 @@ impl ProfileModel {
     }
 }
 
-/// Place, size and force of a contact by least squares on the profile of the
-/// soft cover, averaged by how well each place and size of a grid fits.
-///
-/// With σᵢ of noise and gain, shares sᵢ(x, y, a) and the best force F at each
-/// place, χ² = Σ (Fᵢ − F sᵢ)²/σᵢ² and the weight is exp(−χ²/2). All places over
-/// the elements are as likely beforehand, and all radii and forces on a
-/// logarithmic scale. Where the best misfit exceeds its degrees of freedom the
-/// profile is not that of the model, and all misfits count less by that ratio.
-#[derive(Debug, Clone)]
-pub struct ProfileFit {
-    model: ProfileModel,
-    /// For each radius the share at offsets of i, j steps along x and y.
-    shares: Vec<Vec<f64>>,
-}
-
-/// Steps of the grid from one element to the next.
-const STEPS: usize = 32;
-/// Elements up to so many rows or columns from the highest one are used.
-const NEAR: usize = 3;
-/// Steps from the highest element within which the contact is looked for.
-const WINDOW: usize = 32;
-/// Offsets of a table along one axis.
-const OFFSETS: usize = NEAR * STEPS + WINDOW + 1;
-
-/// Steps between places that are looked at first.
-const COARSE: usize = 4;
-/// Weight below which the surroundings of a place are not looked at.
-const NEGLIGIBLE: f64 = 1e-9;
-
-/// One place and size of the grid.
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    /// From the highest element.
-    steps: [isize; 2],
-    /// Index of the radius.
-    radius: usize,
-    force: f64,
-    /// By how much it lowers the misfit.
-    gain: f64,
-}
-
-/// An element near the highest one: offset from it in steps, force, weight.
-#[derive(Debug, Clone, Copy)]
-struct Reading {
-    offset: [isize; 2],
-    force: f64,
-    weight: f64,
-}
-
-impl ProfileFit {
-    /// Prepares the tables of all radii: some tenths of a second of work.
-    ///
-    /// `None` for fewer than three elements or no radius.
-    pub fn new(model: ProfileModel) -> Option<Self> {
-        if model.rows * model.columns < 3 || model.radii.is_empty() {
-            return None;
-        }
-        let shares = model.radii.par_iter().map(|a| table(&model, *a)).collect();
-        Some(Self { model, shares })
-    }
-
-    /// The same for elements whose gains are known to `gain_deviation`.
-    #[must_use]
-    pub fn with_gain_deviation(mut self, gain_deviation: f64) -> Self {
-        self.model.gain_deviation = gain_deviation;
-        self
-    }
-
-    /// What it was made for.
-    pub fn model(&self) -> &ProfileModel {
-        &self.model
-    }
-
-    fn readings(&self, top: usize, forces: &[f64], deviations: &[f64]) -> Vec<Reading> {
-        let columns = self.model.columns;
-        let (row, column) = (top / columns, top % columns);
-        let gain = self.model.gain_deviation;
-        let place = |index: usize| [index % columns, index / columns];
-        (0..forces.len())
-            .filter(|index| {
-                let [c, r] = place(*index);
-                c.abs_diff(column) <= NEAR && r.abs_diff(row) <= NEAR
-            })
-            .map(|index| {
-                let [c, r] = place(index);
-                let apart = |to: usize, from: usize| {
-                    STEPS.cast_signed() * (to.cast_signed() - from.cast_signed())
-                };
-                Reading {
-                    // Rows count downwards, y upwards.
-                    offset: [apart(c, column), apart(row, r)],
-                    force: forces[index],
-                    weight: 1.0 / (deviations[index].powi(2) + (gain * forces[index]).powi(2)),
-                }
-            })
-            .collect()
-    }
-
-    /// Places over the elements, every [`COARSE`] steps, with all radii.
-    fn survey(&self, top: usize, readings: &[Reading]) -> Vec<Candidate> {
-        let [along_x, along_y] = self.reach(top);
-        let mut found = Vec::new();
-        for radius in 0..self.shares.len() {
-            for i in along_x.clone().step_by(COARSE) {
-                let row = along_y.clone().step_by(COARSE);
-                found.extend(row.filter_map(|j| self.candidate(radius, [i, j], readings)));
-            }
-        }
-        found
-    }
-
-    /// All places in the tile round a surveyed one, of the same radius.
-    fn tile(&self, top: usize, about: &Candidate, readings: &[Reading]) -> Vec<Candidate> {
-        let [along_x, along_y] = self.reach(top);
-        let half = COARSE.cast_signed() / 2;
-        let around = move |at: isize| at - half..at - half + COARSE.cast_signed();
-        let [x, y] = about.steps;
-        around(x)
-            .filter(|i| along_x.contains(i))
-            .flat_map(|i| around(y).map(move |j| [i, j]))
-            .filter(|steps| along_y.contains(&steps[1]))
-            .filter_map(|steps| self.candidate(about.radius, steps, readings))
-            .collect()
-    }
-
-    /// Steps from the highest element within which a contact may be.
-    fn reach(&self, top: usize) -> [std::ops::RangeInclusive<isize>; 2] {
-        let model = &self.model;
-        let (row, column) = (top / model.columns, top % model.columns);
-        let margin = (model.margin.clamp(0.0, 0.5) * STEPS as f64) as usize;
-        [
-            within(column, model.columns - 1 - column, margin),
-            within(model.rows - 1 - row, row, margin),
-        ]
-    }
-
-    /// The best force at one place and radius, with its misfit less that of no
-    /// force; `None` where it would pull.
-    fn candidate(
-        &self,
-        radius: usize,
-        steps: [isize; 2],
-        readings: &[Reading],
-    ) -> Option<Candidate> {
-        let shares = &self.shares[radius];
-        let (mut cross, mut square) = (0.0, 0.0);
-        for one in readings {
-            let x = one.offset[0].abs_diff(steps[0]);
-            let y = one.offset[1].abs_diff(steps[1]);
-            let share = shares[x * OFFSETS + y];
-            cross += share * one.force * one.weight;
-            square += share * share * one.weight;
-        }
-        (cross > 0.0).then(|| Candidate {
-            steps,
-            radius,
-            force: cross / square,
-            gain: cross * cross / square,
-        })
-    }
-}
-
-/// The largest gain among candidates.
-fn best(candidates: &[Candidate]) -> f64 {
-    candidates.iter().map(|one| one.gain).fold(0.0, f64::max)
-}
-
-impl Placing for ProfileFit {
-    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
-        let elements = self.model.rows * self.model.columns;
-        if forces.len() != elements || deviations.len() != elements {
-            return None;
-        }
-        let top = peak(forces, deviations)?;
-        let readings = self.readings(top, forces, deviations);
-        let silent: f64 = readings
-            .iter()
-            .map(|one| one.force * one.force * one.weight)
-            .sum();
-        // Place, size and force are four unknowns.
-        let freedom = readings.len().saturating_sub(4).max(1) as f64;
-        let surveyed = self.survey(top, &readings);
-        let temper = |gain: f64| ((silent - gain) / freedom).max(1.0);
-        let weight = |one: &Candidate, best: f64| (0.5 * (one.gain - best) / temper(best)).exp();
-        let most = best(&surveyed);
-        let candidates: Vec<Candidate> = surveyed
-            .iter()
-            .filter(|one| weight(one, most) > NEGLIGIBLE)
-            .flat_map(|one| self.tile(top, one, &readings))
-            .collect();
-        let most = best(&candidates);
-        let middle = flat_position(&self.model, top);
-        // Weight, then the sums of x, y, force, radius, xx, xy, yy.
-        let mut sums = [0.0; 8];
-        for one in &candidates {
-            let weight = weight(one, most);
-            let at = |axis: usize| {
-                middle[axis] + one.steps[axis] as f64 * self.model.pitch[axis] / STEPS as f64
-            };
-            let (x, y, radius) = (at(0), at(1), self.model.radii[one.radius]);
-            let terms = [1.0, x, y, one.force, radius, x * x, x * y, y * y];
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum += weight * term;
-            }
-        }
-        let [_, x, y, force, radius, xx, xy, yy] = sums.map(|sum| sum / sums[0]);
-        // The true place is between the steps of the grid.
-        let step = self
-            .model
-            .pitch
-            .map(|pitch| (pitch / STEPS as f64).powi(2) / 12.0);
-        let covariance = [xx - x * x + step[0], xy - x * y, yy - y * y + step[1]];
-        let [px, py] = self.model.pitch;
-        let known = 4.0 * covariance[0] < px * px && 4.0 * covariance[2] < py * py;
-        known.then_some(Place {
-            centre: [x, y],
-            covariance,
-            force,
-            radius: Some(radius),
-            misfit: silent - most,
-            method: Method::Profile,
-        })
-    }
-}
-
-/// Steps from an element with so many elements before and behind it.
-fn within(before: usize, behind: usize, margin: usize) -> std::ops::RangeInclusive<isize> {
-    let reach = |elements: usize| (elements * STEPS + margin).min(WINDOW).cast_signed();
-    -reach(before)..=reach(behind)
-}
-
-/// Shares of a contact of this radius on an element at each offset.
-fn table(model: &ProfileModel, radius: f64) -> Vec<f64> {
-    let table = model.cover(radius).table();
-    let [x, y] = model.pitch.map(|pitch| pitch / STEPS as f64);
-    let share = |i: usize, j: usize| table.share([i as f64 * x, j as f64 * y], model.side);
-    let mut shares = vec![0.0; OFFSETS * OFFSETS];
-    // Elements are square: equal spacings leave half of the work.
-    let alike = x == y;
-    for i in 0..OFFSETS {
-        for j in 0..OFFSETS {
-            shares[i * OFFSETS + j] = if alike && j < i {
-                shares[j * OFFSETS + i]
-            } else {
-                share(i, j)
-            };
-        }
-    }
-    shares
-}
-
-fn flat_position(model: &ProfileModel, index: usize) -> [f64; 2] {
+/// Centre of an element, m.
+pub(super) fn flat_position(model: &ProfileModel, index: usize) -> [f64; 2] {
     let (row, column) = (index / model.columns, index % model.columns);
     let x = (column as f64 - 0.5 * (model.columns as f64 - 1.0)) * model.pitch[0];
     let y = (0.5 * (model.rows as f64 - 1.0) - row as f64) * model.pitch[1];
@@ -419,10 +211,11 @@ fn flat_position(model: &ProfileModel, index: usize) -> [f64; 2] {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::super::ProfileFit;
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    const THICKNESS: f64 = 1.11e-3;
+    pub(in crate::estimation) const THICKNESS: f64 = 1.11e-3;
 
     fn positions() -> Vec<[f64; 2]> {
         (0..8)
@@ -435,7 +228,7 @@ pub(super) mod tests {
             .collect()
     }
 
-    fn fit(radii: Vec<f64>) -> ProfileFit {
+    pub(in crate::estimation) fn fit(radii: Vec<f64>) -> ProfileFit {
         ProfileFit::new(ProfileModel {
             rows: 2,
             columns: 4,

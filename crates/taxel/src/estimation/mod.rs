@@ -17,6 +17,9 @@ mod map;
 mod motion;
 mod observer;
 mod place_map;
+mod placing_fit;
+mod placing_live;
+mod placing_several;
 mod segmentation;
 mod signal;
 mod slip;
@@ -40,11 +43,12 @@ pub use health::{
     ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
 };
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
-pub use kernel_regression::{KernelRegression, Press};
-pub use localisation::{Centroid, Method, Place, Placing, ProfileFit, ProfileModel};
+pub use kernel_regression::{KernelRegression, Press, Trust};
+pub use localisation::{Centroid, Located, Method, Place, Placing, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
 pub use observer::{Observer, ObserverOptions, Seen, Wiring};
-pub use place_map::placing;
+pub use place_map::{placing, regression};
+pub use placing_fit::ProfileFit;
 pub use signal::{
     Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
 };

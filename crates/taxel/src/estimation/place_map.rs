@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::kernel_regression::{KernelRegression, Press};
-use super::localisation::{Place, Placing, ProfileFit};
+use super::kernel_regression::{KernelRegression, Press, Trust};
+use super::localisation::{Located, Place, Placing};
+use super::placing_fit::ProfileFit;
 use crate::trained::{PlaceFinder, PlaceMap, TrainingError};
 
 /// What finds places as `map` says, with `profile` for the device as drawn.
@@ -12,62 +13,89 @@ use crate::trained::{PlaceFinder, PlaceMap, TrainingError};
 /// # Errors
 /// [`TrainingError`] for a map that no regression can be made of.
 pub fn placing(map: &PlaceMap, profile: ProfileFit) -> Result<Arc<dyn Placing>, TrainingError> {
-    let pitch = profile.model().pitch;
-    let kernel = || {
-        let pairs = map.directions.iter().zip(&map.places);
-        let press = |(direction, place): (&Vec<f64>, &[f64; 2])| Press {
-            forces: direction.clone(),
-            place: *place,
-        };
-        let presses: Vec<Press> = pairs.map(press).collect();
-        KernelRegression::observe(map.kernel(), &presses, pitch)
+    let profile = profile.with_gain_deviation(map.gain_deviation);
+    let profile = Honest {
+        placing: profile,
+        spread: map.profile_spread,
     };
     Ok(match map.finder {
-        PlaceFinder::Centroid => Arc::new(profile.model().centroid()),
-        PlaceFinder::Profile => Arc::new(profile.with_gain_deviation(map.gain_deviation)),
-        PlaceFinder::Kernel => Arc::new(kernel()?),
-        PlaceFinder::KernelOrProfile => Arc::new(Checked {
-            kernel: kernel()?,
-            profile: profile.with_gain_deviation(map.gain_deviation),
+        PlaceFinder::Centroid => Arc::new(profile.placing.model().centroid()),
+        PlaceFinder::Profile => Arc::new(profile),
+        PlaceFinder::Kernel => Arc::new(regression(map, &profile.placing)?),
+        PlaceFinder::KernelOrProfile => Arc::new(Guarded {
+            kernel: regression(map, &profile.placing)?,
+            profile,
         }),
     })
 }
 
-/// A learned map beside the profile: a map knows only contacts like those that
-/// it was trained with, and says nothing when another one comes.
-#[derive(Debug, Clone)]
-struct Checked {
-    kernel: KernelRegression,
-    profile: ProfileFit,
+/// What the presses of `map` taught.
+///
+/// # Errors
+/// As [`placing`].
+pub fn regression(map: &PlaceMap, profile: &ProfileFit) -> Result<KernelRegression, TrainingError> {
+    let press = |index: usize| Press {
+        forces: map.directions[index].clone(),
+        place: map.places[index],
+        radius: map.radii.get(index).copied(),
+    };
+    let presses: Vec<Press> = (0..map.places.len()).map(press).collect();
+    let kernel = KernelRegression::observe(map.kernel(), &presses, profile.model())?;
+    Ok(kernel.with_trust(Trust {
+        spread: map.spread,
+        reach: map.reach,
+    }))
 }
 
-/// χ² of two degrees of freedom that one sound pair of places in a hundred
-/// exceeds.
-const CONTRADICTION: f64 = 9.21;
+/// The profile with the factor on its deviations that presses ask for.
+#[derive(Debug, Clone)]
+struct Honest {
+    placing: ProfileFit,
+    spread: f64,
+}
 
-impl Placing for Checked {
-    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
-        let learned = self.kernel.place(forces, deviations);
-        let fitted = self.profile.place(forces, deviations);
-        match (learned, fitted) {
-            (Some(learned), Some(fitted)) if apart(&learned, &fitted) > CONTRADICTION => {
-                Some(fitted)
-            }
-            // The profile has the whole force and the size, too.
-            (Some(learned), Some(fitted)) => Some(Place {
-                force: fitted.force,
-                radius: fitted.radius,
-                misfit: fitted.misfit,
-                ..learned
-            }),
-            (learned, fitted) => learned.or(fitted),
-        }
+impl Honest {
+    fn judged(&self, place: Place) -> Option<Place> {
+        let place = place.spread(self.spread);
+        place.is_known(self.placing.model().pitch).then_some(place)
     }
 }
 
-/// Squared distance of two places in their deviations.
-fn apart(a: &Place, b: &Place) -> f64 {
-    let [x, y] = [0, 1].map(|axis| a.centre[axis] - b.centre[axis]);
-    let [xx, xy, yy] = [0, 1, 2].map(|entry| a.covariance[entry] + b.covariance[entry]);
-    (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+impl Placing for Honest {
+    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
+        self.judged(self.placing.place(forces, deviations)?)
+    }
+
+    fn places(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
+        let mut found = self.placing.places(forces, deviations);
+        for one in &mut found {
+            one.place = one.place.and_then(|place| self.judged(place));
+        }
+        found
+    }
+}
+
+/// What was learned, for contacts like those that pressed; the profile for all
+/// others, and for several at a time.
+#[derive(Debug, Clone)]
+struct Guarded {
+    kernel: KernelRegression,
+    profile: Honest,
+}
+
+impl Placing for Guarded {
+    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
+        let learned = self.kernel.place(forces, deviations);
+        learned.or_else(|| self.profile.place(forces, deviations))
+    }
+
+    fn places(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
+        match self.kernel.place(forces, deviations) {
+            Some(place) => vec![Located {
+                place: Some(place),
+                carried: forces.to_vec(),
+            }],
+            None => self.profile.places(forces, deviations),
+        }
+    }
 }

@@ -17,8 +17,8 @@ pub enum PlaceFinder {
     Profile,
     /// Kernel regression on the presses.
     Kernel,
-    /// Kernel regression where the profile does not contradict it, else the
-    /// profile.
+    /// Kernel regression for contacts like those that pressed, the profile for
+    /// all others.
     KernelOrProfile,
 }
 
@@ -32,14 +32,24 @@ pub struct PlaceMap {
     pub gains: Vec<f64>,
     /// Standard deviation to which the gains are known.
     pub gain_deviation: f64,
-    /// The kernel on directions of unit length: deviation of the places in m,
-    /// length, and scatter of a place in m.
+    /// Factor on the deviations of the profile that held-out presses ask for.
+    pub profile_spread: f64,
+    /// The kernel on places: deviation of the forces, of vectors of unit
+    /// length, length in m, and scatter of a force.
     pub kernel: [f64; 3],
+    /// Factor on the deviations of the regression that held-out presses ask
+    /// for.
+    pub spread: f64,
+    /// Misfit over its degrees of freedom above which a contact is unlike all
+    /// that pressed.
+    pub reach: f64,
     /// Forces on all elements, each over its gain, as a vector of unit length;
     /// one for each press.
     pub directions: Vec<Vec<f64>>,
     /// Centre of each press on the developed surface, m.
     pub places: Vec<[f64; 2]>,
+    /// Radius of the contact of each press, m; none where they are not known.
+    pub radii: Vec<f64>,
 }
 
 impl PlaceMap {
@@ -67,8 +77,16 @@ impl PlaceMap {
         if !(self.gain_deviation >= 0.0 && self.gain_deviation.is_finite()) {
             return unsound("gain_deviation");
         }
-        if !self.kernel.iter().all(positive) {
-            return unsound("kernel");
+        for (table, values) in [
+            ("kernel", &self.kernel[..]),
+            ("spread", &[self.spread]),
+            ("profile_spread", &[self.profile_spread]),
+            ("reach", &[self.reach]),
+            ("radii", &self.radii),
+        ] {
+            if !values.iter().all(positive) {
+                return unsound(table);
+            }
         }
         let whole = |row: &Vec<f64>| {
             row.len() == self.gains.len() && row.iter().all(|value| value.is_finite())
@@ -82,6 +100,9 @@ impl PlaceMap {
         let finite = |place: &[f64; 2]| place.iter().all(|value| value.is_finite());
         if self.places.len() != self.directions.len() || !self.places.iter().all(finite) {
             return unsound("places");
+        }
+        if !self.radii.is_empty() && self.radii.len() != self.places.len() {
+            return unsound("radii");
         }
         Ok(())
     }
@@ -97,9 +118,13 @@ mod tests {
             finder: PlaceFinder::Kernel,
             gains: vec![1.0; 2],
             gain_deviation: 0.01,
-            kernel: [1e-3, 1.0, 1e-4],
+            profile_spread: 1.0,
+            kernel: [1.0, 1e-3, 1e-2],
+            spread: 1.0,
+            reach: 3.0,
             directions: vec![vec![0.6, 0.8]; FEWEST_PRESSES],
             places: vec![[0.0; 2]; FEWEST_PRESSES],
+            radii: Vec::new(),
         };
         assert_eq!(sound.check(), Ok(()));
         let refused = |change: &dyn Fn(&mut PlaceMap)| {

@@ -1,12 +1,14 @@
 //! What presses at known places teach: gains of the elements, and what finds
 //! the place of a contact best, by presses that it has not seen.
 
+use std::fmt::Write as _;
+
 use rayon::prelude::*;
 
 use super::PiezoelectricCalibrator;
 use super::checks::range;
 use super::presses::Pressed;
-use super::school::{FOLDS, School};
+use super::school::{FOLDS, School, trusted};
 use crate::calibration::outcome::{ResidualSummary, Scope};
 use crate::calibration::remark::Remark;
 use crate::figure::{Axis, Chart, Figure, Series, Style};
@@ -58,8 +60,11 @@ pub(super) struct Found {
     pub(super) error: [f64; 2],
     /// m.
     pub(super) deviation: [f64; 2],
-    /// Whether the signals told a place at all.
-    pub(super) told: bool,
+    /// Whether the place is within its ellipse of 95 %; none where the signals
+    /// told no place.
+    pub(super) inside: Option<bool>,
+    /// Whether what was learned told it, and not the profile.
+    pub(super) learned: bool,
 }
 
 impl Found {
@@ -78,9 +83,10 @@ pub(super) fn learn(
 ) -> Result<Learned, TrainingError> {
     let school = School::new(calibrator, presses)?;
     let parts = school.parts();
+    let trials = school.trials(&parts)?;
     let held: Vec<Vec<Found>> = FINDERS
         .par_iter()
-        .map(|finder| school.held_out(finder, &parts))
+        .map(|finder| school.held_out(finder, &parts, &trials))
         .collect::<Result<_, _>>()?;
     // A probe of another size is what a map fails at: where there are several,
     // they decide.
@@ -99,6 +105,7 @@ pub(super) fn learn(
     let mut remarks: Vec<Remark> = order.iter().enumerate().map(rank).collect();
     remarks.push(used(&FINDERS[best], &school.radii, several));
     let map = school.map_without(&FINDERS[best], &vec![false; presses.len()]);
+    let map = trusted(map, trials.iter());
     if FINDERS[best].with_gains {
         let gains: Vec<String> = map.gains.iter().map(|gain| format!("{gain:.4}")).collect();
         let message = format!(
@@ -132,20 +139,40 @@ fn score<'a>(found: impl Iterator<Item = &'a Found>) -> Score {
 }
 
 fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
-    let untold = found.iter().filter(|one| !one.told).count();
-    let untold = if untold > 0 {
-        format!(", no information in {untold} of {}", found.len())
-    } else {
-        String::new()
-    };
-    Remark::whole(format!(
-        "places, {}. by held-out likelihood: {name}, {:.3} mm rms, log likelihood {:.2}, coverage {:.1} %{untold}",
+    let mut remark = format!(
+        "places, {}. by held-out likelihood: {name}, {:.3} mm rms, log likelihood {:.2}",
         rank + 1,
         // Of both coordinates together.
         1e3 * score.rms * 2.0_f64.sqrt(),
         score.log_likelihood - 1e3_f64.ln(),
-        100.0 * score.coverage
-    ))
+    );
+    for (seen, radii) in [(true, "of radii"), (false, "of a radius not")] {
+        let such: Vec<&Found> = found.iter().filter(|one| one.radius_seen == seen).collect();
+        let told: Vec<bool> = such.iter().filter_map(|one| one.inside).collect();
+        if such.is_empty() {
+            continue;
+        }
+        let share = |count: usize, of: usize| 100.0 * count as f64 / of.max(1) as f64;
+        let inside = told.iter().filter(|inside| **inside).count();
+        let learned = such.iter().filter(|one| one.learned).count();
+        let _ = write!(
+            remark,
+            "; {radii} learned {:.1} % within their ellipses of 95 %",
+            share(inside, told.len())
+        );
+        if learned > 0 && learned < such.len() {
+            let _ = write!(
+                remark,
+                ", {:.0} % taken for known",
+                share(learned, such.len())
+            );
+        }
+        if told.len() < such.len() {
+            let untold = such.len() - told.len();
+            let _ = write!(remark, ", no information in {untold} of {}", such.len());
+        }
+    }
+    Remark::whole(remark)
 }
 
 /// What is used, and for which contacts it was judged.

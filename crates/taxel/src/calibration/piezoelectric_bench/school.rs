@@ -8,9 +8,11 @@ use rayon::prelude::*;
 use super::PiezoelectricCalibrator;
 use super::places::{Finder, Found};
 use super::presses::Pressed;
-use crate::estimation::{KernelRegression, Placing, Press, ProfileFit, placing};
+use crate::estimation::{
+    KernelRegression, Method, Placing, Press, ProfileFit, placing, regression,
+};
 use crate::mechanics::ShareTable;
-use crate::trained::{Kernel, PlaceMap, TrainingError};
+use crate::trained::{Kernel, PlaceFinder, PlaceMap, TrainingError};
 
 /// Presses of one probe are divided so often, each part held out in turn.
 pub(super) const FOLDS: usize = 5;
@@ -41,6 +43,83 @@ pub(super) struct School<'a> {
     anywhere: [f64; 2],
 }
 
+/// What the regression and the profile say of presses that are held out.
+pub(super) struct Trial {
+    /// Whether other presses of these radii were seen.
+    radius_seen: bool,
+    tried: Vec<Tried>,
+}
+
+/// Squared distances of a place from the truth, in its deviations.
+struct Tried {
+    radius: Option<f64>,
+    learned: Option<f64>,
+    strangeness: Option<f64>,
+    profile: Option<f64>,
+}
+
+/// χ² of two degrees of freedom that 95 % of all places stay below.
+pub(super) const ELLIPSE_95: f64 = 5.991;
+/// Share of the presses of known radii that are taken for known.
+const FAMILIAR: f64 = 0.99;
+const WITH_GAINS: Finder = Finder {
+    name: "",
+    by: PlaceFinder::Kernel,
+    with_gains: true,
+};
+
+/// The map with what trials say of its deviations.
+///
+/// The regression is for contacts of the radii that pressed, and its factor is
+/// that of all of them together. The profile is for the others: its factor is
+/// that of the radius at which it does worst, with nine in ten confidence: a
+/// radius between those may do worse still.
+pub(super) fn trusted<'a>(map: PlaceMap, trials: impl Iterator<Item = &'a Trial>) -> PlaceMap {
+    let seen: Vec<&Tried> = trials
+        .filter(|trial| trial.radius_seen)
+        .flat_map(|trial| &trial.tried)
+        .collect();
+    let all = |of: fn(&Tried) -> Option<f64>| seen.iter().filter_map(|tried| of(tried)).collect();
+    let mut radii: Vec<Option<f64>> = seen.iter().map(|tried| tried.radius).collect();
+    radii.sort_by(|a, b| a.unwrap_or(0.0).total_cmp(&b.unwrap_or(0.0)));
+    radii.dedup();
+    let of = |radius: &Option<f64>| {
+        let such = seen.iter().filter(|tried| tried.radius == *radius);
+        let distances: Vec<f64> = such.filter_map(|tried| tried.profile).collect();
+        // Of fewer the largest one would decide.
+        (distances.len() >= FEWEST_FOR_FACTOR).then(|| factor(distances, SURE))
+    };
+    PlaceMap {
+        spread: factor(all(|tried| tried.learned), 0.0),
+        reach: quantile(all(|tried| tried.strangeness), FAMILIAR).unwrap_or(f64::MAX),
+        profile_spread: radii.iter().filter_map(of).fold(1.0, f64::max),
+        ..map
+    }
+}
+
+/// Presses of a radius that tell a factor on the deviations.
+const FEWEST_FOR_FACTOR: usize = 20;
+
+/// Nine in ten samples: normal deviate of that confidence.
+const SURE: f64 = 1.28;
+
+/// Factor on the deviations after which 95 % of these squared distances are
+/// within the ellipses of 95 %, or as many of all future ones by a confidence
+/// that is given as a normal deviate.
+fn factor(distances: Vec<f64>, confidence: f64) -> f64 {
+    let scatter = (0.95 * 0.05 / distances.len().max(1) as f64).sqrt();
+    quantile(distances, 0.95 + confidence * scatter)
+        .map_or(1.0, |distance| (distance / ELLIPSE_95).sqrt().max(0.1))
+}
+
+/// The value that this share of all future ones stays below: the
+/// ⌈share (n + 1)⌉-th smallest, at most the largest.
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let rank = (share * (values.len() + 1) as f64).ceil() as usize;
+    values.get(rank.min(values.len()).checked_sub(1)?).copied()
+}
+
 /// A part of the presses that is held out.
 pub(super) struct Part {
     held: Vec<bool>,
@@ -59,6 +138,7 @@ impl<'a> School<'a> {
         let of = |press: &Pressed| Press {
             forces: press.forces.clone(),
             place: press.place,
+            radius: press.radius,
         };
         let some: Vec<Press> = presses.iter().step_by(stride).map(of).collect();
         let mut radii: Vec<f64> = presses.iter().filter_map(|press| press.radius).collect();
@@ -68,7 +148,7 @@ impl<'a> School<'a> {
             presses,
             positions: model.centroid().positions,
             side: model.side,
-            kernel: KernelRegression::kernel(&some, model.pitch)?,
+            kernel: KernelRegression::kernel(&some, &model)?,
             gain_deviation: model.gain_deviation,
             anywhere: [0, 1].map(|axis| cells[axis] as f64 * model.pitch[axis] / 12.0_f64.sqrt()),
             shares: Vec::new(),
@@ -167,7 +247,7 @@ impl<'a> School<'a> {
         (gains, deviation.min(self.gain_deviation))
     }
 
-    /// What is learned without the presses that are `held`.
+    /// What is learned without the presses that are `held`, not yet tried.
     pub(super) fn map_without(&self, finder: &Finder, held: &[bool]) -> PlaceMap {
         let (gains, gain_deviation) = if finder.with_gains {
             self.gains(held)
@@ -183,9 +263,18 @@ impl<'a> School<'a> {
         PlaceMap {
             finder: finder.by,
             gain_deviation,
+            profile_spread: 1.0,
             kernel: [self.kernel.deviation, self.kernel.length, self.kernel.noise],
+            spread: 1.0,
+            reach: f64::MAX,
             directions: seen.iter().map(direction).collect(),
             places: seen.iter().map(|press| press.place).collect(),
+            // All or none.
+            radii: if seen.iter().all(|press| press.radius.is_some()) {
+                seen.iter().filter_map(|press| press.radius).collect()
+            } else {
+                Vec::new()
+            },
             gains,
         }
     }
@@ -221,15 +310,54 @@ impl<'a> School<'a> {
         parts
     }
 
-    /// Where `finder` finds the presses of each part, learned from the others.
+    /// How the two ways to find places do on the presses of each part, learned
+    /// from the others.
+    pub(super) fn trials(&self, parts: &[Part]) -> Result<Vec<Trial>, TrainingError> {
+        let trials = parts.par_iter().map(|part| self.trial(part));
+        trials.collect()
+    }
+
+    fn trial(&self, part: &Part) -> Result<Trial, TrainingError> {
+        let map = self.map_without(&WITH_GAINS, &part.held);
+        let profile = self.profile.clone().with_gain_deviation(map.gain_deviation);
+        let kernel = regression(&map, &profile)?;
+        let held = (0..self.presses.len()).filter(|press| part.held[*press]);
+        let tried = held.map(|index| {
+            let press = &self.presses[index];
+            let forces = over(&press.forces, &map.gains);
+            let deviations = over(&vec![press.deviation; map.gains.len()], &map.gains);
+            let learned = kernel.search(&forces, &deviations);
+            Tried {
+                radius: press.radius,
+                learned: learned.map(|(place, _)| place.distance(press.place)),
+                strangeness: learned.map(|(_, strangeness)| strangeness),
+                profile: profile
+                    .place(&forces, &deviations)
+                    .map(|place| place.distance(press.place)),
+            }
+        });
+        Ok(Trial {
+            radius_seen: part.radius_seen,
+            tried: tried.collect(),
+        })
+    }
+
+    /// Where `finder` finds the presses of each part, learned from the others
+    /// and trusted by the trials of the other parts.
     pub(super) fn held_out(
         &self,
         finder: &Finder,
         parts: &[Part],
+        trials: &[Trial],
     ) -> Result<Vec<Found>, TrainingError> {
         let mut all = Vec::new();
-        for part in parts {
-            let map = self.map_without(finder, &part.held);
+        for (place, part) in parts.iter().enumerate() {
+            let others = trials.iter().enumerate();
+            let others = others.filter(|(other, _)| *other != place);
+            let map = trusted(
+                self.map_without(finder, &part.held),
+                others.map(|(_, trial)| trial),
+            );
             let placing = placing(&map, self.profile.clone())?;
             let held = (0..self.presses.len()).filter(|press| part.held[*press]);
             all.extend(held.map(|press| Found {
@@ -255,7 +383,8 @@ impl<'a> School<'a> {
             radius_seen: true,
             error: [0, 1].map(|axis| centre[axis] - press.place[axis]),
             deviation,
-            told: told.is_some(),
+            inside: place.map(|place| place.distance(press.place) <= ELLIPSE_95),
+            learned: place.is_some_and(|place| place.method == Method::Trained),
         }
     }
 }

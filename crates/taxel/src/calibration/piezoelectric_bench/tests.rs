@@ -335,10 +335,12 @@ fn a_probe_that_was_trained_is_placed_within_a_tenth_of_a_millimetre() {
         let outcome = calibrator.calibrate(&data, &no_hold_out()).unwrap();
         let of = |finder: &str| held_out(&outcome, &format!("place.{finder}.radius_3.60mm"));
         // The specification's own simulation has 0.11 mm for a grid of 1 mm;
-        // four fifths of it are left where a fifth is held out.
-        assert!(of("kernel") < 0.16e-3, "{:?}", outcome.hold_out);
+        // four fifths of it are left where a fifth is held out. One press in a
+        // hundred is taken for foreign and placed by the profile.
+        let learned = of("kernel_or_profile");
+        assert!(learned < 0.12e-3, "{:?}", outcome.hold_out);
         let models = of("profile").min(of("centroid"));
-        assert!(of("kernel") < 0.5 * models, "{:?}", outcome.hold_out);
+        assert!(learned < 0.5 * models, "{:?}", outcome.hold_out);
         let map = outcome.places.as_ref().unwrap();
         assert!(matches!(
             map.finder,
@@ -354,41 +356,52 @@ fn a_probe_that_was_trained_is_placed_within_a_tenth_of_a_millimetre() {
 
 #[test]
 fn gains_come_back_and_a_probe_of_another_size_is_placed_too() {
-    // Under 1.11 mm of silicone, as in the specification; under less, small
-    // contacts between elements are hardly felt.
-    let mut sensor = Sensor::shipped("piezo-1.5mm").unwrap();
-    if let Element::Piezoelectric(element) = &mut sensor.element {
-        element.cover.share_above = 0.74;
-    }
-    on(&sensor, |calibrator| {
-        let text = calibrator.press_bench(&presses(&[1.5e-3, 2.9e-3, 5e-3], 2));
-        let data = parse(&text.unwrap());
-        let outcome = calibrator.calibrate(&data, &no_hold_out()).unwrap();
-        let map = outcome.places.as_ref().unwrap();
-        let sensor = calibrator.named.sensor;
-        let made = sensor.piezoelectric().unwrap().description.fabricate(8);
-        let mean = made.iter().sum::<f64>() / 8.0;
-        for (found, made) in map.gains.iter().zip(made) {
-            // Some 195 presses with 1 % of noise, about ten over each element.
-            assert!((found - made / mean).abs() < 0.005, "{map:?}");
+    // Under 1.11 mm of silicone, as in the specification, and under the
+    // 0.75 mm of the shipped drawing. With exact gains and the true noise the
+    // best that forces can tell without the radius are 0.34 mm at both.
+    for (share_above, least) in [(0.74, 0.35e-3), (0.5, 0.45e-3)] {
+        let mut sensor = Sensor::shipped("piezo-1.5mm").unwrap();
+        if let Element::Piezoelectric(element) = &mut sensor.element {
+            element.cover.share_above = share_above;
         }
-        // Probes of sizes between those, at places anywhere over the elements.
-        let profile = ProfileFit::new(calibrator.profile.clone()).unwrap();
-        let placing = placing(map, profile).unwrap();
-        let errors = [2.3e-3, 3.6e-3].map(|radius| off(calibrator, &*placing, &map.gains, radius));
-        let learned = (errors.iter().sum::<f64>() / 2.0).sqrt();
-        // The specification's own simulation has 0.38 to 0.75 mm, its goal is this.
-        assert!(learned < 0.35e-3, "{learned} {:?}", map.finder);
-    });
+        on(&sensor, |calibrator| places_between(calibrator, least));
+    }
 }
 
-/// Mean square error, m², of places of a probe by forces over `gains`.
+fn places_between(calibrator: &PiezoelectricCalibrator<'_>, least: f64) {
+    let text = calibrator.press_bench(&presses(&[1.5e-3, 2.9e-3, 5e-3], 2));
+    let data = parse(&text.unwrap());
+    let outcome = calibrator.calibrate(&data, &no_hold_out()).unwrap();
+    let map = outcome.places.as_ref().unwrap();
+    let sensor = calibrator.named.sensor;
+    let made = sensor.piezoelectric().unwrap().description.fabricate(8);
+    let mean = made.iter().sum::<f64>() / 8.0;
+    for (found, made) in map.gains.iter().zip(made) {
+        // Some 195 presses with 1 % of noise, about ten over each element.
+        assert!((found - made / mean).abs() < 0.005, "{map:?}");
+    }
+    // Probes of sizes between those, at places anywhere over the elements.
+    let profile = ProfileFit::new(calibrator.profile.clone()).unwrap();
+    let placing = placing(map, profile).unwrap();
+    let of = |radius: f64| off(calibrator, &*placing, &map.gains, radius);
+    let found = [2.3e-3, 3.6e-3].map(of);
+    let learned = (found.iter().map(|[square, _]| square).sum::<f64>() / 2.0).sqrt();
+    // The specification's own simulation has 0.38 to 0.75 mm.
+    assert!(learned < least, "{learned} {:?}", map.finder);
+    for [_, inside] in found {
+        // The goal is 93 %, of 300 places within 1.5 %: two deviations.
+        assert!(inside > 0.90, "{inside} {}", map.profile_spread);
+    }
+}
+
+/// Mean square error, m², of places of a probe by forces over `gains`, and the
+/// share of them within their ellipses of 95 %.
 fn off(
     calibrator: &PiezoelectricCalibrator<'_>,
     placing: &dyn Placing,
     gains: &[f64],
     radius: f64,
-) -> f64 {
+) -> [f64; 2] {
     let model = &calibrator.profile;
     let table = SoftCover {
         thickness: model.thickness,
@@ -399,8 +412,8 @@ fn off(
     let sensor = calibrator.named.sensor.piezoelectric().unwrap();
     let made = sensor.description.fabricate(8);
     let mut noise = Noise::seeded(17);
-    let trials = 300;
-    let squares = (0..trials).map(|trial| {
+    let (mut told, mut squares, mut inside) = (0.0, 0.0, 0.0);
+    for trial in 0..300 {
         let part = |step: f64| (f64::from(trial) * step).fract() - 0.5;
         let place = [12e-3 * part(0.754_877_67), 4e-3 * part(0.569_840_29)];
         let positions = model.centroid().positions;
@@ -416,10 +429,15 @@ fn off(
             .zip(gains)
             .map(|(share, gain)| (share + sigma * noise.normal()) / gain)
             .collect();
-        let found = placing.place(&forces, &[sigma; 8]).unwrap().centre;
-        (found[0] - place[0]).powi(2) + (found[1] - place[1]).powi(2)
-    });
-    squares.sum::<f64>() / f64::from(trials)
+        if let Some(found) = placing.place(&forces, &[sigma; 8]) {
+            told += 1.0;
+            squares += (found.centre[0] - place[0]).powi(2) + (found.centre[1] - place[1]).powi(2);
+            inside += f64::from(u8::from(found.distance(place) < 5.991));
+        }
+    }
+    // The wider deviations leave some places untold.
+    assert!(told > 240.0, "{told}");
+    [squares / told, inside / told]
 }
 
 #[test]

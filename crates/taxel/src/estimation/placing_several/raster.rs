@@ -1,0 +1,128 @@
+//! Where contacts may be, before their places are refined: each in turn on a
+//! coarse raster, beside the others.
+
+use super::matrix::{dot, without};
+use super::{COARSE, FEELS, Fitted, ROUNDS, SEEDS, Scene, Shape, Trial, within};
+use crate::estimation::placing_fit::{OFFSETS, WINDOW};
+
+impl Scene<'_> {
+    /// Prepares the raster: places within a pitch of the elements that feel
+    /// something.
+    pub(super) fn raster(&mut self) {
+        let highest = self.forces.iter().copied().fold(0.0, f64::max);
+        let pairs = self.elements.iter().zip(self.forces);
+        let near = pairs.filter(|(_, force)| **force > FEELS * highest);
+        let near: Vec<[f64; 2]> = near.map(|(at, _)| *at).collect();
+        let close = |at: &[f64; 2]| near.iter().any(|one| within(*one, *at, WINDOW as f64));
+        let [right, up, _] = self.limits();
+        let steps = |last: f64| {
+            (0..=last as usize)
+                .step_by(COARSE[0])
+                .map(|step| step as f64)
+        };
+        let places = steps(right).flat_map(|x| steps(up).map(move |y| [x, y]));
+        let places: Vec<[f64; 2]> = places.filter(close).collect();
+        for size in (0..self.tables.len()).step_by(COARSE[1]) {
+            for at in &places {
+                let row = self.on_grid(*at, size);
+                let shape = Shape {
+                    at: *at,
+                    size: size as f64,
+                    force: 0.0,
+                };
+                self.raster.push(Trial { shape, row });
+            }
+        }
+    }
+
+    /// Shares over the deviations at a whole step and size.
+    fn on_grid(&self, at: [f64; 2], size: usize) -> Vec<f64> {
+        let pairs = self.elements.iter().zip(&self.roots);
+        pairs
+            .map(|(element, root)| {
+                let [x, y] = [0, 1].map(|axis| (element[axis] - at[axis]).abs() as usize);
+                let inside = x < OFFSETS && y < OFFSETS;
+                if inside {
+                    root * self.tables[size][x * OFFSETS + y]
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    }
+
+    /// One contact, begun at the best place of each size.
+    pub(super) fn one(&self) -> Fitted {
+        let mut best: Option<Fitted> = None;
+        for size in (0..self.tables.len()).step_by(COARSE[1]) {
+            let of_size = |shape: &Shape| shape.size == size as f64;
+            let begin = self.beside(&[], &of_size);
+            let fitted = self.refined(begin.into_iter().collect());
+            if best.as_ref().is_none_or(|best| fitted.misfit < best.misfit) {
+                best = Some(fitted);
+            }
+        }
+        best.unwrap_or_else(|| self.refined(Vec::new()))
+    }
+
+    /// The contact of the raster, among those that `may` be, that lowers the
+    /// misfit most beside `others`, whose forces are free.
+    fn beside(&self, others: &[Shape], may: &dyn Fn(&Shape) -> bool) -> Option<Shape> {
+        // The others span what they can explain.
+        let mut basis: Vec<Vec<f64>> = Vec::with_capacity(others.len());
+        for other in others {
+            let mut row = self.weighed(other.at, other.size);
+            without(&mut row, &basis);
+            let length = dot(&row, &row).sqrt();
+            if length > 1e-9 {
+                for value in &mut row {
+                    *value /= length;
+                }
+                basis.push(row);
+            }
+        }
+        let mut left = self.felt.clone();
+        without(&mut left, &basis);
+        let mut best: Option<(f64, Shape)> = None;
+        for Trial { shape, row } in &self.raster {
+            if !may(shape) {
+                continue;
+            }
+            let explained: f64 = basis.iter().map(|one| dot(one, row).powi(2)).sum();
+            let (cross, square) = (dot(&left, row), dot(row, row) - explained);
+            let gain = cross * cross / square;
+            if cross > 0.0 && square > 0.0 && best.is_none_or(|(most, _)| gain > most) {
+                let force = cross / square;
+                best = Some((gain, Shape { force, ..*shape }));
+            }
+        }
+        best.map(|(_, shape)| shape)
+    }
+
+    /// The best fit of one contact more, begun at the elements where most
+    /// force is left.
+    pub(super) fn one_more(&self, found: &Fitted) -> Fitted {
+        let left = self.residuals(&found.shapes);
+        let mut seeds: Vec<usize> = (0..left.len()).collect();
+        seeds.sort_by(|a, b| left[*b].total_cmp(&left[*a]));
+        let mut best = found.clone();
+        for seed in seeds.into_iter().take(SEEDS) {
+            let mut shapes = found.shapes.clone();
+            let middle = self.elements[seed];
+            let near = |one: &Shape| within(one.at, middle, 0.5 * WINDOW as f64);
+            shapes.extend(self.beside(&shapes, &near));
+            for _ in 0..ROUNDS {
+                for place in 0..shapes.len() {
+                    let own = shapes.remove(place);
+                    let near = |one: &Shape| within(one.at, own.at, WINDOW as f64);
+                    shapes.insert(place, self.beside(&shapes, &near).unwrap_or(own));
+                }
+            }
+            let fitted = self.refined(shapes);
+            if fitted.misfit < best.misfit {
+                best = fitted;
+            }
+        }
+        best
+    }
+}

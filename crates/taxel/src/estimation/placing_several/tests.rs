@@ -1,0 +1,165 @@
+use super::super::localisation::ProfileModel;
+use super::super::localisation::tests::THICKNESS;
+use super::*;
+use crate::mechanics::ShareTable;
+use rand::{RngExt, SeedableRng};
+
+/// Contacts on an array whose gains are anew 2 % apart in each trial, at a
+/// signal of 100 deviations.
+struct Bench {
+    fit: ProfileFit,
+    elements: Vec<[f64; 2]>,
+    table: ShareTable,
+    random: rand_chacha::ChaCha8Rng,
+}
+
+impl Bench {
+    fn new(rows: usize, columns: usize, radius: f64) -> Self {
+        let model = ProfileModel {
+            rows,
+            columns,
+            pitch: [4e-3; 2],
+            side: 2e-3,
+            thickness: THICKNESS,
+            radii: ProfileModel::unknown_radii(THICKNESS, 8e-3),
+            gain_deviation: 0.02,
+            margin: 0.0,
+        };
+        Self {
+            elements: model.centroid().positions,
+            table: model.cover(radius).table(),
+            fit: ProfileFit::new(model).unwrap(),
+            random: rand_chacha::ChaCha8Rng::seed_from_u64(21),
+        }
+    }
+
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.random.random_range(-0.5..0.5)).sum()
+    }
+
+    fn anywhere(&mut self) -> [f64; 2] {
+        let [x, y] = self.elements[0].map(f64::abs);
+        [
+            self.random.random_range(-x..x),
+            self.random.random_range(-y..y),
+        ]
+    }
+
+    /// Two places so far apart.
+    fn pair(&mut self, distance: f64) -> [[f64; 2]; 2] {
+        let [x, y] = self.elements[0].map(f64::abs);
+        loop {
+            let one = self.anywhere();
+            let turn: f64 = self.random.random_range(0.0..std::f64::consts::TAU);
+            let other = [
+                one[0] + distance * turn.cos(),
+                one[1] + distance * turn.sin(),
+            ];
+            if other[0].abs() < x && other[1].abs() < y {
+                return [one, other];
+            }
+        }
+    }
+
+    fn found(&mut self, contacts: &[([f64; 2], f64)]) -> Vec<Located> {
+        let elements = self.elements.clone();
+        let felt = |at: &[f64; 2]| -> f64 {
+            let share =
+                |place: &[f64; 2]| self.table.share([at[0] - place[0], at[1] - place[1]], 2e-3);
+            contacts
+                .iter()
+                .map(|(place, force)| force * share(place))
+                .sum()
+        };
+        let exact: Vec<f64> = elements.iter().map(felt).collect();
+        let sigma = 0.01 * exact.iter().copied().fold(0.0, f64::max);
+        let forces: Vec<f64> = exact
+            .iter()
+            .map(|force| force * (1.0 + 0.02 * self.normal()) + sigma * self.normal())
+            .collect();
+        self.fit.places(&forces, &vec![sigma; forces.len()])
+    }
+}
+
+#[test]
+fn one_contact_stays_one() {
+    for radius in [1.5e-3, 2.9e-3, 5e-3] {
+        let mut bench = Bench::new(2, 4, radius);
+        for _ in 0..150 {
+            let at = bench.anywhere();
+            let found = bench.found(&[(at, 1.0)]);
+            // The level is one in ten thousand.
+            assert_eq!(found.len(), 1, "{radius} {at:?}");
+            assert!(found[0].place.is_some());
+        }
+    }
+}
+
+/// Of two contacts of 0.5 and 1 N: in how many of the trials both were
+/// found, median error of their places, m, and share of them within their
+/// ellipses of 95 %.
+fn two(bench: &mut Bench, distance: f64, trials: usize) -> [f64; 3] {
+    let (mut both, mut errors, mut inside) = (0_u32, Vec::new(), 0_usize);
+    for _ in 0..trials {
+        let truth = bench.pair(distance);
+        let found = bench.found(&[(truth[0], 0.5), (truth[1], 1.0)]);
+        if found.len() < 2 {
+            continue;
+        }
+        both += u32::from(found.len() == 2);
+        for at in truth {
+            let places = found.iter().filter_map(|one| one.place);
+            let far = |place: &Place| (place.centre[0] - at[0]).hypot(place.centre[1] - at[1]);
+            let Some(nearest) = places.min_by(|a, b| far(a).total_cmp(&far(b))) else {
+                continue;
+            };
+            errors.push(far(&nearest));
+            inside += usize::from(nearest.distance(at) < 5.991);
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let median = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
+    [
+        f64::from(both) / trials as f64,
+        median,
+        inside as f64 / errors.len().max(1) as f64,
+    ]
+}
+
+#[test]
+fn two_contacts_that_the_cover_resolves_are_found_and_placed() {
+    for (radius, distance) in [(2.9e-3, 9e-3), (3.6e-3, 9e-3), (3.6e-3, 20e-3)] {
+        let mut bench = Bench::new(4, 6, radius);
+        let [both, median, inside] = two(&mut bench, distance, 60);
+        assert!(both > 0.9, "{radius} {distance}: {both}");
+        assert!(median < 0.5e-3, "{radius} {distance}: {median}");
+        // As of a lone contact of unknown radius; 120 places.
+        assert!(inside > 0.8, "{radius} {distance}: {inside}");
+    }
+}
+
+#[test]
+fn two_contacts_on_eight_elements_are_two_or_one_that_says_it_is_not_sure() {
+    let mut bench = Bench::new(2, 4, 3.6e-3);
+    let [both, median, inside] = two(&mut bench, 9e-3, 60);
+    // Eight forces for eight unknowns: where the gains can explain what is
+    // left, there is one.
+    assert!(both > 0.5, "{both}");
+    assert!(median < 0.5e-3, "{median}");
+    assert!(inside > 0.8, "{inside}");
+}
+
+#[test]
+fn two_contacts_closer_than_the_cover_resolves_are_one() {
+    let mut bench = Bench::new(2, 4, 3.6e-3);
+    let [both, ..] = two(&mut bench, 2e-3, 60);
+    assert!(both < 0.05, "{both}");
+}
+
+#[test]
+fn nothing_and_wrong_lengths_are_no_contact() {
+    let bench = Bench::new(2, 4, 2.9e-3);
+    assert!(bench.fit.places(&[0.0; 8], &[1e-3; 8]).is_empty());
+    assert!(bench.fit.places(&[f64::NAN; 8], &[1e-3; 8]).is_empty());
+    assert!(bench.fit.places(&[1.0; 3], &[1e-3; 3]).is_empty());
+}
