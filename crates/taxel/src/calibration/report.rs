@@ -386,7 +386,7 @@ fn in_words(residual: &ResidualSummary) -> String {
 
 /// Root of the mean square and largest error with their unit.
 fn errors(residual: &ResidualSummary) -> (String, [String; 2]) {
-    let (unit, size) = prefixed(residual.root_mean_square, residual.unit);
+    let (unit, size) = prefixed(residual.largest, residual.unit);
     let errors = [residual.root_mean_square, residual.largest];
     (unit, errors.map(|error| digits(error / size)))
 }

@@ -30,6 +30,9 @@ const FARTHEST: i32 = 30;
 /// Another delay is the right one when it leaves less than this share of the
 /// error.
 const CLEARLY_LESS: f64 = 0.7;
+/// Of a delay that leaves fewer readings than this share there is no telling:
+/// a map may suit the few by chance.
+const OVERLAP: f64 = 0.75;
 
 /// The map of the force, where runs have a scale; `frame_rate` in Hz is that of
 /// the device.
@@ -140,6 +143,8 @@ fn same_unit(run: &Run, frame_rate: f64) -> Result<(), InputError> {
 
 /// Refuses a scale whose clock is not that of the sensor.
 fn same_clock(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), InputError> {
+    let least = OVERLAP * chosen.held_out.errors.len() as f64;
+    // Error of a delay over the spread of the readings that it leaves.
     let error = |offset: f64| {
         let options = ForceOptions {
             polynomial: Polynomial { degree: 1 },
@@ -148,10 +153,11 @@ fn same_clock(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), I
             ..chosen.options.clone()
         };
         let found = AcrossRuns::choose(runs, &[options]).ok()?;
-        Some(found.score().rms)
+        let overlaps = found.held_out.errors.len() as f64 >= least;
+        overlaps.then(|| found.score().rms / spread(&found.held_out))
     };
     let usual = error(chosen.options.offset).unwrap_or(f64::INFINITY);
-    if usual < SUSPECT * spread(&chosen.held_out) {
+    if usual < SUSPECT {
         return Ok(());
     }
     let seconds: Vec<i32> = (-2 * FARTHEST..=2 * FARTHEST).collect();
