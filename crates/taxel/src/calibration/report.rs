@@ -411,14 +411,15 @@ const PREFIXES: [(&str, f64); 9] = [
 const UNITS: [&str; 7] = ["F", "m", "N", "Pa", "ohm", "V", "C"];
 
 /// `unit` with the prefix that leaves one to three digits before the point of
-/// `value`, and what one of it is in SI.
+/// `value`, if there is one so small or large, and what one of it is in SI.
 fn prefixed(value: f64, unit: &str) -> (String, f64) {
     let symbol = unit.split(['/', ' ']).next().unwrap_or_default();
-    let fits = |(_, size): &&(&str, f64)| value.abs() >= *size;
-    match PREFIXES.iter().rfind(fits) {
-        Some((prefix, size)) if UNITS.contains(&symbol) => (format!("{prefix}{unit}"), *size),
-        _ => (unit.to_owned(), 1.0),
+    if value == 0.0 || !value.is_finite() || !UNITS.contains(&symbol) {
+        return (unit.to_owned(), 1.0);
     }
+    let fits = |(_, size): &&(&str, f64)| value.abs() >= *size;
+    let (prefix, size) = PREFIXES.iter().rfind(fits).unwrap_or(&PREFIXES[0]);
+    (format!("{prefix}{unit}"), *size)
 }
 
 fn share(residual: &ResidualSummary) -> f64 {
@@ -465,6 +466,7 @@ mod tests {
         assert_eq!(of(1.876_71e-12, "F"), "1.8767 pF");
         assert_eq!(of(-9.62e-5, "m/N"), "-96.200 um/N");
         assert_eq!(of(2.76e8, "ohm"), "276.00 Mohm");
+        assert_eq!(of(1.304_2e-16, "F"), "0.13042 fF");
         assert_eq!(of(0.0, "m"), "0 m");
         assert_eq!(of(25.0, ""), "25.000 ");
         // No kiloseconds, and no thousandths of nothing.

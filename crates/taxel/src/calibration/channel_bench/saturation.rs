@@ -2,7 +2,6 @@
 //! loads, where there is one.
 
 use super::super::fit::{Estimate, Parameter, Status, student_quantile};
-use super::super::least_squares;
 use super::super::remark::Remark;
 use super::problem::Reading;
 use super::{CHANNEL, ChannelCalibrator};
@@ -43,7 +42,11 @@ fn apart(chance: f64, count: usize) -> f64 {
 }
 
 impl Plateau {
-    /// The plateau of readings of loading of one channel.
+    /// The plateau of readings of loading of one channel: from the largest load
+    /// down until two readings in a row are out, or all so far rise.
+    ///
+    /// The last quarter of these may be of the curve before, which joins it little
+    /// by little where loads are close to one another: the others tell it.
     pub(super) fn find(of: &[Reading]) -> Option<Self> {
         let mut points: Vec<[f64; 2]> = of
             .iter()
@@ -51,27 +54,27 @@ impl Plateau {
             .collect();
         points.sort_by(|a, b| b[0].total_cmp(&a[0]));
         let mut count = LEAST;
-        let [mut mean, mut scatter] = spread(points.get(..LEAST)?);
+        points.get(..LEAST)?;
         while let Some(next) = points.get(count) {
+            let [mean, scatter] = spread(&points[..count]);
             let out = |point: &[f64; 2]| (point[1] - mean).abs() > apart(IN_A_ROW, count) * scatter;
-            if out(next) && points.get(count + 1).is_none_or(out) {
+            let ends = out(next) && points.get(count + 1).is_none_or(out);
+            if ends || !is_flat(&points[..count]) {
                 break;
             }
             count += 1;
-            [mean, scatter] = spread(&points[..count]);
         }
-        let (top, rest) = points.split_at(count);
-        let below = &rest[..rest.len().min(count.max(LEAST))];
-        let [slope, deviation] = line(top)?;
-        let [before, _] = line(below)?;
-        let length = top[0][0] - top[count - 1][0];
-        let steepest = student_quantile(1.0 - FLAT, count - 2) * deviation;
-        let flat = slope.abs() < steepest && before * length > RISING * scatter;
-        flat.then_some(Self {
-            voltage: mean,
+        let rest = &points[count..];
+        let top = &points[..(3 * count / 4).max(LEAST)];
+        let [voltage, scatter] = spread(top);
+        let [before, _] = line(&rest[..rest.len().min(count)])?;
+        let length = top[0][0] - top[top.len() - 1][0];
+        let found = is_flat(top) && before * length > RISING * scatter;
+        found.then_some(Self {
+            voltage,
             scatter,
-            from: top[count - 1][0],
-            count,
+            from: points[count - 1][0],
+            count: top.len(),
         })
     }
 
@@ -89,16 +92,26 @@ fn spread(points: &[[f64; 2]]) -> [f64; 2] {
     [mean, (squares / (count - 1.0)).sqrt()]
 }
 
+/// Whether the voltages do not clearly change along the loads.
+fn is_flat(points: &[[f64; 2]]) -> bool {
+    line(points).is_some_and(|[slope, deviation]| {
+        slope.abs() <= student_quantile(1.0 - FLAT, points.len() - 2) * deviation
+    })
+}
+
 /// Slope of a straight line and its deviation.
 fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
-    let (design, target): (Vec<Vec<f64>>, Vec<f64>) = points
-        .iter()
-        .map(|[pressure, voltage]| (vec![*pressure, 1.0], *voltage))
-        .unzip();
-    let found = least_squares::solve(&design, &target)?;
     let freedom = points.len().checked_sub(2).filter(|left| *left > 0)?;
-    let variance = found.misfit / freedom as f64 * found.covariance[0][0];
-    Some([found.coefficients[0], variance.sqrt()])
+    let count = points.len() as f64;
+    let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / count;
+    let [x, y] = [mean(0), mean(1)];
+    let square: f64 = points.iter().map(|point| (point[0] - x).powi(2)).sum();
+    let product: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
+    let slope = product / square;
+    let misfit = |point: &[f64; 2]| (point[1] - y - slope * (point[0] - x)).powi(2);
+    let variance = points.iter().map(misfit).sum::<f64>() / freedom as f64;
+    let deviation = (variance / square).sqrt();
+    (square > 0.0).then_some([slope, deviation])
 }
 
 /// The saturation of each channel that was read with its estimate, and what

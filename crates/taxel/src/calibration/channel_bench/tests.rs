@@ -479,3 +479,49 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
         }
     }
 }
+
+/// Where loads are close to one another a curve joins its plateau little by little.
+#[test]
+fn plateaus_of_many_readings_are_found() {
+    let sensor = drawn();
+    for (saturation, readings, noise) in [(0.7, 600, 0.01), (0.9, 600, 0.01), (0.7, 120, 0.02)] {
+        let clean = BenchOptions {
+            saturation,
+            readings,
+            noise: 0.0,
+            cycles: 3,
+            ..quiet()
+        };
+        let text = bench(&clean, &[0]);
+        with(&sensor, |calibrator| {
+            let data = parse(calibrator, &text);
+            let exact = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
+            let ends = |of: &[Reading]| {
+                let voltages = of.iter().map(|reading| reading.voltage);
+                voltages.fold([f64::INFINITY, 0.0], |[low, high], v| {
+                    [v.min(low), v.max(high)]
+                })
+            };
+            let [low, high] = ends(&exact);
+            let scatter = noise * (high - low);
+            for seed in 0..100 {
+                let mut random = crate::electronics::Noise::seeded(seed);
+                let mut all = exact.clone();
+                for reading in &mut all {
+                    reading.voltage += scatter * random.normal();
+                }
+                let found = calibrator.plateaus(&mut all)[0];
+                assert!(found.is_some(), "{saturation} {readings} {seed}");
+                // Five deviations that a plateau leaves, and noise.
+                let missed = all
+                    .iter()
+                    .zip(&exact)
+                    .filter(|(reading, exact)| !reading.saturated && exact.voltage > high - 1e-9);
+                let early = all.iter().zip(&exact).filter(|(reading, exact)| {
+                    reading.saturated && exact.voltage < high - 8.0 * scatter
+                });
+                assert_eq!([missed.count(), early.count()], [0, 0], "{readings} {seed}");
+            }
+        });
+    }
+}
