@@ -1,5 +1,5 @@
-use super::super::localisation::{Placing, ProfileModel};
 use super::super::localisation::tests::THICKNESS;
+use super::super::localisation::{Placing, ProfileModel};
 use super::*;
 use crate::mechanics::ShareTable;
 use rand::{RngExt, SeedableRng};
