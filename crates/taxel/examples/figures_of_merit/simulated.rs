@@ -9,7 +9,7 @@ use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, 
 use taxel::calibration::fit::Status;
 use taxel::calibration::{BenchData, BenchOptions, CalibrateOptions, NamedSensor, calibrator};
 use taxel::estimation::{
-    Centroid, ChargeEstimator, ChargeEstimatorOptions, Placing, ProfileFit, SearchOptions,
+    Centroid, ChargeEstimator, ChargeEstimatorOptions, Place, Placing, ProfileFit, SearchOptions,
     SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
 };
 use taxel::mechanics::{EndCondition, GivenFactor};
@@ -23,6 +23,7 @@ pub(crate) fn all() -> Result<(), Box<dyn Error>> {
     let sensor = Sensor::shipped("piezo-1.5mm").ok_or("no such sensor")?;
     position(&sensor)?;
     position(&Sensor::shipped("piezo-2.3mm").ok_or("no such sensor")?)?;
+    pairs(&sensor)?;
     slip(&sensor)
 }
 
@@ -185,7 +186,8 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
                 ]
             })
             .collect();
-        let profiles = profiles(sensor, radius, &places)?;
+        let presses: Vec<Press> = places.iter().map(|at| vec![(*at, 1.0)]).collect();
+        let profiles = profiles(sensor, radius, &presses)?;
         let rms = |placing: &dyn Placing| {
             let (mut squares, mut found, mut covered) = (0.0, 0, 0);
             for (place, [forces, deviations]) in places.iter().zip(&profiles) {
@@ -215,14 +217,89 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Contacts at one time: centre, m, and force, N.
+type Press = Vec<([f64; 2], f64)>;
+
+/// Places of two contacts at a time, 0.5 and 1 N, so far apart.
+fn pairs(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
+    let fit = ProfileFit::new(sensor.piezoelectric()?.profile_model());
+    let fit = fit.ok_or("no profile of this array")?;
+    println!("{}, {PRESSES} pairs of 0.5 and 1 N", sensor.name);
+    for (radius, distance) in [2.3e-3, 3.6e-3]
+        .into_iter()
+        .flat_map(|radius| [6e-3, 9e-3, 12e-3].map(|distance| (radius, distance)))
+    {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let mut presses: Vec<Press> = Vec::new();
+        while presses.len() < PRESSES as usize {
+            let turn: f64 = random.random_range(0.0..std::f64::consts::TAU);
+            let one: [f64; 2] = [
+                random.random_range(-6e-3..6e-3),
+                random.random_range(-2e-3..2e-3),
+            ];
+            let other = [
+                one[0] + distance * turn.cos(),
+                one[1] + distance * turn.sin(),
+            ];
+            if other[0].abs() < 6e-3 && other[1].abs() < 2e-3 {
+                presses.push(vec![(one, 0.5), (other, 1.0)]);
+            }
+        }
+        let (mut two, mut errors, mut covered) = (0, Vec::new(), 0);
+        for (press, [forces, deviations]) in presses.iter().zip(profiles(sensor, radius, &presses)?)
+        {
+            let found = fit.places(&forces, &deviations);
+            if found.len() != 2 {
+                continue;
+            }
+            two += 1;
+            let places: Vec<Place> = found.iter().filter_map(|one| one.place).collect();
+            for (error, place, truth) in told(&places, press) {
+                errors.push(error);
+                covered += usize::from(place.distance(truth) < ELLIPSE_95);
+            }
+        }
+        errors.sort_by(f64::total_cmp);
+        println!(
+            "  radius {:.1} mm, {:2.0} mm apart: {two} found as two, median error {:.3} mm, {covered} of {} in the ellipse of 95 %",
+            radius * 1e3,
+            distance * 1e3,
+            errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN) * 1e3,
+            errors.len()
+        );
+    }
+    Ok(())
+}
+
+/// Places, up to two, with their contacts by the least sum of distances.
+fn told(places: &[Place], press: &Press) -> Vec<(f64, Place, [f64; 2])> {
+    let order = |first: usize| -> Vec<(f64, Place, [f64; 2])> {
+        let pairs = places.iter().enumerate();
+        let pair = |(k, place): (usize, &Place)| {
+            let truth = press[(first + k) % 2].0;
+            let [x, y] = [0, 1].map(|axis| place.centre[axis] - truth[axis]);
+            (x.hypot(y), *place, truth)
+        };
+        pairs.map(pair).collect()
+    };
+    let sum = |one: &[(f64, Place, [f64; 2])]| one.iter().map(|pair| pair.0).sum::<f64>();
+    let [straight, crossed] = [order(0), order(1)];
+    if sum(&straight) <= sum(&crossed) {
+        straight
+    } else {
+        crossed
+    }
+}
+
 /// Forces and deviations at the top of each press.
 fn profiles(
     sensor: &Sensor,
     radius: f64,
-    places: &[[f64; 2]],
+    presses: &[Press],
 ) -> Result<Vec<[Vec<f64>; 2]>, Box<dyn Error>> {
     let mut script = stimulus(PRESS * f64::from(PRESSES));
-    for (index, at) in places.iter().enumerate() {
+    let contacts = presses.iter().enumerate();
+    for (index, (at, most)) in contacts.flat_map(|(k, one)| one.iter().map(move |c| (k, c))) {
         let start = PRESS * index as f64;
         let point = |time: f64, force: f64| FingerPoint {
             time: start + time,
@@ -231,8 +308,8 @@ fn profiles(
         };
         let path = vec![
             point(0.05, 0.0),
-            point(0.07, 1.0),
-            point(0.15, 1.0),
+            point(0.07, *most),
+            point(0.15, *most),
             point(0.17, 0.0),
         ];
         script.finger.push(Finger { radius, path });
@@ -247,7 +324,7 @@ fn profiles(
     let mut sums = vec![0.0; estimator.meaning().rows * estimator.meaning().columns];
     let mut count = 0.0;
     let mut found = Vec::new();
-    while found.len() < places.len() {
+    while found.len() < presses.len() {
         let Delivery::Frame(frame) = twin.next_delivery() else {
             continue;
         };

@@ -261,7 +261,9 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::localisation::tests::{Presses, THICKNESS, fit, rms};
+    use super::super::place_map::{placing, regression};
     use super::*;
+    use crate::trained::{PlaceFinder, PlaceMap};
 
     /// Presses of each radius on a grid of 1 mm.
     fn presses(radii: &[f64]) -> Vec<Press> {
@@ -350,6 +352,79 @@ mod tests {
         assert_eq!(careful.place(&forces, &[sigma; 8]), None);
         let (forces, sigma) = Presses::new(3.6e-3, 3).forces([0.0; 2]);
         assert!(careful.place(&forces, &[sigma; 8]).is_some());
+    }
+
+    /// `finder` after presses of 3.6 mm on a device whose elements lie by `shift`
+    /// along x beside their drawing.
+    fn finder(finder: PlaceFinder, shift: f64) -> std::sync::Arc<dyn Placing> {
+        let mut presses = presses(&[3.6e-3]);
+        let mut bench = Presses::new(3.6e-3, 5);
+        for press in &mut presses {
+            press.forces = bench.forces([press.place[0] - shift, press.place[1]]).0;
+        }
+        let profile = fit(ProfileModel::unknown_radii(THICKNESS, 8e-3));
+        let kernel = KernelRegression::kernel(&presses, profile.model()).unwrap();
+        let mut map = PlaceMap {
+            finder,
+            gains: vec![1.0; 8],
+            gain_deviation: 0.02,
+            profile_spread: 1.0,
+            kernel: [kernel.deviation, kernel.length, kernel.noise],
+            spread: 1.0,
+            reach: f64::MAX,
+            directions: presses.iter().map(|one| one.forces.clone()).collect(),
+            places: presses.iter().map(|one| one.place).collect(),
+            radii: vec![3.6e-3; presses.len()],
+        };
+        // As calibration does: what presses that it has not seen hardly exceed.
+        let learned = regression(&map, &profile).unwrap();
+        let strange = places().map(|at| {
+            let (forces, sigma) = bench.forces([at[0] - shift, at[1]]);
+            learned.search(&forces, &[sigma; 8]).unwrap().1
+        });
+        map.reach = strange.fold(0.0, f64::max);
+        placing(&map, profile).unwrap()
+    }
+
+    /// Fifty places all over the elements.
+    fn places() -> impl Iterator<Item = [f64; 2]> {
+        (0..50).map(|index| {
+            let part = |step: f64| (f64::from(index) * step).fract() - 0.5;
+            [11e-3 * part(0.754_877_67), 3.6e-3 * part(0.569_840_29)]
+        })
+    }
+
+    /// Median error, m, and share of the places that came from the regression.
+    fn median(finder: &dyn Placing, radius: f64, shift: f64) -> [f64; 2] {
+        let mut bench = Presses::new(radius, 17);
+        let (mut errors, mut learned) = (Vec::new(), 0.0);
+        for at in places() {
+            let (forces, sigma) = bench.forces([at[0] - shift, at[1]]);
+            let Some(place) = finder.place(&forces, &[sigma; 8]) else {
+                continue;
+            };
+            errors.push((place.centre[0] - at[0]).hypot(place.centre[1] - at[1]));
+            learned += f64::from(u8::from(place.method == Method::Trained));
+        }
+        errors.sort_by(f64::total_cmp);
+        assert!(errors.len() > 30, "{}", errors.len());
+        [errors[errors.len() / 2], learned / errors.len() as f64]
+    }
+
+    #[test]
+    fn kernel_or_profile_takes_the_one_that_is_right() {
+        // A small contact after presses of a large one: the kernel is wrong.
+        let both = finder(PlaceFinder::KernelOrProfile, 0.0);
+        let [error, learned] = median(&*both, 1.5e-3, 0.0);
+        let [right, _] = median(&*finder(PlaceFinder::Profile, 0.0), 1.5e-3, 0.0);
+        assert!(learned < 0.2, "{learned}");
+        assert!(error < 1.2 * right, "{error} {right}");
+        // Elements that lie half a millimetre beside the drawing: the profile is.
+        let both = finder(PlaceFinder::KernelOrProfile, 0.5e-3);
+        let [error, learned] = median(&*both, 3.6e-3, 0.5e-3);
+        let [wrong, _] = median(&*finder(PlaceFinder::Profile, 0.5e-3), 3.6e-3, 0.5e-3);
+        assert!(learned > 0.9, "{learned}");
+        assert!(error < 0.1e-3 && wrong > 0.4e-3, "{error} {wrong}");
     }
 
     #[test]

@@ -2,11 +2,13 @@
 //! forces need, all fitted together.
 
 mod matrix;
+mod population;
 mod raster;
 
 use matrix::{dot, factor, solve};
+use population::{Population, Spread};
 
-use super::localisation::{Located, Method, Place, Placing, flat_position};
+use super::localisation::{Located, Method, Place, flat_position};
 use super::placing_fit::{NEAR, OFFSETS, ProfileFit, STEPS, WINDOW};
 
 /// More contacts than this are not looked for.
@@ -32,10 +34,11 @@ const ITERATIONS: usize = 15;
 /// One is looked for first. As long as the misfit is more than the noise
 /// allows, the contact that explains most of what is left comes beside those
 /// before; each gives way to the others in turn, then places, sizes and forces
-/// of all are fitted together. It stays if χ² falls by more than chance can do
-/// and all contacts lie apart by four deviations; if not, two are one that is
-/// as wide as both. In the end each is placed like a lone one by the forces
-/// that the others leave, with what is not known of the others as noise.
+/// of all are fitted together. The population of all that explain the forces
+/// begins at these fits and at those of other sizes. The contact stays if χ²
+/// falls by more than chance can do and all contacts of the population lie
+/// apart by four deviations; if not, two are one that is as wide as both.
+/// Places and covariances are those of the population.
 pub(super) fn several(fit: &ProfileFit, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
     let Some((lone, _)) = fit.search(forces, deviations) else {
         return Vec::new();
@@ -49,24 +52,27 @@ pub(super) fn several(fit: &ProfileFit, forces: &[f64], deviations: &[f64]) -> V
         return vec![one(lone)];
     }
     scene.raster();
-    let mut found = scene.one();
-    while found.shapes.len() < MOST && found.misfit > scene.allowed(found.shapes.len()) {
-        let more = scene.one_more(&found);
-        if more.shapes.len() == found.shapes.len() || found.misfit - more.misfit < WORTH {
+    let (mut fitted, mut found) = (scene.one(), None);
+    while fitted.shapes.len() < MOST && fitted.misfit > scene.allowed(fitted.shapes.len()) {
+        let fits = scene.one_more(&fitted);
+        let Some(best) = fits
+            .first()
+            .filter(|best| fitted.misfit - best.misfit >= WORTH)
+        else {
             break;
-        }
-        if scene.unresolved(&more) {
-            if found.shapes.len() == 1 {
-                return vec![one(scene.joined(&more))];
+        };
+        let Some(population) = scene.population(&fits) else {
+            break;
+        };
+        if population.apart() < APART {
+            if found.is_none() {
+                return vec![one(scene.joined(&population))];
             }
             break;
         }
-        found = more;
+        (fitted, found) = (best.clone(), Some(population));
     }
-    if found.shapes.len() < 2 {
-        return vec![one(lone)];
-    }
-    scene.located(&found)
+    found.map_or_else(|| vec![one(lone)], |found| scene.located(&found))
 }
 
 /// A contact: place in steps from the lower left element, index of the radius,
@@ -192,12 +198,30 @@ impl<'a> Scene<'a> {
         [share, x * dx.signum(), y * dy.signum(), far[0] - near[0]]
     }
 
-    /// Shares on all elements over the deviations of the forces.
+    /// Shares on all elements over the deviations of the forces: as
+    /// [`Self::share`], without slopes, for the many members of a population.
     fn weighed(&self, at: [f64; 2], size: f64) -> Vec<f64> {
-        let roots = self.roots.iter().enumerate();
-        roots
-            .map(|(element, root)| root * self.share(at, size, element)[0])
-            .collect()
+        let last = self.tables.len() - 1;
+        let cell = (size as usize).min(last.saturating_sub(1));
+        let (near, far) = (&self.tables[cell], &self.tables[(cell + 1).min(last)]);
+        let part = size - cell as f64;
+        let weigh = |(place, root): (&[f64; 2], &f64)| {
+            let [x, y] = [0, 1].map(|axis| (at[axis] - place[axis]).abs());
+            let (i, j) = (x as usize, y as usize);
+            if i + 1 >= OFFSETS || j + 1 >= OFFSETS {
+                return 0.0;
+            }
+            let (u, v) = (x - i as f64, y - j as f64);
+            let blend = |table: &[f64]| {
+                let first = &table[i * OFFSETS + j..][..2];
+                let second = &table[(i + 1) * OFFSETS + j..][..2];
+                let [low, high] = [0, 1].map(|k| first[k] + u * (second[k] - first[k]));
+                low + v * (high - low)
+            };
+            let [near, far] = [near, far].map(|table| blend(table));
+            root * (near + part * (far - near))
+        };
+        self.elements.iter().zip(&self.roots).map(weigh).collect()
     }
 
     /// What is left of the forces over their deviations.
@@ -307,135 +331,66 @@ impl<'a> Scene<'a> {
         (matrix, slope)
     }
 
-    /// Covariance of all unknowns, wider where the fit is worse than the noise.
-    fn covariance(&self, found: &Fitted) -> Option<Vec<Vec<f64>>> {
-        let unknowns = OWN * found.shapes.len();
-        let factor = factor(self.normal(&found.shapes).0)?;
-        let freedom = self.forces.len().saturating_sub(unknowns).max(1) as f64;
-        let worse = (found.misfit / freedom).max(1.0);
-        let column = |k: usize| {
-            let mut unit = vec![0.0; unknowns];
-            unit[k] = worse;
-            solve(&factor, &unit)
-        };
-        Some((0..unknowns).map(column).collect())
-    }
-
-    /// Whether two of the contacts may be one.
-    fn unresolved(&self, found: &Fitted) -> bool {
-        let Some(covariance) = self.covariance(found) else {
-            return true;
-        };
-        let count = found.shapes.len();
-        let mut pairs = (0..count).flat_map(|i| (0..i).map(move |j| [j, i]));
-        pairs.any(|[i, j]| {
-            let apart = [0, 1].map(|axis| found.shapes[i].at[axis] - found.shapes[j].at[axis]);
-            let along = |a: usize, b: usize| -> f64 {
-                let sum =
-                    |p: usize, q: usize| covariance[OWN * a + p][OWN * b + q] * apart[p] * apart[q];
-                (0..2).map(|p| sum(p, 0) + sum(p, 1)).sum()
-            };
-            let variance = along(i, i) + along(j, j) - along(i, j) - along(j, i);
-            // Both over the squared distance.
-            let square = apart[0] * apart[0] + apart[1] * apart[1];
-            square * square <= APART * APART * variance
-        })
-    }
-
     /// All contacts, each with what it carries.
-    fn located(&self, found: &Fitted) -> Vec<Located> {
-        let Some(covariance) = self.covariance(found) else {
-            return Vec::new();
-        };
-        let elements = 0..self.forces.len();
-        let carried = |one: &Shape| -> Vec<f64> {
-            let share = |element| one.force * self.share(one.at, one.size, element)[0];
-            elements.clone().map(share).collect()
-        };
-        let parts: Vec<Vec<f64>> = found.shapes.iter().map(carried).collect();
-        let others = |own: usize| {
-            let others = (0..parts.len()).filter(move |other| *other != own);
-            others.collect::<Vec<usize>>()
-        };
-        let located = |own: usize| {
-            let others = others(own);
-            let left = |element: usize| {
-                let taken = others.iter().map(|other| parts[*other][element]);
-                self.forces[element] - taken.sum::<f64>()
-            };
-            let noise = |element: usize| {
-                let unknown = self.variance(found, &others, &covariance, element);
-                unknown.sqrt().hypot(1.0 / self.roots[element])
-            };
-            let forces: Vec<f64> = elements.clone().map(left).collect();
-            let deviations: Vec<f64> = elements.clone().map(noise).collect();
+    fn located(&self, found: &Population) -> Vec<Located> {
+        let located = |spread: &Spread| {
+            let Shape { at, size, force } = spread.mean;
+            let carried =
+                (0..self.forces.len()).map(|element| force * self.share(at, size, element)[0]);
+            let place = self.place(spread, found.misfit);
             Located {
-                place: self.fit.place(&forces, &deviations),
-                carried: parts[own].clone(),
+                place: place.is_known(self.fit.model.pitch).then_some(place),
+                carried: carried.collect(),
             }
         };
-        (0..parts.len()).map(located).collect()
+        found.spreads().iter().map(located).collect()
     }
 
-    /// Variance of what some contacts put on an element, N².
-    fn variance(
-        &self,
-        found: &Fitted,
-        contacts: &[usize],
-        covariance: &[Vec<f64>],
-        element: usize,
-    ) -> f64 {
-        let slopes = |&contact: &usize| {
-            let one = &found.shapes[contact];
-            let [share, x, y, size] = self.share(one.at, one.size, element);
-            let slopes = [one.force * x, one.force * y, one.force * size, share];
-            (0..OWN).map(move |own| (OWN * contact + own, slopes[own]))
-        };
-        let row: Vec<(usize, f64)> = contacts.iter().flat_map(slopes).collect();
-        let pairs = row.iter().flat_map(|a| row.iter().map(move |b| (a, b)));
-        let terms = pairs.map(|((i, a), (j, b))| covariance[*i][*j] * a * b);
-        terms.sum::<f64>().max(0.0)
-    }
-
-    fn place(&self, found: &Fitted, one: &Shape, entry: impl Fn(usize, usize) -> f64) -> Place {
+    fn place(&self, spread: &Spread, misfit: f64) -> Place {
         let model = &self.fit.model;
+        let Shape { at, size, force } = spread.mean;
         let corner = flat_position(model, (model.rows - 1) * model.columns);
         let step = model.pitch.map(|pitch| pitch / STEPS as f64);
-        let cell = one.size as usize;
+        let [xx, xy, yy] = spread.covariance;
+        let cell = size as usize;
         let radius = |cell: usize| model.radii[cell.min(model.radii.len() - 1)];
         Place {
-            centre: [0, 1].map(|axis| corner[axis] + one.at[axis] * step[axis]),
-            covariance: [[0, 0], [0, 1], [1, 1]].map(|[p, q]| entry(p, q) * step[p] * step[q]),
-            force: one.force,
-            radius: Some(
-                radius(cell) + (one.size - cell as f64) * (radius(cell + 1) - radius(cell)),
-            ),
-            misfit: found.misfit,
+            centre: [0, 1].map(|axis| corner[axis] + at[axis] * step[axis]),
+            covariance: [
+                xx * step[0] * step[0],
+                xy * step[0] * step[1],
+                yy * step[1] * step[1],
+            ],
+            force,
+            radius: Some(radius(cell) + (size - cell as f64) * (radius(cell + 1) - radius(cell))),
+            misfit,
             method: Method::Profile,
         }
     }
 
     /// Two contacts that are not apart as one that is as wide as both.
-    fn joined(&self, found: &Fitted) -> Place {
-        let [one, other] = [0, 1].map(|place| found.shapes[place]);
-        let part = one.force / (one.force + other.force);
-        let middle = [0, 1].map(|axis| part * one.at[axis] + (1.0 - part) * other.at[axis]);
-        let covariance = self.covariance(found);
-        let entry = |p: usize, q: usize| {
-            let spread = |weight: f64, shape: Shape, k: usize| {
-                let own = covariance
-                    .as_ref()
-                    .map_or(f64::INFINITY, |c| c[OWN * k + p][OWN * k + q]);
-                weight * (own + (shape.at[p] - middle[p]) * (shape.at[q] - middle[q]))
-            };
-            spread(part, one, 0) + spread(1.0 - part, other, 1)
+    fn joined(&self, found: &Population) -> Place {
+        let spreads = found.spreads();
+        let force: f64 = spreads.iter().map(|one| one.mean.force).sum();
+        let mean = |of: &dyn Fn(&Spread) -> f64| -> f64 {
+            spreads
+                .iter()
+                .map(|one| one.mean.force / force * of(one))
+                .sum()
         };
-        let shape = Shape {
+        let middle = [0, 1].map(|axis| mean(&|one| one.mean.at[axis]));
+        let off = |one: &Spread, axis: usize| one.mean.at[axis] - middle[axis];
+        let entries = [[0, 0], [0, 1], [1, 1]].into_iter().enumerate();
+        let mut covariance = [0.0; 3];
+        for (entry, [p, q]) in entries {
+            covariance[entry] = mean(&|one| one.covariance[entry] + off(one, p) * off(one, q));
+        }
+        let mean = Shape {
             at: middle,
-            size: part * one.size + (1.0 - part) * other.size,
-            force: one.force + other.force,
+            size: mean(&|one| one.mean.size),
+            force,
         };
-        self.place(found, &shape, entry)
+        self.place(&Spread { mean, covariance }, found.misfit)
     }
 }
 

@@ -38,6 +38,12 @@ pub(super) fn solve(factor: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     for i in 0..x.len() {
         x[i] = (x[i] - dot(&factor[i][..i], &x[..i])) / factor[i][i];
     }
+    transposed(factor, x)
+}
+
+/// Solves with the transposed factor alone: normal deviates become those with
+/// the inverse of the matrix as covariance.
+pub(super) fn transposed(factor: &[Vec<f64>], mut x: Vec<f64>) -> Vec<f64> {
     for i in (0..x.len()).rev() {
         x[i] /= factor[i][i];
         let known = x[i];

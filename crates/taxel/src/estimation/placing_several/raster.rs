@@ -99,13 +99,13 @@ impl Scene<'_> {
         best.map(|(_, shape)| shape)
     }
 
-    /// The best fit of one contact more, begun at the elements where most
-    /// force is left.
-    pub(super) fn one_more(&self, found: &Fitted) -> Fitted {
+    /// Fits of one contact more, begun at the elements where most force is
+    /// left, the best first.
+    pub(super) fn one_more(&self, found: &Fitted) -> Vec<Fitted> {
         let left = self.residuals(&found.shapes);
         let mut seeds: Vec<usize> = (0..left.len()).collect();
         seeds.sort_by(|a, b| left[*b].total_cmp(&left[*a]));
-        let mut best = found.clone();
+        let mut fits: Vec<Fitted> = Vec::new();
         for seed in seeds.into_iter().take(SEEDS) {
             let mut shapes = found.shapes.clone();
             let middle = self.elements[seed];
@@ -119,10 +119,38 @@ impl Scene<'_> {
                 }
             }
             let fitted = self.refined(shapes);
-            if fitted.misfit < best.misfit {
-                best = fitted;
+            if fitted.shapes.len() > found.shapes.len() {
+                fits.push(fitted);
             }
         }
-        best
+        let misfit = |a: &Fitted, b: &Fitted| a.misfit.total_cmp(&b.misfit);
+        if let Some(best) = fits.iter().min_by(|a, b| misfit(a, b)).cloned() {
+            fits.extend(self.other_sizes(&best));
+        }
+        fits.sort_by(misfit);
+        fits.dedup_by(|a, b| (a.misfit - b.misfit).abs() < 1e-2);
+        fits
+    }
+    /// The same contacts with one of another size, each begun at its best place
+    /// beside the others: a small contact further off may do what a large one
+    /// does.
+    pub(super) fn other_sizes(&self, found: &Fitted) -> Vec<Fitted> {
+        let mut fits = Vec::new();
+        for own in 0..found.shapes.len() {
+            let mut others = found.shapes.clone();
+            let one = others.remove(own);
+            for size in (0..self.tables.len()).step_by(COARSE[1]) {
+                let may = |shape: &Shape| {
+                    shape.size == size as f64 && within(shape.at, one.at, WINDOW as f64)
+                };
+                let Some(begin) = self.beside(&others, &may) else {
+                    continue;
+                };
+                let mut shapes = others.clone();
+                shapes.insert(own, begin);
+                fits.push(self.refined(shapes));
+            }
+        }
+        fits
     }
 }
