@@ -189,7 +189,9 @@ fn exchanged(
         What::Sample(_) => None,
     };
     let turned: Option<Vec<Reading>> = table.readings.iter().map(turned).collect();
-    let Some(turned) = turned else {
+    // A misfit within what the board reads needs no explanation.
+    let within = table.readings.len() as f64 * calibrator.deviation.powi(2);
+    let Some(turned) = turned.filter(|_| misfit > within) else {
         return Ok(());
     };
     let drawn = table.device.drawn();
