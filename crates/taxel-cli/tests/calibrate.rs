@@ -400,3 +400,71 @@ fn signals_of_another_moment_than_their_loads_are_named() {
         assert!(!Path::new(&file).exists());
     }
 }
+
+/// The table with each row's cells changed; row 0 is the header.
+fn with_rows(text: &str, change: impl Fn(usize, &mut Vec<String>)) -> String {
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let changed = lines.enumerate().map(|(row, line)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        change(row, &mut cells);
+        cells.join(",") + "\n"
+    });
+    changed.collect()
+}
+
+#[test]
+fn a_second_clock_is_looked_at_for_each_device() {
+    let folder = Folder::new("two-clocks");
+    let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
+    for sensor in [SENSOR, "three-axis-unit", "liquid-metal-2x4", "piezo-1.5mm"] {
+        done(&["twin", sensor, "--bench", "-o", &data]);
+        let text = fs::read_to_string(&data).unwrap();
+        let late = with_rows(&text, |row, cells| {
+            let time = cells[0].parse::<f64>().map(|time| time + 3.0);
+            cells.push(if row == 0 {
+                "sensor_time [s]".into()
+            } else {
+                time.unwrap().to_string()
+            });
+        });
+        fs::write(&data, late).unwrap();
+        let refusal = refused(&["calibrate", sensor, &data, "-o", &file]);
+        assert!(
+            refusal.contains("sensor_time") && refusal.contains("the clocks differ by 3.0"),
+            "{sensor}: {refusal}"
+        );
+        assert!(!Path::new(&file).exists());
+    }
+}
+
+#[test]
+fn a_force_that_hangs_is_named_and_a_missing_voltage_left_out() {
+    let folder = Folder::new("hanging");
+    let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
+    let bench = |sensor: &str| {
+        done(&["twin", sensor, "--bench", "-o", &data]);
+        fs::read_to_string(&data).unwrap()
+    };
+    let text = bench("three-axis-unit");
+    let hanging = with_rows(&text, |row, cells| {
+        if row > 0 {
+            cells[5] = "5".into();
+        }
+    });
+    fs::write(&data, hanging).unwrap();
+    let refusal = refused(&["calibrate", "three-axis-unit", &data, "-o", &file]);
+    assert!(refusal.contains("force_z is constant"), "{refusal}");
+    assert!(!Path::new(&file).exists());
+    let text = bench("liquid-metal-2x4");
+    let without = with_rows(&text, |row, cells| {
+        if row == 10 {
+            cells.last_mut().unwrap().clear();
+        }
+    });
+    fs::write(&data, without).unwrap();
+    let found = done(&["calibrate", "liquid-metal-2x4", &data]);
+    assert!(
+        found.contains("no load or no voltage; the row is left out"),
+        "{found}"
+    );
+}

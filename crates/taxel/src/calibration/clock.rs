@@ -1,8 +1,9 @@
 //! Whether the load and the signal of each row are of one moment.
 
-use super::bench_data::BenchData;
+use super::bench_data::{BenchData, column};
 use crate::input::InputError;
-use crate::predict::LoadColumn;
+use crate::predict::{LoadColumn, LoadKind};
+use crate::quantity::TIME;
 
 /// A load and the signals that it alone sets at once; the first pair that a
 /// table has is looked at. The sum of four capacitances does not see shear. Of
@@ -34,6 +35,51 @@ const LEAST: usize = 60;
 /// benches of all devices with loops of half of the load, no delay leaves less
 /// than 0.15; true ones leave 0.002 to 0.07 up to 15 % of hysteresis.
 const CLEARLY: f64 = 0.08;
+
+/// The column with the sensor's own clock, beside `time`.
+pub(super) const fn sensor_clock() -> LoadColumn {
+    column(
+        "sensor_time",
+        LoadKind::Quantity(&TIME, [-1e12, 1e12]),
+        "clock of the sensor",
+    )
+}
+
+/// Refuses a table with two clocks, `time` and `sensor_time`, that differ by
+/// more than half a step; `columns` are those of `data`.
+///
+/// # Errors
+/// By how much they differ.
+pub(super) fn one_clock(data: &BenchData, columns: &[LoadColumn]) -> Result<(), InputError> {
+    let at = |name: &str| columns.iter().position(|column| column.name == name);
+    let (Some(bench), Some(sensor)) = (at("time"), at("sensor_time")) else {
+        return Ok(());
+    };
+    let pairs = (0..data.len())
+        .filter_map(|row| Some((data.number(row, bench)?, data.number(row, sensor)?)));
+    let pairs: Vec<(f64, f64)> = pairs.collect();
+    let mut steps: Vec<f64> = pairs.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    steps.retain(|step| *step > 0.0);
+    steps.sort_by(f64::total_cmp);
+    let Some(step) = steps.get(steps.len() / 2) else {
+        return Ok(());
+    };
+    let apart: Vec<f64> = pairs.iter().map(|(time, sensor)| sensor - time).collect();
+    let least = apart.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = apart.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if least.abs().max(most.abs()) <= 0.5 * step {
+        return Ok(());
+    }
+    let message = format!(
+        "the clocks differ by {least:.4} to {most:.4} s, with a reading each {step:.4} s: load and signal are not of \
+         the same moment"
+    );
+    Err(data.error(
+        "sensor_time",
+        message,
+        "bring both to one clock, and save each row's readings of one moment",
+    ))
+}
 
 /// Refuses a table whose signals would fit its loads if they had been read
 /// earlier or later; `columns` are those of `data`, `group` the one that says

@@ -1,5 +1,7 @@
 //! What readings of crossing channels can and cannot be.
 
+use super::super::clock::one_clock;
+use super::columns::{COLUMNS, LOAD_AT, RESISTANCE, VOLTAGE};
 use super::problem::{Load, Reading};
 use super::{BenchData, CHANNEL, ChannelCalibrator, InputError, Remark};
 
@@ -18,12 +20,18 @@ pub(super) fn readings(
     data: &BenchData,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
+    one_clock(data, &COLUMNS)?;
+    complete(data)?;
     let divider = calibrator.board.divider;
     let mut readings = Vec::with_capacity(data.len());
     let (mut saturated, mut impossible) = (0, 0);
     for row in 0..data.len() {
         let channel = channel_of(calibrator, data, row)?;
-        let (load, voltage) = (load(data, row)?, voltage(calibrator, data, row)?);
+        let (Some(load), Some(voltage)) = (load(data, row), voltage(calibrator, data, row)) else {
+            let message = "no load or no voltage; the row is left out";
+            remarks.push(Remark::at(data.line(row), message));
+            continue;
+        };
         if voltage <= 0.0 || voltage >= divider.supply {
             impossible += 1;
             continue;
@@ -59,6 +67,10 @@ pub(super) fn readings(
             remarks.push(Remark::whole(format!("{count} {what} are left out")));
         }
     }
+    if readings.is_empty() {
+        let message = "no row has a load and a voltage between 0 and the supply";
+        return Err(data.error("voltage", message, "give both in each row"));
+    }
     let told: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
     units(calibrator, data, &told)?;
     Ok(readings)
@@ -84,35 +96,35 @@ fn channel_of(
     })
 }
 
-fn load(data: &BenchData, row: usize) -> Result<Load, InputError> {
-    match [2, 3, 4].map(|column| data.number(row, column)) {
-        [Some(pressure), _, _] => Ok(Load::Pressure(pressure)),
-        [None, Some(force), Some(area)] => Ok(Load::Force(force, area)),
-        _ => {
-            let message = format!(
-                "line {}: no pressure, and no force with its area",
-                data.line(row)
-            );
-            let help =
-                "give a column pressure, or force_z and area: a force alone says no pressure";
-            Err(data.error("pressure", message, help))
-        }
+/// Whether the table has the columns of a load and of a signal.
+fn complete(data: &BenchData) -> Result<(), InputError> {
+    let [pressure, force, area] = LOAD_AT.map(|column| data.given[column]);
+    if !(pressure || force && area) {
+        let message = "no pressure, and no force with its area";
+        let help = "give a column pressure, or force_z and area: a force alone says no pressure";
+        return Err(data.error("pressure", message, help));
+    }
+    if !(data.given[VOLTAGE] || data.given[RESISTANCE]) {
+        let message = "neither voltage nor resistance";
+        return Err(data.error("voltage", message, "give one of the two columns"));
+    }
+    Ok(())
+}
+
+fn load(data: &BenchData, row: usize) -> Option<Load> {
+    match LOAD_AT.map(|column| data.number(row, column)) {
+        [Some(pressure), _, _] => Some(Load::Pressure(pressure)),
+        [None, Some(force), Some(area)] => Some(Load::Force(force, area)),
+        _ => None,
     }
 }
 
-fn voltage(
-    calibrator: &ChannelCalibrator<'_>,
-    data: &BenchData,
-    row: usize,
-) -> Result<f64, InputError> {
+fn voltage(calibrator: &ChannelCalibrator<'_>, data: &BenchData, row: usize) -> Option<f64> {
     let divider = calibrator.board.divider;
     // A given resistance has the leads in it already.
     let of = |resistance: f64| divider.voltage(resistance - divider.lead);
-    let found = data.number(row, 6).or(data.number(row, 7).map(of));
-    found.ok_or_else(|| {
-        let message = format!("line {}: neither voltage nor resistance", data.line(row));
-        data.error("voltage", message, "give one of the two columns")
-    })
+    let read = data.number(row, VOLTAGE);
+    read.or(data.number(row, RESISTANCE).map(of))
 }
 
 /// Whether voltages and loads can be of this array.

@@ -1,10 +1,16 @@
 //! What readings of crossing channels may name.
 
 use super::super::bench_data::{column, required};
+use super::super::clock::sensor_clock;
 use crate::predict::{LoadColumn, LoadKind};
-use crate::quantity::{AREA, FORCE, RESISTANCE, STRESS, TIME, VOLTAGE};
+use crate::quantity::{self, AREA, FORCE, STRESS, TIME};
 
-pub(super) static COLUMNS: [LoadColumn; 10] = [
+/// Pressure, force and its area.
+pub(super) const LOAD_AT: [usize; 3] = [2, 3, 4];
+pub(super) const VOLTAGE: usize = 6;
+pub(super) const RESISTANCE: usize = 7;
+
+pub(super) static COLUMNS: [LoadColumn; 11] = [
     column(
         "time",
         LoadKind::Quantity(&TIME, [-1e12, 1e12]),
@@ -37,17 +43,17 @@ pub(super) static COLUMNS: [LoadColumn; 10] = [
     ),
     column(
         "voltage",
-        LoadKind::Quantity(&VOLTAGE, [-1e6, 1e6]),
+        LoadKind::Quantity(&quantity::VOLTAGE, [-1e6, 1e6]),
         "of the divider",
     ),
     column(
         "resistance",
-        LoadKind::Quantity(&RESISTANCE, [0.0, 1e12]),
+        LoadKind::Quantity(&quantity::RESISTANCE, [0.0, 1e12]),
         "of the channel with its leads, in place of the voltage",
     ),
     column(
         "voltage_deviation",
-        LoadKind::Quantity(&VOLTAGE, [0.0, 1e3]),
+        LoadKind::Quantity(&quantity::VOLTAGE, [0.0, 1e3]),
         "standard deviation of the voltage",
     ),
     column(
@@ -55,6 +61,7 @@ pub(super) static COLUMNS: [LoadColumn; 10] = [
         LoadKind::Number([0.0, 1.0]),
         "1 where a reading is held out",
     ),
+    sensor_clock(),
 ];
 /// The column that says of which channel a row is.
 pub(super) const CHANNEL: &str = "channel";

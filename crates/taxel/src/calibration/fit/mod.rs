@@ -160,7 +160,7 @@ pub enum Status {
     /// The readings do not tell it; interval and deviation are those of its
     /// bounds.
     NotIdentified,
-    /// The readings add next to nothing to its prior.
+    /// Its prior says more of it than the readings do.
     PriorOnly,
     /// The best value lies on a bound; the interval goes from there to one side.
     AtBound,
@@ -300,8 +300,9 @@ pub fn fit(
 
 /// χ² above this many of its standard deviations refutes the given noise.
 const REFUTED: f64 = 3.0;
-/// A prior of which the readings leave more than this share says it all.
-const PRIOR_ONLY: f64 = 0.9;
+/// A prior of which the readings leave more than this share knows more than
+/// they do: where both know as much, the deviation falls by √2.
+const PRIOR_ONLY: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 fn report(
     problem: &dyn Problem,

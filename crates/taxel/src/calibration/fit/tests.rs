@@ -232,6 +232,28 @@ fn what_cannot_be_told_apart_gets_no_number() {
 }
 
 #[test]
+fn what_its_prior_says_better_is_prior_only() {
+    // Eight readings of deviation one say a mean to within 8^-1/2 = 0.354.
+    let design = vec![vec![1.0]; 8];
+    let problem = Linear {
+        design,
+        readings: vec![2.0; 8],
+    };
+    for (deviation, status) in [(0.34, Status::PriorOnly), (0.37, Status::Identified)] {
+        let prior = Some(Prior {
+            value: 2.0,
+            deviation,
+        });
+        let parameter = Parameter {
+            prior,
+            ..Parameter::new("mean", 1.0)
+        };
+        let found = fit(&problem, &[parameter], &given()).unwrap();
+        assert_eq!(found.estimates[0].status, status);
+    }
+}
+
+#[test]
 fn too_little_and_wrong_starts_are_refused() {
     let error = fit(&line(&[1.0, 2.0]), &two(None), &given()).unwrap_err();
     assert!(error.to_string().contains("at least 3"), "{error}");

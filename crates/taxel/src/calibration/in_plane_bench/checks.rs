@@ -1,8 +1,9 @@
 //! What readings of in-plane sensors can and cannot be.
 
+use super::super::clock::one_clock;
 use super::super::fit::Fit;
 use super::super::split::Branch;
-use super::columns::{CAPACITANCE_DEVIATION, FORCE_DEVIATION};
+use super::columns::{CAPACITANCE_DEVIATION, COLUMNS, FORCE_DEVIATION};
 use super::problem::Reading;
 use super::{BenchData, InPlaneCalibrator, InputError, OWN, Remark};
 use crate::mechanics::LARGEST_COMPRESSION;
@@ -28,7 +29,7 @@ pub(super) fn readings(
     data: &BenchData,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
-    clocks(data)?;
+    one_clock(data, &COLUMNS)?;
     let mut readings = Vec::with_capacity(data.len());
     let mut beyond = Vec::new();
     for row in 0..data.len() {
@@ -122,37 +123,6 @@ fn sensor_of(
             "name the other sensors with --with, or remove these rows",
         )
     })
-}
-
-/// Two clocks must be one.
-fn clocks(data: &BenchData) -> Result<(), InputError> {
-    if !(data.given[0] && data.given[1]) {
-        return Ok(());
-    }
-    let pairs =
-        (0..data.len()).filter_map(|row| Some((data.number(row, 0)?, data.number(row, 1)?)));
-    let pairs: Vec<(f64, f64)> = pairs.collect();
-    let mut steps: Vec<f64> = pairs.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-    steps.retain(|step| *step > 0.0);
-    steps.sort_by(f64::total_cmp);
-    let Some(step) = steps.get(steps.len() / 2) else {
-        return Ok(());
-    };
-    let apart: Vec<f64> = pairs.iter().map(|(time, sensor)| sensor - time).collect();
-    let least = apart.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = apart.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if least.abs().max(most.abs()) <= 0.5 * step {
-        return Ok(());
-    }
-    let message = format!(
-        "the clocks differ by {least:.4} to {most:.4} s, with a reading each {step:.4} s: force and capacitance are not \
-         of the same moment"
-    );
-    Err(data.error(
-        "sensor_time",
-        message,
-        "bring both to one clock, and save each row's readings of one moment",
-    ))
 }
 
 /// Whether forces and capacitances can be of this sensor.

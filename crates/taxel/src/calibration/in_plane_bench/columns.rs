@@ -1,6 +1,7 @@
 //! What readings of in-plane sensors may name.
 
 use super::super::bench_data::{column, required};
+use super::super::clock::sensor_clock;
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::{CAPACITANCE, FORCE, LENGTH, TIME};
 
@@ -10,7 +11,7 @@ const ANY_CAPACITANCE: LoadKind = LoadKind::Quantity(&CAPACITANCE, [0.0, 1.0]);
 
 pub(super) static COLUMNS: [LoadColumn; 9] = [
     column("time", ANY_TIME, "clock of the gauge"),
-    column("sensor_time", ANY_TIME, "clock of the sensor"),
+    sensor_clock(),
     required("force_z", ANY_FORCE, "pressing force"),
     column(
         "displacement",

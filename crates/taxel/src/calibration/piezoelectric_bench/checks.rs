@@ -1,17 +1,19 @@
 //! What readings of piezoelectric elements can and cannot be.
 
+use super::super::clock::one_clock;
 use super::columns::{
-    CYCLES, DEVIATION, DISPLACEMENT, DWELL, FIRST_PEAK, FORCE_Z, HOLD_OUT, PERIOD, RAMP,
+    COLUMNS, CYCLES, DEVIATION, DISPLACEMENT, DWELL, FIRST_PEAK, FORCE_Z, HOLD_OUT, PERIOD, RAMP,
     SECOND_PEAK, TIME_AT, VOLTAGE_AT,
 };
+use super::peaks::plausible;
 use super::problem::{Bench, Device, Drive, Reading, What};
 use super::{BenchData, InputError, PiezoelectricCalibrator, Remark};
 use crate::mechanics::Profile;
 
-/// Between readings and drawing such a factor is a wrong prefix of a unit.
-const PREFIX: [f64; 2] = [1000.0 / 3.0, 3000.0];
 /// Least readings: three constants and five more.
 const LEAST: usize = 8;
+/// Peaks of one load, to this share of it, say nothing of their slope.
+const LEAST_SPAN: f64 = 0.1;
 /// Cycles of a cyclic load that does not say how many: it has settled.
 const USUAL_CYCLES: f64 = 8.0;
 
@@ -31,6 +33,7 @@ pub(super) fn table(
     data: &BenchData,
     remarks: &mut Vec<Remark>,
 ) -> Result<Table, InputError> {
+    one_clock(data, &COLUMNS)?;
     let (drive, load) = drive(data)?;
     let mut table = Table {
         device: Device::new(calibrator.named.sensor, drive),
@@ -53,7 +56,7 @@ pub(super) fn table(
     }
     clipped(calibrator, &mut table, remarks);
     enough(data, &table)?;
-    unit(calibrator, data, &table)?;
+    plausible(calibrator, data, &table)?;
     Ok(table)
 }
 
@@ -193,16 +196,29 @@ fn enough(data: &BenchData, table: &Table) -> Result<(), InputError> {
         let message = format!("there are {count} voltages; at least {LEAST} are needed");
         return Err(data.error("voltage", message, "take more readings"));
     }
-    let loads = table.readings.iter().map(|r| r.load);
-    let [least, most] = range(loads);
-    let still = if table.path.is_empty() {
-        most <= 0.0 && least >= 0.0
-    } else {
-        most - least <= 0.0
+    let (column, unit, size) = match table.device.drive {
+        Drive::Displacement => ("displacement", "um", 1e6),
+        Drive::Force => ("force_z", "mN", 1e3),
     };
-    if still {
+    if table.path.is_empty() {
+        let [least, most] = range(table.readings.iter().map(|r| r.load.abs()));
+        if most - least <= LEAST_SPAN * most {
+            let message = format!(
+                "{column} is always the same, {:.4} to {:.4} {unit}",
+                least * size,
+                most * size
+            );
+            let help =
+                "take peaks of several loads: the constants are in their slope over the load";
+            return Err(data.error(column, message, help));
+        }
+        return Ok(());
+    }
+    let [least, most] = range(table.readings.iter().map(|r| r.load));
+    if most - least <= 0.0 {
+        let message = format!("{column} is always {:.4} {unit}", most * size);
         let help = "the element answers to changes only: load it and let go";
-        return Err(data.error("", "the load is always the same", help));
+        return Err(data.error(column, message, help));
     }
     Ok(())
 }
@@ -226,42 +242,4 @@ pub(super) fn ratio(bench: &Bench<'_>, at: &[f64]) -> f64 {
         square += model * model;
     }
     if square > 0.0 { both / square } else { 1.0 }
-}
-
-/// Names a factor of a thousand, or a turned sign.
-fn unit(
-    calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
-    table: &Table,
-) -> Result<(), InputError> {
-    let bench = calibrator.problem(table, &table.readings);
-    let ratio = ratio(&bench, &table.device.drawn());
-    let column = if table.path.is_empty() {
-        "a1"
-    } else {
-        "voltage"
-    };
-    if ratio < 0.0 {
-        let message = "the voltages have the other sign than the board of the drawing gives";
-        return Err(data.error(
-            column,
-            message,
-            "turn the sign of the voltages, or of the load; pressing is positive",
-        ));
-    }
-    let [low, high] = PREFIX;
-    let times = if (low..high).contains(&ratio) {
-        "1000 times"
-    } else if (low..high).contains(&(1.0 / ratio)) {
-        "a thousandth of"
-    } else {
-        return Ok(());
-    };
-    let message =
-        format!("the voltages are about {times} what the drawing gives (factor {ratio:.3e})");
-    Err(data.error(
-        column,
-        message,
-        "are the units of this column and of the load right?",
-    ))
 }

@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use super::super::bench_data::column;
+use super::super::clock::sensor_clock;
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::{CHARGE, FORCE, LENGTH, TIME, VOLTAGE};
 
@@ -27,7 +28,7 @@ pub(super) const HOLD_OUT: usize = 11;
 pub(super) const PLACE: [usize; 2] = [12, 13];
 pub(super) const RADIUS: usize = 14;
 /// Column of the first element's voltage; the others follow.
-pub(super) const VOLTAGES: usize = 15;
+pub(super) const VOLTAGES: usize = 16;
 /// Column of the first element's charge.
 pub(super) const CHARGES: usize = VOLTAGES + MOST_ELEMENTS;
 /// Most elements whose signals a table of presses may have.
@@ -100,4 +101,5 @@ static OWN_COLUMNS: [LoadColumn; VOLTAGES] = [
         LoadKind::Quantity(&LENGTH, [0.0, 1.0]),
         "of the contact of the probe",
     ),
+    sensor_clock(),
 ];

@@ -6,8 +6,10 @@
 //! The modulus of the silicone stays that of the drawing: under a displacement
 //! it acts as the charge per force does.
 
+mod answers;
 mod checks;
 mod columns;
+mod peaks;
 mod places;
 mod presses;
 mod problem;
@@ -352,6 +354,7 @@ impl PiezoelectricCalibrator<'_> {
         let Some(mut best) = best else {
             return Err(data.error("", "no model was fitted", "choose another --model"));
         };
+        peaks::explained(self, data, &table, &best)?;
         if options.profile {
             self.with_profiles(&mut best, &table, options)
                 .map_err(|error| wrong(wanted, error))?;

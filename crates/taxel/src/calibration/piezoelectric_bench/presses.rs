@@ -1,8 +1,10 @@
 //! Presses at known places: a table with the place of each press and the
 //! signals of all elements.
 
+use super::super::clock::one_clock;
+use super::answers::answers;
 use super::checks::range;
-use super::columns::{CHARGES, DEVIATION, MOST_ELEMENTS, PLACE, RADIUS, VOLTAGES};
+use super::columns::{CHARGES, COLUMNS, DEVIATION, MOST_ELEMENTS, PLACE, RADIUS, VOLTAGES};
 use super::{BenchData, InputError, PiezoelectricCalibrator, Remark};
 
 /// One press of the bench.
@@ -25,6 +27,20 @@ const MOST: usize = 1000;
 /// A press whose highest signal is below this many deviations tells nothing.
 const LEAST_PEAK: f64 = 6.0;
 
+impl Pressed {
+    fn is_weak(&self) -> bool {
+        let highest = self.forces.iter().copied().fold(0.0, f64::max);
+        highest < LEAST_PEAK * self.deviation
+    }
+}
+
+/// The items whose flag is `wanted`.
+fn parted<T: Clone>(items: &[T], flags: &[bool], wanted: bool) -> Vec<T> {
+    let pairs = items.iter().zip(flags);
+    let of = pairs.filter(|(_, flag)| **flag == wanted);
+    of.map(|(item, _)| item.clone()).collect()
+}
+
 /// Whether a table is one of presses at places.
 pub(super) fn are_presses(data: &BenchData) -> bool {
     PLACE.iter().all(|column| data.given[*column])
@@ -36,11 +52,11 @@ pub(super) fn presses(
     data: &BenchData,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Pressed>, InputError> {
-    let (first, per_newton) = channels(calibrator, data)?;
+    one_clock(data, &COLUMNS)?;
+    let (name, first, per_newton) = channels(calibrator, data)?;
     let elements = calibrator.layout.taxels();
     let usual = (calibrator.deviation / calibrator.volt_per_newton).abs();
-    let mut presses = Vec::with_capacity(data.len());
-    let (mut short, mut weak) = (Vec::new(), Vec::new());
+    let (mut all, mut lines, mut short) = (Vec::new(), Vec::new(), Vec::new());
     for row in 0..data.len() {
         let [x, y] = PLACE.map(|column| data.number(row, column));
         let read = (0..elements).map(|element| data.number(row, first + element));
@@ -57,13 +73,14 @@ pub(super) fn presses(
             radius: data.number(row, RADIUS).filter(|radius| *radius > 0.0),
         };
         inside(calibrator, data, row, &press)?;
-        let highest = press.forces.iter().copied().fold(0.0, f64::max);
-        if highest < LEAST_PEAK * press.deviation {
-            weak.push(data.line(row));
-        } else {
-            presses.push(press);
-        }
+        all.push(press);
+        lines.push(data.line(row));
     }
+    let is_weak: Vec<bool> = all.iter().map(Pressed::is_weak).collect();
+    let (presses, weak) = (
+        parted(&all, &is_weak, false),
+        parted(&lines, &is_weak, true),
+    );
     turned(data, &presses, weak.len())?;
     for (lines, why) in [
         (short, "without place or without all signals"),
@@ -80,6 +97,8 @@ pub(super) fn presses(
         return Err(data.error("x", message, "press at places 0.5 to 1 mm apart"));
     }
     spanned(calibrator, data, &presses)?;
+    // The weak ones, too: over an element whose signal is wrong all may be.
+    answers(calibrator, data, name, &all)?;
     Ok(presses)
 }
 
@@ -106,11 +125,11 @@ fn spanned(
     Ok(())
 }
 
-/// Column of the first element's signal, and the signal per force.
+/// Name of the signals, column of the first element's, and the signal per force.
 fn channels(
     calibrator: &PiezoelectricCalibrator<'_>,
     data: &BenchData,
-) -> Result<(usize, f64), InputError> {
+) -> Result<(&'static str, usize, f64), InputError> {
     let elements = calibrator.layout.taxels();
     let kinds = [
         ("voltage", VOLTAGES, calibrator.volt_per_newton),
@@ -125,7 +144,7 @@ fn channels(
     };
     let missing = (0..elements).find(|element| !data.given[first + element]);
     match missing {
-        None => Ok((first, per_newton)),
+        None => Ok((name, first, per_newton)),
         Some(element) => {
             let column = format!("{name}_{}", element + 1);
             let message = format!("column {column} is missing: the sensor has {elements} elements");

@@ -52,7 +52,7 @@ pub(super) fn scope(table: &Table) -> Vec<Scope> {
 
 impl PiezoelectricCalibrator<'_> {
     /// Measured less modelled voltages, V.
-    fn misfits(&self, fitted: &Fitted, table: &Table, readings: &[Reading]) -> Vec<f64> {
+    pub(super) fn misfits(&self, fitted: &Fitted, table: &Table, readings: &[Reading]) -> Vec<f64> {
         let bench = self.problem(table, readings);
         let at = fitted.fit.values();
         let model = table

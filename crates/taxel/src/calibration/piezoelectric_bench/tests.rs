@@ -1,3 +1,5 @@
+mod wrong_tables;
+
 use std::fmt::Write as _;
 
 use rayon::prelude::*;

@@ -1,5 +1,6 @@
 //! What readings of three-axis units can and cannot be.
 
+use super::super::clock::one_clock;
 use super::super::least_squares;
 use super::columns::{
     CAPACITANCE_AT, COLUMNS, COUNTS_AT, DEVIATION_AT, FORCE_AT, HOLD_OUT, PARALLEL_AT,
@@ -30,6 +31,7 @@ pub(super) fn readings(
     data: &BenchData,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
+    one_clock(data, &COLUMNS)?;
     let counts = is_counts(data)?;
     let mut readings = Vec::with_capacity(data.len());
     let (mut unread, mut touching) = (Vec::new(), Vec::new());
@@ -205,6 +207,26 @@ pub(super) fn enough(data: &BenchData, of: &[Reading]) -> Result<(), InputError>
             message,
             "press from rest to the largest force of use",
         ));
+    }
+    for (axis, name) in AXES.iter().enumerate().take(2) {
+        let pushed = of.iter().filter(|r| r.gauged[axis]).map(|r| r.force[axis]);
+        let [least, most] = range(pushed);
+        if least <= most && most - least < LEAST_SPAN * most.abs() {
+            let message = format!("taxel {taxel}: force_{name} is constant, {most:.4} N");
+            let help = "push to both sides, or leave the column out";
+            return Err(data.error(&format!("force_{name}"), message, help));
+        }
+    }
+    // Gaps, stiffness and parallel capacitance all change the one answer to
+    // one load beside rest, and a gauge that hangs reads the same.
+    let pressed = of.iter().map(|r| r.force[2]);
+    let [lightest, _] = range(pressed.filter(|force| *force > LEAST_SPAN * most));
+    if most - lightest < LEAST_SPAN * most {
+        let message = format!(
+            "taxel {taxel}: force_z is constant, {lightest:.4} to {most:.4} N, but for rest"
+        );
+        let help = "press with several forces, from rest to the largest force of use";
+        return Err(data.error("force_z", message, help));
     }
     if least > 0.5 * most {
         let message =

@@ -1,6 +1,7 @@
 //! What readings of three-axis units may name.
 
 use super::super::bench_data::{column, required};
+use super::super::clock::sensor_clock;
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::{CAPACITANCE, FORCE, TIME};
 
@@ -21,7 +22,7 @@ pub(super) const PARALLEL_AT: [usize; 4] = [16, 17, 18, 19];
 pub(super) const PARALLEL_DEVIATION: usize = 20;
 pub(super) const HOLD_OUT: usize = 21;
 
-pub(super) static COLUMNS: [LoadColumn; 22] = [
+pub(super) static COLUMNS: [LoadColumn; 23] = [
     column(
         "time",
         LoadKind::Quantity(&TIME, [-1e12, 1e12]),
@@ -84,4 +85,5 @@ pub(super) static COLUMNS: [LoadColumn; 22] = [
         "their standard deviation",
     ),
     column("hold_out", YES, "1 where a reading is held out"),
+    sensor_clock(),
 ];

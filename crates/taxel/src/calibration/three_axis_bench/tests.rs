@@ -110,10 +110,10 @@ fn slopes_are_those_of_differences() {
 }
 
 #[test]
-fn intervals_cover_the_truth_of_a_thousand_benches() {
+fn intervals_cover_the_truth_of_two_hundred_benches() {
     with(&sensor(), |calibrator| {
         let truth = values(&synthetic::tilted(&calibrator.made[0], 0.01));
-        let covered = covered(1000, &truth, |seed| {
+        let covered = covered(200, &truth, |seed| {
             let text = calibrator.bench(&BenchOptions {
                 seed,
                 readings: 84,
@@ -130,9 +130,10 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
                 .unwrap();
             fitted.fit.estimates
         });
-        // 95 % of 1000 with three deviations of that count.
+        // 95 % of 200 with three deviations of that count. A constant that is
+        // off by two deviations is covered in half of them.
         assert!(
-            covered.iter().all(|count| (930..=970).contains(count)),
+            covered.iter().all(|count| (181..=199).contains(count)),
             "{covered:?}"
         );
     });
@@ -324,7 +325,7 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis() {
         for hysteresis in [0.05, 0.1] {
             let widths = lost_on_bench(hysteresis);
             let truth = [constants.clone(), widths.repeat(AXES.len())].concat();
-            let covered = covered(200, &truth, |seed| {
+            let covered = covered(40, &truth, |seed| {
                 let text = calibrator.bench(&BenchOptions {
                     seed,
                     readings: 168,
@@ -345,14 +346,10 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis() {
                 found.extend(loops.iter().flat_map(lost));
                 found
             });
-            // 95 % of 200 with three deviations of that count.
-            let near = |count: &usize| (181..=199).contains(count);
-            assert!(covered[..OWN].iter().all(near), "{covered:?}");
-            // Weights have a prior and a bound at none: more may be covered.
-            assert!(
-                covered[OWN..].iter().all(|count| *count >= 181),
-                "{covered:?}"
-            );
+            // 95 % of 40 with three deviations, 1.4 each, of that count; what is
+            // off by two deviations is covered in half of them. Weights have a
+            // prior and a bound at none, and so more may be covered.
+            assert!(covered.iter().all(|count| *count >= 34), "{covered:?}");
         }
     });
 }
