@@ -197,10 +197,10 @@ mod tests {
 
     #[test]
     fn a_delay_is_found_and_a_loop_is_none() {
-        for shift in [5, 12] {
-            assert_eq!(delay(&[cycles(shift, 0.0)]), Some(shift as isize));
+        for (shift, rows) in [(5, 5), (12, 12)] {
+            assert_eq!(delay(&[cycles(shift, 0.0)]), Some(rows));
             // A loop looks like a row or so of delay.
-            for (turned, truth) in [(shift, shift as isize), (200 - shift, -(shift as isize))] {
+            for (turned, truth) in [(shift, rows), (200 - shift, -rows)] {
                 let found = delay(&[cycles(turned, 0.05)]);
                 assert!(found.is_some_and(|found| (found - truth).abs() <= 1));
             }
