@@ -484,7 +484,14 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
 #[test]
 fn plateaus_of_many_readings_are_found() {
     let sensor = drawn();
-    for (saturation, readings, noise) in [(0.7, 600, 0.01), (0.9, 600, 0.01), (0.7, 120, 0.02)] {
+    // At the end how many deviations below a plateau a reading may be taken for one
+    // of it: five of noise, and five that a plateau leaves, more where it has few
+    // readings.
+    for (saturation, readings, noise, below) in [
+        (0.7, 600, 0.01, 10.0),
+        (0.9, 600, 0.01, 10.0),
+        (0.7, 120, 0.02, 14.0),
+    ] {
         let clean = BenchOptions {
             saturation,
             readings,
@@ -512,13 +519,12 @@ fn plateaus_of_many_readings_are_found() {
                 }
                 let found = calibrator.plateaus(&mut all)[0];
                 assert!(found.is_some(), "{saturation} {readings} {seed}");
-                // Five deviations that a plateau leaves, and five of noise.
                 let missed = all
                     .iter()
                     .zip(&exact)
                     .filter(|(reading, exact)| !reading.saturated && exact.voltage > high - 1e-9);
                 let early = all.iter().zip(&exact).filter(|(reading, exact)| {
-                    reading.saturated && exact.voltage < high - 10.0 * scatter
+                    reading.saturated && exact.voltage < high - below * scatter
                 });
                 assert_eq!([missed.count(), early.count()], [0, 0], "{readings} {seed}");
             }
