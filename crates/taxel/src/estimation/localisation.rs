@@ -5,7 +5,7 @@ use crate::mechanics::{Base, Contact, SoftCover};
 
 /// What finds the place of one contact from the forces on all elements.
 ///
-/// The profile that a press of known size gives ([`ProfileFit`]) needs no
+/// The profile that a press of known size gives ([`super::ProfileFit`]) needs no
 /// calibration; a map that was trained with the device may take its place. The
 /// centre of force ([`Centroid`]) is the baseline both are measured against.
 pub trait Placing: std::fmt::Debug + Send + Sync {
