@@ -19,7 +19,7 @@ const JUMPS: usize = 5;
 const FREE: usize = 3;
 /// Factor on the deviations: radii of the tables an eighth apart leave a misfit
 /// of up to twice the noise on many elements, and few members miss what is
-/// rare. With it ellipses of simulated pairs hold what they say.
+/// rare. With it ellipses of 95 % hold 88 to 100 % of simulated contacts.
 const WIDER: f64 = 1.3;
 /// Squared distance in deviations within which 95 % of a normal law of two
 /// coordinates lie.
