@@ -9,8 +9,8 @@ use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, 
 use taxel::calibration::fit::Status;
 use taxel::calibration::{BenchData, BenchOptions, CalibrateOptions, NamedSensor, calibrator};
 use taxel::estimation::{
-    Centroid, ChargeEstimator, ChargeEstimatorOptions, Place, Placing, ProfileFit, SearchOptions,
-    SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
+    Centroid, ChargeEstimator, ChargeEstimatorOptions, ELLIPSE_95, Place, Placing, ProfileFit,
+    SearchOptions, SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
 };
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::{Element, Sensor};
@@ -157,9 +157,6 @@ fn stimulus(duration: f64) -> Stimulus {
 /// Time of one press, s.
 const PRESS: f64 = 0.3;
 const PRESSES: u32 = 100;
-/// Squared distance in deviations within which 95 % of a normal law of two
-/// coordinates lie.
-const ELLIPSE_95: f64 = 5.991;
 
 /// Places of presses whose radius the fit does not know.
 fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
@@ -193,11 +190,8 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
             for (place, [forces, deviations]) in places.iter().zip(&profiles) {
                 if let Some(at) = placing.place(forces, deviations) {
                     let [x, y] = [at.centre[0] - place[0], at.centre[1] - place[1]];
-                    let [xx, xy, yy] = at.covariance;
-                    let distance =
-                        (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy);
                     found += 1;
-                    covered += u32::from(distance < ELLIPSE_95);
+                    covered += u32::from(at.distance(*place) < ELLIPSE_95);
                     squares += x * x + y * y;
                 }
             }

@@ -36,6 +36,14 @@ const LEAST: usize = 60;
 /// than 0.15; true ones leave 0.002 to 0.07 up to 15 % of hysteresis.
 const CLEARLY: f64 = 0.08;
 
+const HELP: &str = "bring both to one clock, and save each row's readings of one moment";
+
+/// The middle one of these values.
+fn middle(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
 /// The column with the sensor's own clock, beside `time`.
 pub(super) const fn sensor_clock() -> LoadColumn {
     column(
@@ -58,10 +66,8 @@ pub(super) fn one_clock(data: &BenchData, columns: &[LoadColumn]) -> Result<(), 
     let pairs = (0..data.len())
         .filter_map(|row| Some((data.number(row, bench)?, data.number(row, sensor)?)));
     let pairs: Vec<(f64, f64)> = pairs.collect();
-    let mut steps: Vec<f64> = pairs.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-    steps.retain(|step| *step > 0.0);
-    steps.sort_by(f64::total_cmp);
-    let Some(step) = steps.get(steps.len() / 2) else {
+    let steps = pairs.windows(2).map(|pair| pair[1].0 - pair[0].0);
+    let Some(step) = middle(steps.filter(|step| *step > 0.0).collect()) else {
         return Ok(());
     };
     let apart: Vec<f64> = pairs.iter().map(|(time, sensor)| sensor - time).collect();
@@ -74,11 +80,7 @@ pub(super) fn one_clock(data: &BenchData, columns: &[LoadColumn]) -> Result<(), 
         "the clocks differ by {least:.4} to {most:.4} s, with a reading each {step:.4} s: load and signal are not of \
          the same moment"
     );
-    Err(data.error(
-        "sensor_time",
-        message,
-        "bring both to one clock, and save each row's readings of one moment",
-    ))
+    Err(data.error("sensor_time", message, HELP))
 }
 
 /// Refuses a table whose signals would fit its loads if they had been read
@@ -131,19 +133,14 @@ pub(super) fn same_moment(
     let Some(delay) = delay(&series) else {
         return Ok(());
     };
-    steps.sort_by(f64::total_cmp);
-    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let step = middle(steps).unwrap_or(0.0);
     let side = if delay > 0 { "after" } else { "before" };
     let message = format!(
         "the signal comes about {} readings ({:.3} s) {side} its load: their clocks differ",
         delay.abs(),
         delay.unsigned_abs() as f64 * step
     );
-    Err(data.error(
-        name,
-        message,
-        "bring both to one clock, and save each row's readings of one moment",
-    ))
+    Err(data.error(name, message, HELP))
 }
 
 /// By how many rows the signals (second of each pair) come after the loads, if

@@ -53,11 +53,11 @@ pub fn turns(branches: &[Branch]) -> usize {
 }
 
 /// The readings whose flag is `wanted`.
-pub(super) fn picked<T: Copy>(readings: &[T], flags: &[bool], wanted: bool) -> Vec<T> {
+pub(super) fn picked<T: Clone>(readings: &[T], flags: &[bool], wanted: bool) -> Vec<T> {
     let pairs = readings.iter().zip(flags);
     pairs
         .filter(|(_, flag)| **flag == wanted)
-        .map(|(reading, _)| *reading)
+        .map(|(reading, _)| reading.clone())
         .collect()
 }
 

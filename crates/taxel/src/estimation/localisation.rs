@@ -52,6 +52,10 @@ pub struct Place {
     pub method: Method,
 }
 
+/// Squared distance in deviations within which 95 % of a normal law of two
+/// coordinates lie.
+pub const ELLIPSE_95: f64 = 5.991;
+
 impl Place {
     /// Whether it is known better than to half of this pitch x, y, m.
     pub(super) fn is_known(&self, pitch: [f64; 2]) -> bool {

@@ -44,7 +44,7 @@ pub use health::{
 };
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
 pub use kernel_regression::{KernelRegression, Press, Trust};
-pub use localisation::{Centroid, Located, Method, Place, Placing, ProfileModel};
+pub use localisation::{Centroid, ELLIPSE_95, Located, Method, Place, Placing, ProfileModel};
 pub use map::{MapEstimator, MapTouch};
 pub use observer::{Observer, ObserverOptions, Seen, Wiring};
 pub use place_map::{placing, regression};

@@ -2,6 +2,7 @@
 //! signals of all elements.
 
 use super::super::clock::one_clock;
+use super::super::split::picked;
 use super::answers::answers;
 use super::checks::range;
 use super::columns::{CHARGES, COLUMNS, DEVIATION, MOST_ELEMENTS, PLACE, RADIUS, VOLTAGES};
@@ -32,13 +33,6 @@ impl Pressed {
         let highest = self.forces.iter().copied().fold(0.0, f64::max);
         highest < LEAST_PEAK * self.deviation
     }
-}
-
-/// The items whose flag is `wanted`.
-fn parted<T: Clone>(items: &[T], flags: &[bool], wanted: bool) -> Vec<T> {
-    let pairs = items.iter().zip(flags);
-    let of = pairs.filter(|(_, flag)| **flag == wanted);
-    of.map(|(item, _)| item.clone()).collect()
 }
 
 /// Whether a table is one of presses at places.
@@ -78,8 +72,8 @@ pub(super) fn presses(
     }
     let is_weak: Vec<bool> = all.iter().map(Pressed::is_weak).collect();
     let (presses, weak) = (
-        parted(&all, &is_weak, false),
-        parted(&lines, &is_weak, true),
+        picked(&all, &is_weak, false),
+        picked(&lines, &is_weak, true),
     );
     turned(data, &presses, weak.len())?;
     for (lines, why) in [

@@ -9,7 +9,7 @@ use super::PiezoelectricCalibrator;
 use super::places::{Finder, Found};
 use super::presses::Pressed;
 use crate::estimation::{
-    KernelRegression, Method, Placing, Press, ProfileFit, placing, regression,
+    ELLIPSE_95, KernelRegression, Method, Placing, Press, ProfileFit, placing, regression,
 };
 use crate::mechanics::ShareTable;
 use crate::trained::{Kernel, PlaceFinder, PlaceMap, TrainingError};
@@ -58,8 +58,6 @@ struct Tried {
     profile: Option<f64>,
 }
 
-/// χ² of two degrees of freedom that 95 % of all places stay below.
-pub(super) const ELLIPSE_95: f64 = 5.991;
 /// Share of the presses of known radii that are taken for known.
 const FAMILIAR: f64 = 0.99;
 const WITH_GAINS: Finder = Finder {

@@ -9,7 +9,7 @@ use super::*;
 use crate::calibration::split::HoldOut;
 use crate::calibration::{CalibrationFile, Provenance};
 use crate::electronics::Noise;
-use crate::estimation::{Placing, ProfileFit, placing};
+use crate::estimation::{ELLIPSE_95, Placing, ProfileFit, placing};
 use crate::mechanics::{Base, Contact, SoftCover};
 use crate::sensor::Element;
 use crate::trained::PlaceFinder;
@@ -434,7 +434,7 @@ fn off(
         if let Some(found) = placing.place(&forces, &[sigma; 8]) {
             told += 1.0;
             squares += (found.centre[0] - place[0]).powi(2) + (found.centre[1] - place[1]).powi(2);
-            inside += f64::from(u8::from(found.distance(place) < 5.991));
+            inside += f64::from(u8::from(found.distance(place) < ELLIPSE_95));
         }
     }
     // The wider deviations leave some places untold.

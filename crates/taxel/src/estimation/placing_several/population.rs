@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::super::localisation::ELLIPSE_95;
 use super::matrix::{dot, factor, solve, transposed};
 use super::{Fitted, OWN, Scene, Shape};
 
@@ -21,9 +22,6 @@ const FREE: usize = 3;
 /// of up to twice the noise on many elements, and few members miss what is
 /// rare. With it ellipses of 95 % hold 88 to 100 % of simulated contacts.
 const WIDER: f64 = 1.3;
-/// Squared distance in deviations within which 95 % of a normal law of two
-/// coordinates lie.
-const ELLIPSE_95: f64 = 5.991;
 /// Smallest random step, in steps of the grid.
 const JITTER: f64 = 0.05;
 

@@ -1,5 +1,5 @@
 use super::super::localisation::tests::THICKNESS;
-use super::super::localisation::{Placing, ProfileModel};
+use super::super::localisation::{ELLIPSE_95, Placing, ProfileModel};
 use super::*;
 use crate::mechanics::ShareTable;
 use rand::{RngExt, SeedableRng};
@@ -128,7 +128,7 @@ fn two(bench: &mut Bench, distance: f64, trials: usize) -> Pairs {
         for (found, at) in pairs {
             let Some(place) = found.place else { continue };
             errors.push(far(found, at));
-            inside += usize::from(place.distance(at) < 5.991);
+            inside += usize::from(place.distance(at) < ELLIPSE_95);
         }
     }
     errors.sort_by(f64::total_cmp);
