@@ -280,3 +280,29 @@ fn options(degree: u8, creep_times: &[f64], prior: f64, offset: f64) -> ForceOpt
         ..ForceOptions::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::NORMAL_95;
+    use super::*;
+    use crate::electronics::Noise;
+
+    /// Two runs tell the interval of a third where gains differ as is usual; where
+    /// they differ more, what is usual is not quite forgotten.
+    #[test]
+    fn two_runs_cover_the_gain_of_a_third() {
+        let mut noise = Noise::seeded(1);
+        for (scatter, expected) in [(0.01, 0.999), (0.02, 0.954), (0.03, 0.884), (0.04, 0.836)] {
+            let trials = 20_000;
+            let covered = (0..trials).filter(|_| {
+                let [one, two, third] = [(); 3].map(|()| scatter * noise.normal());
+                let lines = [[0.0, one - two], [0.0, two - one]];
+                let gain = BetweenRuns::of(&lines, 1.0, 2).gain;
+                (third - 0.5 * (one + two)).abs() < NORMAL_95 * gain
+            });
+            let share = covered.count() as f64 / f64::from(trials);
+            // Three deviations of the count of 20 000.
+            assert!((share - expected).abs() < 0.008, "{scatter}: {share}");
+        }
+    }
+}
