@@ -157,12 +157,12 @@ fn committed_schemas_are_current() {
     for (of, file, printed) in [
         (
             "sensor",
-            "sensors/sensor.schema.json",
+            "crates/taxel/sensors/sensor.schema.json",
             Sensor::json_schema(),
         ),
         (
             "stimulus",
-            "sensors/stimulus.schema.json",
+            "crates/taxel/sensors/stimulus.schema.json",
             Stimulus::json_schema(),
         ),
         (

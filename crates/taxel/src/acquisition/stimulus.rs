@@ -19,43 +19,43 @@ use crate::toml_input;
 const SHIPPED: &[(&str, &str)] = &[
     (
         "finger",
-        include_str!("../../../../sensors/stimuli/finger.toml"),
+        include_str!("../../sensors/stimuli/finger.toml"),
     ),
     (
         "press",
-        include_str!("../../../../sensors/stimuli/press.toml"),
+        include_str!("../../sensors/stimuli/press.toml"),
     ),
     (
         "piezo-press",
-        include_str!("../../../../sensors/stimuli/piezo-press.toml"),
+        include_str!("../../sensors/stimuli/piezo-press.toml"),
     ),
     (
         "piezo-slide",
-        include_str!("../../../../sensors/stimuli/piezo-slide.toml"),
+        include_str!("../../sensors/stimuli/piezo-slide.toml"),
     ),
     (
         "piezo-tap",
-        include_str!("../../../../sensors/stimuli/piezo-tap.toml"),
+        include_str!("../../sensors/stimuli/piezo-tap.toml"),
     ),
     (
         "pad-a",
-        include_str!("../../../../sensors/stimuli/pad-a.toml"),
+        include_str!("../../sensors/stimuli/pad-a.toml"),
     ),
     (
         "pad-b",
-        include_str!("../../../../sensors/stimuli/pad-b.toml"),
+        include_str!("../../sensors/stimuli/pad-b.toml"),
     ),
     (
         "pad-c",
-        include_str!("../../../../sensors/stimuli/pad-c.toml"),
+        include_str!("../../sensors/stimuli/pad-c.toml"),
     ),
     (
         "pad-d",
-        include_str!("../../../../sensors/stimuli/pad-d.toml"),
+        include_str!("../../sensors/stimuli/pad-d.toml"),
     ),
     (
         "pad-e",
-        include_str!("../../../../sensors/stimuli/pad-e.toml"),
+        include_str!("../../sensors/stimuli/pad-e.toml"),
     ),
 ];
 

@@ -18,7 +18,7 @@ pub use heat_map::{HeatMap, MapCell};
 /// Shipped studies: name and text.
 const SHIPPED: &[(&str, &str)] = &[(
     "p4-sections",
-    include_str!("../../../../studies/p4-sections.toml"),
+    include_str!("../../studies/p4-sections.toml"),
 )];
 
 /// A study as its file describes it.
