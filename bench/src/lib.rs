@@ -2,7 +2,8 @@
 //! shipped finger script, after a rest capture.
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
-use taxel::estimation::{Estimator, EstimatorOptions};
+use taxel::calibration::Calibration;
+use taxel::estimation::{ArrayEstimator, ThreeAxisOptions, ThreeAxisReader};
 use taxel::sensor::Sensor;
 
 /// Frames of the rest capture, as in the paper.
@@ -13,7 +14,7 @@ const PRESSED: std::ops::Range<f64> = 6.0..7.0;
 /// Frames of the twin and an estimator that has taken its rest capture.
 pub struct Scene {
     /// The estimator.
-    pub estimator: Estimator,
+    pub estimator: ArrayEstimator,
     /// Frames without touch.
     pub rest: Vec<Frame>,
     /// Frames of a press with shear.
@@ -35,9 +36,10 @@ impl Scene {
             .three_axis()
             .expect("is a three-axis array")
             .calibration();
-        let mut estimator =
-            Estimator::new(calibration, Quantity::Counts, EstimatorOptions::default())
-                .expect("the array gives counts");
+        let options = ThreeAxisOptions::default();
+        let reader = ThreeAxisReader::new(calibration, Quantity::Counts, options);
+        let reader = reader.expect("the array gives counts");
+        let mut estimator = ArrayEstimator::new(Box::new(reader));
         estimator.begin_rest_capture(REST_FRAMES);
         let mut scene = Self {
             estimator,
@@ -46,6 +48,16 @@ impl Scene {
         };
         scene.run(&mut twin);
         scene
+    }
+
+    /// The calibration in force.
+    ///
+    /// # Panics
+    /// Never: the scene is made with such a reader.
+    #[must_use]
+    pub fn calibration(&self) -> &Calibration {
+        let reader: Option<&ThreeAxisReader> = self.estimator.reader();
+        reader.expect("a reader of three axes").calibration()
     }
 
     fn run(&mut self, twin: &mut Twin) {

@@ -85,7 +85,7 @@ fn measure(scene: &mut Scene, peer: &mut Peer) -> Result<(), Box<dyn Error>> {
 /// Microseconds per frame of just what the peer does: counts to force,
 /// covariance and residual of each unit.
 fn units_alone(scene: &Scene) -> f64 {
-    let calibration = scene.estimator.calibration();
+    let calibration = scene.calibration();
     let options = SearchOptions::default();
     let start = Instant::now();
     for _ in 0..PASSES {
@@ -131,7 +131,7 @@ fn agree(scene: &mut Scene, peer: &Value) -> Result<bool, Box<dyn Error>> {
         for (unit, taxel) in touch.taxels.iter().enumerate() {
             let theirs = |key: &str| &peer[key][index][unit];
             for axis in 0..3 {
-                let off = number(&theirs("force")[axis]) - taxel.force[axis];
+                let off = number(&theirs("force")[axis]) - taxel.value[axis];
                 force = force.max(off.abs());
                 let off = number(&theirs("deviation")[axis]) - taxel.deviation()[axis];
                 deviation = deviation.max(off.abs());
@@ -154,7 +154,7 @@ fn agree(scene: &mut Scene, peer: &Value) -> Result<bool, Box<dyn Error>> {
 
 /// Model and frames for the peer.
 fn export(scene: &Scene) -> Value {
-    let calibration: &Calibration = scene.estimator.calibration();
+    let calibration: &Calibration = scene.calibration();
     let first = &calibration.units[0];
     let units = || calibration.units.iter();
     json!({

@@ -8,9 +8,8 @@ use taxel::acquisition::{Frame, Quantity};
 use taxel::calibration::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
 };
-use taxel::device::Sense;
 use taxel::electronics::Noise;
-use taxel::estimation::{SignalEstimator, Why};
+use taxel::estimation::{ArrayEstimator, Why};
 use taxel::sensor::Sensor;
 
 const CHANNELS: usize = 6;
@@ -88,14 +87,11 @@ fn calibrated(sensor: &Sensor, outcome: &TrainedOutcome) -> Sensor {
     file.apply("c.toml", sensor, "abc").unwrap()
 }
 
-fn estimator(sensor: &Sensor) -> Box<dyn SignalEstimator> {
+fn estimator(sensor: &Sensor) -> ArrayEstimator {
     let array = sensor.trained().unwrap();
     assert_eq!(array.stream().unit.quantity, Quantity::Counts);
     let device = sensor.device().unwrap();
-    let Ok(Sense::Signals(estimator)) = device.sense(&array.stream()) else {
-        panic!("no estimator");
-    };
-    estimator
+    ArrayEstimator::new(device.reader(&array.stream()).unwrap())
 }
 
 /// Share of the true forces of a run within the 95 % intervals, and the mean
@@ -112,7 +108,7 @@ fn coverage(sensor: &Sensor, gain: f64, seed: u64) -> [f64; 2] {
         };
         let (touch, ended) = estimator.push(&frame).unwrap();
         assert_ne!(ended.map(|ended| ended.is_ok()), Some(false));
-        let [force, deviation] = touch.force.unwrap();
+        let [force, deviation] = touch.pressing_force().unwrap();
         if truth > 0.5 {
             inside += f64::from(u8::from((force - truth).abs() <= 1.96 * deviation));
             deviations += deviation;
@@ -204,7 +200,7 @@ fn a_slow_touch_during_the_rest_capture_leaves_no_trace() {
         assert_eq!(ended, Ok(()));
         // 15 frames of a ramp over 35 are 0.5 counts; 18 frames of noise are
         // known to 0.07.
-        for (channel, rest) in touch.rest.iter().enumerate() {
+        for (channel, rest) in touch.channels.rest.iter().enumerate() {
             assert!((rest - 200.0 * channel as f64).abs() < 0.28, "{rest}");
         }
     }
@@ -241,7 +237,7 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
                 time_ns: (time * 1e9) as u64,
                 values: values.iter().map(|value| value + DRIFT * time).collect(),
             };
-            let found = estimator.push(&frame).unwrap().0.force.unwrap();
+            let found = estimator.push(&frame).unwrap().0.pressing_force().unwrap();
             errors.push([found[0] - force, found[1]]);
         }
         let tail = &errors[errors.len() - 100..];

@@ -16,7 +16,7 @@ mod piezoelectric_bench;
 mod propagated;
 mod remark;
 mod report;
-mod rest;
+
 mod split;
 mod stiffness;
 mod sweep;
@@ -36,14 +36,14 @@ pub use file::{
     CALIBRATION_SCHEMA, CalibrationFile, DataOf, HeldOut, ParameterOf, Provenance, ResidualOf,
     STEP, ScopeOf, SensorOf, civil_date,
 };
-pub use in_plane::{InPlaneCalibration, InPlaneRestCapture, InPlaneRestRefused};
+pub use in_plane::InPlaneCalibration;
 pub use outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, Derived,
     ModelComparison, NamedSensor, Outcome, PressOptions, ResidualSummary, Scope,
 };
 pub use propagated::Propagated;
 pub use remark::Remark;
-pub use rest::{MOVING, RestCapture, RestReadings, RestRefused, Running};
+
 pub use split::{Branch, HoldOut, branches, turns};
 pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
 pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};
