@@ -5,7 +5,7 @@ mod common;
 
 use common::{assert_near, table};
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
-use taxel::device::{ChannelPredictor, Device, LayerState, Sense};
+use taxel::device::{ChannelPredictor, Device, LayerState};
 use taxel::estimation::{ArrayEstimator, State, Touch};
 use taxel::mechanics::{OnCurve, Stretch};
 use taxel::predict::{Load, LoadValue, Loads};

@@ -9,7 +9,7 @@ use taxel::calibration::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
 };
 use taxel::electronics::Noise;
-use taxel::estimation::{ArrayEstimator, Why};
+use taxel::estimation::{ArrayEstimator, ChannelState, State, Why};
 use taxel::sensor::Sensor;
 
 const CHANNELS: usize = 6;
@@ -260,4 +260,54 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
     // 30 minutes of drift are nine deviations of each channel.
     let level = estimator.baseline().unwrap().drift(0);
     assert!((level / (DRIFT * 41.0 * 60.0) - 1.0).abs() < 0.1, "{level}");
+}
+
+/// As `tests/faults.rs` of the other devices: one channel gives no reading, or
+/// the same one again and again. The maps need it, so nothing is estimated, and
+/// that is said; the tare works.
+#[test]
+fn a_broken_channel_is_faulty_and_so_is_what_needs_it() {
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.0], 3));
+    for missing in [true, false] {
+        let mut estimator = estimator(&calibrated);
+        estimator.begin_rest_capture(20);
+        let (mut ended, mut stuck) = (None, None);
+        for (sequence, (time, _, mut values)) in (0..).zip(rows(1.0, 21)).take(80) {
+            values[2] = if missing {
+                f64::NAN
+            } else {
+                *stuck.get_or_insert(values[2])
+            };
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values,
+            };
+            ended = estimator.push(&frame).unwrap().1.or(ended);
+        }
+        assert_eq!(ended, Some(Ok(())));
+        let touch = estimator.touch();
+        assert_eq!(touch.channels.states[2], ChannelState::Faulty);
+        let well = touch.channels.states.iter().filter(|state| state.usable());
+        assert_eq!(well.count(), CHANNELS - 1);
+        assert_eq!(touch.taxels[0].state, State::Faulty);
+        assert_eq!(touch.pressing_force(), None);
+        assert!(touch.contacts.is_empty());
+    }
+    // The one cell of the picture can be masked, too.
+    let mut masked = calibrated.clone();
+    masked.mask = vec![taxel::sensor::Mask {
+        taxel: [0, 0],
+        capacitor: None,
+    }];
+    let mut estimator = estimator(&masked);
+    let (time, _, values) = rows(1.0, 21).swap_remove(0);
+    let frame = Frame {
+        sequence: 0,
+        time_ns: (time * 1e9) as u64,
+        values,
+    };
+    let touch = estimator.push(&frame).unwrap().0;
+    assert_eq!(touch.taxels[0].state, State::Masked);
 }
