@@ -17,14 +17,8 @@ use crate::toml_input;
 
 /// Shipped stimulus scripts: name and text.
 const SHIPPED: &[(&str, &str)] = &[
-    (
-        "finger",
-        include_str!("../../sensors/stimuli/finger.toml"),
-    ),
-    (
-        "press",
-        include_str!("../../sensors/stimuli/press.toml"),
-    ),
+    ("finger", include_str!("../../sensors/stimuli/finger.toml")),
+    ("press", include_str!("../../sensors/stimuli/press.toml")),
     (
         "piezo-press",
         include_str!("../../sensors/stimuli/piezo-press.toml"),
@@ -37,26 +31,11 @@ const SHIPPED: &[(&str, &str)] = &[
         "piezo-tap",
         include_str!("../../sensors/stimuli/piezo-tap.toml"),
     ),
-    (
-        "pad-a",
-        include_str!("../../sensors/stimuli/pad-a.toml"),
-    ),
-    (
-        "pad-b",
-        include_str!("../../sensors/stimuli/pad-b.toml"),
-    ),
-    (
-        "pad-c",
-        include_str!("../../sensors/stimuli/pad-c.toml"),
-    ),
-    (
-        "pad-d",
-        include_str!("../../sensors/stimuli/pad-d.toml"),
-    ),
-    (
-        "pad-e",
-        include_str!("../../sensors/stimuli/pad-e.toml"),
-    ),
+    ("pad-a", include_str!("../../sensors/stimuli/pad-a.toml")),
+    ("pad-b", include_str!("../../sensors/stimuli/pad-b.toml")),
+    ("pad-c", include_str!("../../sensors/stimuli/pad-c.toml")),
+    ("pad-d", include_str!("../../sensors/stimuli/pad-d.toml")),
+    ("pad-e", include_str!("../../sensors/stimuli/pad-e.toml")),
 ];
 
 /// A script of loads and failures; it repeats after its duration.

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::fit::{Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status};
 use super::loops::Loops;
 use super::remark::Remark;
 use crate::figure::Figure;
@@ -10,6 +9,9 @@ use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::Sensor;
 use crate::trained::PlaceMap;
+use taxel_numerics::least_squares::{
+    Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status,
+};
 
 use super::bench_data::BenchData;
 use super::clock::same_moment;

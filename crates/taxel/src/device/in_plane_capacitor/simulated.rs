@@ -2,9 +2,10 @@
 
 use super::InPlaneArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
-use crate::electronics::{FrontEnd, Noise};
+use crate::electronics::FrontEnd;
 use crate::layout::Layout;
 use crate::transduction::InPlaneModel;
+use taxel_numerics::Noise;
 
 /// One piece of fabrication. Rubber without memory: the model has no rates.
 #[derive(Debug, Clone)]

@@ -2,10 +2,11 @@
 
 use super::PiezoelectricArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
-use crate::electronics::{ChargeBoard, Noise};
+use crate::electronics::ChargeBoard;
 use crate::layout::Layout;
-use crate::linear::{Chain, Memory, Step};
 use crate::mechanics::{Base, Contact, ShareTable, SoftCover};
+use taxel_numerics::Noise;
+use taxel_numerics::linear_chain::{Chain, Memory, Step};
 
 /// One piece of fabrication with the charge on its elements.
 #[derive(Debug, Clone)]

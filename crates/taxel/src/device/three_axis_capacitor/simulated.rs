@@ -2,10 +2,11 @@
 
 use super::ThreeAxisArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
-use crate::electronics::{FrontEnd, Noise};
+use crate::electronics::FrontEnd;
 use crate::layout::Layout;
 use crate::mechanics::Relaxation;
 use crate::transduction::UnitModel;
+use taxel_numerics::Noise;
 
 /// One piece of fabrication with the history of its rubber.
 #[derive(Debug, Clone)]

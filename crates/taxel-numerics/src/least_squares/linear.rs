@@ -1,16 +1,17 @@
-//! Small dense linear least squares with covariance, on a QR factorisation.
+//! Dense linear least squares with covariance, on a QR factorisation.
 
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, MatRef};
 
 /// Solution of min |X·c − y|.
 #[derive(Debug, Clone)]
-pub(super) struct Solution {
-    pub(super) coefficients: Vec<f64>,
+pub struct Solution {
+    /// c, in the units of the design.
+    pub coefficients: Vec<f64>,
     /// (XᵀX)⁻¹: covariance for residuals of unit variance.
-    pub(super) covariance: Vec<Vec<f64>>,
+    pub covariance: Vec<Vec<f64>>,
     /// Σ (X·c − y)².
-    pub(super) misfit: f64,
+    pub misfit: f64,
 }
 
 /// Solves for the rows `design` (each as long as the first) and right-hand
@@ -18,7 +19,7 @@ pub(super) struct Solution {
 ///
 /// `None` when there are fewer rows than columns or the columns are linearly
 /// dependent to working precision.
-pub(super) fn solve(design: &[Vec<f64>], target: &[f64]) -> Option<Solution> {
+pub fn solve(design: &[Vec<f64>], target: &[f64]) -> Option<Solution> {
     let (rows, columns) = (design.len(), design.first()?.len());
     if rows < columns {
         return None;

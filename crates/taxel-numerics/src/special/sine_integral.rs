@@ -7,7 +7,7 @@ use num_complex::Complex64;
 /// Si(x) = ∫₀ˣ sin(y)/y dy, for any x; absolute error below 1e-14.
 ///
 /// ```
-/// use taxel::special::sine_integral;
+/// use taxel_numerics::special::sine_integral;
 /// assert!((sine_integral(1.0) - 0.946083070367183).abs() < 1e-14);
 /// assert!((sine_integral(1e9) - std::f64::consts::FRAC_PI_2).abs() < 1e-8);
 /// ```

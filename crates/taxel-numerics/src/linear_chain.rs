@@ -181,13 +181,13 @@ impl Chain {
     ///
     /// # Example
     /// ```
-    /// use taxel::linear::{Chain, Transfer};
+    /// use taxel_numerics::linear_chain::{Chain, Transfer};
     /// let chain = Chain::new(&Transfer::high_pass(2.0, 0.25))?;
     /// let mut memory = chain.settled(0.0);
     /// // A ramp of 1/s for 0.1 s: 2·0.25·(1 − exp(−0.1/0.25)).
     /// let value = chain.advance(&mut memory, &chain.step(0.1), 0.1);
     /// assert!((value - 0.5 * (1.0 - f64::exp(-0.4))).abs() < 1e-15);
-    /// # Ok::<(), taxel::linear::ChainError>(())
+    /// # Ok::<(), taxel_numerics::linear_chain::ChainError>(())
     /// ```
     pub fn new(transfer: &Transfer) -> Result<Self, ChainError> {
         let (zeros, poles) = (transfer.zeros.len(), transfer.poles.len());

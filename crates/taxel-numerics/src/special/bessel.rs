@@ -3,7 +3,7 @@
 /// J₀(x), for any x; absolute error below 1e-15.
 ///
 /// ```
-/// assert_eq!(taxel::special::j0(0.0), 1.0);
+/// assert_eq!(taxel_numerics::special::j0(0.0), 1.0);
 /// ```
 pub fn j0(x: f64) -> f64 {
     libm::j0(x)

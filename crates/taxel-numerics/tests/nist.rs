@@ -2,7 +2,7 @@
 //! Reference Datasets (nonlinear regression), from both of their starts.
 #![allow(clippy::unwrap_used)]
 
-use taxel::calibration::fit::{FitOptions, NoiseSize, Parameter, Problem, fit};
+use taxel_numerics::least_squares::{FitOptions, NoiseSize, Parameter, Problem, fit};
 
 struct Certified {
     model: fn(&[f64], f64) -> f64,

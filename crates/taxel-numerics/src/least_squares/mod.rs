@@ -14,6 +14,7 @@
 mod dense;
 mod identifiability;
 mod iteration;
+pub mod linear;
 mod loss;
 mod profile;
 mod quantile;
@@ -25,7 +26,7 @@ pub use loss::Loss;
 pub use profile::{leave_groups_out, profile_interval};
 pub use quantile::student_quantile;
 
-pub(crate) use dense::singular_values;
+pub use dense::singular_values;
 
 use iteration::Minimum;
 
@@ -70,7 +71,8 @@ impl Parameter {
         }
     }
 
-    pub(super) fn is_free(&self) -> bool {
+    /// Whether its bounds leave it anything to fit.
+    pub fn is_free(&self) -> bool {
         self.bounds[0] < self.bounds[1]
     }
 }
@@ -259,7 +261,7 @@ impl Fit {
 /// [`FitError`]. A search that stops early is no error: see [`Fit::stop`].
 ///
 /// ```
-/// use taxel::calibration::fit::{Parameter, Problem, FitOptions, fit};
+/// use taxel_numerics::least_squares::{Parameter, Problem, FitOptions, fit};
 /// struct Line([f64; 3]);
 /// impl Problem for Line {
 ///     fn readings(&self) -> usize {
@@ -275,7 +277,7 @@ impl Fit {
 /// let parameters = [Parameter::new("offset", 0.0), Parameter::new("slope", 1.0)];
 /// let fit = fit(&Line([1.0, 3.0, 5.0]), &parameters, &FitOptions::default())?;
 /// assert!((fit.estimates[1].value - 2.0).abs() < 1e-12);
-/// # Ok::<(), taxel::calibration::fit::FitError>(())
+/// # Ok::<(), taxel_numerics::least_squares::FitError>(())
 /// ```
 pub fn fit(
     problem: &dyn Problem,

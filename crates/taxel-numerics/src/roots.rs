@@ -1,11 +1,11 @@
-//! Roots, turning points and tables of functions of one variable.
+//! Roots and turning points of functions of one variable.
 
 /// The root of an increasing function in [`low`, `high`] by Newton's method,
 /// kept in the bracket by bisection.
 ///
 /// `function` gives value and slope. Stops after the step that is smaller than
 /// 1e-8 of `x`: the error of a Newton step is of the order of its square.
-pub(crate) fn newton(
+pub fn newton(
     mut x: f64,
     [mut low, mut high]: [f64; 2],
     function: impl Fn(f64) -> (f64, f64),
@@ -34,7 +34,7 @@ pub(crate) fn newton(
 
 /// The root of a continuous function that is not positive at `low` and not
 /// negative at `high`, by the method of Ridders: to the last bits of `x`.
-pub(crate) fn ridders([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
+pub fn ridders([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
     let (mut at_low, mut at_high) = (function(low), function(high));
     if at_low >= 0.0 {
         return low;
@@ -70,13 +70,13 @@ pub(crate) fn ridders([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> f
 
 /// Where a curve over [0, `end`] can be inverted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct OneToOne {
+pub struct OneToOne {
     /// The curve takes each of its values on [0, `end`] only there.
-    pub(crate) end: f64,
+    pub end: f64,
     /// The first maximum, if the curve turns.
-    pub(crate) first_maximum: Option<f64>,
+    pub first_maximum: Option<f64>,
     /// The lowest point behind that maximum.
-    pub(crate) later_minimum: Option<f64>,
+    pub later_minimum: Option<f64>,
 }
 
 /// Points at which a curve is looked at for turning: features narrower than
@@ -88,7 +88,7 @@ const LOOKS: usize = 400;
 /// Up to the end if the curve never falls. Otherwise up to where it first
 /// passes the value of its lowest point behind the first maximum: from there
 /// on a value belongs to more than one `x`.
-pub(crate) fn one_to_one(end: f64, curve: impl Fn(f64) -> f64) -> OneToOne {
+pub fn one_to_one(end: f64, curve: impl Fn(f64) -> f64) -> OneToOne {
     let place = |i: usize| end * i as f64 / LOOKS as f64;
     let values: Vec<f64> = (0..=LOOKS).map(|i| curve(place(i))).collect();
     let Some(top) = (0..LOOKS).find(|&i| values[i + 1] < values[i]) else {
@@ -128,28 +128,6 @@ fn lowest([mut low, mut high]: [f64; 2], curve: impl Fn(f64) -> f64) -> f64 {
     if curve(high) < curve(low) { high } else { low }
 }
 
-/// Straight lines between the points of a table; its end values outside it.
-pub(crate) fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
-    let above = places.partition_point(|place| *place <= x);
-    if above == 0 {
-        return values[0];
-    }
-    if above == places.len() {
-        return values[above - 1];
-    }
-    let share = (x - places[above - 1]) / (places[above] - places[above - 1]);
-    values[above - 1] + share * (values[above] - values[above - 1])
-}
-
-/// Straight lines between the points of a table of at least two; beyond them
-/// the first and last lines go on.
-pub(crate) fn extrapolate(places: &[f64], values: &[f64], x: f64) -> f64 {
-    let above = places.partition_point(|place| *place <= x);
-    let right = above.clamp(1, places.len() - 1);
-    let share = (x - places[right - 1]) / (places[right] - places[right - 1]);
-    values[right - 1] + share * (values[right] - values[right - 1])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,22 +147,6 @@ mod tests {
             ((x - 1.0).atan(), 1.0 / (1.0 + (x - 1.0).powi(2)))
         });
         assert!((steep - 1.0).abs() < 1e-15);
-    }
-
-    #[test]
-    fn tables_end_flat_or_go_on() {
-        let (places, values) = ([1.0, 2.0, 4.0], [10.0, 20.0, 0.0]);
-        for (x, flat, on) in [
-            (0.0, 10.0, 0.0),
-            (1.0, 10.0, 10.0),
-            (1.5, 15.0, 15.0),
-            (3.0, 10.0, 10.0),
-            (4.0, 0.0, 0.0),
-            (5.0, 0.0, -10.0),
-        ] {
-            assert_eq!(interpolate(&places, &values, x), flat);
-            assert_eq!(extrapolate(&places, &values, x), on);
-        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 /// Gamma function Γ(x) = ∫₀^∞ s^{x−1} e^{−s} ds, x > 0; infinite above 171.6.
 ///
 /// ```
-/// assert_eq!(taxel::special::gamma(5.0), 24.0);
+/// assert_eq!(taxel_numerics::special::gamma(5.0), 24.0);
 /// ```
 pub fn gamma(x: f64) -> f64 {
     libm::tgamma(x)
@@ -16,7 +16,7 @@ pub fn gamma(x: f64) -> f64 {
 /// relative error is then about 1e-16 times the largest logarithm.
 ///
 /// ```
-/// use taxel::special::beta;
+/// use taxel_numerics::special::beta;
 /// assert!((beta(2.0, 2.0) - 1.0 / 6.0).abs() < 1e-16);
 /// ```
 pub fn beta(x: f64, y: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::numerics::ridders;
+use crate::roots::ridders;
 
 /// From here on the distribution is expanded about the normal one, to 1e-8.
 const MANY: usize = 40;
@@ -12,7 +12,7 @@ const MANY: usize = 40;
 /// to 1e-8. `usize::MAX` gives the normal distribution.
 ///
 /// ```
-/// let quantile = taxel::calibration::fit::student_quantile(0.975, 10);
+/// let quantile = taxel_numerics::least_squares::student_quantile(0.975, 10);
 /// assert!((quantile - 2.228138852).abs() < 1e-8);
 /// ```
 pub fn student_quantile(probability: f64, freedom: usize) -> f64 {

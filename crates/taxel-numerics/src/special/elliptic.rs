@@ -12,7 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 /// infinite, and for other arguments the result is NaN.
 ///
 /// ```
-/// use taxel::special::complete_elliptic_k;
+/// use taxel_numerics::special::complete_elliptic_k;
 /// assert_eq!(complete_elliptic_k(1.0), std::f64::consts::FRAC_PI_2);
 /// let far = complete_elliptic_k(1e-200);
 /// assert!((far - (4.0 / 1e-200_f64).ln()).abs() < 1e-12 * far);

@@ -1,5 +1,5 @@
 use super::*;
-use crate::electronics::Noise;
+use crate::Noise;
 
 /// Straight line through readings of unit noise, or any linear model.
 struct Linear {

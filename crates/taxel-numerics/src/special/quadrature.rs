@@ -14,7 +14,8 @@ const GAUSS: [(f64, f64); 8] = [
 
 /// ∫ f(x) dx from `from` to `to` by 16 points: exact for polynomials up to
 /// degree 31, so to rounding for anything smooth over the panel.
-pub(crate) fn gauss_panel(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
+#[inline]
+pub fn gauss_panel(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let pair =
         |&(node, weight): &(f64, f64)| weight * (f(middle - half * node) + f(middle + half * node));
