@@ -13,7 +13,6 @@ pub mod drawing;
 pub mod electronics;
 pub mod estimation;
 pub mod figure;
-pub mod input;
 pub mod layout;
 pub mod mechanics;
 pub mod predict;
@@ -27,7 +26,7 @@ mod toml_input;
 pub mod trained;
 pub mod transduction;
 
-pub use input::{InputError, Place};
+pub use taxel_recording::{InputError, Place};
 
 /// The example of the README is compiled and run with the other examples.
 #[cfg(doctest)]

@@ -23,7 +23,6 @@ use super::outcome::{
 use super::remark::Remark;
 use super::split::{Branch, branches};
 use crate::electronics::{DividerBoard, Readout};
-use crate::input::InputError;
 use crate::mechanics::PressureLaw;
 use crate::predict::LoadColumn;
 use crate::sensor::{Element, FoundChannels, Sensor};
@@ -31,6 +30,7 @@ use crate::transduction::ChannelLayer;
 use taxel_numerics::least_squares::{
     Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval,
 };
+use taxel_recording::InputError;
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};

@@ -22,13 +22,13 @@ use super::outcome::{
 };
 use super::remark::Remark;
 use super::split::{Branch, branches, picked, turns};
-use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::{InPlaneCapacitor, Sensor};
 use crate::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
 use taxel_numerics::least_squares::{
     Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval,
 };
+use taxel_recording::InputError;
 
 use columns::COLUMNS;
 use model::{MODELS, Model};

@@ -24,7 +24,6 @@ use super::outcome::{
 };
 use super::remark::Remark;
 use super::split::picked;
-use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::{CalibratedUnit, Element, Sensor};
 use crate::transduction::UnitModel;
@@ -32,6 +31,7 @@ use taxel_numerics::least_squares::linear;
 use taxel_numerics::least_squares::{
     Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval,
 };
+use taxel_recording::InputError;
 
 use checks::Measured;
 use columns::{COLUMNS, TIME_AT};

@@ -42,7 +42,7 @@ fn capacitance(model: &InPlaneModel, force: f64) -> f64 {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream::of_codes(&self.layout, 1, self.board.period())
+        crate::device::counts_of(&self.layout, 1, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {

@@ -41,7 +41,7 @@ impl Piece {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream::of_codes(&self.layout, 4, self.board.period())
+        crate::device::counts_of(&self.layout, 4, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {

@@ -6,7 +6,7 @@ use std::io::BufRead;
 
 use super::lines::{Dialect, Field, Lines, quote};
 use super::{MOST_TAXELS, Opened, RecordingError, units};
-use crate::acquisition::frame::{Frame, SignalUnit, Stream};
+use crate::frame::{Frame, SignalUnit, Stream};
 use crate::input::InputError;
 
 /// Names of the capacitors of a three-axis taxel, in the order of a frame.
@@ -442,7 +442,7 @@ pub(super) fn base_name(file: &str) -> &str {
 mod tests {
     use super::super::Recording;
     use super::*;
-    use crate::acquisition::frame::Quantity;
+    use crate::frame::Quantity;
 
     fn read(text: &str) -> Result<Vec<Frame>, RecordingError> {
         Recording::open("t.csv", text.as_bytes())?.collect()

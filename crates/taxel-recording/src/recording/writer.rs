@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind, Result, Write};
 
 use super::channels::CAPACITORS;
 use super::units;
-use crate::acquisition::frame::{Frame, SignalUnit, Stream};
+use crate::frame::{Frame, SignalUnit, Stream};
 
 /// Writes frames as raw channels, the CSV that [`super::Recording`] reads.
 ///
@@ -36,7 +36,7 @@ use crate::acquisition::frame::{Frame, SignalUnit, Stream};
 ///
 /// # Example
 /// ```
-/// use taxel::acquisition::recording::{ChannelWriter, Recording};
+/// use taxel_recording::{ChannelWriter, Recording};
 ///
 /// let text = "time [s],r0c0 [kPa]\n0.5,1.5\n";
 /// let mut recording = Recording::open("a.csv", text.as_bytes())?;
@@ -45,7 +45,7 @@ use crate::acquisition::frame::{Frame, SignalUnit, Stream};
 ///     writer.write(&frame?)?;
 /// }
 /// assert_eq!(writer.into_inner(), b"# from a.csv\nsequence,time [ns],r0c0 [kPa]\n0,500000000,1.5\n");
-/// # Ok::<(), taxel::acquisition::recording::RecordingError>(())
+/// # Ok::<(), taxel_recording::RecordingError>(())
 /// ```
 #[derive(Debug)]
 pub struct ChannelWriter<W> {

@@ -6,8 +6,8 @@ use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use taxel::acquisition::recording::{ChannelWriter, Format, Recording, RecordingError};
-use taxel::acquisition::{Frame, Quantity, SignalUnit, Stream};
+use taxel_recording::{ChannelWriter, Format, Recording, RecordingError};
+use taxel_recording::{Frame, Quantity, SignalUnit, Stream};
 
 const ISCAN: &str = include_str!("recordings/iscan_excerpt.csv");
 const FSCAN: &str = include_str!("recordings/fscan_excerpt.asf");

@@ -5,7 +5,7 @@ use std::io::BufRead;
 
 use super::lines::{Dialect, Field, Lines, quote};
 use super::{Opened, RecordingError, channels};
-use crate::acquisition::frame::{Frame, Quantity, SignalUnit, Stream};
+use crate::frame::{Frame, Quantity, SignalUnit, Stream};
 use crate::input::InputError;
 
 /// Time to ns: 10⁹.

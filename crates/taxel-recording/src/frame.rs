@@ -1,7 +1,5 @@
 //! Frames: what any source of readings delivers.
 
-use crate::layout::Layout;
-
 /// One reading of every channel of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
@@ -40,23 +38,28 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Codes of a converter, `channels_per_taxel` for each taxel of `layout`,
-    /// every `period` s; without a name.
-    pub fn of_codes(layout: &Layout, channels_per_taxel: usize, period: f64) -> Self {
+    /// Counts of a converter, `channels_per_taxel` for each of `rows` x `columns`
+    /// taxels, every `period` s; `pitch` of rows and of columns in m; without a name.
+    pub fn of_counts(
+        [rows, columns]: [usize; 2],
+        pitch: [f64; 2],
+        channels_per_taxel: usize,
+        period: f64,
+    ) -> Self {
         Self {
             name: String::new(),
-            rows: layout.rows,
-            columns: layout.columns,
+            rows,
+            columns,
             channels_per_taxel,
             unit: SignalUnit {
                 quantity: Quantity::Counts,
                 symbol: "counts".into(),
                 si_per_unit: 1.0,
             },
-            pitch: Some([layout.pitch[1], layout.pitch[0]]),
+            pitch: Some(pitch),
             period: Some(period),
             threshold: None,
-            present: vec![true; channels_per_taxel * layout.taxels()],
+            present: vec![true; channels_per_taxel * rows * columns],
         }
     }
 

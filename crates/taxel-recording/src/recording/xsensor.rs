@@ -22,7 +22,7 @@ use std::io::BufRead;
 
 use super::lines::{Dialect, Lines, quote, scaled_integer};
 use super::{Opened, RecordingError, shape_fault, side, spacing, units};
-use crate::acquisition::frame::{Frame, Quantity, SignalUnit, Stream};
+use crate::frame::{Frame, Quantity, SignalUnit, Stream};
 
 /// Most sensors of one file; their names are kept.
 const MOST_SENSORS: usize = 64;

@@ -10,7 +10,7 @@ use std::io::BufRead;
 
 use super::lines::{Dialect, Lines, number, quote};
 use super::{Opened, RecordingError, shape_fault, side, spacing, units};
-use crate::acquisition::frame::{Frame, Quantity, SignalUnit, Stream};
+use crate::frame::{Frame, Quantity, SignalUnit, Stream};
 
 /// First words by which a header is known, also behind comments.
 const KEYS: [&str; 24] = [

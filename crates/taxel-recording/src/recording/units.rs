@@ -1,6 +1,6 @@
 //! The units that recordings are written in.
 
-use crate::acquisition::frame::{Quantity, SignalUnit};
+use crate::frame::{Quantity, SignalUnit};
 
 struct Entry {
     quantity: Quantity,
