@@ -2,11 +2,14 @@
 
 mod choice;
 mod compressed_layer;
+pub mod crossing_microchannels;
 mod electrodes;
 mod end_condition;
 mod force_hysteresis;
 mod material;
 mod microchannel;
+pub mod microchannel_block;
+pub mod microchannel_cell;
 mod plate;
 mod preload;
 mod profile;
