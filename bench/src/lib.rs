@@ -3,7 +3,7 @@
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
 use taxel::calibration::Calibration;
-use taxel::estimation::{ArrayEstimator, ThreeAxisOptions, ThreeAxisReader};
+use taxel::estimation::{ArrayEstimator, FrameError, ThreeAxisOptions, ThreeAxisReader};
 use taxel::sensor::Sensor;
 
 /// Frames of the rest capture, as in the paper.
@@ -50,7 +50,7 @@ impl Scene {
         scene
     }
 
-    /// The calibration in force.
+    /// The calibration after the rest capture.
     ///
     /// # Panics
     /// Never: the scene is made with such a reader.
@@ -58,6 +58,19 @@ impl Scene {
     pub fn calibration(&self) -> &Calibration {
         let reader: Option<&ThreeAxisReader> = self.estimator.reader();
         reader.expect("a reader of three axes").calibration()
+    }
+
+    /// Pressing force of each taxel with its standard deviation, N, by the estimator
+    /// of the array on the pressed frame number `index`.
+    ///
+    /// # Errors
+    /// For a frame of another device.
+    pub fn estimate(&mut self, index: usize) -> Result<Vec<[f64; 2]>, FrameError> {
+        let (touch, _) = self.estimator.push(&self.pressed[index])?;
+        let taxels = touch.taxels.iter();
+        Ok(taxels
+            .map(|taxel| [taxel.pressed(), taxel.pressed_deviation()])
+            .collect())
     }
 
     fn run(&mut self, twin: &mut Twin) {

@@ -22,7 +22,7 @@ fn repository() -> PathBuf {
 
 fn recording(name: &str) -> PathBuf {
     repository()
-        .join("crates/taxel/tests/recordings")
+        .join("crates/taxel-recording/tests/recordings")
         .join(name)
 }
 

@@ -8,9 +8,9 @@ use taxel::acquisition::{Frame, Quantity};
 use taxel::calibration::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
 };
-use taxel::electronics::Noise;
 use taxel::estimation::{ArrayEstimator, ChannelState, State, Why};
 use taxel::sensor::Sensor;
+use taxel_numerics::Noise;
 
 const CHANNELS: usize = 6;
 

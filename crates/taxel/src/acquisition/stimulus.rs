@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::slider::Slider;
-use crate::input::InputError;
 use crate::layout::Layout;
 use crate::quantity::{
     self, AnyForce, AnyLength, Checked, NonNegativeCapacitance, NonNegativeTime, PositiveLength,
@@ -14,6 +13,7 @@ use crate::quantity::{
 };
 use crate::sensor::Mask;
 use crate::toml_input;
+use taxel_recording::InputError;
 
 /// Shipped stimulus scripts: name and text.
 const SHIPPED: &[(&str, &str)] = &[

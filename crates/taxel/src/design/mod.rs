@@ -6,9 +6,9 @@ mod heat_map;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::input::InputError;
 use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 use crate::toml_input;
+use taxel_recording::InputError;
 
 pub use channel_sections::{
     SectionAnswer, SectionRow, SectionState, cells, columns, heat_map, sweep,

@@ -15,6 +15,7 @@ use crate::acquisition::{Quantity, Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
 use crate::estimation::{FrameError, ObserverOptions, Reader, TouchSession};
+use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number};
@@ -128,6 +129,14 @@ fn fits(stream: &Stream, expected: usize, columns: usize) -> Result<(), FrameErr
         });
     }
     Ok(())
+}
+
+/// Frames of counts, `channels_per_taxel` for each taxel of `layout`, every `period`
+/// s.
+fn counts_of(layout: &Layout, channels_per_taxel: usize, period: f64) -> Stream {
+    let pitch = [layout.pitch[1], layout.pitch[0]];
+    let taxels = [layout.rows, layout.columns];
+    Stream::of_counts(taxels, pitch, channels_per_taxel, period)
 }
 
 /// How long a board takes for a frame and for the `scan` in it, s.

@@ -12,7 +12,7 @@ use super::reader::{
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
 use crate::layout::Layout;
-use crate::linear::{Chain, Memory, Step, Transfer};
+use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 
 /// What is known of an array of elements whose signal is
 /// V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).

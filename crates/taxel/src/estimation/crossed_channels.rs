@@ -11,7 +11,8 @@ use super::reader::{
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
 use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal};
-use crate::mechanics::{ForceHysteresis, LoadHistory, OnCurve};
+use crate::mechanics::{ForceHysteresis, LoadHistory};
+use taxel_numerics::OnCurve;
 
 /// Load of one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,78 +10,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::end_condition::EndCondition;
-use crate::numerics;
+use super::layer_range::{LARGEST_COMPRESSION, LayerError, LayerRange};
 use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
-
-/// Largest relative compression at which the layer model was compared with
-/// finite elements.
-pub const LARGEST_COMPRESSION: f64 = 0.4;
-/// Least half length over thickness for which the force was compared, unless
-/// the end condition itself comes from finite elements.
-pub const LEAST_ASPECT: f64 = 2.0;
-
-/// Why a layer has no answer.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LayerError {
-    /// A relative compression that no layer can have.
-    #[error("a relative compression of {compression} is outside 0 (included) to 1 (excluded)")]
-    Compression {
-        /// What was asked for.
-        compression: f64,
-    },
-    /// A force that the model does not reach, or a pull.
-    #[error(
-        "a force of {force:.4e} N is outside 0 to {limit:.4e} N, the force at the largest compression of the model"
-    )]
-    Force {
-        /// What was asked for, N.
-        force: f64,
-        /// Largest force, N.
-        limit: f64,
-    },
-    /// The tabulated end condition does not reach to this layer.
-    #[error(
-        "a half length of {aspect:.3} thicknesses is below {least}, where the table of the end condition begins"
-    )]
-    AspectOutsideTable {
-        /// Half length over thickness.
-        aspect: f64,
-        /// Where the table begins.
-        least: f64,
-    },
-    /// The end condition leaves too little shear for a force that rises with
-    /// the compression.
-    #[error(
-        "an end factor of {chi:.3} is below {least}: the force would not rise with compression"
-    )]
-    EndFactor {
-        /// χ.
-        chi: f64,
-        /// Its least value.
-        least: f64,
-    },
-}
-
-/// Whether a layer is inside the range in which its force was verified.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum LayerRange {
-    /// Inside.
-    Within,
-    /// Compressed more than its force was compared with finite elements.
-    CompressionAbove {
-        /// That limit.
-        limit: f64,
-    },
-    /// Shorter than its force was compared with finite elements: stretch and
-    /// gap hold, the force does not.
-    AspectBelow {
-        /// Half length over thickness.
-        aspect: f64,
-        /// That limit.
-        limit: f64,
-    },
-}
+use taxel_numerics::roots;
 
 /// How the pressed face may move sideways.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -225,7 +156,7 @@ impl CompressedLayer {
         }
         // Inside the range `compress` has no error left.
         let misfit = |e: f64| self.compress(e).map_or(f64::NAN, |state| state.force) - force;
-        Ok(numerics::ridders([0.0, LARGEST_COMPRESSION], misfit))
+        Ok(roots::ridders([0.0, LARGEST_COMPRESSION], misfit))
     }
 
     /// Sideways stretch less one, f − 1, at the height `x2` above the base, m.
@@ -531,7 +462,7 @@ fn solve_unknown(compression: f64) -> f64 {
     // a² = 3e − (9/35)e³ − (6/35)e⁴ − …: close from below 0.25, safe above.
     let e = compression;
     let start = (3.0 * e - 9.0 / 35.0 * e.powi(3) - 6.0 / 35.0 * e.powi(4)).sqrt();
-    numerics::newton(start, [0.0, FRAC_PI_2], |a| {
+    roots::newton(start, [0.0, FRAC_PI_2], |a| {
         let angle = a.tan().asinh();
         let at_a = if a < SMALL {
             series(&COMPRESSION_SERIES, a * a)
@@ -548,7 +479,7 @@ fn solve_complement(height: f64) -> f64 {
     let start = (0..3).fold(FRAC_PI_4 * height, |k, _| {
         FRAC_PI_2 * height / (2.0 / k).ln()
     });
-    numerics::newton(start, [0.0, 0.1], |k| {
+    roots::newton(start, [0.0, 0.1], |k| {
         let (a, angle) = (FRAC_PI_2 - k, k.tan().recip().asinh());
         let at_k = k.sin() * angle / a;
         (at_k - height, (k.cos() * angle - 1.0 + at_k) / a)

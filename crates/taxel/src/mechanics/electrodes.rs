@@ -4,9 +4,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::compressed_layer::{CompressedLayer, LARGEST_COMPRESSION, LayerKinematics, TopFace};
-use crate::numerics::{extrapolate, interpolate};
+use super::compressed_layer::{CompressedLayer, LayerKinematics, TopFace};
+use super::layer_range::LARGEST_COMPRESSION;
 use crate::quantity::{self, Checked, Fraction, PositiveLength, PositiveStress, Ratio};
+use taxel_numerics::table::{extrapolate, interpolate};
 
 /// A quantity outside the table that would be needed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

@@ -4,10 +4,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::compressed_layer::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
-use crate::numerics::interpolate;
+use super::layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
 use crate::quantity::{self, Checked, EndFactor, EndParameter};
-use crate::special::{beta, gamma};
+use taxel_numerics::special::{beta, gamma};
+use taxel_numerics::table::interpolate;
 
 /// Reading of the ends of the loaded length, through which the constant Π of
 /// the pressure follows from the balance of horizontal forces.

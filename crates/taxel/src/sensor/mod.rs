@@ -16,10 +16,10 @@ use crate::device::{
     ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray, TrainedArray,
 };
 use crate::electronics::Electronics;
-use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::toml_input;
+use taxel_recording::InputError;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use liquid_metal_channel::{
