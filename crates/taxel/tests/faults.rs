@@ -6,6 +6,8 @@
 //! why not.
 #![allow(clippy::unwrap_used)]
 
+use std::fmt::Write as _;
+
 use taxel::acquisition::{Delivery, Frame, Quantity, SignalUnit, Stimulus, Stream, Twin};
 use taxel::estimation::{ArrayEstimator, ChannelState, MapReader, RestRefused, State, Touch};
 use taxel::sensor::Sensor;
@@ -93,14 +95,18 @@ impl Case {
         }
         if fault == Fault::Masked {
             for [row, column] in self.masks {
-                text += &format!("\n[[mask]]\ntaxel = [{row}, {column}]\n");
+                write!(text, "\n[[mask]]\ntaxel = [{row}, {column}]\n").unwrap();
             }
         }
         Sensor::parse("case.toml", &text).unwrap()
     }
 
     fn pressed(&self) -> usize {
-        let columns = if self.sensor.starts_with("in-plane") { 2 } else { self.columns() };
+        let columns = if self.sensor.starts_with("in-plane") {
+            2
+        } else {
+            self.columns()
+        };
         self.taxel[0] * columns + self.taxel[1]
     }
 
@@ -154,7 +160,10 @@ fn a_broken_channel_blocks_nothing_and_biases_nothing() {
         let pressed = case.pressed();
         let truth = sound.taxels[pressed];
         assert_eq!(truth.state, State::Ok, "{name}: {truth:?}");
-        assert!(truth.pressed() > 6.0 * truth.pressed_deviation(), "{name}: {truth:?}");
+        assert!(
+            truth.pressed() > 6.0 * truth.pressed_deviation(),
+            "{name}: {truth:?}"
+        );
         for fault in [Fault::Dead, Fault::Missing, Fault::Stuck, Fault::Masked] {
             let what = format!("{name}, {fault:?}");
             let (touch, rest) = case.run(fault);
@@ -166,8 +175,13 @@ fn a_broken_channel_blocks_nothing_and_biases_nothing() {
             let mut states = touch.channels.states.clone();
             assert_eq!(states.remove(case.channel), channel, "{what}");
             // A masked taxel of three axes masks its four capacitors.
-            let others = states.iter().filter(|state| **state != ChannelState::Masked);
-            assert!(others.clone().all(|state| *state == ChannelState::Ok), "{what}: {states:?}");
+            let others = states
+                .iter()
+                .filter(|state| **state != ChannelState::Masked);
+            assert!(
+                others.clone().all(|state| *state == ChannelState::Ok),
+                "{what}: {states:?}"
+            );
             for taxel in case.taxels {
                 let state = touch.taxels[*taxel].state;
                 // Where a second channel reads nothing, nothing touches.
@@ -175,14 +189,25 @@ fn a_broken_channel_blocks_nothing_and_biases_nothing() {
                 let expected = if quiet { State::Ok } else { expected };
                 assert_eq!(state, expected, "{what}: taxel {taxel}");
             }
-            assert!(touch.taxels.iter().all(|taxel| taxel.state != State::Saturated), "{what}");
+            assert!(
+                touch
+                    .taxels
+                    .iter()
+                    .all(|taxel| taxel.state != State::Saturated),
+                "{what}"
+            );
             let found = touch.taxels[pressed];
             assert_eq!(found.state, State::Ok, "{what}: {found:?}");
             // The noise of the two runs is the same; a map of fewer channels has
             // more of it.
             let off = (found.pressed() - truth.pressed()).abs();
             let bound = 4.0 * found.pressed_deviation().max(truth.pressed_deviation());
-            assert!(off < bound, "{what}: {} instead of {}", found.pressed(), truth.pressed());
+            assert!(
+                off < bound,
+                "{what}: {} instead of {}",
+                found.pressed(),
+                truth.pressed()
+            );
             assert_eq!(touch.contacts.len(), 1, "{what}");
             assert_eq!(touch.contacts[0].peak_taxel, pressed, "{what}");
         }

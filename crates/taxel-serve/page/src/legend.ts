@@ -21,7 +21,7 @@ const STATES: [string, Draw][] = [
   ["no value", (context, box, _, colours) => drawNoValue(context, box, colours, true)],
   ["masked", (context, box, scale, colours) => drawHatch(context, box, colours, scale)],
   ["faulty", over(Mark.faulty)],
-  ["closed: electrodes touch", over(Mark.closed)],
+  ["electrodes closed", over(Mark.closed)],
   ["out of range", over(Mark.outOfRange)],
   ["not converged", over(Mark.notConverged)],
   ["inconsistent", over(Mark.inconsistent)],
@@ -41,7 +41,7 @@ const SHEAR: [string, Draw] = [
 
 const CONTACTS: [string, Draw][] = [
   [
-    "contact with its number, 95 % of its position",
+    "contact with its number, 95 % ellipse",
     (context, { x, y, width, height }, scale) => {
       const [middleX, middleY] = [x + width / 2, y + height / 2];
       drawEllipse(context, scale, middleX, middleY, [(width * 0.155) ** 2, 0, (height * 0.12) ** 2]);

@@ -183,7 +183,7 @@ impl Reader for InPlaneReader {
             let (inverse, model) = match found {
                 Some(found) => found,
                 None => match drawn.inverse() {
-                    Ok(inverse) => (inverse, drawn.clone()),
+                    Ok(inverse) => (inverse, *drawn),
                     Err(_) => continue,
                 },
             };
