@@ -427,6 +427,8 @@ fn bad_readings_are_states_and_never_numbers() {
     assert_eq!(estimator.push(&frame).unwrap().0.time_ns, 2_000_000);
     let at = |estimator: &mut ArrayEstimator, frame: &mut Frame, time_ns| {
         frame.time_ns = time_ns;
+        // A reading without any noise is one that stands still.
+        frame.values = vec![rest + (time_ns / 1_000_000 % 2) as f64; 8];
         estimator.push(frame).unwrap().0.taxels[1].state
     };
     // A pause of a second: the signal in it is missing too.
