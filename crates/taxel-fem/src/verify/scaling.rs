@@ -31,7 +31,7 @@ pub(super) fn solve(case: &mut Case, _effort: Effort) -> Result<(), Failure> {
     problem.support("top", 2, Support::Driven(press, -1.0))?;
     let mut solver = Solver::new(problem)?;
     for thickness in [0.9_f64, 0.8, 0.7] {
-        solver.go(&[1.0 - thickness], |_, _| Continue::Yes)?;
+        solver.load_to(&[1.0 - thickness], |_, _| Continue::Yes)?;
         case.sized(&solver);
         let mesh = &solver.problem().mesh;
         let moved = &solver.state().displacement;
