@@ -25,7 +25,7 @@ pub(super) fn solve(case: &mut Case, _effort: Effort) -> Result<(), Failure> {
         volumetric: Volumetric::Incompressible,
     });
     for (side, component) in [("left", 0), ("front", 1), ("bottom", 2)] {
-        problem.support(side, component, Support::Held)?;
+        problem.support(side, component, Support::Fixed)?;
     }
     let press = problem.parameter("press", Rule::Given);
     problem.support("top", 2, Support::Driven(press, -1.0))?;
