@@ -8,7 +8,6 @@ use crate::ledger::Ours;
 use taxel::device::{Drive, PiezoelectricArray, PiezoelectricPredictor};
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output, Readout};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
-use taxel::linear::{Chain, Transfer};
 use taxel::mechanics::{
     Base, Contact, LayerLaw, Plate, Profile, SoftCover, SoftLayer, bending_stiffness,
 };
@@ -16,6 +15,7 @@ use taxel::sensor::Sensor;
 use taxel::transduction::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, SiliconePath, VACUUM_PERMITTIVITY,
 };
+use taxel_numerics::linear_chain::{Chain, Transfer};
 
 /// Profiles of our values; the paper prints no ramp.
 const STEP: Profile = Profile::Step { ramp: 0.01 };

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use taxel::electronics::FirstOrderFilter;
-use taxel::linear::Chain;
 use taxel::mechanics::{LayerLaw, Profile, SoftLayer, bending_stiffness};
 use taxel::transduction::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, SiliconePath, VACUUM_PERMITTIVITY,
 };
+use taxel_numerics::linear_chain::Chain;
 use taxel_papers::Paper;
 
 const FILTER: FirstOrderFilter = FirstOrderFilter {

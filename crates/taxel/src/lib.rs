@@ -13,15 +13,11 @@ pub mod drawing;
 pub mod electronics;
 pub mod estimation;
 pub mod figure;
-pub mod input;
 pub mod layout;
-pub mod linear;
 pub mod mechanics;
-mod numerics;
 pub mod predict;
 pub mod quantity;
 pub mod sensor;
-pub mod special;
 pub mod summary;
 pub mod svg;
 pub mod table;
@@ -29,7 +25,7 @@ mod toml_input;
 pub mod trained;
 pub mod transduction;
 
-pub use input::{InputError, Place};
+pub use taxel_recording::{InputError, Place};
 
 /// The example of the README is compiled and run with the other examples.
 #[cfg(doctest)]

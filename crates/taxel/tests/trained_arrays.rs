@@ -9,9 +9,9 @@ use taxel::calibration::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
 };
 use taxel::device::Sense;
-use taxel::electronics::Noise;
 use taxel::estimation::{SignalEstimator, Why};
 use taxel::sensor::Sensor;
+use taxel_numerics::Noise;
 
 const CHANNELS: usize = 6;
 

@@ -18,7 +18,7 @@ pub struct Failure {
 
 impl Failure {
     /// A failure before the first step.
-    pub(crate) fn at_start(reason: Reason) -> Self {
+    pub fn at_start(reason: Reason) -> Self {
         Self {
             reason,
             fraction: 0.0,

@@ -1,9 +1,9 @@
 //! Readings of a bench: CSV with units in the header, as people save it.
 
 use super::remark::Remark;
-use crate::input::{InputError, separator_of};
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::Dimension;
+use taxel_recording::{InputError, separator_of};
 
 /// A table of readings, with what was noticed while reading it.
 #[derive(Debug, Clone, PartialEq)]

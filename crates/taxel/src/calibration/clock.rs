@@ -1,9 +1,9 @@
 //! Whether the load and the signal of each row are of one moment.
 
 use super::bench_data::{BenchData, column};
-use crate::input::InputError;
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::TIME;
+use taxel_recording::InputError;
 
 /// A load and the signals that it alone sets at once; the first pair that a
 /// table has is looked at. The sum of four capacitances does not see shear. Of

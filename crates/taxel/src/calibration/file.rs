@@ -8,13 +8,13 @@ use std::collections::HashMap;
 use serde::Deserialize;
 
 use super::devices;
-use super::fit::singular_values;
 use super::outcome::{CovarianceBlock, Outcome, ResidualSummary};
 use super::trained_bench::put_tables;
-use crate::input::InputError;
 use crate::sensor::{Element, Sensor};
 use crate::toml_input;
 use crate::trained::{PlaceMap, TrainedMaps, TrainingError};
+use taxel_numerics::least_squares::singular_values;
+use taxel_recording::InputError;
 
 /// Version of the file's form.
 pub const CALIBRATION_SCHEMA: u32 = 1;

@@ -4,11 +4,13 @@
 //! The model is fitted to loading alone, and so its constants owe nothing to
 //! the law of the loops.
 
-use super::fit::{Estimate, Fit, FitOptions, NoiseSize, Parameter, Prior, Problem, fit};
 use super::remark::Remark;
 use super::split::{Branch, branches, picked};
 use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::mechanics::{ForceHysteresis, LoadHistory, REVERSALS};
+use taxel_numerics::least_squares::{
+    Estimate, Fit, FitOptions, NoiseSize, Parameter, Prior, Problem, fit,
+};
 
 /// Number of weights.
 pub(super) const WEIGHTS: usize = REVERSALS.len();

@@ -2,14 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::fit::{Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status};
 use super::loops::Loops;
 use super::remark::Remark;
 use crate::figure::Figure;
-use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::Sensor;
 use crate::trained::PlaceMap;
+use taxel_numerics::least_squares::{
+    Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status,
+};
+use taxel_recording::InputError;
 
 use super::bench_data::BenchData;
 use super::clock::same_moment;

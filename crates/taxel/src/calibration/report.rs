@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde_json::{Map, Value, json};
 
 use super::file::Provenance;
-use super::fit::{Estimate, Parameter, Status};
 use super::outcome::{Outcome, ResidualSummary};
 use crate::svg::escape;
 use crate::table::{self, Cell, Column, Format};
+use taxel_numerics::least_squares::{Estimate, Parameter, Status};
 
 impl Outcome {
     /// The parameters as a table, with what else there is to say below it.

@@ -7,7 +7,7 @@
 //! part of the fit (the true forces are unknowns with the readings as priors),
 //! and the fit says itself when it is no use.
 
-use super::fit::{Fit, FitOptions, Parameter, Prior, Problem, fit};
+use taxel_numerics::least_squares::{Fit, FitOptions, Parameter, Prior, Problem, fit};
 
 /// One point of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::fit::{Estimate, Status};
 use super::loops::{self, Loops};
 use super::split::HoldOut;
 use super::{CalibrateOptions, CalibrationFile, Outcome, Provenance};
 use crate::mechanics::REVERSALS;
 use crate::sensor::Sensor;
+use taxel_numerics::least_squares::{Estimate, Status};
 
 /// Hash of the sensor files of the tests.
 pub(super) const HASH: &str = "0123456789abcdef";

@@ -2,12 +2,14 @@
 
 mod choice;
 mod compressed_layer;
+pub mod crossing_microchannels;
 mod electrodes;
 mod end_condition;
 mod force_hysteresis;
 mod material;
 mod microchannel;
-mod monotone_curve;
+pub mod microchannel_block;
+pub mod microchannel_cell;
 mod plate;
 mod preload;
 mod profile;
@@ -35,7 +37,6 @@ pub use microchannel::{
     ClosingPoint, ClosingState, LiquidPoint, PaperLaw, PressureLaw, SectionClosure, SettledChannel,
     Stretch,
 };
-pub use monotone_curve::{CurveError, MonotoneCurve, OnCurve};
 pub use plate::{Plate, PlateMotion, bending_stiffness};
 pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
 pub use profile::{Profile, SINE_POINTS};

@@ -8,6 +8,7 @@
 //! possible bound it, because the operator keeps the order of its states.
 
 use serde::{Deserialize, Serialize};
+use taxel_numerics::play::play;
 
 use super::TrainingError;
 use super::ridge::{Moments, Ridge};
@@ -41,7 +42,7 @@ impl Play {
     pub fn push(&mut self, input: f64) -> f64 {
         let (low, high) = (input - self.threshold, input + self.threshold);
         let state = match self.state {
-            Some(state) => state.map(|state| state.max(low).min(high)),
+            Some(state) => state.map(|state| play(state, input, self.threshold)),
             None => [low, high],
         };
         self.state = Some(state);

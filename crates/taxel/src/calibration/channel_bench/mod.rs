@@ -15,7 +15,6 @@ mod synthetic;
 
 use super::bench_data::BenchData;
 use super::channels::ChannelModel;
-use super::fit::{Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval};
 use super::loops::{law_of, on_loading};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
@@ -24,11 +23,14 @@ use super::outcome::{
 use super::remark::Remark;
 use super::split::{Branch, branches};
 use crate::electronics::{DividerBoard, Readout};
-use crate::input::InputError;
 use crate::mechanics::PressureLaw;
 use crate::predict::LoadColumn;
 use crate::sensor::{Element, FoundChannels, Sensor};
 use crate::transduction::ChannelLayer;
+use taxel_numerics::least_squares::{
+    Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};

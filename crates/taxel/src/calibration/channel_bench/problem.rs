@@ -1,9 +1,9 @@
 //! The readings of crossing channels as a least-squares problem.
 
-use crate::calibration::fit::{Parameter, Problem};
 use crate::electronics::VoltageDivider;
 use crate::mechanics::{ClosingState, PressureLaw, Stretch};
 use crate::transduction::{ChannelLayer, mean_inverse_area_ratio};
+use taxel_numerics::least_squares::{Parameter, Problem};
 
 /// Places of the parameters that all channels share; the rest resistances of
 /// the channels that were read follow.

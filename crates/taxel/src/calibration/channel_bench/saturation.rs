@@ -1,10 +1,10 @@
 //! From which voltage on a channel says no more: the plateau at its largest
 //! loads, where there is one.
 
-use super::super::fit::{Estimate, Parameter, Status, student_quantile};
 use super::super::remark::Remark;
 use super::problem::Reading;
 use super::{CHANNEL, ChannelCalibrator};
+use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
 /// Name of the parameter behind that of its channel.
 pub(super) const SATURATION: &str = "saturation_voltage";

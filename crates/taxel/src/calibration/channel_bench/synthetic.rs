@@ -7,8 +7,8 @@ use super::ChannelCalibrator;
 use super::problem::{Load, Reading};
 use crate::calibration::loops;
 use crate::calibration::outcome::BenchOptions;
-use crate::electronics::Noise;
 use crate::mechanics::{LARGEST_COMPRESSION, LoadHistory};
+use taxel_numerics::Noise;
 
 /// Readings of all channels, one after the other, as CSV.
 ///

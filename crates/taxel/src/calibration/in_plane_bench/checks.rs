@@ -1,13 +1,13 @@
 //! What readings of in-plane sensors can and cannot be.
 
 use super::super::clock::one_clock;
-use super::super::fit::Fit;
 use super::super::split::Branch;
 use super::columns::{CAPACITANCE_DEVIATION, COLUMNS, FORCE_DEVIATION};
 use super::problem::Reading;
 use super::{BenchData, InPlaneCalibrator, InputError, OWN, Remark};
 use crate::mechanics::LARGEST_COMPRESSION;
 use crate::transduction::{CapacitanceLaw, InPlaneModel};
+use taxel_numerics::least_squares::Fit;
 
 /// A row belongs to the sensor whose drawn gap is as near as this share.
 const SAME_GAP: f64 = 0.2;
@@ -396,7 +396,7 @@ pub(super) fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f6
         .filter(|(u, _)| places.first() <= Some(u) && Some(u) <= places.last());
     let (mut lost, mut whole) = (0.0, 0.0);
     for (displacement, force) in inside {
-        let loading = crate::numerics::interpolate(&places, &forces, *displacement);
+        let loading = taxel_numerics::table::interpolate(&places, &forces, *displacement);
         lost += loading - force;
         whole += loading;
     }

@@ -15,7 +15,6 @@ mod synthetic;
 use std::borrow::Cow;
 
 use super::bench_data::BenchData;
-use super::fit::{Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
 use super::loops::{Loops, law_of, on_loading, steps};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
@@ -23,10 +22,13 @@ use super::outcome::{
 };
 use super::remark::Remark;
 use super::split::{Branch, branches, picked, turns};
-use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::{InPlaneCapacitor, Sensor};
 use crate::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
+use taxel_numerics::least_squares::{
+    Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use columns::COLUMNS;
 use model::{MODELS, Model};
@@ -310,7 +312,7 @@ impl<'a> InPlaneCalibrator<'a> {
             fitted.noise.clone(),
         );
         for j in 0..fitted.parameters.len() {
-            if fitted.fit.estimates[j].status == super::fit::Status::Identified {
+            if fitted.fit.estimates[j].status == taxel_numerics::least_squares::Status::Identified {
                 fitted.fit.estimates[j].interval =
                     profile_interval(&bench, &fitted.parameters, &fitted.options, &fitted.fit, j)?;
             }

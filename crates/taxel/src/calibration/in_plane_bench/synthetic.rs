@@ -4,9 +4,9 @@
 use std::fmt::Write as _;
 
 use crate::calibration::outcome::BenchOptions;
-use crate::electronics::Noise;
 use crate::mechanics::CompressedLayer;
 use crate::transduction::InPlaneModel;
+use taxel_numerics::Noise;
 
 /// Readings of all `models`, one after the other, as CSV.
 ///

@@ -1,10 +1,10 @@
 use rayon::prelude::*;
 
 use super::*;
-use crate::calibration::fit::{Problem, Status};
 use crate::calibration::split::HoldOut;
 use crate::mechanics::{EndCondition, GivenFactor};
 use crate::sensor::Element;
+use taxel_numerics::least_squares::{Problem, Status};
 
 /// A shipped sensor under the published law with a known end factor.
 fn published(name: &str) -> Sensor {

@@ -18,7 +18,6 @@ mod school;
 mod synthetic;
 
 use super::bench_data::BenchData;
-use super::fit::{Estimate, Fit, FitError, Parameter, Status, fit, profile_interval};
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
     NamedSensor, Outcome, PressOptions, open_in_words, paired, search_in_words, wanted,
@@ -26,10 +25,13 @@ use super::outcome::{
 use super::remark::Remark;
 use super::split::picked;
 use crate::estimation::ProfileModel;
-use crate::input::InputError;
 use crate::layout::Layout;
 use crate::predict::LoadColumn;
 use crate::sensor::Sensor;
+use taxel_numerics::least_squares::{
+    Estimate, Fit, FitError, Parameter, Status, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use checks::Table;
 use columns::COLUMNS;

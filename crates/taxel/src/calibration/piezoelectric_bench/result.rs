@@ -1,12 +1,12 @@
 //! What the fit of a piezoelectric sensor gives to people.
 
-use super::super::fit::{Fit, student_quantile};
 use super::super::outcome::{Derived, ResidualSummary, Scope};
 use super::checks::{Table, range};
 use super::problem::{Drive, LEAK, Reading, What};
 use super::{Fitted, PiezoelectricCalibrator};
 use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::mechanics::Profile;
+use taxel_numerics::least_squares::{Fit, student_quantile};
 
 pub(super) fn noise_in_words(readings: &[Reading], found: &Fit, first: f64) -> String {
     if readings.iter().any(|r| r.deviation.is_none()) {

@@ -17,8 +17,6 @@ use rayon::prelude::*;
 
 use super::ChannelScale;
 use super::bench_data::BenchData;
-use super::fit::{Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval};
-use super::least_squares;
 use super::loops::law_of;
 use super::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
@@ -26,10 +24,14 @@ use super::outcome::{
 };
 use super::remark::Remark;
 use super::split::picked;
-use crate::input::InputError;
 use crate::predict::LoadColumn;
 use crate::sensor::{CalibratedUnit, Element, Sensor};
 use crate::transduction::UnitModel;
+use taxel_numerics::least_squares::linear;
+use taxel_numerics::least_squares::{
+    Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use checks::Measured;
 use columns::{COLUMNS, TIME_AT};
@@ -204,7 +206,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
             let motion =
                 |r: &&Reading| unit.effective_motion(rest, r.capacitance).displacement[axis];
             let target: Vec<f64> = gauged.iter().map(motion).collect();
-            if let Some(line) = least_squares::solve(&design, &target)
+            if let Some(line) = linear::solve(&design, &target)
                 && line.coefficients[0] > 0.0
             {
                 unit.suspension.compliance[axis][axis] = line.coefficients[0];

@@ -4,9 +4,9 @@
 //! lies across them is noise of the capacitances alone, and tells the two
 //! apart.
 
-use super::super::fit::Fit;
 use super::checks;
 use super::problem::{Reading, Whitening};
+use taxel_numerics::least_squares::Fit;
 
 /// Noise that is not given starts at this share of the largest force.
 const FIRST: f64 = 0.01;

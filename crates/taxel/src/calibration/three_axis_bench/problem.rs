@@ -5,10 +5,10 @@
 //! by the inverse of its Cholesky factor. To first order that is the fit in
 //! which the true forces are unknowns of their own.
 
-use super::super::fit::{Parameter, Problem};
 use super::checks::Measured;
 use crate::mechanics::{SIDE_X, SIDE_Y};
 use crate::transduction::UnitModel;
+use taxel_numerics::least_squares::{Parameter, Problem};
 
 /// Names of the four capacitors.
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use super::problem::{name, unit, values};
 use crate::calibration::loops;
 use crate::calibration::outcome::BenchOptions;
-use crate::electronics::Noise;
 use crate::mechanics::LoadHistory;
 use crate::transduction::UnitModel;
+use taxel_numerics::Noise;
 
 /// Share of the readings at rest before each cycle.
 const AT_REST: f64 = 0.1;

@@ -2,7 +2,6 @@ use std::fmt::Write as _;
 
 use super::*;
 use crate::acquisition::{Frame, Quantity};
-use crate::calibration::fit::Problem;
 use crate::calibration::testing::{
     HASH, calibrated, covered, file, lost, lost_on_bench, no_hold_out,
 };
@@ -10,6 +9,7 @@ use crate::estimation::{Estimator, EstimatorOptions};
 use crate::predict::Loads;
 use crate::table::Cell;
 use problem::AXES;
+use taxel_numerics::least_squares::Problem;
 
 const FF: f64 = 1e-15;
 const MN: f64 = 1e-3;

@@ -7,11 +7,11 @@ use super::{Found, compared, failed, sessions, weighed};
 use crate::calibration::outcome::{ModelComparison, ResidualSummary, Scope};
 use crate::calibration::remark::Remark;
 use crate::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use crate::input::InputError;
 use crate::trained::{
     AcrossRuns, CONTACT_SHARE, Compared, ForceMap, ForceOptions, HeldOutForce, MemoryLaw,
     NORMAL_95, Polynomial, Score, Series, Session, compared_forces, usual_candidates,
 };
+use taxel_recording::InputError;
 
 /// Readings of a scale that tell a map: ten for each fifth that is held out.
 const LEAST_READINGS: usize = 50;

@@ -13,8 +13,8 @@ use super::outcome::{
 };
 use super::remark::Remark;
 use crate::figure::Figure;
-use crate::input::InputError;
 use crate::trained::{Compared, Rest, Session, Standard, TrainedMaps, TrainingError};
+use taxel_recording::InputError;
 
 use readings::Run;
 

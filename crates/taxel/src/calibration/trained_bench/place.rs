@@ -6,8 +6,8 @@ use crate::calibration::outcome::{ModelComparison, ResidualSummary, Scope};
 use crate::calibration::remark::Remark;
 use crate::estimation::TrainedArea;
 use crate::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use crate::input::InputError;
 use crate::trained::{Compared, HELD_OUT, PositionMap, PositionOptions, compared_places};
+use taxel_recording::InputError;
 
 /// A run of fewer distinct places has none to learn.
 const PLACES: usize = 9;

@@ -5,10 +5,10 @@ use std::sync::LazyLock;
 
 use super::super::bench_data::BenchData;
 use super::super::remark::Remark;
-use crate::input::InputError;
 use crate::predict::{LoadColumn, LoadKind};
 use crate::quantity::{FORCE, LENGTH, TIME};
 use crate::trained::{Series, Session};
+use taxel_recording::InputError;
 
 /// A file with its name.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,0 +1,267 @@
+//! Two rows of voids that cross above each other, in three dimensions.
+
+use taxel_fem::assembly::kernel::Kinematics;
+use taxel_fem::field::sections::{sections, slender_resistance};
+use taxel_fem::material::Material;
+use taxel_fem::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh};
+use taxel_fem::problem::{
+    Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Rule, WallPoint,
+    Walls,
+};
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::solver::newton::{Continue, Solver};
+
+use super::microchannel_cell::{Filling, WallContact};
+
+/// The voids at one load; upper row first, then the lower one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Pressure on the top, Pa.
+    pub pressure: f64,
+    /// Pressure in the voids, Pa.
+    pub inside: [f64; 2],
+    /// Volume over its value at rest.
+    pub volume_ratio: [f64; 2],
+    /// Area of the thinnest section over its value at rest (uniform load: over the
+    /// middle of the solid between the voids of the other row).
+    pub thinnest: [f64; 2],
+    /// Area of the thickest section over its value at rest (at the crossing).
+    pub thickest: [f64; 2],
+    /// Resistance of a conductor in the void over that at rest, by its sections.
+    pub resistance_ratio: [f64; 2],
+    /// Smallest distance between roof and floor, m.
+    pub gap: [f64; 2],
+    /// Greatest von Mises stress, Pa.
+    pub stress: f64,
+}
+
+/// A quarter of the cell between the middles of crossing and solid, bonded below.
+pub struct CrossingStudy {
+    /// The problem being solved.
+    pub solver: Solver,
+    top: Parameter,
+    rest: [f64; 2],
+}
+
+/// The rows: name of the void, axis along which it runs.
+const ROWS: [(&str, usize); 2] = [("upper", 0), ("lower", 1)];
+
+impl CrossingStudy {
+    /// Poses the problem with a uniform pressure on the top.
+    ///
+    /// # Errors
+    /// When the lengths make no cell.
+    pub fn new(
+        cell: &CrossingVoids,
+        material: Material,
+        filling: &Filling,
+        contact: WallContact,
+    ) -> Result<Self, Failure> {
+        let mesh = cell
+            .mesh()
+            .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
+        let posed = Self::pose(mesh, material, filling, contact);
+        posed.map_err(|error| Failure::at_start(Reason::Problem(error)))?
+    }
+
+    fn pose(
+        mesh: Mesh,
+        material: Material,
+        filling: &Filling,
+        contact: WallContact,
+    ) -> Result<Result<Self, Failure>, taxel_fem::problem::ProblemError> {
+        let mut problem = Problem::new(mesh, Kinematics::Solid)?;
+        problem.materials = vec![material; problem.mesh.regions.len()];
+        problem.clamp("bottom")?;
+        for (side, component) in [("left", 0), ("right", 0), ("front", 1), ("back", 1)] {
+            problem.support(side, component, Motion::Held)?;
+        }
+        let top = problem.parameter("pressure on the top", Rule::Given);
+        problem.pressures.push(Pressure {
+            surface: problem.surface("top")?,
+            parameter: top,
+        });
+        let mut rest = [0.0; 2];
+        for (number, (name, along)) in ROWS.into_iter().enumerate() {
+            let pressure = problem.parameter(&format!("pressure in the {name} void"), Rule::Given);
+            let cavity = Cavity {
+                wall: problem.surface(name)?,
+                axis: 2,
+                origin: 0.0,
+                pressure,
+            };
+            rest[number] = cavity.volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
+            problem.cavities.push(cavity);
+            problem.set_rule(pressure, rule(filling, number, rest[number]));
+            let walls = roof_on_floor(
+                &problem.mesh,
+                name,
+                along,
+                material.law.shear_modulus(),
+                contact,
+            );
+            problem.contacts.push(Contact::Walls(walls));
+        }
+        Ok(Solver::new(problem).map(|solver| Self { solver, top, rest }))
+    }
+
+    /// Raises the pressure on the top to a value in Pa.
+    ///
+    /// # Errors
+    /// When the solution fails on the way.
+    pub fn press(&mut self, pressure: f64) -> Result<Crossing, Failure> {
+        let mut targets = self.solver.targets().to_vec();
+        targets[self.top.0] = pressure;
+        self.solver.go(&targets, |_, _| Continue::Yes)?;
+        self.crossing()
+    }
+
+    /// The voids at the present state.
+    ///
+    /// # Errors
+    /// When the state is not valid.
+    pub fn crossing(&mut self) -> Result<Crossing, Failure> {
+        let volumes = self.solver.evaluate()?.volumes;
+        let state = self.solver.state();
+        let mesh = &self.solver.problem().mesh;
+        let mut crossing = Crossing {
+            pressure: state.parameters[0],
+            inside: [state.parameters[1], state.parameters[2]],
+            volume_ratio: [0.0; 2],
+            thinnest: [0.0; 2],
+            thickest: [0.0; 2],
+            resistance_ratio: [0.0; 2],
+            gap: [0.0; 2],
+            stress: self
+                .solver
+                .greatest_stress()
+                .map_or(0.0, |peak| peak.von_mises),
+        };
+        for (row, (name, along)) in ROWS.into_iter().enumerate() {
+            crossing.volume_ratio[row] = volumes[row] / self.rest[row];
+            let mut axis = [0.0; 3];
+            axis[along] = 1.0;
+            let sections = |displacement| {
+                sections(mesh, name, displacement, axis)
+                    .map_err(|error| Failure::at_start(Reason::Field(error)))
+            };
+            let rest = sections(None)?;
+            let now = sections(Some(&state.displacement))?;
+            let ratios = rest
+                .iter()
+                .zip(&now)
+                .map(|(rest, now)| now.area / rest.area);
+            crossing.thinnest[row] = ratios.clone().fold(f64::INFINITY, f64::min);
+            crossing.thickest[row] = ratios.fold(0.0, f64::max);
+            crossing.resistance_ratio[row] =
+                slender_resistance(1.0, &now) / slender_resistance(1.0, &rest);
+            let gaps = self.solver.contact(row).gaps;
+            crossing.gap[row] = gaps.into_iter().fold(f64::INFINITY, f64::min);
+        }
+        Ok(crossing)
+    }
+}
+
+pub(super) fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
+    match filling {
+        Filling::Vented => Rule::Given,
+        Filling::Gas(scale) => Rule::Follows(
+            cavity,
+            CavityLaw::Gas {
+                scale: *scale,
+                rest,
+            },
+        ),
+        Filling::Tabulated(points) => Rule::Follows(
+            cavity,
+            CavityLaw::Tabulated {
+                points: points.clone(),
+                rest,
+            },
+        ),
+        Filling::Sealed => Rule::Brings(taxel_fem::problem::Quantity::Volume(cavity)),
+    }
+}
+
+/// Pairs of points of roof and floor at equal undeformed place.
+pub(super) fn roof_on_floor(
+    mesh: &Mesh,
+    name: &str,
+    along: usize,
+    shear: f64,
+    contact: WallContact,
+) -> Walls {
+    let surface = |side: &str| {
+        let key = format!("{name}.{side}");
+        mesh.surfaces.get(&key).cloned().unwrap_or_default()
+    };
+    let (roof, floor) = (surface("roof"), surface("floor"));
+    // Facets of roof and floor lie above each other: both come from one grid.
+    let middle = |facet: Facet| {
+        let last = mesh.facet_nodes(facet).last().unwrap_or(0);
+        let x = mesh.points[last as usize];
+        (x[along], x[1 - along])
+    };
+    let mut points = Vec::new();
+    let mut height = f64::INFINITY;
+    for &facet in &floor {
+        let at = middle(facet);
+        let reach = 1e-6 * mesh.points.iter().fold(0.0_f64, |m, x| m.max(x[0].abs()));
+        let above = roof.iter().find(|&&other| {
+            let other = middle(other);
+            (other.0 - at.0).hypot(other.1 - at.1) < reach
+        });
+        let Some(&above) = above else { continue };
+        let below: Vec<u32> = mesh.facet_nodes(facet).collect();
+        let above: Vec<u32> = mesh.facet_nodes(above).collect();
+        let over: Vec<u32> = below
+            .iter()
+            .filter_map(|&n| {
+                let x = mesh.points[n as usize];
+                above.iter().copied().find(|&m| {
+                    let y = mesh.points[m as usize];
+                    (x[0] - y[0]).hypot(x[1] - y[1]) < reach
+                })
+            })
+            .collect();
+        if over.len() != below.len() {
+            continue;
+        }
+        for point in FacetShape::Quad9.quadrature() {
+            let shapes = CellShape::Quad9.shapes(point.at);
+            let area = area_at(mesh, &below, &shapes.gradients) * point.weight;
+            let side = |nodes: &[u32]| -> Vec<(u32, f64, f64)> {
+                nodes
+                    .iter()
+                    .zip(&shapes.values)
+                    .map(|(&node, &value)| (node, value, 0.0))
+                    .collect()
+            };
+            let pair = WallPoint::new(
+                &side(&below),
+                &side(&over),
+                area,
+                Pairing::Opposite([0.0, 0.0, 1.0]),
+            );
+            height = height.min(pair.gap(&mesh.points));
+            points.push(pair);
+        }
+    }
+    Walls {
+        points,
+        stiffness: contact.opposite * shear / height,
+        overlap_limit: contact.overlap * height,
+    }
+}
+
+fn area_at(mesh: &Mesh, nodes: &[u32], gradients: &[[f64; 3]]) -> f64 {
+    let mut tangents = [[0.0; 2]; 2];
+    for (&node, gradient) in nodes.iter().zip(gradients) {
+        let x = mesh.points[node as usize];
+        for (k, tangent) in tangents.iter_mut().enumerate() {
+            tangent[0] += gradient[k] * x[0];
+            tangent[1] += gradient[k] * x[1];
+        }
+    }
+    (tangents[0][0] * tangents[1][1] - tangents[0][1] * tangents[1][0]).abs()
+}

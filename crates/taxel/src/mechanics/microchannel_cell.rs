@@ -1,0 +1,397 @@
+//! A layer with a row of voids under pressure: how the voids close.
+
+use taxel_fem::assembly::kernel::Kinematics;
+use taxel_fem::material::Material;
+use taxel_fem::mesh::{Facet, FacetShape, Mesh, VoidCell};
+use taxel_fem::problem::{
+    Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Quantity, Rule,
+    WallPoint, Walls,
+};
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::solver::newton::{Continue, Settings, Solver};
+
+/// What the void holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Filling {
+    /// Nothing that resists.
+    Vented,
+    /// A pressure that follows the area, by points of area ratio and pressure in Pa.
+    Tabulated(Vec<(f64, f64)>),
+    /// A trapped gas at a pressure scale in Pa: `p = s (A0/A - 1)`.
+    Gas(f64),
+    /// Something that keeps its volume.
+    Sealed,
+}
+
+/// Stiffness of the contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallContact {
+    /// Stiffness of folding corners over the shear modulus.
+    pub folding: f64,
+    /// Stiffness of roof on floor, times height over shear modulus.
+    pub opposite: f64,
+    /// Overlap of roof and floor that is accepted, over the height.
+    pub overlap: f64,
+}
+
+impl Default for WallContact {
+    fn default() -> Self {
+        Self {
+            folding: 100.0,
+            opposite: 300.0,
+            overlap: 2e-3,
+        }
+    }
+}
+
+/// One answer: the void at one load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closure {
+    /// Pressure on the top, Pa.
+    pub pressure: f64,
+    /// Pressure in the void, Pa.
+    pub inside: f64,
+    /// Area over its value at rest.
+    pub area_ratio: f64,
+    /// Smallest distance between roof and floor at equal undeformed place, m.
+    pub gap: f64,
+    /// Length of each wall that has folded onto the other at the upper corner, m.
+    pub fold: f64,
+    /// Greatest von Mises stress, Pa.
+    pub stress: f64,
+}
+
+/// Half a cell with its void, bonded below, loaded all over the top.
+pub struct VoidStudy {
+    /// The problem being solved.
+    pub solver: Solver,
+    top: Parameter,
+    rest: f64,
+    roof_on_floor: usize,
+    folding: Option<usize>,
+}
+
+impl VoidStudy {
+    /// Poses the problem.
+    ///
+    /// # Errors
+    /// When the lengths make no cell.
+    pub fn new(
+        cell: &VoidCell,
+        material: Material,
+        filling: &Filling,
+        contact: WallContact,
+    ) -> Result<Self, Failure> {
+        let mesh = cell
+            .mesh()
+            .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
+        Self::on_mesh(mesh, material, filling, contact)
+    }
+
+    /// Poses the problem on a mesh with the names of a [`VoidCell`].
+    ///
+    /// # Errors
+    /// When the mesh lacks a name.
+    pub fn on_mesh(
+        mesh: Mesh,
+        material: Material,
+        filling: &Filling,
+        contact: WallContact,
+    ) -> Result<Self, Failure> {
+        let problem_error = |error| Failure::at_start(Reason::Problem(error));
+        let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).map_err(problem_error)?;
+        problem.materials = vec![material; problem.mesh.regions.len()];
+        let mut pose = || {
+            problem.clamp("bottom")?;
+            problem.support("left", 0, Motion::Held)?;
+            problem.support("right", 0, Motion::Held)?;
+            let top = problem.parameter("pressure on the top", Rule::Given);
+            let inside = problem.parameter("pressure in the void", Rule::Given);
+            problem.pressures.push(Pressure {
+                surface: problem.surface("top")?,
+                parameter: top,
+            });
+            problem.cavities.push(Cavity {
+                wall: problem.surface("void")?,
+                axis: 0,
+                origin: 0.0,
+                pressure: inside,
+            });
+            Ok((top, inside))
+        };
+        let (top, inside) = pose().map_err(problem_error)?;
+        let rest =
+            problem.cavities[0].volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
+        problem.set_rule(
+            inside,
+            match filling {
+                Filling::Vented => Rule::Given,
+                Filling::Gas(scale) => Rule::Follows(
+                    0,
+                    CavityLaw::Gas {
+                        scale: *scale,
+                        rest,
+                    },
+                ),
+                Filling::Tabulated(points) => Rule::Follows(
+                    0,
+                    CavityLaw::Tabulated {
+                        points: points.clone(),
+                        rest,
+                    },
+                ),
+                Filling::Sealed => Rule::Brings(Quantity::Volume(0)),
+            },
+        );
+        let shear = material.law.shear_modulus();
+        let mut folding = None;
+        if let Some(walls) = folding_walls(&problem.mesh, contact.folding * shear) {
+            folding = Some(problem.contacts.len());
+            problem.contacts.push(Contact::Walls(walls));
+        }
+        let roof_on_floor = problem.contacts.len();
+        problem.contacts.push(Contact::Walls(roof_on_floor_walls(
+            &problem.mesh,
+            shear,
+            contact,
+        )));
+        let mut solver = Solver::new(problem)?;
+        solver.settings = Settings {
+            first_step: 0.1,
+            ..Settings::default()
+        };
+        Ok(Self {
+            solver,
+            top,
+            rest,
+            roof_on_floor,
+            folding,
+        })
+    }
+
+    /// Raises the pressure on the top to a value in Pa.
+    ///
+    /// # Errors
+    /// When the solution fails on the way.
+    pub fn press(&mut self, pressure: f64) -> Result<Closure, Failure> {
+        self.control(Rule::Given)?;
+        self.go(pressure)
+    }
+
+    /// Finds the pressure on the top that brings an area ratio.
+    ///
+    /// # Errors
+    /// When the solution fails on the way.
+    pub fn close(&mut self, area_ratio: f64) -> Result<Closure, Failure> {
+        self.control(Rule::Brings(Quantity::Volume(0)))?;
+        self.go(area_ratio * self.rest)
+    }
+
+    fn control(&mut self, rule: Rule) -> Result<(), Failure> {
+        if self.solver.problem().rules()[self.top.0] == rule {
+            return Ok(());
+        }
+        self.solver.set_rule(self.top, rule)
+    }
+
+    fn go(&mut self, target: f64) -> Result<Closure, Failure> {
+        let mut targets = self.solver.targets().to_vec();
+        targets[self.top.0] = target;
+        self.solver.go(&targets, |_, _| Continue::Yes)?;
+        self.closure()
+    }
+
+    /// The void at the present state.
+    ///
+    /// # Errors
+    /// When the state is not valid.
+    pub fn closure(&mut self) -> Result<Closure, Failure> {
+        let area = self.solver.evaluate()?.volumes[0];
+        let state = self.solver.state();
+        let problem = self.solver.problem();
+        let places = state.places(&problem.mesh);
+        let facing = self.solver.contact(self.roof_on_floor);
+        let gap = facing.gaps.iter().copied().fold(f64::INFINITY, f64::min);
+        let fold = self.folding.map_or(0.0, |number| {
+            let Contact::Walls(walls) = &problem.contacts[number] else {
+                return 0.0;
+            };
+            let folded = walls.points.iter().filter_map(|point| match point.pairing {
+                Pairing::Folding { arm, .. } if point.gap(&places) < 0.0 => Some(arm),
+                _ => None,
+            });
+            folded.fold(0.0, f64::max)
+        });
+        Ok(Closure {
+            pressure: state.parameters[0],
+            inside: state.parameters[1],
+            area_ratio: area / self.rest,
+            gap,
+            fold,
+            stress: self
+                .solver
+                .greatest_stress()
+                .map_or(0.0, |peak| peak.von_mises),
+        })
+    }
+}
+
+/// Gauss points of an edge: more than its own three, since the end of the fold lies
+/// somewhere within an edge.
+const EDGE_POINTS: [(f64, f64); 6] = [
+    (-0.932_469_514_203_152, 0.171_324_492_379_170_35),
+    (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (-0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_35),
+];
+
+/// Pairs of points at equal distance from a corner on the two walls that meet there.
+fn folding_walls(mesh: &Mesh, stiffness: f64) -> Option<Walls> {
+    let mut points = Vec::new();
+    for (one, other) in [
+        ("void.roof", "void.side.upper"),
+        ("void.floor", "void.side.lower"),
+    ] {
+        let (one, other) = (mesh.surfaces.get(one)?, mesh.surfaces.get(other)?);
+        let vertex = shared_node(mesh, *one.first()?, *other.first()?)?;
+        // A rounded corner has no vertex about which its walls turn.
+        if !meet_at_an_angle(mesh, *one.first()?, *other.first()?, vertex) {
+            return None;
+        }
+        for (&first, &second) in one.iter().zip(other) {
+            fold_pair(mesh, first, second, vertex, stiffness, &mut points);
+        }
+    }
+    Some(Walls {
+        points,
+        stiffness: 0.0,
+        overlap_limit: f64::INFINITY,
+    })
+}
+
+fn shared_node(mesh: &Mesh, one: Facet, other: Facet) -> Option<u32> {
+    let nodes: Vec<u32> = mesh.facet_nodes(one).collect();
+    mesh.facet_nodes(other).find(|node| nodes.contains(node))
+}
+
+fn meet_at_an_angle(mesh: &Mesh, one: Facet, other: Facet, vertex: u32) -> bool {
+    let from = |facet: Facet| {
+        let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
+        // Direction at the vertex, from the quadratic edge.
+        let (start, end) = if nodes[0] == vertex {
+            (nodes[0], nodes[1])
+        } else {
+            (nodes[1], nodes[0])
+        };
+        let x = |n: u32| mesh.points[n as usize];
+        let middle = x(nodes[2]);
+        [0, 1].map(|d| 4.0 * middle[d] - 3.0 * x(start)[d] - x(end)[d])
+    };
+    let (a, b) = (from(one), from(other));
+    let cross = a[0] * b[1] - a[1] * b[0];
+    cross.abs() > 0.5 * a[0].hypot(a[1]) * b[0].hypot(b[1])
+}
+
+fn fold_pair(
+    mesh: &Mesh,
+    first: Facet,
+    second: Facet,
+    vertex: u32,
+    stiffness: f64,
+    points: &mut Vec<WallPoint>,
+) {
+    let corner = mesh.points[vertex as usize];
+    let distance = |node: u32| {
+        let x = mesh.points[node as usize];
+        (x[0] - corner[0]).hypot(x[1] - corner[1])
+    };
+    let sides = [first, second].map(|facet| mesh.facet_nodes(facet).collect::<Vec<u32>>());
+    let away = |nodes: &[u32]| distance(nodes[0]) < distance(nodes[1]);
+    let length = (distance(sides[0][1]) - distance(sides[0][0])).abs();
+    for (place, share) in EDGE_POINTS {
+        let at = sides.clone().map(|nodes| {
+            let along = if away(&nodes) { 1.0 } else { -1.0 };
+            let shapes = FacetShape::Line3.shapes([along * place, 0.0, 0.0]);
+            // Slopes by the distance from the vertex.
+            let slope = |n: usize| along * shapes.gradients[n][0] * 2.0 / length;
+            (0..nodes.len())
+                .map(|n| (nodes[n], shapes.values[n], slope(n)))
+                .collect::<Vec<_>>()
+        });
+        let arm: f64 = at[0]
+            .iter()
+            .map(|&(node, value, _)| value * distance(node))
+            .sum();
+        let mut pair = WallPoint::new(
+            &at[0],
+            &at[1],
+            share * length / 2.0,
+            Pairing::Folding {
+                arm,
+                turn: 1.0,
+                stiffness,
+            },
+        );
+        // The open corner of the undeformed body has a positive angle.
+        if pair.gap(&mesh.points) < 0.0 {
+            pair.pairing = Pairing::Folding {
+                arm,
+                turn: -1.0,
+                stiffness,
+            };
+        }
+        points.push(pair);
+    }
+}
+
+/// Pairs of points of roof and floor at equal undeformed place.
+fn roof_on_floor_walls(mesh: &Mesh, shear: f64, contact: WallContact) -> Walls {
+    let empty = Vec::new();
+    let side = |name: &str| mesh.surfaces.get(name).unwrap_or(&empty).clone();
+    let (roof, floor) = (side("void.roof"), side("void.floor"));
+    let mut points = Vec::new();
+    let mut height = f64::INFINITY;
+    for &facet in &floor {
+        let below: Vec<u32> = mesh.facet_nodes(facet).collect();
+        let x = |node: u32| mesh.points[node as usize];
+        let length = (x(below[1])[0] - x(below[0])[0]).abs();
+        for quadrature in FacetShape::Line3.quadrature() {
+            let values = FacetShape::Line3.shapes(quadrature.at).values;
+            let place: f64 = below.iter().zip(&values).map(|(&n, v)| v * x(n)[0]).sum();
+            let Some((above, at)) = find_above(mesh, &roof, place) else {
+                continue;
+            };
+            let over = FacetShape::Line3.shapes([at, 0.0, 0.0]).values;
+            let lower: Vec<_> = (0..3).map(|n| (below[n], values[n], 0.0)).collect();
+            let upper: Vec<_> = (0..3).map(|n| (above[n], over[n], 0.0)).collect();
+            let pair = WallPoint::new(
+                &lower,
+                &upper,
+                quadrature.weight * length / 2.0,
+                Pairing::Opposite([0.0, 1.0, 0.0]),
+            );
+            height = height.min(pair.gap(&mesh.points));
+            points.push(pair);
+        }
+    }
+    Walls {
+        points,
+        stiffness: contact.opposite * shear / height,
+        overlap_limit: contact.overlap * height,
+    }
+}
+
+/// The edge of the roof over a place, and where on it.
+fn find_above(mesh: &Mesh, roof: &[Facet], place: f64) -> Option<(Vec<u32>, f64)> {
+    roof.iter().find_map(|&facet| {
+        let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
+        let (a, b) = (
+            mesh.points[nodes[0] as usize][0],
+            mesh.points[nodes[1] as usize][0],
+        );
+        let at = (2.0 * place - a - b) / (b - a);
+        (at.abs() <= 1.0 + 1e-9).then_some((nodes, at.clamp(-1.0, 1.0)))
+    })
+}

@@ -1,0 +1,150 @@
+//! The closing void against independent, mesh-converged tables (lengths um, kPa).
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use taxel::mechanics::crossing_microchannels::CrossingStudy;
+use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell};
+
+const RUBBER: Material = Material {
+    law: Law::MooneyRivlin {
+        c10: 75.5,
+        c01: 5.7,
+    },
+    volumetric: Volumetric::Incompressible,
+};
+
+/// Rows of a reference table whose first columns are height, cover and total thickness.
+fn rows(table: &str, height: f64, cover: f64) -> Vec<Vec<f64>> {
+    table
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .skip(1)
+        .map(|line| {
+            line.split(',')
+                .map(|cell| cell.parse().unwrap_or(f64::NAN))
+                .collect::<Vec<f64>>()
+        })
+        .filter(|row| row[0] == height && row[1] == cover)
+        .collect()
+}
+
+fn cell(height: f64, cover: f64, smallest: f64) -> VoidCell {
+    VoidCell {
+        width: 400.0,
+        height,
+        cover,
+        base: 500.0 - height - cover,
+        pitch: 600.0,
+        fillet: 0.0,
+        division: CornerDivision {
+            smallest,
+            ..CornerDivision::default()
+        },
+    }
+}
+
+/// Greatest relative error of the net pressure over the rows of a design.
+fn net_pressure_error(height: f64, cover: f64, smallest: f64, least: f64) -> f64 {
+    let table = include_str!("reference/p4_net_pressure.csv");
+    let cell = cell(height, cover, smallest);
+    let mut study =
+        VoidStudy::new(&cell, RUBBER, &Filling::Vented, WallContact::default()).unwrap();
+    println!("{} cells", study.solver.problem().mesh.cell_count());
+    let mut worst = 0.0_f64;
+    for row in rows(table, height, cover) {
+        if row[5] < least {
+            break;
+        }
+        let before = study.solver.iterations;
+        let found = study.close(row[5]).unwrap();
+        let error = found.pressure / row[6] - 1.0;
+        println!(
+            "{height}/{cover} a {:.3} q {:.5} ref {:.5} error {error:.1e} gap {:.3} ref {:.3} fold {:.3} its {}",
+            row[5],
+            found.pressure,
+            row[6],
+            found.gap,
+            row[8],
+            found.fold,
+            study.solver.iterations - before
+        );
+        worst = worst.max(error.abs());
+    }
+    worst
+}
+
+#[test]
+fn net_pressures_are_those_of_the_converged_cell() {
+    for (height, cover, smallest) in [(20.0, 140.0, 1.0 / 30.0), (40.0, 140.0, 1.0 / 32.0)] {
+        let error = net_pressure_error(height, cover, smallest, 0.3);
+        assert!(error < 2e-3, "{height}/{cover}: {error}");
+    }
+}
+
+#[test]
+#[ignore = "all designs of the table: minutes"]
+fn all_net_pressures() {
+    for (height, cover) in [
+        (20.0, 100.0),
+        (20.0, 140.0),
+        (20.0, 200.0),
+        (40.0, 100.0),
+        (40.0, 140.0),
+        (60.0, 60.0),
+        (60.0, 120.0),
+        (60.0, 160.0),
+        (100.0, 100.0),
+        (100.0, 140.0),
+        (160.0, 120.0),
+        (160.0, 200.0),
+    ] {
+        let smallest = if height <= 60.0 { 1.0 / 30.0 } else { 0.01 };
+        let error = net_pressure_error(height, cover, smallest, 0.3);
+        println!("{height}/{cover}: {error:.1e}");
+        assert!(error < 2e-3, "{height}/{cover}: {error}");
+    }
+}
+
+/// The stack of two crossing rows of the reference (um, kPa).
+fn crossing(smallest: f64, growth: f64, largest: f64) -> CrossingVoids {
+    CrossingVoids {
+        width: 400.0,
+        pitch: 600.0,
+        base: 100.0,
+        lower: 20.0,
+        between: 140.0,
+        upper: 20.0,
+        cover: 140.0,
+        smallest,
+        growth,
+        largest,
+    }
+}
+
+#[test]
+fn crossing_voids_close_as_in_space() {
+    let cell = crossing(20.0, 2.0, 150.0);
+    let mut study =
+        CrossingStudy::new(&cell, RUBBER, &Filling::Gas(20.265), WallContact::default()).unwrap();
+    println!(
+        "{} cells {} unknowns",
+        study.solver.problem().mesh.cell_count(),
+        study.solver.unknowns()
+    );
+    for line in include_str!("reference/p4_two_layer_3d.csv")
+        .lines()
+        .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()))
+    {
+        let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let found = study.press(row[0]).unwrap();
+        println!("{row:?}\n{found:.5?} {}", study.solver.iterations);
+        for (number, column) in [(0, 1), (1, 2)] {
+            let error = found.volume_ratio[number] / row[column] - 1.0;
+            assert!(error.abs() < 5e-3, "volume {error}");
+            assert!((found.thinnest[number] - row[column + 2]).abs() < 0.01);
+            assert!((found.thickest[number] - row[column + 4]).abs() < 0.01);
+            assert!((found.gap[number] - row[column + 8]).abs() < 0.05, "gap");
+        }
+    }
+}
