@@ -100,13 +100,13 @@ fn named_functions_and_tests_exist() {
             }
         }
     }
-    let starts = [" fn ", "const ", "\n    "];
+    let starts = ["fn ", "const ", "struct ", "\n    "];
     let stands = |name: &str| {
         let mut owners = name.rsplit("::");
         let last = owners.next().unwrap();
         owners.all(|owner| sources.contains(owner))
             && starts.iter().any(|start| {
-                ['(', '<', ':', ',']
+                ['(', '<', ':', ',', ' ']
                     .iter()
                     .any(|end| sources.contains(&format!("{start}{last}{end}")))
             })
