@@ -3,8 +3,9 @@
 use std::error::Error;
 
 use serde_json::json;
-use taxel_fem::assembly::kernel::{CellInput, ELIMINATION_RATIO, Kernel, Kinematics};
+use taxel_fem::assembly::kernel::{CellInput, ELIMINATION_RATIO, Kernel};
 use taxel_fem::mesh::CellShape;
+use taxel_fem::problem::Kinematics;
 
 use crate::measure::Meter;
 use crate::problems::{Case, mesh, problem};

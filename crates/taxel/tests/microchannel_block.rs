@@ -4,10 +4,10 @@
 use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_block::{BlockLoad, BlockState, BlockStudy, Sides};
 use taxel::mechanics::microchannel_cell::{Filling, WallContact};
-use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::field::sections::sections;
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{CrossingVoids, Footprint, VoidBlock};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::FacetTable;
 
 const RUBBER: Material = Material {

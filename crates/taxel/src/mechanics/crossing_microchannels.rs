@@ -1,9 +1,9 @@
 //! Two rows of voids that cross above each other, in three dimensions.
 
-use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::field::sections::{sections, slender_resistance};
 use taxel_fem::material::Material;
 use taxel_fem::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{
     Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Rule, WallPoint,
     Walls,

@@ -6,10 +6,10 @@
 //! and what is inside is counted up to the straight line between the ends of the side
 //! walls.
 
-use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::field::sections::{sections, slender_resistance};
 use taxel_fem::material::Material;
 use taxel_fem::mesh::{VOID_ROWS, VoidBlock};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{
     Cavity, Contact, Motion, Obstacle, Parameter, Pressure, Problem, ProblemError, Quantity, Rule,
     Shape,

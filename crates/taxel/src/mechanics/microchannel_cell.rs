@@ -1,8 +1,8 @@
 //! A layer with a row of voids under pressure: how the voids close.
 
-use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::material::Material;
 use taxel_fem::mesh::{Facet, FacetShape, Mesh, VoidCell};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{
     Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Quantity, Rule,
     WallPoint, Walls,

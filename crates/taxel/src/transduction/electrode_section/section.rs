@@ -14,7 +14,8 @@ use taxel_fem::field::electrostatics::{
     Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY,
 };
 use taxel_fem::field::exterior::{Ball, Exterior, Shell, add_exterior, surround};
-use taxel_fem::field::laplace::{Coefficient, Domain, Geometry, Motion};
+use taxel_fem::field::geometry::Geometry;
+use taxel_fem::field::laplace::{Coefficient, Domain, Motion};
 use taxel_fem::mesh::{CellShape, Mesh};
 use taxel_fem::study::layer::{Layer, SideFace};
 
