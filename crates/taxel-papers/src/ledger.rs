@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use taxel::figure::Figure;
 
-use crate::table::{Kind, Printed, Row, Run, Table};
-use crate::{Paper, Verdict};
+use crate::paper::Paper;
+use crate::table::{Kind, Printed, Row, Run, Table, Verdict};
 
 /// One printed statement beside ours.
 #[derive(Debug, Clone, PartialEq)]
@@ -199,15 +199,12 @@ fn fill(words: &str, value: impl Fn(&str) -> Option<f64>) -> String {
             let (name, form) = inside.split_once(':').unwrap_or((inside, ""));
             Some((formatted(value(name)?, form), behind))
         });
-        match filled {
-            Some((number, behind)) => {
-                text += &number;
-                rest = behind;
-            }
-            None => {
-                text.push('{');
-                rest = after;
-            }
+        if let Some((number, behind)) = filled {
+            text += &number;
+            rest = behind;
+        } else {
+            text.push('{');
+            rest = after;
         }
     }
     text + rest
@@ -223,8 +220,8 @@ fn formatted(value: f64, form: &str) -> String {
         .strip_prefix('.')
         .and_then(|digits| digits.parse().ok());
     match (digits, exponent) {
-        (Some(digits), true) => format!("{value:.digits$e}", digits = digits),
-        (Some(digits), false) => format!("{value:.digits$}", digits = digits),
+        (Some(digits), true) => format!("{value:.digits$e}"),
+        (Some(digits), false) => format!("{value:.digits$}"),
         (None, _) => value.to_string(),
     }
 }

@@ -88,7 +88,7 @@ fn finite_elements(ours: &mut Ours) {
     let rows = ours.table.run("interior").map_or(&[][..], |run| &run.rows);
     let column = |index: usize| rows.iter().filter_map(move |row| row.get(index).copied());
     let (across, height) = (column(1).fold(0.0, f64::max), column(2).fold(0.0, f64::max));
-    let last = column(0).last().unwrap_or(f64::NAN);
+    let last = column(0).next_back().unwrap_or(f64::NAN);
     let (low, high) = column(3).fold((f64::INFINITY, 0.0_f64), |(low, high), ratio| {
         (low.min(ratio), high.max(ratio))
     });

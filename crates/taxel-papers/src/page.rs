@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use crate::ledger::{Entry, Ledger};
 use crate::report::{line, significant};
-use crate::{Entry, Ledger, Run};
+use crate::table::Run;
 
 /// First line of what is generated, up to the name of the paper.
 const START: &str = "<!-- ledger of ";
@@ -60,9 +61,9 @@ fn generated(ledger: &Ledger) -> String {
 fn row(entry: &Entry, text: &mut String) {
     let row = entry.row;
     let mut words = entry.verdict.key().replace('_', " ");
-    for part in [&entry.note, &row.remark] {
+    for (stop, part) in [(": ", &entry.note), (". ", &row.remark)] {
         if !part.is_empty() {
-            words += ". ";
+            words += stop;
             words += part;
         }
     }

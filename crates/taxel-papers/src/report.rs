@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 
 use taxel::svg::escape;
 
-use crate::{Entry, Ledger, PaperFigure, Verdict};
+use crate::ledger::{Entry, Ledger, PaperFigure};
+use crate::table::Verdict;
 
 /// Counts of verdicts over all `ledgers`, in the order of [`Verdict::ALL`].
 fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {

@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::Verdict;
-
 /// Printed statements of one paper and what long runs gave, from `papers/pN.toml`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -83,6 +81,60 @@ impl Kind {
             Self::Input => "input",
             Self::Arithmetic => "arithmetic",
             Self::None => "–",
+        }
+    }
+}
+
+/// What became of a printed statement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Ours rounds to what is printed.
+    Reproduced,
+    /// It follows from other printed numbers, without any model.
+    Follows,
+    /// It contradicts another printed number.
+    Contradicts,
+    /// What is printed does not determine it.
+    NotDetermined,
+    /// It needs a field solution.
+    AwaitsFieldSolver,
+    /// Ours differs and no reason is known: a mistake, theirs or ours.
+    Unexplained,
+}
+
+impl Verdict {
+    /// All verdicts, as the report counts them.
+    pub const ALL: [Self; 6] = [
+        Self::Reproduced,
+        Self::Follows,
+        Self::Contradicts,
+        Self::NotDetermined,
+        Self::AwaitsFieldSolver,
+        Self::Unexplained,
+    ];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced within the printed digits",
+            Self::Follows => "follows from other printed numbers",
+            Self::Contradicts => "contradicts another printed number",
+            Self::NotDetermined => "not determined by what is printed",
+            Self::AwaitsFieldSolver => "awaits the field solver",
+            Self::Unexplained => "unexplained",
+        }
+    }
+
+    /// As a key, the same in the tables and in the report.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced",
+            Self::Follows => "follows",
+            Self::Contradicts => "contradicts",
+            Self::NotDetermined => "not_determined",
+            Self::AwaitsFieldSolver => "awaits_field_solver",
+            Self::Unexplained => "unexplained",
         }
     }
 }

@@ -4,8 +4,12 @@
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
-use taxel_papers::{Kind, Paper, Verdict, page};
+use taxel_papers::{Kind, Ledger, Paper, Verdict, page};
+
+/// Computed once for all tests.
+static LEDGERS: LazyLock<[Ledger; 4]> = LazyLock::new(|| Paper::ALL.map(Paper::ledger));
 
 fn root() -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -14,8 +18,8 @@ fn root() -> PathBuf {
 
 #[test]
 fn verdicts_follow_from_the_values() {
-    for paper in Paper::ALL {
-        for entry in paper.ledger().entries {
+    for Ledger { paper, entries, .. } in &*LEDGERS {
+        for entry in entries {
             let what = format!("{} {}", paper.name(), entry.row.id);
             assert_eq!(entry.verdict, entry.row.verdict, "{what}");
             assert_ne!(entry.verdict, Verdict::Unexplained, "{what}");
@@ -33,8 +37,8 @@ fn verdicts_follow_from_the_values() {
 
 #[test]
 fn words_name_values_that_exist() {
-    for paper in Paper::ALL {
-        for entry in paper.ledger().entries {
+    for Ledger { paper, entries, .. } in &*LEDGERS {
+        for entry in entries {
             for (at, _) in entry.note.match_indices('{') {
                 let rest = &entry.note[at + 1..];
                 assert!(
@@ -123,12 +127,12 @@ fn named_functions_and_tests_exist() {
 
 #[test]
 fn pages_of_the_ledgers_are_current() {
-    for paper in Paper::ALL {
-        let name = format!("docs/papers/{}.md", paper.name().to_lowercase());
+    for ledger in &*LEDGERS {
+        let name = format!("docs/papers/{}.md", ledger.paper.name().to_lowercase());
         let committed = fs::read_to_string(root().join(&name)).unwrap();
         let committed = committed.replace("\r\n", "\n");
         assert!(
-            page(&committed, &paper.ledger()).as_ref() == Some(&committed),
+            page(&committed, ledger).as_ref() == Some(&committed),
             "{name} is stale: run `cargo run -- reproduce --ledger docs/papers`"
         );
     }
@@ -136,8 +140,8 @@ fn pages_of_the_ledgers_are_current() {
 
 #[test]
 fn figures_are_drawn() {
-    for paper in Paper::ALL {
-        for figure in paper.ledger().figures {
+    for Ledger { figures, .. } in &*LEDGERS {
+        for figure in figures {
             assert!(!figure.figure.caption.is_empty(), "{}", figure.place);
             for series in figure.figure.charts.iter().flat_map(|chart| &chart.series) {
                 assert!(series.points.len() > 1, "{}", series.name);
