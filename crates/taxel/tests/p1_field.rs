@@ -2,12 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use taxel::device::{InPlaneFieldPredictor, InPlaneLoadState};
-use taxel::mechanics::{ElectrodeStiffness, EndCondition, EndShear, LayerKinematics};
+use taxel::mechanics::{EndCondition, EndShear};
 use taxel::predict::{Loads, Predictor};
 use taxel::sensor::Sensor;
-use taxel::transduction::{FieldState, InPlaneModel, NoField, SolvedInPlane};
-use taxel_fem::material::{Law, Material, Volumetric};
-use taxel_fem::study::layer::{Layer, LayerDivision, LayerStudy, SideFace};
+use taxel::transduction::{InPlaneModel, NoField, SolvedInPlane};
 
 fn model(gap: u32) -> InPlaneModel {
     let sensor = Sensor::shipped(&format!("in-plane-{gap}um")).unwrap();
