@@ -5,9 +5,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use taxel::calibration::TrainingFile;
 use taxel::device::Device;
 use taxel::sensor::Sensor;
+use taxel_calibrate::TrainingFile;
 
 use crate::{Done, Stop};
 

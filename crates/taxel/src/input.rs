@@ -62,7 +62,7 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, FromUtf8Error> {
 
 /// What parts the fields of a table: semicolons or tabs where its first line
 /// that is no comment has them, and then `1,5` may be a number; else commas.
-pub(crate) fn separator_of(text: &str) -> u8 {
+pub fn separator_of(text: &str) -> u8 {
     let line = text
         .lines()
         .find(|line| !line.starts_with('#') && !line.trim().is_empty());

@@ -17,7 +17,7 @@ pub mod input;
 pub mod layout;
 pub mod linear;
 pub mod mechanics;
-mod numerics;
+pub mod numerics;
 pub mod predict;
 pub mod quantity;
 pub mod reproduce;
@@ -26,7 +26,7 @@ pub mod special;
 pub mod summary;
 mod svg;
 pub mod table;
-mod toml_input;
+pub mod toml_input;
 pub mod trained;
 pub mod transduction;
 

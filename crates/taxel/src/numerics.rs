@@ -5,7 +5,7 @@
 ///
 /// `function` gives value and slope. Stops after the step that is smaller than
 /// 1e-8 of `x`: the error of a Newton step is of the order of its square.
-pub(crate) fn newton(
+pub fn newton(
     mut x: f64,
     [mut low, mut high]: [f64; 2],
     function: impl Fn(f64) -> (f64, f64),
@@ -34,7 +34,7 @@ pub(crate) fn newton(
 
 /// The root of a continuous function that is not positive at `low` and not
 /// negative at `high`, by the method of Ridders: to the last bits of `x`.
-pub(crate) fn ridders([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
+pub fn ridders([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
     let (mut at_low, mut at_high) = (function(low), function(high));
     if at_low >= 0.0 {
         return low;
@@ -129,7 +129,7 @@ fn lowest([mut low, mut high]: [f64; 2], curve: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Straight lines between the points of a table; its end values outside it.
-pub(crate) fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
+pub fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
     let above = places.partition_point(|place| *place <= x);
     if above == 0 {
         return values[0];
@@ -143,7 +143,7 @@ pub(crate) fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
 
 /// Straight lines between the points of a table of at least two; beyond them
 /// the first and last lines go on.
-pub(crate) fn extrapolate(places: &[f64], values: &[f64], x: f64) -> f64 {
+pub fn extrapolate(places: &[f64], values: &[f64], x: f64) -> f64 {
     let above = places.partition_point(|place| *place <= x);
     let right = above.clamp(1, places.len() - 1);
     let share = (x - places[right - 1]) / (places[right] - places[right - 1]);

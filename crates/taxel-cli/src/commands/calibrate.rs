@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use taxel::calibration::{
-    BenchData, CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated,
-    Provenance, TrainedOutcome, calibrator, civil_date, train,
-};
 use taxel::predict::Predictor;
 use taxel::sensor::{Element, Sensor};
 use taxel::table;
+use taxel_calibrate::{
+    BenchData, CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated,
+    Provenance, TrainedOutcome, calibrator, civil_date, train,
+};
 
 use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
 use crate::{Done, Stop, files};

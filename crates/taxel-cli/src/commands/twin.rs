@@ -1,6 +1,6 @@
 //! `taxel twin --bench`: readings of a bench that exists in the computer only.
 
-use taxel::calibration::{BenchOptions, Calibrator, PressOptions, calibrator};
+use taxel_calibrate::{BenchOptions, Calibrator, PressOptions, calibrator};
 
 use crate::arguments::Twin;
 use crate::commands::calibrate::{read_sensors, sensors};

@@ -31,8 +31,8 @@ pub use piezoelectric::{
     CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
 };
 pub use three_axis_capacitor::{CalibratedUnit, Fabrication, Outline, ThreeAxisCapacitor};
-pub(crate) use trained_body::MOST_CHANNELS;
-pub use trained_body::{ChannelGroup, TrainedBody};
+
+pub use trained_body::{ChannelGroup, MOST_CHANNELS, TrainedBody};
 
 pub use checks::Broken;
 pub(crate) use checks::{

@@ -331,7 +331,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Singular values of a square matrix with their right singular vectors as
 /// columns, by one-sided rotations: small values keep their digits.
-pub(crate) fn singular_values(matrix: &[Vec<f64>]) -> (Vec<f64>, Vec<Vec<f64>>) {
+pub fn singular_values(matrix: &[Vec<f64>]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let n = matrix.len();
     // Each column of the matrix with its vector below it.
     let mut columns: Vec<Vec<f64>> = (0..n)

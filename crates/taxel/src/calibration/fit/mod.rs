@@ -25,7 +25,7 @@ pub use loss::Loss;
 pub use profile::{leave_groups_out, profile_interval};
 pub use quantile::student_quantile;
 
-pub(crate) use dense::singular_values;
+pub use dense::singular_values;
 
 use iteration::Minimum;
 
@@ -70,7 +70,8 @@ impl Parameter {
         }
     }
 
-    pub(super) fn is_free(&self) -> bool {
+    /// Whether its bounds leave it free.
+    pub fn is_free(&self) -> bool {
         self.bounds[0] < self.bounds[1]
     }
 }

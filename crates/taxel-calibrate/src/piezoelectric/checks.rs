@@ -1,0 +1,245 @@
+//! What readings of piezoelectric elements can and cannot be.
+
+use super::columns::{
+    COLUMNS, CYCLES, DEVIATION, DISPLACEMENT, DWELL, FIRST_PEAK, FORCE_Z, HOLD_OUT, PERIOD, RAMP,
+    SECOND_PEAK, TIME_AT, VOLTAGE_AT,
+};
+use super::peaks::plausible;
+use super::problem::{Bench, Device, Drive, Reading, What};
+use super::{BenchData, InputError, PiezoelectricCalibrator, Remark};
+use crate::clock::one_clock;
+use taxel::mechanics::Profile;
+
+/// Least readings: three constants and five more.
+const LEAST: usize = 8;
+/// Peaks of one load, to this share of it, say nothing of their slope.
+const LEAST_SPAN: f64 = 0.1;
+/// Cycles of a cyclic load that does not say how many: it has settled.
+const USUAL_CYCLES: f64 = 8.0;
+
+/// The readings of a table with what they were taken under.
+pub(super) struct Table {
+    pub(super) device: Device,
+    pub(super) readings: Vec<Reading>,
+    /// Test loads that occur.
+    pub(super) profiles: Vec<Profile>,
+    /// Load over time, of a voltage over time.
+    pub(super) path: Vec<[f64; 2]>,
+}
+
+/// The readings of `data`, checked.
+pub(super) fn table(
+    calibrator: &PiezoelectricCalibrator<'_>,
+    data: &BenchData,
+    remarks: &mut Vec<Remark>,
+) -> Result<Table, InputError> {
+    one_clock(data, &COLUMNS)?;
+    let (drive, load) = drive(data)?;
+    let mut table = Table {
+        device: Device::new(calibrator.named.sensor, drive),
+        readings: Vec::new(),
+        profiles: Vec::new(),
+        path: Vec::new(),
+    };
+    match (data.given[VOLTAGE_AT], data.given[FIRST_PEAK]) {
+        (true, false) => samples(data, load, &mut table)?,
+        (false, true) => peaks(data, load, &mut table)?,
+        (both, _) => {
+            let message = if both {
+                "a voltage over time and peaks are both there"
+            } else {
+                "there is neither a voltage over time nor a peak"
+            };
+            let help = "give time and voltage [mV] of a recording, or ramp, a1 [mV] and a2 [mV] of test loads";
+            return Err(data.error("voltage", message, help));
+        }
+    }
+    clipped(calibrator, &mut table, remarks);
+    enough(data, &table)?;
+    plausible(calibrator, data, &table)?;
+    Ok(table)
+}
+
+fn drive(data: &BenchData) -> Result<(Drive, usize), InputError> {
+    match (data.given[DISPLACEMENT], data.given[FORCE_Z]) {
+        (true, false) => Ok((Drive::Displacement, DISPLACEMENT)),
+        (false, true) => Ok((Drive::Force, FORCE_Z)),
+        (both, _) => {
+            let message = if both {
+                "displacement and force_z are both there"
+            } else {
+                "there is neither displacement nor force_z"
+            };
+            let help = "keep what the bench drives: the signal per displacement depends on the silicone, the one per \
+                        force does not";
+            Err(data.error("displacement", message, help))
+        }
+    }
+}
+
+fn reading(data: &BenchData, row: usize, load: f64, voltage: f64, what: What) -> Reading {
+    Reading {
+        line: data.line(row),
+        load,
+        voltage,
+        deviation: data
+            .number(row, DEVIATION)
+            .filter(|deviation| *deviation > 0.0),
+        marked: data.number(row, HOLD_OUT).is_some_and(|mark| mark != 0.0),
+        what,
+    }
+}
+
+fn samples(data: &BenchData, load: usize, table: &mut Table) -> Result<(), InputError> {
+    if !data.given[TIME_AT] {
+        return Err(data.error(
+            "time",
+            "a voltage over time needs its times",
+            "add a column time [s]",
+        ));
+    }
+    for row in 0..data.len() {
+        let (Some(time), Some(moved)) = (data.number(row, TIME_AT), data.number(row, load)) else {
+            continue;
+        };
+        table.path.push([time, moved]);
+        if let Some(voltage) = data.number(row, VOLTAGE_AT) {
+            let what = What::Sample(time);
+            table
+                .readings
+                .push(reading(data, row, moved, voltage, what));
+        }
+    }
+    Ok(())
+}
+
+fn peaks(data: &BenchData, load: usize, table: &mut Table) -> Result<(), InputError> {
+    for row in 0..data.len() {
+        let Some(moved) = data.number(row, load) else {
+            continue;
+        };
+        let profile = profile(data, row)?;
+        let known = table.profiles.iter().position(|known| *known == profile);
+        let place = known.unwrap_or_else(|| {
+            table.profiles.push(profile);
+            table.profiles.len() - 1
+        });
+        for (column, first) in [(FIRST_PEAK, true), (SECOND_PEAK, false)] {
+            if let Some(voltage) = data.number(row, column) {
+                let what = What::Peak {
+                    profile: place,
+                    first,
+                };
+                table
+                    .readings
+                    .push(reading(data, row, moved, voltage, what));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The test load of a row: with a period cyclic, with a dwell an impact, else
+/// a step.
+fn profile(data: &BenchData, row: usize) -> Result<Profile, InputError> {
+    let positive = |column: usize| data.number(row, column).filter(|x| *x > 0.0);
+    let line = data.line(row);
+    let Some(ramp) = positive(RAMP) else {
+        let message = format!("line {line}: this test load has no ramp above zero");
+        let help = "give the duration of its ramp: a sudden load would have no finite peak";
+        return Err(data.error("ramp", message, help));
+    };
+    match (positive(PERIOD), data.number(row, DWELL)) {
+        (Some(_), Some(_)) => {
+            let message = format!("line {line}: a test load has a dwell or a period, not both");
+            Err(data.error("dwell", message, "leave one of them empty"))
+        }
+        (Some(period), None) if ramp > 0.5 * period => {
+            let message = format!(
+                "line {line}: a ramp of {ramp} s does not fit into half a period of {period} s"
+            );
+            Err(data.error("ramp", message, "correct the ramp or the period"))
+        }
+        (Some(period), None) => Ok(Profile::Cyclic {
+            ramp,
+            period,
+            cycles: data.number(row, CYCLES).unwrap_or(USUAL_CYCLES).round() as u32,
+        }),
+        (None, Some(dwell)) => Ok(Profile::Impact { ramp, dwell }),
+        (None, None) => Ok(Profile::Step { ramp }),
+    }
+}
+
+/// Leaves out what stands at an end of the output's range.
+fn clipped(calibrator: &PiezoelectricCalibrator<'_>, table: &mut Table, remarks: &mut Vec<Remark>) {
+    let [low, high] = calibrator.span;
+    let most = 0.999 * high.max(-low);
+    let cut: Vec<usize> = table
+        .readings
+        .iter()
+        .filter(|r| r.voltage.abs() >= most && r.voltage.abs() < 2.0 * most)
+        .map(|r| r.line)
+        .collect();
+    if let Some(first) = cut.first() {
+        let message = format!(
+            "{} readings at the end of the output's range are left out, from here on",
+            cut.len()
+        );
+        remarks.push(Remark::at(*first, &message));
+        table.readings.retain(|r| !cut.contains(&r.line));
+    }
+}
+
+fn enough(data: &BenchData, table: &Table) -> Result<(), InputError> {
+    let count = table.readings.len();
+    if count < LEAST {
+        let message = format!("there are {count} voltages; at least {LEAST} are needed");
+        return Err(data.error("voltage", message, "take more readings"));
+    }
+    let (column, unit, size) = match table.device.drive {
+        Drive::Displacement => ("displacement", "um", 1e6),
+        Drive::Force => ("force_z", "mN", 1e3),
+    };
+    if table.path.is_empty() {
+        let [least, most] = range(table.readings.iter().map(|r| r.load.abs()));
+        if most - least <= LEAST_SPAN * most {
+            let message = format!(
+                "{column} is always the same, {:.4} to {:.4} {unit}",
+                least * size,
+                most * size
+            );
+            let help =
+                "take peaks of several loads: the constants are in their slope over the load";
+            return Err(data.error(column, message, help));
+        }
+        return Ok(());
+    }
+    let [least, most] = range(table.readings.iter().map(|r| r.load));
+    if most - least <= 0.0 {
+        let message = format!("{column} is always {:.4} {unit}", most * size);
+        let help = "the element answers to changes only: load it and let go";
+        return Err(data.error(column, message, help));
+    }
+    Ok(())
+}
+
+/// Least and largest of some values.
+pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+        [low.min(x), high.max(x)]
+    })
+}
+
+/// Readings over what the constants `at` give, by least squares.
+pub(super) fn ratio(bench: &Bench<'_>, at: &[f64]) -> f64 {
+    let model = bench
+        .device
+        .voltages(bench.profiles, bench.readings, bench.path, at)
+        .unwrap_or_default();
+    let (mut both, mut square) = (0.0, 0.0);
+    for (reading, model) in bench.readings.iter().zip(&model) {
+        both += reading.voltage * model;
+        square += model * model;
+    }
+    if square > 0.0 { both / square } else { 1.0 }
+}
