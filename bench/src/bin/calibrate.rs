@@ -11,7 +11,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use taxel::calibration::fit::{FitOptions, Parameter, Problem, fit};
+use taxel_numerics::least_squares::{FitOptions, Parameter, Problem, fit};
 use taxel::calibration::{
     BenchData, BenchOptions, CalibrateOptions, HoldOut, NamedSensor, calibrator,
 };

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::process::ExitCode;
 
-use taxel::linear::Chain;
+use taxel_numerics::linear_chain::Chain;
 use taxel::sensor::Sensor;
 use taxel_bench::computed;
 

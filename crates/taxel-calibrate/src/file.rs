@@ -8,13 +8,13 @@ use std::collections::HashMap;
 use serde::Deserialize;
 
 use crate::devices;
-use crate::fit::singular_values;
 use crate::outcome::{CovarianceBlock, Outcome, ResidualSummary};
 use crate::trained::put_tables;
-use taxel::input::InputError;
 use taxel::sensor::{Element, Sensor};
 use taxel::toml_input;
 use taxel::trained::{PlaceMap, TrainedMaps, TrainingError};
+use taxel_numerics::least_squares::singular_values;
+use taxel_recording::InputError;
 
 /// Version of the file's form.
 pub const CALIBRATION_SCHEMA: u32 = 1;

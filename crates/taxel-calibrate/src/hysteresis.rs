@@ -4,11 +4,13 @@
 //! The model is fitted to loading alone, and so its constants owe nothing to
 //! the law of the loops.
 
-use crate::fit::{Estimate, Fit, FitOptions, NoiseSize, Parameter, Prior, Problem, fit};
 use crate::remark::Remark;
 use crate::split::{Branch, branches, picked};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{ForceHysteresis, LoadHistory, REVERSALS};
+use taxel_numerics::least_squares::{
+    Estimate, Fit, FitOptions, NoiseSize, Parameter, Prior, Problem, fit,
+};
 
 /// Number of weights.
 pub(crate) const WEIGHTS: usize = REVERSALS.len();

@@ -5,7 +5,6 @@ mod devices;
 mod file;
 mod hysteresis;
 mod in_plane_capacitor;
-mod least_squares;
 mod microchannel;
 mod outcome;
 mod piezoelectric;
@@ -19,8 +18,6 @@ mod testing;
 mod three_axis_capacitor;
 mod trained;
 pub mod training;
-
-pub(crate) use taxel::calibration::fit;
 
 pub use devices::{NoCalibrator, calibrator};
 pub use file::{

@@ -2,14 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::fit::{Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status};
 use crate::hysteresis::Loops;
 use crate::remark::Remark;
 use taxel::figure::Figure;
-use taxel::input::InputError;
 use taxel::predict::LoadColumn;
 use taxel::sensor::Sensor;
 use taxel::trained::PlaceMap;
+use taxel_numerics::least_squares::{
+    Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status,
+};
+use taxel_recording::InputError;
 
 use crate::clock::same_moment;
 use crate::readings::BenchData;

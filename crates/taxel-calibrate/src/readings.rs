@@ -1,9 +1,9 @@
 //! Readings of a bench: CSV with units in the header, as people save it.
 
 use crate::remark::Remark;
-use taxel::input::{InputError, separator_of};
 use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::Dimension;
+use taxel_recording::{InputError, separator_of};
 
 /// A table of readings, with what was noticed while reading it.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde_json::{Map, Value, json};
 
 use crate::file::Provenance;
-use crate::fit::{Estimate, Parameter, Status};
 use crate::outcome::{Outcome, ResidualSummary};
 use taxel::figure::escape;
 use taxel::table::{self, Cell, Column, Format};
+use taxel_numerics::least_squares::{Estimate, Parameter, Status};
 
 impl Outcome {
     /// The parameters as a table, with what else there is to say below it.

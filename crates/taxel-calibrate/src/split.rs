@@ -1,6 +1,6 @@
 //! Loading and unloading, and readings held out of a fit.
 
-use taxel::electronics::Noise;
+use taxel_numerics::Noise;
 
 /// Which way the load went when a reading was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use crate::fit::{Estimate, Status};
 use crate::hysteresis::{self, Loops};
 use crate::split::HoldOut;
 use crate::{CalibrateOptions, CalibrationFile, Outcome, Provenance};
 use taxel::mechanics::REVERSALS;
 use taxel::sensor::Sensor;
+use taxel_numerics::least_squares::{Estimate, Status};
 
 /// Hash of the sensor files of the tests.
 pub(crate) const HASH: &str = "0123456789abcdef";

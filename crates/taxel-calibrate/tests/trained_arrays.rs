@@ -4,14 +4,14 @@
 
 use std::fmt::Write as _;
 
-use taxel::acquisition::{Frame, Quantity};
 use taxel::device::Sense;
-use taxel::electronics::Noise;
 use taxel::estimation::{SignalEstimator, Why};
 use taxel::sensor::Sensor;
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
 };
+use taxel_numerics::Noise;
+use taxel_recording::{Frame, Quantity};
 
 const CHANNELS: usize = 6;
 

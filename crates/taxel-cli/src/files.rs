@@ -69,7 +69,7 @@ pub(crate) fn text(path: &Path) -> Result<String, Stop> {
         )));
     }
     let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-    taxel::input::text_of(bytes).map_err(|error| {
+    taxel_recording::text_of(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
         let line = before.matches('\n').count() + 1;

@@ -89,7 +89,7 @@ fn readings_become_a_calibration_that_predicts_and_feels() {
 #[test]
 fn the_shipped_readings_are_fitted_for_three_gaps_together() {
     let data =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sensors/bench/in-plane-synthetic.csv");
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/sensors/bench/in-plane-synthetic.csv");
     let text = done(&[
         "calibrate",
         "in-plane-20um",

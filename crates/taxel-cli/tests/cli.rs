@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-const SENSOR: &str = include_str!("../../../sensors/three-axis-8x8.toml");
+const SENSOR: &str = include_str!("../../taxel/sensors/three-axis-8x8.toml");
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -22,7 +22,7 @@ fn repository() -> PathBuf {
 
 fn recording(name: &str) -> PathBuf {
     repository()
-        .join("crates/taxel/tests/recordings")
+        .join("crates/taxel-recording/tests/recordings")
         .join(name)
 }
 
@@ -658,7 +658,7 @@ fn two_hundred_broken_files_are_refused() {
         }
     }
     // Scripts cut at every tenth byte inside their last table.
-    let script = include_str!("../../../sensors/stimuli/finger.toml");
+    let script = include_str!("../../taxel/sensors/stimuli/finger.toml");
     for cut in (script.len() - 300..script.len() - 10).step_by(10) {
         let path = file(&folder, "script.toml", &script[..cut]);
         refuse(

@@ -253,7 +253,8 @@ fn a_calibration_of_another_sensor_and_a_tampered_one_are_refused() {
     done(&["calibrate", SENSOR, &run, "-o", &file]);
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.len() < 1 << 20);
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sensors/eflesh-lattice.toml");
+    let shipped =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/sensors/eflesh-lattice.toml");
     let other = folder.path("other.toml");
     let changed = fs::read_to_string(shipped).unwrap().replace("35 N", "30 N");
     fs::write(&other, changed).unwrap();

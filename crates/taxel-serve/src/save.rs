@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
-use taxel::acquisition::recording::ChannelWriter;
 use taxel::acquisition::{Frame, Stream};
+use taxel_recording::ChannelWriter;
 
 /// Frames that may wait for the disk before the run is ended with an error.
 const WAITING: usize = 1 << 14;

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use taxel::acquisition::recording::{Recording, RecordingError};
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
+use taxel_recording::{Recording, RecordingError};
 
 /// What a source gives next.
 #[derive(Debug, Clone, PartialEq)]

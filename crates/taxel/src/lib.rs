@@ -13,16 +13,12 @@ pub mod drawing;
 pub mod electronics;
 pub mod estimation;
 pub mod figure;
-pub mod input;
 pub mod layout;
-pub mod linear;
 pub mod mechanics;
-pub mod numerics;
 pub mod predict;
 pub mod quantity;
 pub mod reproduce;
 pub mod sensor;
-pub mod special;
 pub mod summary;
 mod svg;
 pub mod table;
@@ -30,7 +26,7 @@ pub mod toml_input;
 pub mod trained;
 pub mod transduction;
 
-pub use input::{InputError, Place};
+pub use taxel_recording::{InputError, Place};
 
 /// The example of the README is compiled and run with the other examples.
 #[cfg(doctest)]

@@ -5,8 +5,8 @@ use std::ops::Range;
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-use crate::input::InputError;
 use crate::quantity::HELP;
+use taxel_recording::InputError;
 
 /// Largest description that is read, bytes: a guard against a wrong file.
 const LARGEST: usize = 1 << 20;

@@ -142,7 +142,14 @@ fn the_service_decides_no_physics() {
 fn no_unsafe_code_anywhere() {
     let manifest = fs::read_to_string(crates().parent().unwrap().join("Cargo.toml")).unwrap();
     assert!(manifest.contains("unsafe_code = \"forbid\""));
-    for name in ["taxel", "taxel-serve", "taxel-cli"] {
+    for name in [
+        "taxel-numerics",
+        "taxel-recording",
+        "taxel-fem",
+        "taxel",
+        "taxel-serve",
+        "taxel-cli",
+    ] {
         let manifest = fs::read_to_string(crates().join(name).join("Cargo.toml")).unwrap();
         assert!(
             manifest.contains("[lints]\nworkspace = true"),
@@ -157,12 +164,12 @@ fn committed_schemas_are_current() {
     for (of, file, printed) in [
         (
             "sensor",
-            "sensors/sensor.schema.json",
+            "crates/taxel/sensors/sensor.schema.json",
             Sensor::json_schema(),
         ),
         (
             "stimulus",
-            "sensors/stimulus.schema.json",
+            "crates/taxel/sensors/stimulus.schema.json",
             Stimulus::json_schema(),
         ),
         (

@@ -359,7 +359,7 @@ fn channels_are_sampled_one_after_the_other() {
     let stimulus = Stimulus::parse("r", &text).unwrap();
     let even = changed("gain_deviation = 0.02", "gain_deviation = 0.0").unwrap();
     let array = even.piezoelectric().unwrap();
-    let chain = taxel::linear::Chain::new(&array.output_per_force()).unwrap();
+    let chain = taxel_numerics::linear_chain::Chain::new(&array.output_per_force()).unwrap();
     let mut twin = Twin::new(&even, &stimulus, 1).unwrap();
     let knots = [[0.1, 0.0], [0.2, 0.5]];
     for _ in 0..195 {

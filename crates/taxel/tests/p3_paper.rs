@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used)]
 
 use taxel::electronics::FirstOrderFilter;
-use taxel::linear::Chain;
 use taxel::mechanics::{LayerLaw, Profile, SoftLayer, bending_stiffness};
 use taxel::reproduce::{Paper, Verdict};
 use taxel::transduction::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, SiliconePath, VACUUM_PERMITTIVITY,
 };
+use taxel_numerics::linear_chain::Chain;
 
 const FILTER: FirstOrderFilter = FirstOrderFilter {
     input_resistance: 82e3,

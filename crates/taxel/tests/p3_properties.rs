@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output};
-use taxel::linear::{Chain, Transfer};
 use taxel::mechanics::{Base, Contact, LayerLaw, Plate, Profile, SoftCover, SoftLayer};
-use taxel::special::j0;
 use taxel::transduction::{Ceramic, PiezoelectricElement, SiliconePath};
+use taxel_numerics::linear_chain::{Chain, Transfer};
+use taxel_numerics::special::j0;
 
 prop_compose! {
     /// Elements of any usual size, damped from ringing to sluggish.

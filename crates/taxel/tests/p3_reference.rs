@@ -9,9 +9,9 @@ mod common;
 use common::{Parameters, assert_near, commented_table};
 use num_complex::Complex64;
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output};
-use taxel::linear::{Chain, Transfer};
 use taxel::mechanics::{Base, Contact, Plate, Profile, SoftCover};
 use taxel::transduction::{PiezoelectricElement, SiliconePath};
+use taxel_numerics::linear_chain::{Chain, Transfer};
 
 struct Set {
     element: PiezoelectricElement,

@@ -7,11 +7,12 @@ use common::{assert_near, table};
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
 use taxel::device::{ChannelPredictor, Device, LayerState, Sense};
 use taxel::estimation::{SignalEstimator, State};
-use taxel::mechanics::{OnCurve, Stretch};
+use taxel::mechanics::Stretch;
 use taxel::predict::{Load, LoadValue, Loads};
 use taxel::sensor::Sensor;
 use taxel::summary::{Value, summary};
 use taxel::table::Cell;
+use taxel_numerics::OnCurve;
 
 const NAME: &str = "liquid-metal-2x4";
 const KPA: f64 = 1e3;

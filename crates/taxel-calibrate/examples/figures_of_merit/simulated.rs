@@ -6,7 +6,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, Twin};
-use taxel::calibration::fit::Status;
 use taxel::estimation::{
     Centroid, ChargeEstimator, ChargeEstimatorOptions, ELLIPSE_95, Place, Placing, ProfileFit,
     SearchOptions, SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
@@ -15,6 +14,7 @@ use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::{Element, Sensor};
 use taxel::transduction::CapacitanceLaw;
 use taxel_calibrate::{BenchData, BenchOptions, CalibrateOptions, NamedSensor, calibrator};
+use taxel_numerics::least_squares::Status;
 
 /// Prints all figures.
 pub(crate) fn all() -> Result<(), Box<dyn Error>> {

@@ -4,10 +4,10 @@ use super::columns::{CAPACITANCE_DEVIATION, COLUMNS, FORCE_DEVIATION};
 use super::problem::Reading;
 use super::{BenchData, InPlaneCalibrator, InputError, OWN, Remark};
 use crate::clock::one_clock;
-use crate::fit::Fit;
 use crate::split::Branch;
 use taxel::mechanics::LARGEST_COMPRESSION;
 use taxel::transduction::{CapacitanceLaw, InPlaneModel};
+use taxel_numerics::least_squares::Fit;
 
 /// A row belongs to the sensor whose drawn gap is as near as this share.
 const SAME_GAP: f64 = 0.2;
@@ -396,7 +396,7 @@ pub(super) fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f6
         .filter(|(u, _)| places.first() <= Some(u) && Some(u) <= places.last());
     let (mut lost, mut whole) = (0.0, 0.0);
     for (displacement, force) in inside {
-        let loading = taxel::numerics::interpolate(&places, &forces, *displacement);
+        let loading = taxel_numerics::table::interpolate(&places, &forces, *displacement);
         lost += loading - force;
         whole += loading;
     }

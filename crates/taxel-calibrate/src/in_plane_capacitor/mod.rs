@@ -14,7 +14,6 @@ mod synthetic;
 
 use std::borrow::Cow;
 
-use crate::fit::{Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval};
 use crate::hysteresis::{Loops, law_of, on_loading, steps};
 use crate::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
@@ -23,10 +22,13 @@ use crate::outcome::{
 use crate::readings::BenchData;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, picked, turns};
-use taxel::input::InputError;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{InPlaneCapacitor, Sensor};
 use taxel::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
+use taxel_numerics::least_squares::{
+    Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use columns::COLUMNS;
 use model::{MODELS, Model};
@@ -310,7 +312,7 @@ impl<'a> InPlaneCalibrator<'a> {
             fitted.noise.clone(),
         );
         for j in 0..fitted.parameters.len() {
-            if fitted.fit.estimates[j].status == crate::fit::Status::Identified {
+            if fitted.fit.estimates[j].status == taxel_numerics::least_squares::Status::Identified {
                 fitted.fit.estimates[j].interval =
                     profile_interval(&bench, &fitted.parameters, &fitted.options, &fitted.fit, j)?;
             }

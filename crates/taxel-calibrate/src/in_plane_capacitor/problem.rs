@@ -1,8 +1,8 @@
 //! The readings of in-plane sensors as a least-squares problem.
 
-use crate::fit::{Parameter, Problem};
 use taxel::mechanics::{CompressedLayer, LARGEST_COMPRESSION, LayerKinematics, PublishedThinning};
 use taxel::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit, PublishedFringe};
+use taxel_numerics::least_squares::{Parameter, Problem};
 
 /// Parameters that all sensors share: modulus and scale of the end factor.
 pub(super) const SHARED: usize = 2;

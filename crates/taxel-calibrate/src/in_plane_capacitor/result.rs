@@ -6,7 +6,7 @@ use super::{Fitted, InPlaneCalibrator, Model};
 use crate::outcome::{Derived, ResidualSummary, Scope};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{EndCondition, EndShear};
-use taxel::numerics;
+use taxel_numerics::roots;
 
 impl InPlaneCalibrator<'_> {
     /// Residual of the capacitance over its range in `all`, all sensors
@@ -84,7 +84,7 @@ impl InPlaneCalibrator<'_> {
                     chi - factor(log)
                 }
             };
-            numerics::ridders(range, misfit).exp()
+            roots::ridders(range, misfit).exp()
         };
         let estimate = fitted.fit.estimates[1];
         let layer = &self.models[0].layer;

@@ -4,9 +4,9 @@
 use std::fmt::Write as _;
 
 use crate::outcome::BenchOptions;
-use taxel::electronics::Noise;
 use taxel::mechanics::CompressedLayer;
 use taxel::transduction::InPlaneModel;
+use taxel_numerics::Noise;
 
 /// Readings of all `models`, one after the other, as CSV.
 ///

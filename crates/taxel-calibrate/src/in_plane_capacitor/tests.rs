@@ -1,10 +1,10 @@
 use rayon::prelude::*;
 
 use super::*;
-use crate::fit::{Problem, Status};
 use crate::split::HoldOut;
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::Element;
+use taxel_numerics::least_squares::{Problem, Status};
 
 /// A shipped sensor under the published law with a known end factor.
 fn published(name: &str) -> Sensor {

@@ -4,7 +4,7 @@
 use super::problem::{BIAS, Load, Reading};
 use super::{CalibrateOptions, ChannelCalibrator, Fitted};
 use crate::hysteresis::{Loops, Named, Sample, identify, samples, steps};
-use taxel::numerics;
+use taxel_numerics::roots;
 
 /// The hysteresis that the readings of all channels in their order tell, those
 /// of unloading included; `None` when they tell none.
@@ -130,7 +130,7 @@ impl Curve<'_> {
         if ends[0] >= 0.0 {
             return Some(0.0);
         }
-        (ends[0] < 0.0 && ends[1] > 0.0).then(|| numerics::ridders([0.0, highest], misfit))
+        (ends[0] < 0.0 && ends[1] > 0.0).then(|| roots::ridders([0.0, highest], misfit))
     }
 
     /// How the voltage of a reading rises with the pressure, V/Pa; `None` where it

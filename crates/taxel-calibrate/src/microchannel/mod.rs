@@ -13,7 +13,6 @@ mod result;
 mod saturation;
 mod synthetic;
 
-use crate::fit::{Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval};
 use crate::hysteresis::{law_of, on_loading};
 use crate::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
@@ -24,11 +23,14 @@ use crate::remark::Remark;
 use crate::split::{Branch, branches};
 use taxel::calibration::ChannelModel;
 use taxel::electronics::{DividerBoard, Readout};
-use taxel::input::InputError;
 use taxel::mechanics::PressureLaw;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{Element, FoundChannels, Sensor};
 use taxel::transduction::ChannelLayer;
+use taxel_numerics::least_squares::{
+    Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};

@@ -1,9 +1,9 @@
 //! The readings of crossing channels as a least-squares problem.
 
-use crate::fit::{Parameter, Problem};
 use taxel::electronics::VoltageDivider;
 use taxel::mechanics::{ClosingState, PressureLaw, Stretch};
 use taxel::transduction::{ChannelLayer, mean_inverse_area_ratio};
+use taxel_numerics::least_squares::{Parameter, Problem};
 
 /// Places of the parameters that all channels share; the rest resistances of
 /// the channels that were read follow.

@@ -3,8 +3,8 @@
 
 use super::problem::Reading;
 use super::{CHANNEL, ChannelCalibrator};
-use crate::fit::{Estimate, Parameter, Status, student_quantile};
 use crate::remark::Remark;
+use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
 /// Name of the parameter behind that of its channel.
 pub(super) const SATURATION: &str = "saturation_voltage";

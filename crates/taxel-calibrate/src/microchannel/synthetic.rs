@@ -7,8 +7,8 @@ use super::ChannelCalibrator;
 use super::problem::{Load, Reading};
 use crate::hysteresis;
 use crate::outcome::BenchOptions;
-use taxel::electronics::Noise;
 use taxel::mechanics::{LARGEST_COMPRESSION, LoadHistory};
+use taxel_numerics::Noise;
 
 /// Readings of all channels, one after the other, as CSV.
 ///

@@ -1,12 +1,12 @@
 use std::fmt::Write as _;
 
 use super::*;
-use crate::fit::Problem;
 use crate::testing;
 use crate::testing::{HASH, covered, lost, lost_on_bench, no_hold_out};
 use problem::Load;
-use taxel::acquisition::Frame;
 use taxel::estimation::{ChannelState, CrossedChannels, CrossedOptions, SignalEstimator};
+use taxel_numerics::least_squares::Problem;
+use taxel_recording::Frame;
 
 const NAME: &str = "liquid-metal-2x4";
 /// Leads, stiffnesses, expansion and bias of a device that is not as drawn.
@@ -216,7 +216,7 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
         let truth: Vec<f64> = TRUTH.into_iter().chain([row, column]).collect();
         let starts = [truth.iter().map(|x| 1.02 * x).collect::<Vec<f64>>()];
         let covered = covered(1000, &truth, |seed| {
-            let mut noise = taxel::electronics::Noise::seeded(seed);
+            let mut noise = taxel_numerics::Noise::seeded(seed);
             let mut readings = exact.clone();
             for reading in &mut readings {
                 reading.voltage += 2e-5 * noise.normal();
@@ -453,7 +453,7 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
             let data = parse(calibrator, &text);
             let exact = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
             covered(200, &truth, |seed| {
-                let mut noise = taxel::electronics::Noise::seeded(seed);
+                let mut noise = taxel_numerics::Noise::seeded(seed);
                 let mut all = exact.clone();
                 for reading in &mut all {
                     reading.voltage += 1e-4 * noise.normal();
@@ -513,7 +513,7 @@ fn plateaus_of_many_readings_are_found() {
             let [low, high] = ends(&exact);
             let scatter = noise * (high - low);
             for seed in 0..100 {
-                let mut random = taxel::electronics::Noise::seeded(seed);
+                let mut random = taxel_numerics::Noise::seeded(seed);
                 let mut all = exact.clone();
                 for reading in &mut all {
                     reading.voltage += scatter * random.normal();

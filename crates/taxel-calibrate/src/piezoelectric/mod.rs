@@ -17,7 +17,6 @@ mod result;
 mod school;
 mod synthetic;
 
-use crate::fit::{Estimate, Fit, FitError, Parameter, Status, fit, profile_interval};
 use crate::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
     NamedSensor, Outcome, PressOptions, open_in_words, paired, search_in_words, wanted,
@@ -26,10 +25,13 @@ use crate::readings::BenchData;
 use crate::remark::Remark;
 use crate::split::picked;
 use taxel::estimation::ProfileModel;
-use taxel::input::InputError;
 use taxel::layout::Layout;
 use taxel::predict::LoadColumn;
 use taxel::sensor::Sensor;
+use taxel_numerics::least_squares::{
+    Estimate, Fit, FitError, Parameter, Status, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use checks::Table;
 use columns::COLUMNS;

@@ -1,10 +1,10 @@
 //! One element under known loads as a problem of least squares: three
 //! constants, and peaks of test loads or a voltage over time as readings.
 
-use crate::fit::Problem;
-use taxel::linear::{Chain, Transfer};
 use taxel::mechanics::Profile;
 use taxel::sensor::{Element, Sensor};
+use taxel_numerics::least_squares::Problem;
+use taxel_numerics::linear_chain::{Chain, Transfer};
 
 /// d₃₃, R and μ, as in the sensor file.
 pub(super) const NAMES: [&str; 3] = ["charge_per_force", "leak_resistance", "viscosity"];

@@ -3,10 +3,10 @@
 use super::checks::{Table, range};
 use super::problem::{Drive, LEAK, Reading, What};
 use super::{Fitted, PiezoelectricCalibrator};
-use crate::fit::{Fit, student_quantile};
 use crate::outcome::{Derived, ResidualSummary, Scope};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::Profile;
+use taxel_numerics::least_squares::{Fit, student_quantile};
 
 pub(super) fn noise_in_words(readings: &[Reading], found: &Fit, first: f64) -> String {
     if readings.iter().any(|r| r.deviation.is_none()) {

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use super::PiezoelectricCalibrator;
 use super::problem::{Device, Drive, NAMES, OWN, Reading, UNITS, What};
 use crate::outcome::{BenchOptions, PressOptions};
-use taxel::electronics::Noise;
 use taxel::mechanics::Profile;
 use taxel::sensor::Sensor;
+use taxel_numerics::Noise;
 
 /// Share of the output's range that the largest peak fills.
 const FILLED: f64 = 0.6;

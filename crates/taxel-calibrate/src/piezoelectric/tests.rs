@@ -8,11 +8,11 @@ use super::problem::Device;
 use super::*;
 use crate::split::HoldOut;
 use crate::{CalibrationFile, Provenance};
-use taxel::electronics::Noise;
 use taxel::estimation::{ELLIPSE_95, Placing, ProfileFit, placing};
 use taxel::mechanics::{Base, Contact, SoftCover};
 use taxel::sensor::Element;
 use taxel::trained::PlaceFinder;
+use taxel_numerics::Noise;
 
 fn with<T>(run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -> T {
     on(&Sensor::shipped("piezo-1.5mm").unwrap(), run)
@@ -130,7 +130,7 @@ fn recording(calibrator: &PiezoelectricCalibrator<'_>, title: &str, seed: u64) -
     let [at, load]: [Vec<f64>; 2] = [0, 1].map(|k| knots.iter().map(|knot| knot[k]).collect());
     let loads = times
         .iter()
-        .map(|time| largest * taxel::numerics::interpolate(&at, &load, *time));
+        .map(|time| largest * taxel_numerics::table::interpolate(&at, &load, *time));
     let path: Vec<[f64; 2]> = times
         .iter()
         .copied()

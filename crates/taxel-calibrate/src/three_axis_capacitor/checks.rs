@@ -7,8 +7,8 @@ use super::columns::{
 use super::problem::{AXES, CAPACITORS, Reading};
 use super::{BenchData, InputError, Remark, ThreeAxisCalibrator};
 use crate::clock::one_clock;
-use crate::least_squares;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
+use taxel_numerics::least_squares::linear;
 
 /// A stiffness or capacitance off by a factor in here is a wrong prefix of a
 /// unit, no scatter of fabrication.
@@ -293,7 +293,7 @@ fn units(
         };
         let design: Vec<Vec<f64>> = gauged.iter().map(|r| vec![r.force[axis], 1.0]).collect();
         let target: Vec<f64> = gauged.iter().map(motion).collect();
-        if let Some(line) = least_squares::solve(&design, &target) {
+        if let Some(line) = linear::solve(&design, &target) {
             let variance = line.misfit / (target.len().max(3) - 2) as f64;
             let slope = line.coefficients[0].abs();
             if slope <= CLEAR * (variance * line.covariance[0][0]).sqrt() {
@@ -388,7 +388,7 @@ fn signs(of: &[Reading], axes: &[usize]) -> Option<[[f64; 3]; 4]> {
     let mut signs = [[0.0; 3]; 4];
     for (i, sign) in signs.iter_mut().enumerate() {
         let target: Vec<f64> = of.iter().map(|r| r.capacitance[i]).collect();
-        let found = least_squares::solve(&design, &target)?;
+        let found = linear::solve(&design, &target)?;
         let variance = found.misfit / (of.len() - axes.len() - 1) as f64;
         for (k, axis) in axes.iter().enumerate() {
             let slope = found.coefficients[k];

@@ -16,9 +16,7 @@ mod synthetic;
 
 use rayon::prelude::*;
 
-use crate::fit::{Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval};
 use crate::hysteresis::law_of;
-use crate::least_squares;
 use crate::outcome::{
     BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
     NamedSensor, Outcome, wanted,
@@ -27,10 +25,14 @@ use crate::readings::BenchData;
 use crate::remark::Remark;
 use crate::split::picked;
 use taxel::calibration::ChannelScale;
-use taxel::input::InputError;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
 use taxel::transduction::UnitModel;
+use taxel_numerics::least_squares::linear;
+use taxel_numerics::least_squares::{
+    Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval,
+};
+use taxel_recording::InputError;
 
 use checks::Measured;
 use columns::{COLUMNS, TIME_AT};
@@ -205,7 +207,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
             let motion =
                 |r: &&Reading| unit.effective_motion(rest, r.capacitance).displacement[axis];
             let target: Vec<f64> = gauged.iter().map(motion).collect();
-            if let Some(line) = least_squares::solve(&design, &target)
+            if let Some(line) = linear::solve(&design, &target)
                 && line.coefficients[0] > 0.0
             {
                 unit.suspension.compliance[axis][axis] = line.coefficients[0];

@@ -6,7 +6,7 @@
 
 use super::checks;
 use super::problem::{Reading, Whitening};
-use crate::fit::Fit;
+use taxel_numerics::least_squares::Fit;
 
 /// Noise that is not given starts at this share of the largest force.
 const FIRST: f64 = 0.01;

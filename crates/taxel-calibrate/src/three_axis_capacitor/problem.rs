@@ -6,9 +6,9 @@
 //! which the true forces are unknowns of their own.
 
 use super::checks::Measured;
-use crate::fit::{Parameter, Problem};
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::transduction::UnitModel;
+use taxel_numerics::least_squares::{Parameter, Problem};
 
 /// Names of the four capacitors.
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];

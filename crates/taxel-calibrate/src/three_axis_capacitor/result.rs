@@ -4,12 +4,12 @@ use super::checks;
 use super::noise::is_given;
 use super::problem::{AXES, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, misfit};
 use super::stiffness::{Observation, fit_stiffness};
-use super::{Fitted, PREFIX, Remark, ThreeAxisCalibrator, least_squares};
-use crate::fit::{Estimate, Parameter, Status, student_quantile};
+use super::{Fitted, PREFIX, Remark, ThreeAxisCalibrator, linear};
 use crate::outcome::{Derived, ResidualSummary, Scope, open_in_words, search_in_words};
 use crate::split::{Branch, branches};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::transduction::UnitModel;
+use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
 /// Taxels of which a report shows figures.
 const SHOWN: usize = 8;
@@ -83,7 +83,7 @@ pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3
         let jacobian = unit.linearise(moved.force)?.jacobian;
         let own = |row: &[f64; 3]| axes.iter().map(|axis| row[*axis]).collect();
         let design: Vec<Vec<f64>> = jacobian.iter().map(own).collect();
-        let found = least_squares::solve(&design, &misfit)?;
+        let found = linear::solve(&design, &misfit)?;
         for (axis, step) in axes.iter().zip(found.coefficients) {
             moved.force[*axis] += step;
         }
@@ -325,7 +325,7 @@ fn lost(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<f64> {
         });
         let (design, target): (Vec<Vec<f64>>, Vec<f64>) =
             points.map(|(size, error)| (vec![size], error)).unzip();
-        let found = least_squares::solve(&design, &target)?;
+        let found = linear::solve(&design, &target)?;
         let variance = found.misfit / (target.len().max(2) - 1) as f64;
         Some([found.coefficients[0], variance * found.covariance[0][0]])
     };

@@ -5,7 +5,7 @@
 //! three directions of them, and a later fault in one capacitor would go
 //! straight into the forces. The twist has no column here.
 
-use crate::least_squares;
+use taxel_numerics::least_squares::linear;
 
 /// One loading of the bench: displacements (m) and gauge forces (N).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +48,7 @@ pub(super) fn fit_stiffness(observations: &[Observation]) -> Option<[StiffnessFi
 }
 
 fn fit_component(design: &[Vec<f64>], target: &[f64]) -> Option<StiffnessFit> {
-    let solution = least_squares::solve(design, target)?;
+    let solution = linear::solve(design, target)?;
     let freedom = design.len() - solution.coefficients.len();
     if freedom == 0 {
         return None;

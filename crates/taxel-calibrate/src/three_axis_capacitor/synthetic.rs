@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use super::problem::{name, unit, values};
 use crate::hysteresis;
 use crate::outcome::BenchOptions;
-use taxel::electronics::Noise;
 use taxel::mechanics::LoadHistory;
 use taxel::transduction::UnitModel;
+use taxel_numerics::Noise;
 
 /// Share of the readings at rest before each cycle.
 const AT_REST: f64 = 0.1;

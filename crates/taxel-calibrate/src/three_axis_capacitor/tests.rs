@@ -1,14 +1,14 @@
 use std::fmt::Write as _;
 
 use super::*;
-use crate::fit::Problem;
 use crate::testing::{HASH, calibrated, covered, file, lost, lost_on_bench, no_hold_out};
 use problem::AXES;
 use stiffness::{Observation, fit_stiffness};
-use taxel::acquisition::{Frame, Quantity};
 use taxel::estimation::{Estimator, EstimatorOptions};
 use taxel::predict::Loads;
 use taxel::table::Cell;
+use taxel_numerics::least_squares::Problem;
+use taxel_recording::{Frame, Quantity};
 
 const FF: f64 = 1e-15;
 const MN: f64 = 1e-3;

@@ -11,8 +11,8 @@ use crate::training::{
     Session, compared_forces, usual_candidates,
 };
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use taxel::input::InputError;
 use taxel::trained::{ForceMap, MemoryLaw, Polynomial};
+use taxel_recording::InputError;
 
 /// Readings of a scale that tell a map: ten for each fifth that is held out.
 const LEAST_READINGS: usize = 50;

@@ -13,8 +13,8 @@ use crate::outcome::{
 };
 use crate::remark::Remark;
 use taxel::figure::Figure;
-use taxel::input::InputError;
 use taxel::trained::{Rest, Standard, TrainedMaps, TrainingError};
+use taxel_recording::InputError;
 
 use crate::training::{Compared, Session};
 

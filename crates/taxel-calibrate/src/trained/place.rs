@@ -7,8 +7,8 @@ use crate::remark::Remark;
 use crate::training::{Compared, HELD_OUT, PositionOptions, compared_places, trained_position};
 use taxel::estimation::TrainedArea;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use taxel::input::InputError;
 use taxel::trained::PositionMap;
+use taxel_recording::InputError;
 
 /// A run of fewer distinct places has none to learn.
 const PLACES: usize = 9;

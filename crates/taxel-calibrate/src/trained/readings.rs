@@ -6,9 +6,9 @@ use std::sync::LazyLock;
 use crate::readings::BenchData;
 use crate::remark::Remark;
 use crate::training::{Series, Session};
-use taxel::input::InputError;
 use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::{FORCE, LENGTH, TIME};
+use taxel_recording::InputError;
 
 /// A file with its name.
 #[derive(Debug, Clone, PartialEq, Eq)]

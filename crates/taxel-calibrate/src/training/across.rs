@@ -264,7 +264,7 @@ fn options(degree: u8, creep_times: &[f64], prior: f64, offset: f64) -> ForceOpt
 mod tests {
     use super::super::NORMAL_95;
     use super::*;
-    use taxel::electronics::Noise;
+    use taxel_numerics::Noise;
 
     /// Two runs tell the interval of a third where gains differ as is usual; where
     /// they differ more, what is usual is not quite forgotten.

@@ -1,7 +1,7 @@
 //! Numbers at times of their own, and their values at other times.
 
-use taxel::InputError;
-use taxel::input::separator_of;
+use taxel_recording::InputError;
+use taxel_recording::separator_of;
 
 /// Rows of numbers with rising times.
 #[derive(Debug, Clone, PartialEq)]

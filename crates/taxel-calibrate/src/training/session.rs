@@ -1,7 +1,7 @@
 //! A sensor and the motion stage that pressed it, each at its own times.
 
 use super::Series;
-use taxel::InputError;
+use taxel_recording::InputError;
 
 /// Standard acceleration of gravity, m/s²: grams of a scale to newtons.
 pub const STANDARD_GRAVITY: f64 = 9.80665;

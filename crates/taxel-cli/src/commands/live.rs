@@ -4,12 +4,12 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
-use taxel::acquisition::recording::RecordingError;
 use taxel::acquisition::{Quantity, Stimulus, Twin};
 use taxel::device::Device;
 use taxel::estimation::{FrameError, State};
 use taxel::sensor::Element;
 use taxel::table::{self, Cell, Column, number_or_null};
+use taxel_recording::RecordingError;
 use taxel_serve::{
     EventFile, Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError,
     Session, Source, SourceError, Summary, TwinSource, run_headless, run_with_page,

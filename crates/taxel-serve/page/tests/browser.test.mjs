@@ -1,8 +1,8 @@
 // The page in a browser, against the real server or, with TAXEL_MOCK=1, against the mock.
 //
 //   TAXEL       the program (default: target/release/taxel, else target/debug/taxel)
-//   SENSOR      sensor file of the three-axis array (default: the one in sensors/ that has the element)
-//   RECORDING   recording of a pressure map (default: crates/taxel/tests/recordings/iscan_excerpt.csv)
+//   SENSOR      sensor file of the three-axis array (default: the one in crates/taxel/sensors/ that has the element)
+//   RECORDING   recording of a pressure map (default: crates/taxel-recording/tests/recordings/iscan_excerpt.csv)
 //   CHROMIUM    browser (default: /usr/bin/chromium)
 //
 // Screenshots are written to tests/screenshots/.
@@ -64,7 +64,7 @@ function script(name) {
 }
 
 function recording() {
-  const committed = join(repository, "crates/taxel/tests/recordings/iscan_excerpt.csv");
+  const committed = join(repository, "crates/taxel-recording/tests/recordings/iscan_excerpt.csv");
   return existing(process.env.RECORDING ?? committed, "the recording of a pressure map");
 }
 
@@ -75,7 +75,7 @@ function program() {
 
 function sensor() {
   if (process.env.SENSOR !== undefined) return existing(process.env.SENSOR, "the sensor file");
-  const folder = existing(join(repository, "sensors"), "the folder of sensor files");
+  const folder = existing(join(repository, "crates/taxel/sensors"), "the folder of sensor files");
   const files = readdirSync(folder).filter((name) => name.endsWith(".toml"));
   const name = files.find((file) =>
     readFileSync(join(folder, file), "utf8").includes("[element.three_axis_capacitor"),

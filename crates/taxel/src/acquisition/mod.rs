@@ -1,12 +1,12 @@
-//! Frames and where they come from: the simulated twin, a recording.
+//! Frames and where they come from: the simulated twin. Recordings are read by
+//! [`taxel_recording`].
 
-mod frame;
-pub mod recording;
 mod slider;
 mod stimulus;
 mod twin;
 
-pub use frame::{Frame, Quantity, SignalUnit, Stream};
+pub use taxel_recording::{Frame, Quantity, SignalUnit, Stream};
+
 pub use slider::Slider;
 pub use stimulus::{
     Fault, FaultReading, Finger, FingerPoint, Link, Outage, Patch, Probe, ProbePoint, Script,

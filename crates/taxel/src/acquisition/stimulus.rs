@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::slider::Slider;
-use crate::input::InputError;
 use crate::layout::Layout;
 use crate::quantity::{
     self, AnyForce, AnyLength, Checked, NonNegativeCapacitance, NonNegativeTime, PositiveLength,
@@ -14,49 +13,29 @@ use crate::quantity::{
 };
 use crate::sensor::Mask;
 use crate::toml_input;
+use taxel_recording::InputError;
 
 /// Shipped stimulus scripts: name and text.
 const SHIPPED: &[(&str, &str)] = &[
-    (
-        "finger",
-        include_str!("../../../../sensors/stimuli/finger.toml"),
-    ),
-    (
-        "press",
-        include_str!("../../../../sensors/stimuli/press.toml"),
-    ),
+    ("finger", include_str!("../../sensors/stimuli/finger.toml")),
+    ("press", include_str!("../../sensors/stimuli/press.toml")),
     (
         "piezo-press",
-        include_str!("../../../../sensors/stimuli/piezo-press.toml"),
+        include_str!("../../sensors/stimuli/piezo-press.toml"),
     ),
     (
         "piezo-slide",
-        include_str!("../../../../sensors/stimuli/piezo-slide.toml"),
+        include_str!("../../sensors/stimuli/piezo-slide.toml"),
     ),
     (
         "piezo-tap",
-        include_str!("../../../../sensors/stimuli/piezo-tap.toml"),
+        include_str!("../../sensors/stimuli/piezo-tap.toml"),
     ),
-    (
-        "pad-a",
-        include_str!("../../../../sensors/stimuli/pad-a.toml"),
-    ),
-    (
-        "pad-b",
-        include_str!("../../../../sensors/stimuli/pad-b.toml"),
-    ),
-    (
-        "pad-c",
-        include_str!("../../../../sensors/stimuli/pad-c.toml"),
-    ),
-    (
-        "pad-d",
-        include_str!("../../../../sensors/stimuli/pad-d.toml"),
-    ),
-    (
-        "pad-e",
-        include_str!("../../../../sensors/stimuli/pad-e.toml"),
-    ),
+    ("pad-a", include_str!("../../sensors/stimuli/pad-a.toml")),
+    ("pad-b", include_str!("../../sensors/stimuli/pad-b.toml")),
+    ("pad-c", include_str!("../../sensors/stimuli/pad-c.toml")),
+    ("pad-d", include_str!("../../sensors/stimuli/pad-d.toml")),
+    ("pad-e", include_str!("../../sensors/stimuli/pad-e.toml")),
 ];
 
 /// A script of loads and failures; it repeats after its duration.

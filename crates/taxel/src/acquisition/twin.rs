@@ -4,9 +4,9 @@
 use super::stimulus::Script;
 use super::{Frame, Stimulus, Stream};
 use crate::device::NoModel;
-use crate::electronics::Noise;
 use crate::layout::Layout;
 use crate::sensor::Sensor;
+use taxel_numerics::Noise;
 
 /// One piece of fabrication of a device, with whatever it remembers of its
 /// loads.

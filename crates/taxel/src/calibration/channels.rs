@@ -1,10 +1,9 @@
 //! What is known of an array of crossing channels.
 
 use crate::layout::Layout;
-use crate::mechanics::{
-    ChannelError, ClosingState, ForceHysteresis, MonotoneCurve, OnCurve, Stretch,
-};
+use crate::mechanics::{ChannelError, ClosingState, ForceHysteresis, Stretch};
 use crate::transduction::ChannelLayer;
+use taxel_numerics::{MonotoneCurve, OnCurve};
 
 /// All that estimation needs to know of two layers of crossing channels.
 #[derive(Debug, Clone, PartialEq)]

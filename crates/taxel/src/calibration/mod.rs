@@ -1,7 +1,6 @@
 //! What is known of one device: the model that estimation inverts.
 
 mod channels;
-pub mod fit;
 mod in_plane;
 mod rest;
 

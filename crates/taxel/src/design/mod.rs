@@ -6,9 +6,9 @@ mod heat_map;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::input::InputError;
 use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 use crate::toml_input;
+use taxel_recording::InputError;
 
 pub use channel_sections::{
     SectionAnswer, SectionRow, SectionState, cells, columns, heat_map, sweep,
@@ -18,7 +18,7 @@ pub use heat_map::{HeatMap, MapCell};
 /// Shipped studies: name and text.
 const SHIPPED: &[(&str, &str)] = &[(
     "p4-sections",
-    include_str!("../../../../studies/p4-sections.toml"),
+    include_str!("../../studies/p4-sections.toml"),
 )];
 
 /// A study as its file describes it.

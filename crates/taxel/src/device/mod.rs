@@ -16,6 +16,7 @@ use crate::calibration::{Calibration, ChannelScale};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
 use crate::estimation::{ChannelFacts, FrameError, ObserverOptions, SignalEstimator};
+use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::Broken;
 use crate::summary::{Fact, fact, number};
@@ -121,6 +122,14 @@ fn capacitor_channel(
             masked,
         }
     }
+}
+
+/// Frames of counts, `channels_per_taxel` for each taxel of `layout`, every `period`
+/// s.
+fn counts_of(layout: &Layout, channels_per_taxel: usize, period: f64) -> Stream {
+    let pitch = [layout.pitch[1], layout.pitch[0]];
+    let taxels = [layout.rows, layout.columns];
+    Stream::of_counts(taxels, pitch, channels_per_taxel, period)
 }
 
 /// How long a board takes for a frame and for the `scan` in it, s.

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::linear::Transfer;
 use crate::quantity::{self, Checked, PositiveCapacitance, PositiveResistance};
+use taxel_numerics::linear_chain::Transfer;
 
 /// An inverting amplifier whose feedback is R_f parallel to C_f, behind R_i′
 /// (P3 Eq. 27).

@@ -5,10 +5,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{FirstOrderFilter, Output};
-use crate::linear::Transfer;
 use crate::quantity::{
     self, Checked, OpenLoopGain, PositiveCapacitance, PositiveGain, PositiveResistance,
 };
+use taxel_numerics::linear_chain::Transfer;
 
 /// A stage of high input impedance that follows the voltage of the element
 /// (P3 Eq. 25, figure 7(b)), and the filter behind it, if there is one.

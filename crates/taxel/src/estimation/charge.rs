@@ -14,7 +14,7 @@ use super::{
 use crate::acquisition::Frame;
 use crate::calibration::{MOVING, RestReadings};
 use crate::layout::Layout;
-use crate::linear::{Chain, Memory, Step, Transfer};
+use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 
 /// What is known of an array of elements whose signal is
 /// V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).

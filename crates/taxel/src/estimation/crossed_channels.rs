@@ -14,7 +14,8 @@ use super::{
 };
 use crate::acquisition::Frame;
 use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal, MOVING, RestReadings};
-use crate::mechanics::{ForceHysteresis, LoadHistory, OnCurve};
+use crate::mechanics::{ForceHysteresis, LoadHistory};
+use taxel_numerics::OnCurve;
 
 /// What one channel feels.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,12 +1,11 @@
 //! Several contacts below a soft cover, whose profiles overlap: as many as the
 //! forces need, all fitted together.
 
-mod matrix;
 mod population;
 mod raster;
 
-use matrix::{dot, factor, solve};
 use population::{Population, Spread};
+use taxel_numerics::dense::{cholesky, cholesky_solve, dot};
 
 use super::localisation::{Located, Method, Place, flat_position};
 use super::placing_fit::{NEAR, OFFSETS, ProfileFit, STEPS, WINDOW};
@@ -253,8 +252,10 @@ impl<'a> Scene<'a> {
             for (k, row) in matrix.iter_mut().enumerate() {
                 row[k] *= 1.0 + damping;
             }
-            let Some(factor) = factor(matrix) else { break };
-            let step = solve(&factor, &slope);
+            let Some(factor) = cholesky(matrix) else {
+                break;
+            };
+            let step = cholesky_solve(&factor, &slope);
             let moved: Vec<Shape> = shapes
                 .iter()
                 .zip(step.chunks(OWN))
@@ -289,8 +290,10 @@ impl<'a> Scene<'a> {
             .map(|a| rows.iter().map(|b| dot(a, b)).collect())
             .collect();
         let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.felt)).collect();
-        let Some(factor) = factor(matrix) else { return };
-        for (one, force) in shapes.iter_mut().zip(solve(&factor, &right)) {
+        let Some(factor) = cholesky(matrix) else {
+            return;
+        };
+        for (one, force) in shapes.iter_mut().zip(cholesky_solve(&factor, &right)) {
             if force > 0.0 {
                 one.force = force;
             }

@@ -1,6 +1,7 @@
 //! Four capacitances to a three-axis force with covariance (P2 section 8).
 
 use crate::transduction::UnitModel;
+use taxel_numerics::dense::dot3;
 
 /// Options of the search; the defaults suit every unit of the papers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,10 +178,10 @@ impl<'a> Search<'a> {
                 return Outcome::NotConverged;
             };
             let gradient = self.slopes.map(|slopes| dot4(&slopes, &self.residual));
-            let step = covariance.map(|row| dot(row, gradient));
+            let step = covariance.map(|row| dot3(row, gradient));
             // δᵀ Jᵀ W J δ: what a full step takes off the misfit if the model
             // is linear.
-            let predicted = dot(step, gradient);
+            let predicted = dot3(step, gradient);
             if predicted < options.least_gain {
                 self.take_last_step(step);
                 return Outcome::Converged;
@@ -204,7 +205,7 @@ impl<'a> Search<'a> {
     fn take_last_step(&mut self, step: [f64; 3]) {
         let [x, y, z] = &self.slopes;
         for (i, residual) in self.residual.iter_mut().enumerate() {
-            *residual -= dot([x[i], y[i], z[i]], step);
+            *residual -= dot3([x[i], y[i], z[i]], step);
         }
         self.force = std::array::from_fn(|axis| self.force[axis] + step[axis]);
         self.chi2 = dot4(&self.residual, &self.residual);
@@ -283,10 +284,6 @@ fn fill_missing(
     filled
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 fn dot4(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     (a[0] * b[0] + a[2] * b[2]) + (a[1] * b[1] + a[3] * b[3])
 }
@@ -298,7 +295,7 @@ fn inverse_normal([x, y, z]: &[[f64; 4]; 3]) -> Option<[[f64; 3]; 3]> {
     let (xx, xy, xz) = (dot4(x, x), dot4(x, y), dot4(x, z));
     let (yy, yz, zz) = (dot4(y, y), dot4(y, z), dot4(z, z));
     let first = [yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy];
-    let scale = 1.0 / dot([xx, xy, xz], first);
+    let scale = 1.0 / dot3([xx, xy, xz], first);
     let [ixx, ixy, ixz] = first.map(|cofactor| cofactor * scale);
     let iyy = (xx * zz - xz * xz) * scale;
     let iyz = (xy * xz - xx * yz) * scale;

@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::end_condition::EndCondition;
-use crate::numerics;
 use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
+use taxel_numerics::roots;
 
 /// Largest relative compression at which the layer model was compared with
 /// finite elements.
@@ -225,7 +225,7 @@ impl CompressedLayer {
         }
         // Inside the range `compress` has no error left.
         let misfit = |e: f64| self.compress(e).map_or(f64::NAN, |state| state.force) - force;
-        Ok(numerics::ridders([0.0, LARGEST_COMPRESSION], misfit))
+        Ok(roots::ridders([0.0, LARGEST_COMPRESSION], misfit))
     }
 
     /// Sideways stretch less one, f − 1, at the height `x2` above the base, m.
@@ -531,7 +531,7 @@ fn solve_unknown(compression: f64) -> f64 {
     // a² = 3e − (9/35)e³ − (6/35)e⁴ − …: close from below 0.25, safe above.
     let e = compression;
     let start = (3.0 * e - 9.0 / 35.0 * e.powi(3) - 6.0 / 35.0 * e.powi(4)).sqrt();
-    numerics::newton(start, [0.0, FRAC_PI_2], |a| {
+    roots::newton(start, [0.0, FRAC_PI_2], |a| {
         let angle = a.tan().asinh();
         let at_a = if a < SMALL {
             series(&COMPRESSION_SERIES, a * a)
@@ -548,7 +548,7 @@ fn solve_complement(height: f64) -> f64 {
     let start = (0..3).fold(FRAC_PI_4 * height, |k, _| {
         FRAC_PI_2 * height / (2.0 / k).ln()
     });
-    numerics::newton(start, [0.0, 0.1], |k| {
+    roots::newton(start, [0.0, 0.1], |k| {
         let (a, angle) = (FRAC_PI_2 - k, k.tan().recip().asinh());
         let at_k = k.sin() * angle / a;
         (at_k - height, (k.cos() * angle - 1.0 + at_k) / a)

@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::compressed_layer::{CompressedLayer, LARGEST_COMPRESSION, LayerKinematics, TopFace};
-use crate::numerics::{extrapolate, interpolate};
 use crate::quantity::{self, Checked, Fraction, PositiveLength, PositiveStress, Ratio};
+use taxel_numerics::table::{extrapolate, interpolate};
 
 /// A quantity outside the table that would be needed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

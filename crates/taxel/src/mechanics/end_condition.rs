@@ -5,9 +5,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::compressed_layer::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
-use crate::numerics::interpolate;
 use crate::quantity::{self, Checked, EndFactor, EndParameter};
-use crate::special::{beta, gamma};
+use taxel_numerics::special::{beta, gamma};
+use taxel_numerics::table::interpolate;
 
 /// Reading of the ends of the loaded length, through which the constant Π of
 /// the pressure follows from the balance of horizontal forces.

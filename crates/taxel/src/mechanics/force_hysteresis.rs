@@ -8,6 +8,8 @@
 //! zero, as those of filled rubbers do; otherwise it is the sum of plays of
 //! Prandtl and Ishlinskii, with its memory of turning points.
 
+use taxel_numerics::play::play;
+
 /// Half-widths ρⱼ of the plays, as parts of a force: full at twice that.
 pub const REVERSALS: [f64; 5] = [0.01, 0.03, 0.1, 0.3, 1.0];
 
@@ -44,7 +46,7 @@ impl LoadHistory {
         let ahead = REVERSALS.map(|width| at - width);
         let plays = self.plays.get_or_insert(ahead);
         std::array::from_fn(|j| {
-            plays[j] = plays[j].clamp(at - REVERSALS[j], at + REVERSALS[j]);
+            plays[j] = play(plays[j], at, REVERSALS[j]);
             plays[j] - ahead[j]
         })
     }

@@ -11,9 +11,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::material::LinearElastic;
-use super::monotone_curve::{CurveError, MonotoneCurve, OnCurve};
 use super::tabulated_cells::{self, CELLS, TabulatedCell};
 use crate::quantity::{self, Checked, NonNegativeStress, PositiveFraction, PositiveStress};
+use taxel_numerics::{CurveError, MonotoneCurve, OnCurve};
 
 /// A rectangular cross-section.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,6 @@ mod end_condition;
 mod force_hysteresis;
 mod material;
 mod microchannel;
-mod monotone_curve;
 mod plate;
 mod preload;
 mod profile;
@@ -35,7 +34,6 @@ pub use microchannel::{
     ClosingPoint, ClosingState, LiquidPoint, PaperLaw, PressureLaw, SectionClosure, SettledChannel,
     Stretch,
 };
-pub use monotone_curve::{CurveError, MonotoneCurve, OnCurve};
 pub use plate::{Plate, PlateMotion, bending_stiffness};
 pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
 pub use profile::{Profile, SINE_POINTS};

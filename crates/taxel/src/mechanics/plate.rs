@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use crate::special::{gauss_panel, i0_scaled, i1_scaled, sine_integral};
+use taxel_numerics::special::{gauss_panel, i0_scaled, i1_scaled, sine_integral};
 
 /// A thin plate, m u_tt + β u_t + D ∇⁴u = q (P3 Eq. 21).
 #[derive(Debug, Clone, Copy, PartialEq)]

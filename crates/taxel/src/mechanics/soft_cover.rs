@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use crate::special::{gauss_panel, j1};
+use taxel_numerics::special::{gauss_panel, j1};
 
 /// What is below the cover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,11 +4,9 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::CrossingVoids;
 use taxel_fem::study::crossing_voids::{Crossing, CrossingStudy};
 use taxel_fem::study::void_cell::{Filling, WallContact};
+use taxel_numerics::{MonotoneCurve, OnCurve};
 
-use super::{
-    ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic, MonotoneCurve, OnCurve,
-    PressureLaw,
-};
+use super::{ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic, PressureLaw};
 
 /// Two crossing layers of channels, from their drawing.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use taxel_numerics::dense;
+
 use crate::quantity::{
     self, Checked, Fraction, OneOrList, PositiveLength, PositiveStiffness, Ratio,
 };
@@ -95,7 +97,7 @@ impl Suspension {
             y,
             z + self.bump_sinking[0] * x.abs() + self.bump_sinking[1] * y.abs(),
         ];
-        self.deformation_of(self.compliance.map(|row| dot(row, apparent)))
+        self.deformation_of(self.compliance.map(|row| dense::dot3(row, apparent)))
     }
 
     /// Motion of the tiles for given displacements d_x, d_y, d_z, m.
@@ -123,7 +125,7 @@ impl Suspension {
     ///
     /// `None` when the compliance is singular.
     pub fn force_from_displacement(&self, displacement: [f64; 3]) -> Option<[f64; 3]> {
-        let [x, y, apparent] = solve3(self.compliance, displacement)?;
+        let [x, y, apparent] = dense::solve3(self.compliance, displacement)?;
         let z = apparent - self.bump_sinking[0] * x.abs() - self.bump_sinking[1] * y.abs();
         Some([x, y, z])
     }
@@ -132,30 +134,6 @@ impl Suspension {
 /// Slope of |x|, 0 at 0.
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Solves the 3 x 3 system by Cramer's rule; exact for a diagonal matrix up to
-/// rounding.
-fn solve3(m: [[f64; 3]; 3], rhs: [f64; 3]) -> Option<[f64; 3]> {
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ]
-    };
-    let (c0, c1, c2) = (cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
-    let determinant = dot(m[0], c0);
-    let solution =
-        std::array::from_fn(|i| (c0[i] * rhs[0] + c1[i] * rhs[1] + c2[i] * rhs[2]) / determinant);
-    solution
-        .iter()
-        .all(|value| value.is_finite())
-        .then_some(solution)
 }
 
 #[cfg(test)]

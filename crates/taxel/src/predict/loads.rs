@@ -2,8 +2,8 @@
 //! line.
 
 use super::{Load, LoadColumn, LoadKind, LoadValue};
-use crate::input::InputError;
 use crate::quantity::HELP;
+use taxel_recording::InputError;
 
 /// A table of loads with all its columns, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,12 +9,12 @@ use super::Ledger;
 use crate::device::{Drive, PiezoelectricArray, PiezoelectricPredictor};
 use crate::electronics::{ChargeMode, FirstOrderFilter, Output, Readout};
 use crate::figure::{Axis, Chart, Figure, Series, Style};
-use crate::linear::{Chain, Transfer};
 use crate::mechanics::{Base, Contact, Plate, Profile, SoftCover, bending_stiffness};
 use crate::sensor::Sensor;
 use crate::transduction::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, SiliconePath, VACUUM_PERMITTIVITY,
 };
+use taxel_numerics::linear_chain::{Chain, Transfer};
 
 /// D of figures 11 to 13, m.
 const SMALLEST: f64 = 4.63e-6;

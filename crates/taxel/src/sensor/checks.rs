@@ -2,9 +2,9 @@
 
 use super::{Element, Sensor};
 use crate::electronics::Readout;
-use crate::input::InputError;
 use crate::layout::{MOST_LINES, Mount};
 use crate::toml_input;
+use taxel_recording::InputError;
 
 /// A broken rule, shown at one key.
 #[derive(Debug, Clone, PartialEq, Eq)]

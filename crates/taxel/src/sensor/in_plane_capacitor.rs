@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::electronics::Noise;
 use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
 use crate::transduction::{CapacitanceLaw, Dielectric, InPlaneModel, PublishedFit};
+use taxel_numerics::Noise;
 
 /// Two electrodes side by side in a soft layer (P1).
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

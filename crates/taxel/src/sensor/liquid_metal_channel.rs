@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::checks::{Broken, require};
-use crate::electronics::Noise;
 use crate::mechanics::{
     CellGeometry, ChannelError, ChannelSection, ClosingCurve, ClosingPoint, ForceHysteresis,
     Hyperelastic, LinearElastic, PressureLaw,
 };
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity};
 use crate::transduction::{ChannelLayer, Conductor, ThinnestPoint};
+use taxel_numerics::Noise;
 
 /// Channels along x, one for each row of taxels, and channels along y, one for
 /// each column (P4). A taxel is where two of them cross.

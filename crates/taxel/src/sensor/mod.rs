@@ -16,10 +16,10 @@ use crate::device::{
     ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray, TrainedArray,
 };
 use crate::electronics::Electronics;
-use crate::input::InputError;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::toml_input;
+use taxel_recording::InputError;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use liquid_metal_channel::{
@@ -48,39 +48,39 @@ pub const SCHEMA_VERSION: u32 = 1;
 const SHIPPED: &[(&str, &str)] = &[
     (
         "three-axis-8x8",
-        include_str!("../../../../sensors/three-axis-8x8.toml"),
+        include_str!("../../sensors/three-axis-8x8.toml"),
     ),
     (
         "three-axis-unit",
-        include_str!("../../../../sensors/three-axis-unit.toml"),
+        include_str!("../../sensors/three-axis-unit.toml"),
     ),
     (
         "in-plane-20um",
-        include_str!("../../../../sensors/in-plane-20um.toml"),
+        include_str!("../../sensors/in-plane-20um.toml"),
     ),
     (
         "in-plane-50um",
-        include_str!("../../../../sensors/in-plane-50um.toml"),
+        include_str!("../../sensors/in-plane-50um.toml"),
     ),
     (
         "in-plane-100um",
-        include_str!("../../../../sensors/in-plane-100um.toml"),
+        include_str!("../../sensors/in-plane-100um.toml"),
     ),
     (
         "piezo-1.5mm",
-        include_str!("../../../../sensors/piezo-1.5mm.toml"),
+        include_str!("../../sensors/piezo-1.5mm.toml"),
     ),
     (
         "piezo-2.3mm",
-        include_str!("../../../../sensors/piezo-2.3mm.toml"),
+        include_str!("../../sensors/piezo-2.3mm.toml"),
     ),
     (
         "liquid-metal-2x4",
-        include_str!("../../../../sensors/liquid-metal-2x4.toml"),
+        include_str!("../../sensors/liquid-metal-2x4.toml"),
     ),
     (
         "eflesh-lattice",
-        include_str!("../../../../sensors/eflesh-lattice.toml"),
+        include_str!("../../sensors/eflesh-lattice.toml"),
     ),
 ];
 

@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::electronics::Noise;
 use crate::mechanics::{LayerLaw, PreloadError, Preloaded, SoftLayer};
 use crate::quantity::{
     self, Checked, Fraction, NonNegativeForce, NonNegativeViscosity, PositiveArea,
@@ -12,6 +11,7 @@ use crate::quantity::{
 };
 use crate::trained::PlaceMap;
 use crate::transduction::{Ceramic, PiezoelectricElement, SiliconePath};
+use taxel_numerics::Noise;
 
 /// Piezoelectric plates in a soft cover (P3).
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

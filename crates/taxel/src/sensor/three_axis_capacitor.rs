@@ -3,11 +3,11 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::electronics::Noise;
 use crate::mechanics::{ForceHysteresis, RelaxationTerm, SuspensionDescription};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
 use crate::transduction::PlatesDescription;
 use crate::transduction::UnitModel;
+use taxel_numerics::Noise;
 
 /// Four capacitors under one bump (P2).
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

@@ -9,7 +9,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::TrainingError;
-use super::ridge::dot;
+use taxel_numerics::dense::dot;
 
 /// k(a, b) = s² m(|a − b|/ℓ) + t² a·b with the Matérn function of order 5/2,
 /// m(r) = (1 + √5 r + 5r²/3) exp(−√5 r).

@@ -6,6 +6,8 @@
 //! an outage the state is unknown; two plays started at the ends of what is
 //! possible bound it, because the operator keeps the order of its states.
 
+use taxel_numerics::play::play;
+
 /// A play of half-width `threshold` with the range its state may be in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Play {
@@ -27,7 +29,7 @@ impl Play {
     pub fn push(&mut self, input: f64) -> f64 {
         let (low, high) = (input - self.threshold, input + self.threshold);
         let state = match self.state {
-            Some(state) => state.map(|state| state.max(low).min(high)),
+            Some(state) => state.map(|state| play(state, input, self.threshold)),
             None => [low, high],
         };
         self.state = Some(state);

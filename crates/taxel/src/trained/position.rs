@@ -106,7 +106,7 @@ pub fn whiten(whitening: &[f64], row: &[f64]) -> Vec<f64> {
         .map(|count| {
             let (head, tail) = rest.split_at(count.min(rest.len()));
             rest = tail;
-            super::ridge::dot(head, row)
+            taxel_numerics::dense::dot(head, row)
         })
         .collect()
 }

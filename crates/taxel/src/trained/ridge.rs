@@ -12,6 +12,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use serde::{Deserialize, Serialize};
+use taxel_numerics::dense::dot;
 
 use super::TrainingError;
 
@@ -191,12 +192,7 @@ fn lower_inverse(factor: &Mat<f64>) -> Mat<f64> {
     inverse
 }
 
-/// Σ aᵢ bᵢ.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// The same in eight independent sums, which the compiler keeps in one
+/// Σ aᵢ bᵢ in eight independent sums, which the compiler keeps in one
 /// register. Indices, because iterators are not inlined across the crates
 /// here: they take ten times as long.
 #[allow(clippy::needless_range_loop)]

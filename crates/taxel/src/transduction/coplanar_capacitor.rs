@@ -7,7 +7,7 @@ use super::surroundings::Surroundings;
 use super::tilted_plate::VACUUM_PERMITTIVITY;
 use crate::mechanics::DeformedElectrodes;
 use crate::quantity::{self, Checked, FringeExponent, PositiveRatio, RelativePermittivity};
-use crate::special::complete_elliptic_k;
+use taxel_numerics::special::complete_elliptic_k;
 
 /// The dielectric as a sensor file gives it.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]

@@ -9,7 +9,7 @@ use crate::mechanics::{
     CompressedLayer, DeformedElectrodes, Electrodes, LARGEST_COMPRESSION, LayerError, LayerState,
     OutsideTable, PublishedThinning,
 };
-use crate::numerics;
+use taxel_numerics::roots;
 
 /// Why the in-plane sensor has no answer.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -147,7 +147,7 @@ impl InPlaneModel {
             return None;
         }
         let misfit = |gap: f64| rest - with_gap(gap).rest_capacitance();
-        let found = with_gap(numerics::ridders(range, misfit));
+        let found = with_gap(roots::ridders(range, misfit));
         found.check().is_ok().then_some(found)
     }
 
@@ -298,7 +298,7 @@ impl InPlaneModel {
         self.check()?;
         // Up to its largest compression a checked device always responds.
         let change = |e: f64| self.respond(e).map_or(f64::NAN, |state| state.change);
-        let range = numerics::one_to_one(self.largest_compression(), change);
+        let range = roots::one_to_one(self.largest_compression(), change);
         let turning = range.first_maximum.zip(range.later_minimum);
         Ok(InPlaneInverse {
             model: *self,
@@ -379,6 +379,6 @@ impl InPlaneInverse {
             state.map_or(f64::NAN, |state| state.change) - change
         };
         self.model
-            .respond(numerics::ridders([0.0, compression], misfit))
+            .respond(roots::ridders([0.0, compression], misfit))
     }
 }

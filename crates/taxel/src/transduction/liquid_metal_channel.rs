@@ -2,10 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use taxel_numerics::{MonotoneCurve, OnCurve};
 
 use crate::mechanics::{
-    ChannelError, ChannelSection, ClosingCurve, MonotoneCurve, OnCurve, PressureLaw,
-    SectionClosure, SettledChannel, Stretch,
+    ChannelError, ChannelSection, ClosingCurve, PressureLaw, SectionClosure, SettledChannel,
+    Stretch,
 };
 use crate::quantity::{self, Checked, PositiveFraction};
 

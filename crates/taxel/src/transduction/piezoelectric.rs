@@ -1,7 +1,7 @@
 //! A piezoelectric plate under a soft cover (P3): motion or force to charge
 //! and voltage.
 
-use crate::linear::Transfer;
+use taxel_numerics::linear_chain::Transfer;
 
 /// One piezoelectric plate on a rigid base.
 #[derive(Debug, Clone, Copy, PartialEq)]

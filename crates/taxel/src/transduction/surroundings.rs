@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::tilted_plate::VACUUM_PERMITTIVITY;
 use crate::mechanics::{CompressedLayer, Electrodes, OutsideTable};
-use crate::numerics::{extrapolate, interpolate};
+use taxel_numerics::table::{extrapolate, interpolate};
 
 /// Surroundings of the layer. P1 prints nothing about them, and they matter:
 /// by 4 % of the change for the narrowest gap under air, by 57 % for the

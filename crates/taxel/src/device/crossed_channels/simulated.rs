@@ -2,10 +2,11 @@
 
 use super::ChannelArray;
 use crate::acquisition::{Quantity, Script, SignalUnit, Simulated, Stream};
-use crate::electronics::{DividerBoard, Noise};
+use crate::electronics::DividerBoard;
 use crate::layout::Layout;
 use crate::mechanics::Stretch;
 use crate::transduction::{ChannelLayer, Conductor};
+use taxel_numerics::Noise;
 
 /// One piece of fabrication.
 #[derive(Debug, Clone)]

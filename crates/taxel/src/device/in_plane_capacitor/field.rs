@@ -6,10 +6,10 @@ use super::InPlaneArray;
 use super::predict::{self, InPlaneLoadState, LOADS, cell};
 use crate::electronics::{Code, FrontEnd};
 use crate::mechanics::{LARGEST_COMPRESSION, LayerState};
-use crate::numerics;
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::{FieldState, InPlaneModel, SolvedInPlane, VACUUM_PERMITTIVITY};
+use taxel_numerics::roots;
 
 /// What one load does to one sensor, by finite elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +56,7 @@ impl Solved {
     fn new(way: SolvedInPlane) -> Self {
         let rest = way.rest().capacitance;
         let change = |e: f64| way.at(e).map_or(f64::NAN, |state| rest - state.capacitance);
-        let range = numerics::one_to_one(way.last().compression, change);
+        let range = roots::one_to_one(way.last().compression, change);
         Self {
             invertible: range.end,
             turns: range.first_maximum.is_some(),
@@ -141,7 +141,7 @@ impl InPlaneFieldPredictor {
         if force < 0.0 || misfit(last) < 0.0 {
             return Ok(nothing(InPlaneLoadState::OutOfRange));
         }
-        self.at_compression(numerics::ridders([0.0, last], misfit))
+        self.at_compression(roots::ridders([0.0, last], misfit))
     }
 
     /// The way back: the state at a fall C₀ − C of the capacitance, F; without answers
@@ -161,7 +161,7 @@ impl InPlaneFieldPredictor {
                 InPlaneLoadState::OutOfRange
             }));
         }
-        self.at_compression(numerics::ridders([0.0, solved.invertible], misfit))
+        self.at_compression(roots::ridders([0.0, solved.invertible], misfit))
     }
 
     /// The layer of the closed form at a compression, for the columns that compare.

@@ -2,9 +2,10 @@
 
 use super::InPlaneArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
-use crate::electronics::{FrontEnd, Noise};
+use crate::electronics::FrontEnd;
 use crate::layout::Layout;
 use crate::transduction::InPlaneModel;
+use taxel_numerics::Noise;
 
 /// One piece of fabrication. Rubber without memory: the model has no rates.
 #[derive(Debug, Clone)]
@@ -41,7 +42,7 @@ fn capacitance(model: &InPlaneModel, force: f64) -> f64 {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream::of_codes(&self.layout, 1, self.board.period())
+        crate::device::counts_of(&self.layout, 1, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {

@@ -1,10 +1,10 @@
 //! Rules between the keys of a piezoelectric array.
 
 use super::PiezoelectricArray;
-use crate::linear::Chain;
 use crate::sensor::{
     Broken, SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
 };
+use taxel_numerics::linear_chain::Chain;
 
 /// Frames per second over the corner of the filter: at half of this rate the
 /// filter leaves a fifth, which is what folds back.

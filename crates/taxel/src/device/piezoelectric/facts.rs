@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use super::PiezoelectricArray;
 use crate::device::timing;
 use crate::estimation::{ChargeEstimator, ChargeEstimatorOptions};
-use crate::linear::Transfer;
 use crate::mechanics::{Base, Contact, SoftCover};
 use crate::summary::{Fact, fact, number, text};
+use taxel_numerics::linear_chain::Transfer;
 
 pub(super) fn facts(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
     let masked = array.masked().into_iter().filter(|masked| *masked).count();

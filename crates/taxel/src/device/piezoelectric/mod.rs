@@ -17,12 +17,12 @@ use crate::estimation::{
     ObserverOptions, Placing, ProfileFit, ProfileModel, SignalEstimator, SlipOptions, placing,
 };
 use crate::layout::Layout;
-use crate::linear::Transfer;
 use crate::mechanics::PreloadError;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Piezoelectric, Sensor, masked_capacitors};
 use crate::summary::Fact;
 use crate::transduction::{PiezoelectricElement, SiliconePath};
+use taxel_numerics::linear_chain::Transfer;
 
 pub use predict::{Drive, PiezoelectricPredictor, TestAnswer};
 

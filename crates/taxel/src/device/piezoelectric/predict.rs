@@ -6,12 +6,12 @@ use super::PiezoelectricArray;
 use crate::electronics::ChargeBoard;
 use crate::estimation::Event;
 use crate::figure::{Axis, Chart, Figure, Series, Style};
-use crate::linear::Chain;
 use crate::mechanics::Profile;
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{FORCE, LENGTH, TIME};
 use crate::table::{Cell, Column};
 use crate::transduction::SiliconePath;
+use taxel_numerics::linear_chain::Chain;
 
 /// Predicts test loads on one element as drawn.
 #[derive(Debug, Clone)]

@@ -2,10 +2,11 @@
 
 use super::PiezoelectricArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
-use crate::electronics::{ChargeBoard, Noise};
+use crate::electronics::ChargeBoard;
 use crate::layout::Layout;
-use crate::linear::{Chain, Memory, Step};
 use crate::mechanics::{Base, Contact, ShareTable, SoftCover};
+use taxel_numerics::Noise;
+use taxel_numerics::linear_chain::{Chain, Memory, Step};
 
 /// One piece of fabrication with the charge on its elements.
 #[derive(Debug, Clone)]
@@ -108,7 +109,7 @@ impl Piece {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream::of_codes(&self.layout, 1, self.board.period())
+        crate::device::counts_of(&self.layout, 1, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {

@@ -2,10 +2,11 @@
 
 use super::ThreeAxisArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
-use crate::electronics::{FrontEnd, Noise};
+use crate::electronics::FrontEnd;
 use crate::layout::Layout;
 use crate::mechanics::Relaxation;
 use crate::transduction::UnitModel;
+use taxel_numerics::Noise;
 
 /// One piece of fabrication with the history of its rubber.
 #[derive(Debug, Clone)]
@@ -40,7 +41,7 @@ impl Piece {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        Stream::of_codes(&self.layout, 4, self.board.period())
+        crate::device::counts_of(&self.layout, 4, self.board.period())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {

@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::super::localisation::ELLIPSE_95;
-use super::matrix::{dot, factor, solve, transposed};
 use super::{Fitted, OWN, Scene, Shape};
+use taxel_numerics::dense::{cholesky, cholesky_solve, dot, solve_transposed};
 
 /// Members of a population.
 const MEMBERS: usize = 40;
@@ -80,7 +80,7 @@ impl Scene<'_> {
         let modes: Vec<(&Fitted, Vec<Vec<f64>>, f64)> = fits
             .iter()
             .filter_map(|fit| {
-                let factor = factor(self.normal(&fit.shapes).0)?;
+                let factor = cholesky(self.normal(&fit.shapes).0)?;
                 let narrow: f64 = (0..factor.len()).map(|k| factor[k][k].ln()).sum();
                 Some((fit, factor, -0.5 * fit.misfit / worse - narrow))
             })
@@ -95,7 +95,7 @@ impl Scene<'_> {
             for _ in 0..count {
                 let deviates = (0..factor.len())
                     .map(|_| worse.sqrt() * random.sample::<f64, _>(StandardNormal));
-                let step = transposed(factor, deviates.collect());
+                let step = solve_transposed(factor, deviates.collect());
                 let mut shapes = fit.shapes.clone();
                 for (one, step) in shapes.iter_mut().zip(step.chunks(OWN)) {
                     *one = self.inside(one.at, one.size, step);
@@ -152,7 +152,7 @@ impl Scene<'_> {
             .map(|a| rows.iter().map(|b| dot(a, b)).collect())
             .collect();
         let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.felt)).collect();
-        let forces = solve(&factor(gram)?, &right);
+        let forces = cholesky_solve(&cholesky(gram)?, &right);
         for (one, force) in shapes.iter_mut().zip(&forces) {
             one.force = *force;
         }

@@ -1,9 +1,9 @@
 //! Where contacts may be, before their places are refined: each in turn on a
 //! coarse raster, beside the others.
 
-use super::matrix::{dot, without};
 use super::{COARSE, FEELS, Fitted, ROUNDS, SEEDS, Scene, Shape, Trial, within};
 use crate::estimation::placing_fit::{OFFSETS, WINDOW};
+use taxel_numerics::dense::{dot, remove_projections};
 
 impl Scene<'_> {
     /// Prepares the raster: places within a pitch of the elements that feel
@@ -72,7 +72,7 @@ impl Scene<'_> {
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(others.len());
         for other in others {
             let mut row = self.weighed(other.at, other.size);
-            without(&mut row, &basis);
+            remove_projections(&mut row, &basis);
             let length = dot(&row, &row).sqrt();
             if length > 1e-9 {
                 for value in &mut row {
@@ -82,7 +82,7 @@ impl Scene<'_> {
             }
         }
         let mut left = self.felt.clone();
-        without(&mut left, &basis);
+        remove_projections(&mut left, &basis);
         let mut best: Option<(f64, Shape)> = None;
         for Trial { shape, row } in &self.raster {
             if !may(shape) {

@@ -1,0 +1,94 @@
+//! Frames: what any source of readings delivers.
+
+/// One reading of every channel of a device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Running number given by the device; a jump means lost frames.
+    pub sequence: u64,
+    /// Device time of the start of the frame, ns.
+    pub time_ns: u64,
+    /// One value per channel in SI units (see [`Stream::unit`]), taxel by
+    /// taxel, row by row; `NaN` where there is no reading.
+    pub values: Vec<f64>,
+}
+
+/// What the frames of a source mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stream {
+    /// What the source calls itself.
+    pub name: String,
+    /// Rows of taxels; row 0 is the first one of the device's drawing.
+    pub rows: usize,
+    /// Columns of taxels.
+    pub columns: usize,
+    /// Channels of one taxel (4 for the three-axis capacitor, 1 for a
+    /// pressure map).
+    pub channels_per_taxel: usize,
+    /// Quantity of the channel values and the unit people read it in.
+    pub unit: SignalUnit,
+    /// Spacing of rows and of columns, m, where the source states it.
+    pub pitch: Option<[f64; 2]>,
+    /// Time between frames, s, where the source states it.
+    pub period: Option<f64>,
+    /// Readings at or below this (in the SI unit) are noise, where the source
+    /// states it.
+    pub threshold: Option<f64>,
+    /// `false` for a channel that does not exist; as long as a frame.
+    pub present: Vec<bool>,
+}
+
+impl Stream {
+    /// Counts of a converter, `channels_per_taxel` for each of `rows` x `columns`
+    /// taxels, every `period` s; `pitch` of rows and of columns in m; without a name.
+    pub fn of_counts(
+        [rows, columns]: [usize; 2],
+        pitch: [f64; 2],
+        channels_per_taxel: usize,
+        period: f64,
+    ) -> Self {
+        Self {
+            name: String::new(),
+            rows,
+            columns,
+            channels_per_taxel,
+            unit: SignalUnit {
+                quantity: Quantity::Counts,
+                symbol: "counts".into(),
+                si_per_unit: 1.0,
+            },
+            pitch: Some(pitch),
+            period: Some(period),
+            threshold: None,
+            present: vec![true; channels_per_taxel * rows * columns],
+        }
+    }
+
+    /// Number of channels of a frame.
+    pub fn channels(&self) -> usize {
+        self.rows * self.columns * self.channels_per_taxel
+    }
+}
+
+/// The quantity that a channel carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Counts of an analogue-to-digital converter.
+    Counts,
+    /// Capacitance, F.
+    Capacitance,
+    /// Pressure, Pa.
+    Pressure,
+    /// A number whose meaning the source does not state.
+    Raw,
+}
+
+/// A quantity, and the unit in which people read it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalUnit {
+    /// The quantity; values are stored in its SI unit.
+    pub quantity: Quantity,
+    /// The unit shown to people, such as `mmHg`.
+    pub symbol: String,
+    /// SI value of one shown unit: shown = SI / `si_per_unit`.
+    pub si_per_unit: f64,
+}

@@ -1,0 +1,369 @@
+//! A recording being read, and the formats that are recognised.
+
+// An error ends the reading, so its size costs nothing; boxing it would only
+// get in the way of matching on it.
+#![allow(clippy::result_large_err)]
+
+mod bare;
+mod channels;
+mod encoding;
+mod lines;
+mod tekscan;
+mod units;
+mod writer;
+mod xsensor;
+
+use std::fmt;
+use std::io::BufRead;
+
+use crate::frame::{Frame, Stream};
+use crate::input::InputError;
+use lines::{Dialect, Lines, quote};
+
+pub use writer::ChannelWriter;
+
+/// Most taxels of a recording, rows x columns; more is taken for a damaged
+/// header.
+const MOST_TAXELS: u64 = 1_000_000;
+
+/// A recording being read: an iterator of its frames.
+///
+/// Frames come in the order of the file, with the numbers and times of the
+/// file; what is late or double is delivered as it stands. After an error the
+/// iterator ends.
+#[derive(Debug)]
+pub struct Recording<R> {
+    lines: Lines<R>,
+    stream: Stream,
+    sensors: Vec<String>,
+    decoder: Decoder,
+    delivered: u64,
+    finished: bool,
+}
+
+/// The kind of file that a recording is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Raw channels with their units in the header line, see
+    /// [`ChannelWriter`].
+    Channels,
+    /// Rows of numbers without a header, the time in s first: only read where
+    /// the device is known ([`Recording::open_bare`]). The channels come as
+    /// counts in one row.
+    Bare,
+    /// Text export of Tekscan I-Scan (`.csv`) or F-Scan (`.asf`).
+    ///
+    /// A sensel marked `B` does not exist: `present` is false and its value
+    /// `NaN`. The first frame gives the layout. A `B` in a later frame where
+    /// there was a number is a missing reading, `NaN`. A number where there
+    /// was a `B` is refused: it would either be hidden or contradict `present`.
+    ///
+    /// Frame numbers of the file are the sequence. The time is that of the
+    /// frame line, else (number - `START_FRAME`) x `SECONDS_PER_FRAME`.
+    /// `NOISE_THRESHOLD` is in raw counts and left out for other units.
+    Tekscan,
+    /// CSV export of XSENSOR.
+    ///
+    /// One file may hold several sensors, such as a left and a right insole:
+    /// each frame then has one `SENSOR` block of readings after the other. A
+    /// recording delivers one of them, the first unless another is asked for
+    /// with [`Recording::open_sensor`]. `GROUP` blocks repeat the readings of
+    /// regions without saying where they lie, in lines of up to 20 values, and
+    /// are passed over. The file does not tell a sensel that does not exist
+    /// from one without load, so that all count as present.
+    ///
+    /// Times are those of day relative to the first frame; midnight may pass,
+    /// frames must be less than 12 h apart.
+    Xsensor,
+}
+
+/// Why a recording cannot be read, or not to its end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordingError {
+    /// The content is not what the format demands.
+    #[error("{0}")]
+    Input(InputError),
+    /// The file ends inside its header or inside a frame.
+    #[error("{error}")]
+    Truncated {
+        /// Where the file ends, what is missing and what to do.
+        error: InputError,
+        /// Frames delivered before, all of them complete.
+        complete_frames: u64,
+    },
+    /// The bytes cannot be read.
+    #[error("the recording cannot be read: {0}")]
+    Io(#[from] std::io::Error),
+}
+
+impl From<InputError> for RecordingError {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl RecordingError {
+    /// The same error, saying that `complete_frames` were delivered before.
+    fn after(self, complete_frames: u64) -> Self {
+        let Self::Truncated { mut error, .. } = self else {
+            return self;
+        };
+        let frames = if complete_frames == 1 {
+            "frame"
+        } else {
+            "frames"
+        };
+        error.message = format!(
+            "the recording is cut off after {complete_frames} complete {frames}: {}",
+            error.message
+        );
+        error.help = if complete_frames == 0 {
+            "export or copy the recording again".to_owned()
+        } else {
+            "the complete frames were read; export or copy the recording again to have the rest"
+                .to_owned()
+        };
+        Self::Truncated {
+            error,
+            complete_frames,
+        }
+    }
+}
+
+#[derive(Debug)]
+enum Decoder {
+    Bare(bare::Decoder),
+    Channels(channels::Decoder),
+    Tekscan(tekscan::Decoder),
+    Xsensor(Box<xsensor::Decoder>),
+}
+
+/// What a decoder has learned from the head of a file.
+struct Opened {
+    stream: Stream,
+    sensors: Vec<String>,
+    decoder: Decoder,
+}
+
+impl<R: BufRead> Recording<R> {
+    /// Recognises the format by content and reads the header, of vendors'
+    /// formats also the first frame, which has the layout.
+    ///
+    /// `file` is the name by which errors call the recording.
+    ///
+    /// # Errors
+    /// [`RecordingError::Input`] if the file is none of the known formats or
+    /// its header or layout is wrong, [`RecordingError::Truncated`] if it ends
+    /// before the first frame is complete, [`RecordingError::Io`] if `reader`
+    /// fails.
+    pub fn open(file: &str, reader: R) -> Result<Self, RecordingError> {
+        Self::open_any(file, reader, None, false)
+    }
+
+    /// Like [`Recording::open`], for the sensor called `sensor` of a file that
+    /// holds several (see [`Format::Xsensor`]).
+    ///
+    /// # Errors
+    /// Those of [`Recording::open`]; [`RecordingError::Input`] naming the
+    /// sensors of the file if none is called so.
+    pub fn open_sensor(file: &str, reader: R, sensor: &str) -> Result<Self, RecordingError> {
+        Self::open_any(file, reader, Some(sensor), false)
+    }
+
+    /// Like [`Recording::open`], and rows of numbers without a header are
+    /// taken as [`Format::Bare`].
+    ///
+    /// # Errors
+    /// Those of [`Recording::open`].
+    pub fn open_bare(file: &str, reader: R) -> Result<Self, RecordingError> {
+        Self::open_any(file, reader, None, true)
+    }
+
+    fn open_any(
+        file: &str,
+        reader: R,
+        wanted: Option<&str>,
+        bare: bool,
+    ) -> Result<Self, RecordingError> {
+        let mut lines = Lines::new(file, reader);
+        let opened = match recognise(&mut lines, bare)? {
+            Format::Bare => bare::open(&mut lines),
+            Format::Channels => channels::open(&mut lines),
+            Format::Tekscan => tekscan::open(&mut lines),
+            Format::Xsensor => xsensor::open(&mut lines, wanted),
+        }
+        .map_err(|error| error.after(0))?;
+        if let Some(wanted) = wanted
+            && !opened.sensors.iter().any(|name| name == wanted)
+        {
+            return Err(no_such_sensor(file, wanted, &opened.sensors).into());
+        }
+        Ok(Self {
+            lines,
+            stream: opened.stream,
+            sensors: opened.sensors,
+            decoder: opened.decoder,
+            delivered: 0,
+            finished: false,
+        })
+    }
+
+    /// What the frames mean: shape, unit, pitch (m), period (s), threshold.
+    pub fn stream(&self) -> &Stream {
+        &self.stream
+    }
+
+    /// The kind of file.
+    pub fn format(&self) -> Format {
+        match self.decoder {
+            Decoder::Bare(_) => Format::Bare,
+            Decoder::Channels(_) => Format::Channels,
+            Decoder::Tekscan(_) => Format::Tekscan,
+            Decoder::Xsensor(_) => Format::Xsensor,
+        }
+    }
+
+    /// Names of the sensors in the file, in its order; the one delivered is
+    /// [`Stream::name`]. More than one only in [`Format::Xsensor`].
+    pub fn sensors(&self) -> &[String] {
+        &self.sensors
+    }
+
+    fn read(&mut self) -> Result<Option<Frame>, RecordingError> {
+        match &mut self.decoder {
+            Decoder::Bare(decoder) => decoder.read(&mut self.lines),
+            Decoder::Channels(decoder) => decoder.read(&mut self.lines),
+            Decoder::Tekscan(decoder) => decoder.read(&mut self.lines),
+            Decoder::Xsensor(decoder) => decoder.read(&mut self.lines),
+        }
+    }
+}
+
+impl<R: BufRead> Iterator for Recording<R> {
+    type Item = Result<Frame, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.finished {
+            return None;
+        }
+        let item = self.read().transpose();
+        if let Some(Ok(_)) = item {
+            self.delivered += 1;
+        } else {
+            self.finished = true;
+        }
+        item.map(|item| item.map_err(|error| error.after(self.delivered)))
+    }
+}
+
+impl<R: BufRead> std::iter::FusedIterator for Recording<R> {}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Bare => "rows of numbers without a header (CSV)",
+            Self::Channels => "raw channels (CSV)",
+            Self::Tekscan => "Tekscan (I-Scan CSV or F-Scan ASF)",
+            Self::Xsensor => "XSENSOR (CSV)",
+        })
+    }
+}
+
+/// Reads to the first line that says something and leaves it to be read again.
+fn recognise<R: BufRead>(lines: &mut Lines<R>, bare: bool) -> Result<Format, RecordingError> {
+    let format = loop {
+        if !lines.advance()? {
+            return Err(
+                InputError::whole(lines.file(), "the file has no header line")
+                    .help(KNOWN_FORMATS)
+                    .into(),
+            );
+        }
+        let text = lines.text();
+        if text.contains('\0') {
+            return Err(InputError::whole(
+                lines.file(),
+                "the file is binary, or UTF-16 text without its mark",
+            )
+            .help("save it as plain CSV text in UTF-8")
+            .into());
+        }
+        let dialect = Dialect::of_line(text);
+        if dialect.is_blank(text) || channels::is_comment(text) {
+            continue;
+        }
+        if tekscan::recognises(text) {
+            break Format::Tekscan;
+        }
+        if xsensor::recognises(text) {
+            break Format::Xsensor;
+        }
+        if channels::recognises(text) {
+            break Format::Channels;
+        }
+        if bare && bare::recognises(text) {
+            break Format::Bare;
+        }
+        return Err(unrecognised(lines).into());
+    };
+    lines.again();
+    Ok(format)
+}
+
+const KNOWN_FORMATS: &str = "a recording is one of\n  \
+     raw channels: a header line such as `time [s],r0c0.11 [fF],r0c0.12 [fF],r0c0.21 [fF],r0c0.22 [fF]` or `time [s],r0c0 [kPa]`, then one line of numbers per frame\n  \
+     Tekscan I-Scan CSV or F-Scan ASF: begins with `DATA_TYPE MOVIE`\n  \
+     XSENSOR CSV: begins with `File:,` and the name of the XSN file";
+
+fn unrecognised<R: BufRead>(lines: &Lines<R>) -> InputError {
+    let text = lines.text();
+    let dialect = Dialect::of_line(text);
+    let numbers = dialect
+        .fields(text)
+        .all(|field| dialect.clone().number(&field.text()).is_some());
+    let error = lines.line_error(format!(
+        "this is no recording of a known format: the first line is {}",
+        quote(text)
+    ));
+    if numbers {
+        error.help(format!(
+            "the numbers have no header that says what they are: add a first line such as \
+             `time [s],r0c0.11 [fF],r0c0.12 [fF],r0c0.21 [fF],r0c0.22 [fF]`, with one name and unit for each \
+             column\n{KNOWN_FORMATS}"
+        ))
+    } else {
+        error.help(KNOWN_FORMATS)
+    }
+}
+
+fn no_such_sensor(file: &str, wanted: &str, sensors: &[String]) -> InputError {
+    InputError::whole(
+        file,
+        format!("the recording has no sensor {}", quote(wanted)),
+    )
+    .help(format!("it has {}", sensors.join(", ")))
+}
+
+/// A number of rows or columns, 1 to [`MOST_TAXELS`].
+fn side(text: &str) -> Option<usize> {
+    let count = text.parse::<u64>().ok()?;
+    (1..=MOST_TAXELS)
+        .contains(&count)
+        .then(|| usize::try_from(count).ok())?
+}
+
+/// What to say of a shape that is too large, if it is.
+fn shape_fault(rows: usize, columns: usize) -> Option<String> {
+    let taxels = rows as u128 * columns as u128;
+    (taxels > u128::from(MOST_TAXELS)).then(|| {
+        format!(
+            "{rows} rows x {columns} columns are {taxels} taxels; allowed are 1 to {MOST_TAXELS}"
+        )
+    })
+}
+
+/// A distance between taxels, above 0 to 1 m.
+fn spacing(value: f64, unit_m: f64) -> Option<f64> {
+    Some(value * unit_m).filter(|&metres| metres > 0.0 && metres <= 1.0)
+}
