@@ -3,7 +3,8 @@
 use std::error::Error;
 
 use serde_json::json;
-use taxel_fem::assembly::kernel::{CellInput, ELIMINATION_RATIO, Kernel, Kinematics};
+use taxel_fem::assembly::kernel::{CellInput, ELIMINATION_RATIO, Kernel};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::mesh::CellShape;
 
 use crate::measure::Meter;

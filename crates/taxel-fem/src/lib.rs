@@ -22,5 +22,6 @@ pub mod output;
 pub mod problem;
 pub mod scalar;
 pub mod solver;
+pub mod sparse;
 pub mod study;
 pub mod verify;

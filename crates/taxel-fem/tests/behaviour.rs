@@ -2,10 +2,10 @@
 //! restart, and failures that say why.
 #![allow(clippy::unwrap_used)]
 
-use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::material::viscoelastic::{PronyTerm, Relaxation};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grid2};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
     Cavity, Contact, DeadLoad, Motion, Obstacle, Problem, ProblemError, Quantity, Rule, Shape,

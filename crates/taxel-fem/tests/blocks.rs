@@ -4,9 +4,9 @@
 
 use std::collections::HashMap;
 
-use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{CellShape, Mesh};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-use taxel_fem::assembly::kernel::Kinematics;
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grading, Grid2, Mesh};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
 use taxel_fem::solver::newton::{Continue, Solver};
 

@@ -2,10 +2,10 @@
 
 use super::friction::{Friction, friction};
 use super::system::{Assembled, System};
+use crate::assembly::state::State;
 use crate::mesh::Facet;
 use crate::problem::contact::{Anchor, ContactState, Gap};
 use crate::problem::{Contact, Obstacle, Pairing, Problem, Walls};
-use crate::solver::state::State;
 
 /// A contact point of a surface against an obstacle.
 struct ContactPoint<'p> {

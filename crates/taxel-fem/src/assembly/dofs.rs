@@ -2,8 +2,8 @@
 //! the matrix.
 
 use super::kernel::{MAX_NODES, NodeBlocks};
-use super::ordering::{Graph, elimination_order};
-use crate::solver::sparse::Pattern;
+use crate::sparse::Pattern;
+use crate::sparse::ordering::{Graph, elimination_order};
 
 /// Numbers of the unknowns. Nodes are numbered in the order of elimination, so that
 /// the matrix needs no permutation; the free components of a node follow each other.

@@ -23,41 +23,8 @@ use pulp::{Simd, WithSimd};
 
 use crate::material::Material;
 use crate::mesh::CellShape;
+use crate::problem::Kinematics;
 use crate::scalar::{Lanes, PLACE, Scalar, Symmetric, Tensor, determinant, inverse};
-
-/// How the third direction behaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kinematics {
-    /// Two dimensions, no stretch along the third; per unit depth.
-    PlaneStrain,
-    /// Radius first, axis second; the whole turn.
-    Axisymmetric,
-    /// Three dimensions.
-    Solid,
-}
-
-impl Kinematics {
-    /// Components of displacement.
-    pub const fn components(self) -> usize {
-        match self {
-            Self::PlaneStrain | Self::Axisymmetric => 2,
-            Self::Solid => 3,
-        }
-    }
-
-    /// Directions in which a displacement varies (the hoop is the third).
-    const fn directions(self) -> usize {
-        match self {
-            Self::PlaneStrain => 2,
-            Self::Axisymmetric | Self::Solid => 3,
-        }
-    }
-
-    /// Pressure functions of a cell.
-    pub const fn pressures(self) -> usize {
-        self.components() + 1
-    }
-}
 
 /// Usual bulk over shear modulus of the elimination where the solid keeps its volume.
 pub const ELIMINATION_RATIO: f64 = 1e5;

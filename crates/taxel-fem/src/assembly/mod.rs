@@ -4,5 +4,5 @@ pub mod contact;
 pub mod dofs;
 mod friction;
 pub mod kernel;
-pub mod ordering;
+pub mod state;
 pub mod system;

@@ -2,11 +2,11 @@
 
 use super::dofs::Unknowns;
 use super::kernel::{CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
+use crate::assembly::state::State;
 use crate::mesh::{Facet, FacetShape};
 use crate::problem::load::FacetTable;
 use crate::problem::{Contact, Motion, Problem, ProblemError};
 use crate::scalar::{Lanes, Scalar};
-use crate::solver::state::State;
 
 /// A cell that turned inside out.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,7 +1,8 @@
 //! Steady current through conducting regions: resistance of the deformed shape.
 
 use super::FieldError;
-use super::laplace::{Coefficient, Domain, named_nodes, region_number};
+use super::geometry::named_nodes;
+use super::laplace::{Coefficient, Domain, region_number};
 use super::terminals::{Terminal, respond};
 
 /// Current between two surfaces; all other boundaries are insulated.

@@ -5,7 +5,8 @@
 //! modelled part.
 
 use super::FieldError;
-use super::laplace::{Coefficient, Domain, named_nodes};
+use super::geometry::named_nodes;
+use super::laplace::{Coefficient, Domain};
 use super::terminals::{Response, Square, Terminal, respond};
 
 /// Permittivity of vacuum, F/m (CODATA 2022).

@@ -121,7 +121,7 @@ pub enum FieldError {
     },
     /// The linear system has no answer.
     #[error("the potentials: {0}")]
-    Linear(#[from] crate::solver::sparse::LinearError),
+    Linear(#[from] crate::sparse::LinearError),
     /// The image of the unbounded space was moved.
     #[error("node {node} of the unbounded part moves by {distance:.3e}; it must stay at rest")]
     OutsideMoves {

@@ -21,7 +21,7 @@
 //! the direction `n` of the radius: a tensor coefficient is seen as `Q k Q`.
 
 use super::FieldError;
-use super::laplace::{Geometry, length, named_nodes, times};
+use super::geometry::{Geometry, length, named_nodes, times};
 use crate::mesh::{CellShape, Facet, Mesh};
 use crate::scalar::Tensor;
 use std::collections::BTreeMap;

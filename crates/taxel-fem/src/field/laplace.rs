@@ -7,20 +7,9 @@
 
 use super::FieldError;
 use super::exterior::Exterior;
+use super::geometry::{Geometry, length, times};
 use crate::mesh::{CellShape, Mesh, Shapes};
 use crate::scalar::{PAIRS, Symmetric, Tensor, determinant, inverse};
-
-/// What a mesh stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Geometry {
-    /// A plane section; results are per unit depth.
-    Plane,
-    /// A half section with the radius first and the axis second; results are for the
-    /// full turn.
-    Axisymmetric,
-    /// Three dimensions.
-    Solid,
-}
 
 /// Displacement of each node, in the units of the mesh.
 #[derive(Clone, Copy, Debug, Default)]
@@ -141,10 +130,6 @@ fn interpolate(
         }
     }
     (value, gradient)
-}
-
-pub(super) fn times(a: &Tensor<f64>, b: &Tensor<f64>) -> Tensor<f64> {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum::<f64>()))
 }
 
 fn transposed(a: &Tensor<f64>) -> Tensor<f64> {
@@ -417,20 +402,4 @@ pub(super) fn region_number(mesh: &Mesh, name: &str) -> Result<usize, FieldError
             name: name.to_owned(),
             known: mesh.regions.join(", "),
         })
-}
-
-/// Nodes of a surface or node set that must exist.
-pub(super) fn named_nodes(mesh: &Mesh, name: &str) -> Result<Vec<u32>, FieldError> {
-    mesh.nodes_of(name).ok_or_else(|| {
-        let names = mesh.surfaces.keys().chain(mesh.node_sets.keys());
-        FieldError::UnknownName {
-            kind: "region, surface or node set",
-            name: name.to_owned(),
-            known: names.cloned().collect::<Vec<_>>().join(", "),
-        }
-    })
-}
-
-pub(super) fn length(a: [f64; 3]) -> f64 {
-    a.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

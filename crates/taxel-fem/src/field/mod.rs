@@ -13,6 +13,7 @@ pub mod cases;
 pub mod conduction;
 pub mod electrostatics;
 pub mod exterior;
+pub mod geometry;
 pub mod laplace;
 pub mod sections;
 

@@ -5,7 +5,7 @@
 //! vector `1/2 int x cross dx` that lies in the direction of the line of centres.
 
 use super::FieldError;
-use super::laplace::length;
+use super::geometry::length;
 use crate::mesh::Mesh;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,7 +1,7 @@
 //! The equations of the free nodes: factorised once, solved and checked.
 
 use super::FieldError;
-use crate::solver::sparse::{Cholesky, Definiteness, Factorisation, Pattern, solve_checked};
+use crate::sparse::{Cholesky, Definiteness, Factorisation, Pattern, solve_checked};
 
 /// An entry of the lower half: row, column, value. Equal places add up.
 pub(super) type Entry = (u32, u32, f64);

@@ -10,7 +10,7 @@
 use super::FieldError;
 use super::laplace::{Coefficient, Domain};
 use super::system::{Entry, System};
-use crate::assembly::ordering::{Graph, elimination_order};
+use crate::sparse::ordering::{Graph, elimination_order};
 
 /// Nodes of one potential.
 pub(super) struct Terminal {

@@ -10,7 +10,7 @@ mod crossing_voids;
 mod error;
 pub mod gmsh;
 mod patchwork;
-pub(crate) mod polygon;
+pub mod polygon;
 mod promote;
 pub mod quality;
 mod structured;
@@ -23,8 +23,7 @@ pub use crossing_voids::CrossingVoids;
 pub use error::MeshError;
 pub use promote::LowerCell;
 pub use structured::{Grid, Grid2, Grid3, Part};
-pub(crate) use void_block::VOID_ROWS;
-pub use void_block::{Footprint, VoidBlock};
+pub use void_block::{Footprint, VOID_ROWS, VoidBlock};
 pub use void_cell::{CornerDivision, VoidCell};
 
 use std::collections::BTreeMap;

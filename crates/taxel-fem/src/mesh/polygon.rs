@@ -11,11 +11,11 @@ use std::collections::{HashMap, VecDeque};
 type Place = [f64; 2];
 
 /// Triangles, the corners of each in the positive sense.
-pub(crate) struct Triangles {
+pub struct Triangles {
     /// The corners of the polygon in their order, then the points inside.
-    pub(crate) points: Vec<Place>,
+    pub points: Vec<Place>,
     /// Numbers of the corners.
-    pub(crate) corners: Vec<[usize; 3]>,
+    pub corners: Vec<[usize; 3]>,
 }
 
 /// Radius of the circle through the corners over the shortest edge from which on a triangle
@@ -34,7 +34,7 @@ const OUTSIDE: usize = usize::MAX;
 ///
 /// # Errors
 /// A place where the outline crosses or touches itself, or runs the other way round.
-pub(crate) fn fill(outline: &[Place]) -> Result<Triangles, Place> {
+pub fn fill(outline: &[Place]) -> Result<Triangles, Place> {
     if let Some(place) = crossing(outline) {
         return Err(place);
     }

@@ -36,7 +36,7 @@ pub struct VoidBlock {
 }
 
 /// Names of the rows: upper, lower.
-pub(crate) const VOID_ROWS: [&str; 2] = ["upper", "lower"];
+pub const VOID_ROWS: [&str; 2] = ["upper", "lower"];
 
 impl VoidBlock {
     /// The mesh.

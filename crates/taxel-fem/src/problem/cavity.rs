@@ -2,8 +2,8 @@
 
 use super::Parameter;
 use super::load::FacetTable;
-use crate::assembly::kernel::Kinematics;
 use crate::mesh::{Facet, Mesh};
+use crate::problem::Kinematics;
 
 /// A cavity whose wall carries one pressure.
 ///

@@ -1,8 +1,8 @@
 //! Pressures that follow the surface, and loads of fixed direction.
 
 use super::Parameter;
-use crate::assembly::kernel::Kinematics;
 use crate::mesh::{Facet, FacetShape, Mesh, QuadraturePoint, Shapes};
+use crate::problem::Kinematics;
 
 /// A pressure that stays normal to the deformed surface.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,14 +7,15 @@
 
 pub mod cavity;
 pub mod contact;
+mod kinematics;
 pub mod load;
 
-use crate::assembly::kernel::Kinematics;
 use crate::material::viscoelastic::Relaxation;
 use crate::material::{Material, MaterialError};
 use crate::mesh::{Facet, Mesh};
 pub use cavity::{Cavity, CavityLaw};
 pub use contact::{Contact, Obstacle, Pairing, Shape, WallPoint, Walls};
+pub use kinematics::Kinematics;
 pub use load::{DeadLoad, Pressure};
 
 /// A scalar that drives loads; numbered in the order of [`Problem::parameter`].

@@ -1,7 +1,8 @@
 //! What determines the parameters: the equations that border those of the body.
 
-use super::newton::{Solver, dot};
-use super::state::State;
+use super::newton::Solver;
+use super::small::dot;
+use crate::assembly::state::State;
 use crate::assembly::system::Assembled;
 use crate::problem::{Quantity, Rule};
 
@@ -126,31 +127,4 @@ impl Solver {
         let slope = difference.iter().map(|d| d / length).collect();
         (base + length, Slope::Dense(slope), by_parameters)
     }
-}
-
-/// Gauss elimination with pivoting; none when singular.
-pub(super) fn solve_small(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
-    let n = b.len();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-        if a[pivot][k] == 0.0 || a[pivot][k].is_nan() {
-            return None;
-        }
-        a.swap(k, pivot);
-        b.swap(k, pivot);
-        for i in k + 1..n {
-            let factor = a[i][k] / a[k][k];
-            for j in k..n {
-                a[i][j] -= factor * a[k][j];
-            }
-            b[i] -= factor * b[k];
-        }
-    }
-    for k in (0..n).rev() {
-        for j in k + 1..n {
-            b[k] -= a[k][j] * b[j];
-        }
-        b[k] /= a[k][k];
-    }
-    Some(b)
 }

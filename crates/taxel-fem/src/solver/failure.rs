@@ -1,8 +1,8 @@
 //! Why a solution failed, and what would probably help.
 
-use super::sparse::LinearError;
 use crate::assembly::system::InvertedCell;
 use crate::problem::ProblemError;
+use crate::sparse::LinearError;
 
 /// A solution that could not go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -18,7 +18,7 @@ pub struct Failure {
 
 impl Failure {
     /// A failure before the first step.
-    pub(crate) fn at_start(reason: Reason) -> Self {
+    pub fn at_start(reason: Reason) -> Self {
         Self {
             reason,
             fraction: 0.0,

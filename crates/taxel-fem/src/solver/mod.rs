@@ -4,6 +4,5 @@ mod control;
 pub mod failure;
 mod memory;
 pub mod newton;
-pub mod sparse;
-pub mod state;
+mod small;
 pub mod stress;

@@ -1,16 +1,16 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
-use super::control::solve_small;
 use super::failure::{Failure, Reason};
 use super::memory::remember;
-use super::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
-use super::state::State;
+use super::small::{dot, solve_small};
 use crate::assembly::contact::ContactProbe;
 use crate::assembly::kernel::{ELIMINATION_RATIO, MAX_PRESSURES};
+use crate::assembly::state::State;
 use crate::assembly::system::{Assembled, System};
 use crate::material::stability::ellipticity;
 use crate::problem::{Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
+use crate::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 
 /// How a solution is sought. The defaults suit rubber.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -705,10 +705,6 @@ struct Change {
     parameters: Vec<f64>,
     energy: f64,
     given_only: bool,
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn axpy(factor: f64, x: &[f64], y: &mut [f64]) {

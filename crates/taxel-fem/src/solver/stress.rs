@@ -1,7 +1,7 @@
 //! Stress in a solved body.
 
-use super::state::State;
-use crate::assembly::kernel::Kinematics;
+use crate::assembly::state::State;
+use crate::problem::Kinematics;
 use crate::problem::Problem;
 use crate::scalar::{Symmetric, Tensor, determinant, inverse};
 

@@ -4,9 +4,9 @@
 //! gripped; half of a symmetric layer is in the mesh. What becomes of the ends is the choice
 //! of the body: they end with the load, or the layer goes on beside it.
 
-use crate::assembly::kernel::Kinematics;
 use crate::material::Material;
 use crate::mesh::{Axis, Grading, Grid2, Growth, Mesh, MeshError};
+use crate::problem::Kinematics;
 use crate::problem::{Contact, Motion, Obstacle, Parameter, Problem, ProblemError, Rule, Shape};
 use crate::solver::failure::{Failure, Reason};
 use crate::solver::newton::{Continue, Settings, Solver};

@@ -4,9 +4,9 @@ use super::tools::{
     UNIT_RUBBER, body, eager, from_start, go, mapped, node_near, plane, towards_end,
 };
 use super::{Case, Effort};
-use crate::assembly::kernel::Kinematics;
 use crate::material::{Material, Volumetric};
 use crate::mesh::Axis;
+use crate::problem::Kinematics;
 use crate::problem::{Motion, Problem, Rule};
 use crate::solver::failure::Failure;
 use crate::solver::newton::Solver;

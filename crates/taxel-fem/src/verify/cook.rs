@@ -4,9 +4,9 @@
 
 use super::tools::{body, eager, go, mapped, node_near, plane};
 use super::{Case, Effort, Tolerance};
-use crate::assembly::kernel::Kinematics;
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, Grading, Growth};
+use crate::problem::Kinematics;
 use crate::problem::load::traction;
 use crate::problem::{DeadLoad, Rule};
 use crate::solver::failure::Failure;

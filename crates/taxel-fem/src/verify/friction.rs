@@ -10,8 +10,8 @@
 
 use super::tools::{UNIT_RUBBER, body, from_start, go, plane, towards_end};
 use super::{Case, Effort};
-use crate::assembly::kernel::Kinematics;
 use crate::mesh::{Axis, Grading, Grid3, Mesh};
+use crate::problem::Kinematics;
 use crate::problem::{Contact, Motion, Obstacle, Parameter, Rule, Shape};
 use crate::solver::failure::Failure;
 use crate::solver::newton::Solver;

@@ -2,10 +2,10 @@
 
 use super::tools::{body, drive, eager, go, unit_body};
 use super::{Case, Effort};
-use crate::assembly::kernel::Kinematics;
 use crate::material::homogeneous::Mode;
 use crate::material::{Law, Material, OgdenTerm, Volumetric};
 use crate::mesh::{CellShape, Mesh};
+use crate::problem::Kinematics;
 use crate::problem::{Motion, Problem, Rule};
 use crate::solver::failure::Failure;
 use crate::solver::stress::stress_points;

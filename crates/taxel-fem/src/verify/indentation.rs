@@ -2,8 +2,8 @@
 
 use super::tools::{body, eager, from_start, go, plane, towards_end, with_poisson};
 use super::{Case, Effort};
-use crate::assembly::kernel::Kinematics;
 use crate::mesh::{Axis, Grading, Mesh};
+use crate::problem::Kinematics;
 use crate::problem::{Contact, Motion, Obstacle, Rule, Shape};
 use crate::solver::failure::Failure;
 

@@ -9,14 +9,14 @@
 use super::tools::{SHAPES, UNIT_RUBBER, body, kinematics, unit_body};
 use super::{Case, Effort};
 use crate::assembly::kernel::{ELIMINATION_RATIO, MAX_PRESSURES};
+use crate::assembly::state::State;
 use crate::assembly::system::System;
 use crate::material::{Material, Volumetric};
 use crate::mesh::{CellShape, Mesh};
 use crate::problem::{Motion, Problem, Support};
 use crate::scalar::determinant;
 use crate::solver::failure::{Failure, Reason};
-use crate::solver::sparse::{Cholesky, Factorisation, solve_checked};
-use crate::solver::state::State;
+use crate::sparse::{Cholesky, Factorisation, solve_checked};
 
 /// Bulk over shear modulus.
 const RATIO: f64 = 1e6;
@@ -173,7 +173,7 @@ fn constant(case: &mut Case, shape: CellShape, count: usize) -> Result<f64, Fail
         .map_err(|error| Failure::at_start(error.into()))?;
     case.mesh = case.mesh.max((norm.mesh.cell_count(), rows.len()));
     let pattern = &system.unknowns.pattern;
-    let linear = |error: crate::solver::sparse::LinearError| Failure::at_start(error.into());
+    let linear = |error: crate::sparse::LinearError| Failure::at_start(error.into());
     let mut cholesky = Cholesky::analyse(pattern).map_err(linear)?;
     cholesky
         .refactor(pattern, &assembled.values)

@@ -4,9 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::tools::{UNIT_RUBBER, body, go, mapped, node_near, plane};
 use super::{Case, Effort, Refinement};
-use crate::assembly::kernel::Kinematics;
 use crate::material::{Law, Material};
 use crate::mesh::Axis;
+use crate::problem::Kinematics;
 use crate::problem::{Cavity, Motion, Parameter, Problem, Quantity, Rule};
 use crate::solver::failure::Failure;
 use crate::solver::newton::{Continue, Solver};

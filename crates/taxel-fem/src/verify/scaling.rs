@@ -1,12 +1,13 @@
 //! From the solved deformation to capacitance and resistance, where both are exact.
 
 use super::{Case, Effort};
-use crate::assembly::kernel::Kinematics;
 use crate::field::conduction::Conduction;
 use crate::field::electrostatics::{Electrostatics, Infinity, VACUUM_PERMITTIVITY};
-use crate::field::laplace::{Coefficient, Domain, Geometry, Motion};
+use crate::field::geometry::Geometry;
+use crate::field::laplace::{Coefficient, Domain, Motion};
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, Grid3};
+use crate::problem::Kinematics;
 use crate::problem::{Motion as Support, Problem, Rule};
 use crate::solver::failure::Failure;
 use crate::solver::newton::{Continue, Solver};

@@ -5,8 +5,8 @@
 
 use super::tools::{body, eager, from_start, go, node_near, plane, towards_end, with_poisson};
 use super::{Case, Effort};
-use crate::assembly::kernel::Kinematics;
 use crate::mesh::Axis;
+use crate::problem::Kinematics;
 use crate::problem::{Cavity, Motion, Rule};
 use crate::solver::failure::Failure;
 

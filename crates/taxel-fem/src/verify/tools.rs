@@ -1,8 +1,8 @@
 //! Meshes and problems that several cases share.
 
-use crate::assembly::kernel::Kinematics;
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, CellShape, Grading, Grid2, Grid3, Growth, LowerCell, Mesh, MeshError};
+use crate::problem::Kinematics;
 use crate::problem::{Motion, Parameter, Problem, Support};
 use crate::solver::failure::Failure;
 use crate::solver::newton::{Continue, Solver};

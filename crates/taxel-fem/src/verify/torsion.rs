@@ -8,9 +8,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use super::tools::{body, drive, go};
 use super::{Case, Effort, Refinement};
-use crate::assembly::kernel::Kinematics;
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, CellShape, Grid3, Mesh};
+use crate::problem::Kinematics;
 use crate::problem::Rule;
 use crate::solver::failure::Failure;
 use crate::solver::newton::Solver;

@@ -3,9 +3,9 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::mechanics::microchannel_cell::{Closure, Filling, VoidStudy, WallContact};
 use rayon::prelude::*;
 use taxel_fem::mesh::{CornerDivision, VoidCell};
-use taxel_fem::study::void_cell::{Closure, Filling, VoidStudy, WallContact};
 
 use super::{ChannelSections, HeatMap, MapCell};
 use crate::mechanics::{fillings, solids};

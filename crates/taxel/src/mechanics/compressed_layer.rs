@@ -10,78 +10,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::end_condition::EndCondition;
+use super::layer_range::{LARGEST_COMPRESSION, LayerError, LayerRange};
 use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 use taxel_numerics::roots;
-
-/// Largest relative compression at which the layer model was compared with
-/// finite elements.
-pub const LARGEST_COMPRESSION: f64 = 0.4;
-/// Least half length over thickness for which the force was compared, unless
-/// the end condition itself comes from finite elements.
-pub const LEAST_ASPECT: f64 = 2.0;
-
-/// Why a layer has no answer.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LayerError {
-    /// A relative compression that no layer can have.
-    #[error("a relative compression of {compression} is outside 0 (included) to 1 (excluded)")]
-    Compression {
-        /// What was asked for.
-        compression: f64,
-    },
-    /// A force that the model does not reach, or a pull.
-    #[error(
-        "a force of {force:.4e} N is outside 0 to {limit:.4e} N, the force at the largest compression of the model"
-    )]
-    Force {
-        /// What was asked for, N.
-        force: f64,
-        /// Largest force, N.
-        limit: f64,
-    },
-    /// The tabulated end condition does not reach to this layer.
-    #[error(
-        "a half length of {aspect:.3} thicknesses is below {least}, where the table of the end condition begins"
-    )]
-    AspectOutsideTable {
-        /// Half length over thickness.
-        aspect: f64,
-        /// Where the table begins.
-        least: f64,
-    },
-    /// The end condition leaves too little shear for a force that rises with
-    /// the compression.
-    #[error(
-        "an end factor of {chi:.3} is below {least}: the force would not rise with compression"
-    )]
-    EndFactor {
-        /// χ.
-        chi: f64,
-        /// Its least value.
-        least: f64,
-    },
-}
-
-/// Whether a layer is inside the range in which its force was verified.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum LayerRange {
-    /// Inside.
-    Within,
-    /// Compressed more than its force was compared with finite elements.
-    CompressionAbove {
-        /// That limit.
-        limit: f64,
-    },
-    /// Shorter than its force was compared with finite elements: stretch and
-    /// gap hold, the force does not.
-    AspectBelow {
-        /// Half length over thickness.
-        aspect: f64,
-        /// That limit.
-        limit: f64,
-    },
-}
 
 /// How the pressed face may move sideways.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]

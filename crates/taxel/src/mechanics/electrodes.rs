@@ -4,7 +4,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::compressed_layer::{CompressedLayer, LARGEST_COMPRESSION, LayerKinematics, TopFace};
+use super::compressed_layer::{CompressedLayer, LayerKinematics, TopFace};
+use super::layer_range::LARGEST_COMPRESSION;
 use crate::quantity::{self, Checked, Fraction, PositiveLength, PositiveStress, Ratio};
 use taxel_numerics::table::{extrapolate, interpolate};
 

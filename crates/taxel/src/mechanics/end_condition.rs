@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::compressed_layer::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
+use super::layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
 use crate::quantity::{self, Checked, EndFactor, EndParameter};
 use taxel_numerics::special::{beta, gamma};
 use taxel_numerics::table::interpolate;

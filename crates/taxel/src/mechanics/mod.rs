@@ -2,11 +2,15 @@
 
 mod choice;
 mod compressed_layer;
+pub mod crossing_microchannels;
 mod electrodes;
 mod end_condition;
 mod force_hysteresis;
+mod layer_range;
 mod material;
 mod microchannel;
+pub mod microchannel_block;
+pub mod microchannel_cell;
 mod plate;
 mod preload;
 mod profile;
@@ -19,8 +23,7 @@ mod tabulated_cells;
 
 pub use choice::Mechanics;
 pub use compressed_layer::{
-    CompressedLayer, LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerKinematics, LayerRange,
-    LayerState, PlaneStress, StressConstants, TopFace,
+    CompressedLayer, LayerKinematics, LayerState, PlaneStress, StressConstants, TopFace,
 };
 pub use electrodes::{
     DeformedElectrodes, ElectrodeModulus, ElectrodeStiffness, Electrodes, OutsideTable,
@@ -28,6 +31,7 @@ pub use electrodes::{
 };
 pub use end_condition::{EndCondition, EndShear, GivenFactor};
 pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
+pub use layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerRange};
 pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
     CellGeometry, ChannelClosed, ChannelError, ChannelSection, ChannelShape, ClosingCurve,

@@ -1,9 +1,9 @@
 //! A block with crossing channels under a load on a part of its top, solved by finite
 //! elements.
 
+use crate::mechanics::microchannel_block::{BlockLoad, BlockState, BlockStudy, BlockVoid, Sides};
+use crate::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::mesh::{CrossingVoids, Footprint, VoidBlock};
-use taxel_fem::study::void_block::{BlockLoad, BlockState, BlockStudy, BlockVoid, Sides};
-use taxel_fem::study::void_cell::{Filling, WallContact};
 
 use super::microchannel::tabulated_pressure;
 use super::solved_voids::{filling, solid};

@@ -1,9 +1,9 @@
 //! Two crossing rows of channels solved by finite elements.
 
+use crate::mechanics::crossing_microchannels::{Crossing, CrossingStudy};
+use crate::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::CrossingVoids;
-use taxel_fem::study::crossing_voids::{Crossing, CrossingStudy};
-use taxel_fem::study::void_cell::{Filling, WallContact};
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
 use super::{ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic, PressureLaw};

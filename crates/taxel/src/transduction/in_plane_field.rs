@@ -1,9 +1,9 @@
 //! The in-plane capacitive sensor (P1) by finite elements: its whole cross-section at
 //! large strain, and the electric field in the deformed shape.
 
+use crate::transduction::electrode_section::{BarStudy, Media};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::solver::failure::Failure;
-use taxel_fem::study::embedded_bars::{BarStudy, Media};
 use taxel_fem::study::layer::{Bar, Layer, LayerDivision, SideFace};
 
 use super::in_plane_model::InPlaneModel;

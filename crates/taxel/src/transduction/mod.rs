@@ -1,6 +1,7 @@
 //! Deformation to electrical response.
 
 mod coplanar_capacitor;
+pub mod electrode_section;
 mod in_plane_field;
 mod in_plane_model;
 mod in_plane_study;

@@ -4,7 +4,8 @@ use super::grid::{Sizes, line, name_nodes, plane};
 use super::{Case, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
-use crate::field::laplace::{Coefficient, Geometry};
+use crate::field::geometry::Geometry;
+use crate::field::laplace::Coefficient;
 
 /// Size of the cells at an edge of a bar, where the field grows as `r^-1/3`: the energy
 /// of a cell there falls as the power 4/3 of its size.

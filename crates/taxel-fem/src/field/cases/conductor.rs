@@ -4,7 +4,8 @@ use super::grid::{Sizes, line, plane};
 use super::{Case, check, growth};
 use crate::field::FieldError;
 use crate::field::conduction::Conduction;
-use crate::field::laplace::{Coefficient, Domain, Geometry, Motion};
+use crate::field::geometry::Geometry;
+use crate::field::laplace::{Coefficient, Domain, Motion};
 use std::f64::consts::{LN_2, PI};
 
 /// A right-angled bend of a strip of width one: what its corner square adds to the

@@ -18,7 +18,8 @@ pub use strips::{COPLANAR_STRIPS, OPPOSED_STRIPS, coplanar_strips, opposed_strip
 use super::FieldError;
 use super::electrostatics::{Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY};
 use super::exterior::{Ball, Exterior, Shell, add_exterior, surround};
-use super::laplace::{Coefficient, Domain, Geometry, Motion};
+use super::geometry::Geometry;
+use super::laplace::{Coefficient, Domain, Motion};
 use crate::mesh::Mesh;
 
 /// A computed number beside the known one.

@@ -5,7 +5,7 @@ use super::{Case, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::exterior::{Ball, Shell, add_exterior, surround};
-use crate::field::laplace::Geometry;
+use crate::field::geometry::Geometry;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Coaxial discs of radius `a` a distance `d` apart: `d/a` with `C/(eps a)` of Love's

@@ -4,7 +4,8 @@ use super::grid::{Sizes, line, name_nodes, plane};
 use super::{Case, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
-use crate::field::laplace::{Coefficient, Geometry};
+use crate::field::geometry::Geometry;
+use crate::field::laplace::Coefficient;
 
 /// Coplanar strips of width `s` a gap `g` apart: the ratio `s/g` with
 /// `C'/eps = K(k')/K(k)`, `k = g/(g + 2 s)`, by conformal mapping.

@@ -1,6 +1,6 @@
 //! Loads on channels answered by finite elements: the whole top, a patch, a punch.
 
-use taxel_fem::study::void_block::{BlockState, BlockVoid};
+use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 
 use super::ChannelArray;
 use super::local::{self, Place};

@@ -1,6 +1,6 @@
 //! Loads on a part of the top: what they say, and where they lie on the block.
 
-use taxel_fem::study::void_block::{BlockState, BlockVoid};
+use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 
 use super::ChannelArray;
 use super::predict::{

@@ -2,19 +2,22 @@
 //!
 //! Around the layer, whose cells stay as they lie, triangles fill what is above and beside it
 //! and what is below the plane of its base, however far the side face overhangs or the top folds
-//! beside the probe ([`crate::mesh::polygon`]). They share the nodes of the outline. Beyond a box
+//! beside the probe ([`taxel_fem::mesh::polygon`]). They share the nodes of the outline. Beyond a box
 //! the mesh is blended into a circle, outside of which all space is mapped inside
-//! ([`crate::field::exterior`]).
+//! ([`taxel_fem::field::exterior`]).
 
-use super::sewn::{Node, Outline, Sewn, between, joined, reversed};
+use super::tied::{Node, Outline, Sewn, between, joined, reversed};
 use super::{BarCapacitance, Media};
-use crate::field::FieldError;
-use crate::field::electrostatics::{Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY};
-use crate::field::exterior::{Ball, Exterior, Shell, add_exterior, surround};
-use crate::field::laplace::{Coefficient, Domain, Geometry, Motion};
-use crate::mesh::{CellShape, Mesh};
-use crate::study::layer::{Layer, SideFace};
 use std::collections::BTreeMap;
+use taxel_fem::field::FieldError;
+use taxel_fem::field::electrostatics::{
+    Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY,
+};
+use taxel_fem::field::exterior::{Ball, Exterior, Shell, add_exterior, surround};
+use taxel_fem::field::geometry::Geometry;
+use taxel_fem::field::laplace::{Coefficient, Domain, Motion};
+use taxel_fem::mesh::{CellShape, Mesh};
+use taxel_fem::study::layer::{Layer, SideFace};
 
 /// The deformed half section in unbounded space.
 #[derive(Clone, Debug)]
@@ -285,8 +288,8 @@ fn named(mesh: &Mesh, condition: &dyn Fn([f64; 3]) -> bool) -> Vec<u32> {
 mod tests {
     use super::super::BarStudy;
     use super::*;
-    use crate::material::{Law, Material, Volumetric};
-    use crate::study::layer::{Bar, LayerDivision};
+    use taxel_fem::material::{Law, Material, Volumetric};
+    use taxel_fem::study::layer::{Bar, LayerDivision};
 
     #[test]
     fn energy_and_flux_agree_where_the_outline_is_bent() {

@@ -1,14 +1,14 @@
 //! A layer with a row of voids under pressure: how the voids close.
 
-use crate::assembly::kernel::Kinematics;
-use crate::material::Material;
-use crate::mesh::{Facet, FacetShape, Mesh, VoidCell};
-use crate::problem::{
+use taxel_fem::material::Material;
+use taxel_fem::mesh::{Facet, FacetShape, Mesh, VoidCell};
+use taxel_fem::problem::Kinematics;
+use taxel_fem::problem::{
     Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Quantity, Rule,
     WallPoint, Walls,
 };
-use crate::solver::failure::{Failure, Reason};
-use crate::solver::newton::{Continue, Settings, Solver};
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::solver::newton::{Continue, Settings, Solver};
 
 /// What the void holds.
 #[derive(Clone, Debug, PartialEq)]

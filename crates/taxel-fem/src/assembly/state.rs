@@ -33,6 +33,38 @@ pub struct Carried {
 }
 
 impl Carried {
+    /// Memory of a body at rest; empty where no region relaxes.
+    pub(crate) fn rest(problem: &Problem) -> Self {
+        if problem.relaxations.iter().all(Option::is_none) {
+            return Self::default();
+        }
+        let mesh = &problem.mesh;
+        let histories = (0..mesh.cell_count()).map(|cell| {
+            let relaxation = problem.relaxations.get(mesh.region_of(cell))?.as_ref()?;
+            let points = mesh.shape(cell).quadrature().len();
+            Some(History::new(relaxation, points))
+        });
+        Self {
+            histories: histories.collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Begins a step of a duration in s.
+    pub(crate) fn begin(&mut self, duration: f64) {
+        self.cells.clear();
+        for history in &mut self.histories {
+            let Some(history) = history else {
+                self.cells.push((1.0, Vec::new()));
+                continue;
+            };
+            // Durations are not negative: `go_in` refuses those that are.
+            let factor = history.begin_step(duration).unwrap_or(1.0);
+            let points = (0..history.points()).map(|point| *history.carried(point));
+            self.cells.push((factor, points.collect()));
+        }
+    }
+
     /// Memory of a cell; none where the solid has none.
     pub fn of(&self, cell: usize) -> Option<Memory<'_>> {
         let (factor, carried) = self.cells.get(cell)?;

@@ -5,12 +5,12 @@
 //! anew for each state.
 
 mod section;
-mod sewn;
+mod tied;
 
-use super::layer::{Bar, Layer, LayerStudy};
-use crate::field::FieldError;
-use crate::material::Material;
-use crate::solver::failure::{Failure, Reason};
+use taxel_fem::field::FieldError;
+use taxel_fem::material::Material;
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::study::layer::{Bar, Layer, LayerStudy};
 
 pub use section::Section;
 

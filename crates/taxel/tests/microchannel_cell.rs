@@ -1,10 +1,10 @@
 //! The closing void against independent, mesh-converged tables (lengths um, kPa).
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+use taxel::mechanics::crossing_microchannels::CrossingStudy;
+use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell};
-use taxel_fem::study::crossing_voids::CrossingStudy;
-use taxel_fem::study::void_cell::{Filling, VoidStudy, WallContact};
 
 const RUBBER: Material = Material {
     law: Law::MooneyRivlin {

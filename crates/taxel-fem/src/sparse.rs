@@ -8,6 +8,7 @@
 mod analysis;
 mod fronts;
 mod indefinite;
+pub mod ordering;
 mod tiles;
 mod triangles;
 

@@ -1,8 +1,8 @@
 //! Triangles round a layer, sewn to its cells.
 
-use crate::field::FieldError;
-use crate::mesh::{Axis, CellShape, Grading, Growth, Mesh, polygon};
 use std::collections::HashMap;
+use taxel_fem::field::FieldError;
+use taxel_fem::mesh::{Axis, CellShape, Grading, Growth, Mesh, polygon};
 
 /// Cells along each side of the box.
 const BOX_CELLS: usize = 8;

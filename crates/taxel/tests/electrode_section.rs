@@ -4,11 +4,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use taxel::transduction::electrode_section::{BarStudy, Media};
 use taxel_fem::field::electrostatics::{Electrostatics, Infinity};
-use taxel_fem::field::laplace::{Coefficient, Domain, Geometry, Motion};
+use taxel_fem::field::geometry::Geometry;
+use taxel_fem::field::laplace::{Coefficient, Domain, Motion};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::Mesh;
-use taxel_fem::study::embedded_bars::{BarStudy, Media};
 use taxel_fem::study::layer::{Bar, Layer, LayerDivision, SideFace};
 
 fn rubber(shear: f64) -> Material {

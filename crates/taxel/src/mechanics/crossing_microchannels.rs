@@ -1,17 +1,17 @@
 //! Two rows of voids that cross above each other, in three dimensions.
 
-use crate::assembly::kernel::Kinematics;
-use crate::field::sections::{sections, slender_resistance};
-use crate::material::Material;
-use crate::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh};
-use crate::problem::{
+use taxel_fem::field::sections::{sections, slender_resistance};
+use taxel_fem::material::Material;
+use taxel_fem::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh};
+use taxel_fem::problem::Kinematics;
+use taxel_fem::problem::{
     Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Rule, WallPoint,
     Walls,
 };
-use crate::solver::failure::{Failure, Reason};
-use crate::solver::newton::{Continue, Solver};
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::solver::newton::{Continue, Solver};
 
-use super::void_cell::{Filling, WallContact};
+use super::microchannel_cell::{Filling, WallContact};
 
 /// The voids at one load; upper row first, then the lower one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ impl CrossingStudy {
         material: Material,
         filling: &Filling,
         contact: WallContact,
-    ) -> Result<Result<Self, Failure>, crate::problem::ProblemError> {
+    ) -> Result<Result<Self, Failure>, taxel_fem::problem::ProblemError> {
         let mut problem = Problem::new(mesh, Kinematics::Solid)?;
         problem.materials = vec![material; problem.mesh.regions.len()];
         problem.clamp("bottom")?;
@@ -179,7 +179,7 @@ pub(super) fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
                 rest,
             },
         ),
-        Filling::Sealed => Rule::Brings(crate::problem::Quantity::Volume(cavity)),
+        Filling::Sealed => Rule::Brings(taxel_fem::problem::Quantity::Volume(cavity)),
     }
 }
 

@@ -6,19 +6,19 @@
 //! and what is inside is counted up to the straight line between the ends of the side
 //! walls.
 
-use crate::assembly::kernel::Kinematics;
-use crate::field::sections::{sections, slender_resistance};
-use crate::material::Material;
-use crate::mesh::{VOID_ROWS, VoidBlock};
-use crate::problem::{
+use taxel_fem::field::sections::{sections, slender_resistance};
+use taxel_fem::material::Material;
+use taxel_fem::mesh::{VOID_ROWS, VoidBlock};
+use taxel_fem::problem::Kinematics;
+use taxel_fem::problem::{
     Cavity, Contact, Motion, Obstacle, Parameter, Pressure, Problem, ProblemError, Quantity, Rule,
     Shape,
 };
-use crate::solver::failure::{Failure, Reason};
-use crate::solver::newton::{Continue, Settings, Solver};
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::solver::newton::{Continue, Settings, Solver};
 
-use super::crossing_voids::{roof_on_floor, rule};
-use super::void_cell::{Filling, WallContact};
+use super::crossing_microchannels::{roof_on_floor, rule};
+use super::microchannel_cell::{Filling, WallContact};
 
 /// What holds the sides of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

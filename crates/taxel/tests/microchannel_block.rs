@@ -1,14 +1,14 @@
 //! Blocks with crossing voids under a patch or a punch (lengths um, stresses kPa).
 #![allow(clippy::unwrap_used)]
 
-use taxel_fem::assembly::kernel::Kinematics;
+use taxel::mechanics::crossing_microchannels::CrossingStudy;
+use taxel::mechanics::microchannel_block::{BlockLoad, BlockState, BlockStudy, Sides};
+use taxel::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::field::sections::sections;
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{CrossingVoids, Footprint, VoidBlock};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::FacetTable;
-use taxel_fem::study::crossing_voids::CrossingStudy;
-use taxel_fem::study::void_block::{BlockLoad, BlockState, BlockStudy, Sides};
-use taxel_fem::study::void_cell::{Filling, WallContact};
 
 const RUBBER: Material = Material {
     law: Law::MooneyRivlin {
