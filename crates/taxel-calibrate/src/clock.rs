@@ -1,6 +1,6 @@
 //! Whether the load and the signal of each row are of one moment.
 
-use crate::readings::{BenchData, column};
+use crate::readings::{ReadingTable, column};
 use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::TIME;
 use taxel_recording::InputError;
@@ -58,7 +58,7 @@ pub(crate) const fn sensor_clock() -> LoadColumn {
 ///
 /// # Errors
 /// By how much they differ.
-pub(crate) fn one_clock(data: &BenchData, columns: &[LoadColumn]) -> Result<(), InputError> {
+pub(crate) fn one_clock(data: &ReadingTable, columns: &[LoadColumn]) -> Result<(), InputError> {
     let at = |name: &str| columns.iter().position(|column| column.name == name);
     let (Some(bench), Some(sensor)) = (at("time"), at("sensor_time")) else {
         return Ok(());
@@ -90,7 +90,7 @@ pub(crate) fn one_clock(data: &BenchData, columns: &[LoadColumn]) -> Result<(), 
 /// # Errors
 /// The delay.
 pub(crate) fn same_moment(
-    data: &BenchData,
+    data: &ReadingTable,
     columns: &[LoadColumn],
     group: &str,
 ) -> Result<(), InputError> {

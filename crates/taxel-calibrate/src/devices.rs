@@ -1,13 +1,15 @@
-//! Which devices can be calibrated on a bench: a device is added here.
+//! Which devices can be calibrated: a device is added here.
 
-use crate::in_plane_capacitor::{self, InPlaneCalibrator};
-use crate::microchannel::{self, ChannelCalibrator};
-use crate::outcome::{Calibrator, NamedSensor};
-use crate::piezoelectric::{self, PiezoelectricCalibrator};
-use crate::three_axis_capacitor::{self, ThreeAxisCalibrator};
 use taxel::sensor::{Element, Sensor};
 
-/// A device that has no calibration on a bench.
+use crate::driver::Calibrator;
+use crate::in_plane_capacitor::{self, InPlaneCalibrator};
+use crate::microchannel::{self, ChannelCalibrator};
+use crate::options::NamedSensor;
+use crate::piezoelectric::{self, PiezoelectricCalibrator};
+use crate::three_axis_capacitor::{self, ThreeAxisCalibrator};
+
+/// Sensors that cannot be calibrated together from readings.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoCalibrator {
     /// Not this kind.
@@ -18,7 +20,7 @@ pub enum NoCalibrator {
     },
     /// Learned, not fitted.
     #[error(
-        "an array with the element `{element}` has no physical model and no synthetic bench; train it alone with `taxel calibrate`"
+        "an array with the element `{element}` has no physical model and no synthetic calibration data; train it alone with `taxel calibrate`"
     )]
     Learned {
         /// Key of the element.

@@ -8,8 +8,8 @@ use std::collections::HashMap;
 use serde::Deserialize;
 
 use crate::devices;
-use crate::outcome::{CovarianceBlock, Outcome, ResidualSummary};
-use crate::trained::put_tables;
+use crate::outcome::{CovarianceBlock, Outcome, Provenance, ResidualSummary};
+use crate::toml_tables::table as put_tables;
 use taxel::sensor::{Element, Sensor};
 use taxel::toml_input;
 use taxel::trained::{PlaceMap, TrainedMaps, TrainingError};
@@ -25,19 +25,6 @@ const PLACES: &str = "places";
 const TRAINED: &str = "trained";
 /// Largest calibration file that is read, bytes.
 const LARGEST: usize = 1 << 24;
-
-/// What a program says of itself and of the moment; the library knows neither.
-#[derive(Debug, Clone, Copy)]
-pub struct Provenance<'a> {
-    /// Version and commit of taxel.
-    pub version: &'a str,
-    /// Date, such as `2026-02-03`.
-    pub date: &'a str,
-    /// Name of the file of readings.
-    pub data: &'a str,
-    /// SHA-256 of it.
-    pub data_hash: &'a str,
-}
 
 /// A calibration file as it is read.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -60,6 +60,16 @@ pub(crate) struct Named<'a> {
     pub(crate) unit: (&'static str, f64),
 }
 
+/// How much less of a load unloading carries, in words; less than nothing is no loss.
+pub(crate) fn loss_in_words(share: f64, quantity: &str) -> String {
+    let percent = 100.0 * share.abs();
+    if share > 0.0 {
+        format!("hysteresis loss {percent:.1} % of the {quantity}")
+    } else {
+        format!("no hysteresis loss: unloading carries {percent:.1} % more {quantity}")
+    }
+}
+
 /// Readings of the body `name` whose load does not unload, with a remark on the
 /// others, which says `note` behind their number.
 pub(crate) fn on_loading<T: Copy>(

@@ -3,168 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::hysteresis::Loops;
+use crate::options::NamedSensor;
 use crate::remark::Remark;
 use taxel::figure::Figure;
-use taxel::predict::LoadColumn;
-use taxel::sensor::Sensor;
 use taxel::trained::PlaceMap;
-use taxel_numerics::least_squares::{
-    Direction, Estimate, Fit, FitOptions, Loss, NoiseSize, Parameter, Status,
-};
-use taxel_recording::InputError;
-
-use crate::clock::same_moment;
-use crate::readings::BenchData;
-use crate::split::HoldOut;
-
-/// A sensor with what files say of it.
-#[derive(Debug, Clone, Copy)]
-pub struct NamedSensor<'a> {
-    /// Name of its file, or of a shipped one.
-    pub name: &'a str,
-    /// SHA-256 of its text, in hexadecimal digits.
-    pub hash: &'a str,
-    /// What the file says.
-    pub sensor: &'a Sensor,
-}
-
-/// Options of a calibration.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct CalibrateOptions {
-    /// Which readings are held out; by default the last 20 % in time.
-    pub hold_out: HoldOut,
-    /// Name of the model whose parameters are wanted; by default the first of
-    /// [`Calibrator::models`].
-    pub model: Option<String>,
-    /// Whether intervals are taken from profiles of the likelihood.
-    pub profile: bool,
-    /// Whether wrong readings are to be forgotten (Huber's loss).
-    pub robust: bool,
-}
-
-impl CalibrateOptions {
-    /// Options of the fits, by whether the noise is given with every reading.
-    pub(crate) fn fitting(&self, given: bool) -> FitOptions {
-        FitOptions {
-            noise: if given {
-                NoiseSize::Given
-            } else {
-                NoiseSize::Estimated
-            },
-            loss: if self.robust {
-                Loss::Huber
-            } else {
-                Loss::Square
-            },
-            ..FitOptions::default()
-        }
-    }
-}
-
-/// Options of a synthetic bench.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BenchOptions {
-    /// Seed of its noise.
-    pub seed: u64,
-    /// Readings of each sensor.
-    pub readings: usize,
-    /// Cycles of loading and unloading.
-    pub cycles: usize,
-    /// Largest relative compression.
-    pub compression: f64,
-    /// Standard deviation of a reading over the largest one, of forces and of
-    /// changes of the signal.
-    pub noise: f64,
-    /// Force of loading over that of unloading, less one.
-    pub hysteresis: f64,
-    /// Change of the signal from the first reading to the last, over its range.
-    pub drift: f64,
-    /// Tilt of the probe along the gap, rad.
-    pub tilt: f64,
-    /// Share of the largest change of a channel from which it reads no more.
-    pub saturation: f64,
-}
-
-impl Default for BenchOptions {
-    fn default() -> Self {
-        Self {
-            seed: 1,
-            readings: 200,
-            cycles: 2,
-            compression: 0.28,
-            noise: 0.01,
-            hysteresis: 0.0,
-            drift: 0.0,
-            tilt: 0.0,
-            saturation: 1.0,
-        }
-    }
-}
-
-/// Options of a synthetic bench that presses at places.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PressOptions {
-    /// Seed of its noise.
-    pub seed: u64,
-    /// Radii of the contacts of the probes, m.
-    pub radii: Vec<f64>,
-    /// Distance of the presses, m.
-    pub grid: f64,
-    /// Standard deviation of a signal over the highest one of its press.
-    pub noise: f64,
-}
-
-/// Calibrates one kind of device.
-pub trait Calibrator {
-    /// What the readings may name; the order is that of [`BenchData::number`].
-    fn columns(&self) -> &'static [LoadColumn];
-
-    /// Name of the column whose value says which sensor a row is of.
-    fn group(&self) -> &'static str;
-
-    /// Names of the models that can be fitted, the usual one first.
-    fn models(&self) -> &'static [&'static str];
-
-    /// Fits the readings.
-    ///
-    /// # Errors
-    /// What the readings cannot be: of other sensors, of other units, too few.
-    fn calibrate(
-        &self,
-        data: &BenchData,
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError>;
-
-    /// Fits the readings of several tables together; most devices have one.
-    ///
-    /// # Errors
-    /// As [`Self::calibrate`].
-    fn calibrate_all(
-        &self,
-        tables: &[BenchData],
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError> {
-        if let [one] = tables {
-            same_moment(one, self.columns(), self.group())?;
-            return self.calibrate(one, options);
-        }
-        let file = tables
-            .get(1)
-            .map_or("readings", |table| table.file.as_str());
-        let message = "a second table: this device is calibrated from one";
-        Err(InputError::whole(file, message).help("put the readings into one table"))
-    }
-
-    /// Readings of a synthetic bench as CSV, with its truth in comments.
-    fn bench(&self, options: &BenchOptions) -> String;
-
-    /// Presses of a synthetic bench at known places; none for a device that
-    /// learns nothing from them.
-    fn press_bench(&self, options: &PressOptions) -> Option<String> {
-        let _ = options;
-        None
-    }
-}
+use taxel_numerics::least_squares::{Direction, Estimate, Fit, Parameter, Status};
 
 /// What a calibration found.
 #[derive(Debug, Clone, PartialEq)]
@@ -333,18 +176,6 @@ pub(crate) fn paired(parameters: &[Parameter], fit: &Fit) -> Vec<(Parameter, Est
     parameters.iter().cloned().zip(estimates).collect()
 }
 
-/// Place among `models` of the one that is asked for, by default the first.
-pub(crate) fn wanted(models: &[&str], options: &CalibrateOptions) -> Result<usize, InputError> {
-    let Some(name) = &options.model else {
-        return Ok(0);
-    };
-    let found = models.iter().position(|known| known == name);
-    found.ok_or_else(|| {
-        InputError::whole("--model", format!("\"{name}\" is no model of this device"))
-            .help(format!("use one of: {}", models.join(", ")))
-    })
-}
-
 /// How a search ended; χ² tells something where the noise was given.
 pub(crate) fn search_in_words(found: &Fit, given: bool) -> String {
     let ended = format!("{} after {} steps", found.stop.name(), found.iterations);
@@ -403,6 +234,33 @@ pub(crate) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
 }
 
 impl Outcome {
+    /// An outcome in which nothing was found yet.
+    pub(crate) fn new(
+        element: &'static str,
+        model: &'static str,
+        sensors: Vec<CalibratedSensor>,
+    ) -> Self {
+        Self {
+            element,
+            model,
+            sensors,
+            parameters: Vec::new(),
+            covariance: Vec::new(),
+            open: Vec::new(),
+            places: None,
+            derived: Vec::new(),
+            noise: String::new(),
+            search: String::new(),
+            residuals: Vec::new(),
+            hold_out: Vec::new(),
+            held_out: String::new(),
+            models: Vec::new(),
+            scope: Vec::new(),
+            remarks: Vec::new(),
+            figures: Vec::new(),
+        }
+    }
+
     /// Adds the hysteresis of bodies that was found beside the other constants.
     pub(crate) fn add_loops(&mut self, loops: impl IntoIterator<Item = Loops>) {
         for one in loops {
@@ -429,4 +287,17 @@ impl Outcome {
         let told = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentified;
         self.parameters.iter().all(told)
     }
+}
+
+/// What a program says of itself and of the moment; the library knows neither.
+#[derive(Debug, Clone, Copy)]
+pub struct Provenance<'a> {
+    /// Version and commit of taxel.
+    pub version: &'a str,
+    /// Date, such as `2026-02-03`.
+    pub date: &'a str,
+    /// Name of the file of readings.
+    pub data: &'a str,
+    /// SHA-256 of it.
+    pub data_hash: &'a str,
 }

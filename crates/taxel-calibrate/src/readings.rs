@@ -7,7 +7,7 @@ use taxel_recording::{InputError, separator_of};
 
 /// A table of readings, with what was noticed while reading it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BenchData {
+pub struct ReadingTable {
     /// Name of the file for messages.
     pub file: String,
     /// For each column of the calibrator whether it is there.
@@ -46,7 +46,7 @@ pub(crate) const fn required(
     }
 }
 
-impl BenchData {
+impl ReadingTable {
     /// Reads a table; `file` is its name for messages. Commas, semicolons or
     /// tabs part the fields; after the latter two a number may have a decimal
     /// comma. Other columns than `columns` are left alone.
@@ -374,8 +374,8 @@ mod tests {
         column("gap", LoadKind::Quantity(&LENGTH, [0.0, 1.0]), ""),
     ];
 
-    fn parse(text: &str) -> Result<BenchData, InputError> {
-        BenchData::parse("bench.csv", text, &COLUMNS, "gap")
+    fn parse(text: &str) -> Result<ReadingTable, InputError> {
+        ReadingTable::parse("bench.csv", text, &COLUMNS, "gap")
     }
 
     #[test]

@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 
-use crate::file::Provenance;
-use crate::outcome::{Outcome, ResidualSummary};
+use crate::outcome::{Outcome, Provenance, ResidualSummary};
 use taxel::figure::escape;
 use taxel::table::{self, Cell, Column, Format};
 use taxel_numerics::least_squares::{Estimate, Parameter, Status};

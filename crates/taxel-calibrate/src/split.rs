@@ -61,6 +61,27 @@ pub(crate) fn picked<T: Clone>(readings: &[T], flags: &[bool], wanted: bool) -> 
         .collect()
 }
 
+/// A reading that belongs to a series: to one sensor, taxel or channel in time.
+pub(crate) trait OfSeries {
+    /// Number of the series.
+    fn series(&self) -> usize;
+
+    /// Whether its column `hold_out` is not zero.
+    fn is_marked(&self) -> bool;
+}
+
+/// The readings of each series that has any, in the order of their numbers.
+pub(crate) fn by_series<R: OfSeries + Clone>(readings: &[R]) -> Vec<Vec<R>> {
+    let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
+    series.sort_unstable();
+    series.dedup();
+    let of = |number: usize| {
+        let of = readings.iter().filter(|reading| reading.series() == number);
+        of.cloned().collect()
+    };
+    series.into_iter().map(of).collect()
+}
+
 /// Which readings a fit does not see, so that its error can be judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HoldOut {
@@ -81,15 +102,16 @@ impl Default for HoldOut {
 }
 
 impl HoldOut {
-    /// Reads `20%`, `random:20%`, `column` or `none`.
+    /// Reads `20%`, `random:20%` (seed 1), `random:20%:7` (seed 7), `column` or
+    /// `none`.
     ///
     /// # Errors
     /// A sentence for people.
     pub fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
-                "\"{text}\" says nothing of what to hold out: write 20% (the last of each sensor in time), random:20%, \
-                 column (the column hold_out) or none; at most 50%"
+                "\"{text}\" says nothing of what to hold out: write 20% (the last of each sensor in time), random:20% or \
+                 random:20%:SEED, column (the column hold_out) or none; at most 50%"
             )
         };
         let share = |text: &str| -> Option<f64> {
@@ -100,15 +122,36 @@ impl HoldOut {
             "none" => Ok(Self::None),
             "column" => Ok(Self::Column),
             _ => match text.strip_prefix("random:") {
-                Some(rest) => share(rest).map(|share| Self::Random(share, 1)),
+                Some(rest) => {
+                    let (part, seed) = rest.split_once(':').unwrap_or((rest, "1"));
+                    let seed = seed.trim().parse().ok();
+                    seed.and_then(|seed| Some(Self::Random(share(part)?, seed)))
+                }
                 None => share(text).map(Self::Last),
             }
             .ok_or_else(wrong),
         }
     }
 
-    /// Whether each of `count` readings of one sensor in time is held out;
-    /// `marked` is its column `hold_out`.
+    /// Whether each of these readings is held out, each series for itself.
+    pub(crate) fn of<R: OfSeries>(self, readings: &[R]) -> Vec<bool> {
+        let mut held = vec![false; readings.len()];
+        let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
+        series.sort_unstable();
+        series.dedup();
+        for number in series {
+            let places = (0..readings.len()).filter(|i| readings[*i].series() == number);
+            let places: Vec<usize> = places.collect();
+            let marked: Vec<bool> = places.iter().map(|i| readings[*i].is_marked()).collect();
+            for (place, flag) in places.into_iter().zip(self.held(&marked)) {
+                held[place] = flag;
+            }
+        }
+        held
+    }
+
+    /// Whether each of the readings of one series in time is held out; `marked` is
+    /// their column `hold_out`.
     pub fn held(self, marked: &[bool]) -> Vec<bool> {
         let count = marked.len();
         match self {
@@ -166,7 +209,8 @@ mod tests {
         assert!(held("20%")[9] && !held("20%")[7]);
         assert_eq!(held("random:30%").iter().filter(|held| **held).count(), 3);
         assert!(held("column")[0] && !held("none")[9]);
-        for wrong in ["", "20", "0%", "80%", "random", "random:x"] {
+        assert_eq!(HoldOut::parse("random:30%:7"), Ok(HoldOut::Random(0.3, 7)));
+        for wrong in ["", "20", "0%", "80%", "random", "random:x", "random:20%:x"] {
             assert!(HoldOut::parse(wrong).is_err(), "{wrong}");
         }
     }

@@ -13,7 +13,7 @@ use taxel::estimation::{
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::{Element, Sensor};
 use taxel::transduction::CapacitanceLaw;
-use taxel_calibrate::{BenchData, BenchOptions, CalibrateOptions, NamedSensor, calibrator};
+use taxel_calibrate::{CalibrateOptions, NamedSensor, ReadingTable, SyntheticOptions, calibrator};
 use taxel_numerics::least_squares::Status;
 
 /// Prints all figures.
@@ -67,12 +67,13 @@ fn in_plane() -> Result<(), Box<dyn Error>> {
     println!("in-plane sensors, three gaps, 1 % of noise: Table 1 in 95 % intervals");
     let (mut inside, mut first) = (0, None);
     for seed in 1..=BENCHES {
-        let options = BenchOptions {
+        let options = SyntheticOptions {
             seed,
-            ..BenchOptions::default()
+            ..SyntheticOptions::default()
         };
-        let text = calibrator.bench(&options);
-        let bench = BenchData::parse("bench.csv", &text, calibrator.columns(), calibrator.group())?;
+        let text = calibrator.synthetic(&options);
+        let bench =
+            ReadingTable::parse("bench.csv", &text, calibrator.columns(), calibrator.group())?;
         let found = calibrator.calibrate(&bench, &CalibrateOptions::default())?;
         let intervals = found.parameters.iter().map(|(_, one)| one.interval);
         let covered = intervals.zip(&truth);

@@ -1,9 +1,9 @@
 //! What readings of in-plane sensors can and cannot be.
 
-use super::columns::{CAPACITANCE_DEVIATION, COLUMNS, FORCE_DEVIATION};
+use super::columns::{CAPACITANCE_DEVIATION, FORCE_DEVIATION};
 use super::problem::Reading;
-use super::{BenchData, InPlaneCalibrator, InputError, OWN, Remark};
-use crate::clock::one_clock;
+use super::{InPlaneCalibrator, InputError, OWN, ReadingTable, Remark};
+use crate::loads::{self, right_prefix};
 use crate::split::Branch;
 use taxel::mechanics::LARGEST_COMPRESSION;
 use taxel::transduction::{CapacitanceLaw, InPlaneModel};
@@ -11,25 +11,19 @@ use taxel_numerics::least_squares::Fit;
 
 /// A row belongs to the sensor whose drawn gap is as near as this share.
 const SAME_GAP: f64 = 0.2;
-/// Between readings and drawing a factor from a third of a thousand to three
-/// thousand is a wrong prefix of a unit, no scatter of fabrication.
-const PREFIX: [f64; 2] = [1000.0 / 3.0, 3000.0];
 /// A rest capacitance off by more than this factor is of another sensor.
 const OTHER: f64 = 3.0;
 /// Least readings of a sensor: its own parameters and three more.
-const LEAST: usize = OWN + 3;
-/// Loads must span this share of the largest one.
-const LEAST_SPAN: f64 = 0.1;
+pub(super) const LEAST: usize = OWN + 3;
 /// Noise that is not given starts at this share of the range.
 const FIRST_NOISE: f64 = 0.01;
 
 /// The readings of `data` with their sensors, checked.
 pub(super) fn readings(
     calibrator: &InPlaneCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
-    one_clock(data, &COLUMNS)?;
     let mut readings = Vec::with_capacity(data.len());
     let mut beyond = Vec::new();
     for row in 0..data.len() {
@@ -91,7 +85,7 @@ pub(super) fn readings(
 
 fn sensor_of(
     calibrator: &InPlaneCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     row: usize,
 ) -> Result<usize, InputError> {
     let gaps = calibrator.models.iter().map(|model| model.electrodes.gap);
@@ -128,7 +122,7 @@ fn sensor_of(
 /// Whether forces and capacitances can be of this sensor.
 fn units(
     calibrator: &InPlaneCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     readings: &[Reading],
     sensor: usize,
 ) -> Result<(), InputError> {
@@ -146,13 +140,8 @@ fn units(
     }
     let rest = rest_of(readings, sensor);
     let drawn = model.rest_capacitance();
-    wrong_prefix(
-        data,
-        "capacitance",
-        rest / drawn,
-        drawn * 1e15,
-        "fF at rest",
-    )?;
+    let expected = format!(", {:.3} fF at rest", drawn * 1e15);
+    right_prefix(data, "capacitance", rest / drawn, &expected)?;
     if !(drawn / OTHER..=drawn * OTHER).contains(&rest) {
         let message = format!(
             "{:.1} fF at rest; the sensor file says {:.1} fF",
@@ -166,7 +155,7 @@ fn units(
         ));
     }
     match expected_force(model, &of, rest) {
-        Some((force, at)) => wrong_prefix(data, "force_z", at / force, force, "N"),
+        Some((force, at)) => right_prefix(data, "force_z", at / force, &format!(", {force:.3} N")),
         None => Ok(()),
     }
 }
@@ -187,106 +176,10 @@ fn expected_force(model: &InPlaneModel, readings: &[&Reading], rest: f64) -> Opt
     (expected > 0.0).then_some((expected, most.force))
 }
 
-/// Names a factor of a thousand between readings and drawing.
-fn wrong_prefix(
-    data: &BenchData,
-    column: &str,
-    ratio: f64,
-    expected: f64,
-    unit: &str,
-) -> Result<(), InputError> {
-    let [low, high] = PREFIX;
-    let (times, help) = if (low..high).contains(&ratio) {
-        (
-            "1000 times",
-            "is the unit of this column a thousand times too large?",
-        )
-    } else if (low..high).contains(&(1.0 / ratio)) {
-        (
-            "a thousandth of",
-            "is the unit of this column a thousand times too small?",
-        )
-    } else {
-        return Ok(());
-    };
-    let message = format!(
-        "the readings are about {times} what the drawing gives, {expected:.3} {unit} (factor {ratio:.3e})"
-    );
-    Err(data.error(column, message, help))
-}
-
-/// Whether there are enough readings of different loads for each sensor.
-pub(super) fn enough(
-    calibrator: &InPlaneCalibrator<'_>,
-    data: &BenchData,
-    readings: &[Reading],
-) -> Result<(), InputError> {
-    for (sensor, prefix) in calibrator.prefixes.iter().enumerate() {
-        let name = prefix.trim_end_matches('.');
-        let mut forces: Vec<f64> = readings
-            .iter()
-            .filter(|r| r.sensor == sensor)
-            .map(|r| r.force)
-            .collect();
-        if forces.len() < LEAST {
-            let message = format!(
-                "{name} has {} readings of loading; at least {LEAST} are needed",
-                forces.len()
-            );
-            return Err(data.error("force_z", message, "take more readings"));
-        }
-        forces.sort_by(f64::total_cmp);
-        let (least, most) = (forces[0], forces[forces.len() - 1]);
-        forces.dedup();
-        if most - least < LEAST_SPAN * most.abs() || forces.len() < LEAST {
-            let message = format!(
-                "{name}: the forces from {least:.4} to {most:.4} N are constant, or of fewer than {LEAST} loads"
-            );
-            return Err(data.error(
-                "force_z",
-                message,
-                "load from rest to the largest force of use",
-            ));
-        }
-        if least > 0.5 * most {
-            let message =
-                format!("{name}: all forces lie from {least:.4} to {most:.4} N, far from rest");
-            return Err(data.error(
-                "force_z",
-                message,
-                "begin at rest: the rest capacitance is part of the fit",
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Remarks where readings held out lie beyond those that are seen.
-pub(super) fn beyond(
-    seen: &[Reading],
-    unseen: &[Reading],
-    sensors: usize,
-    remarks: &mut Vec<Remark>,
-) {
-    for sensor in 0..sensors {
-        let most = |readings: &[Reading]| {
-            let of = readings.iter().filter(|r| r.sensor == sensor);
-            of.map(|r| r.force).fold(0.0, f64::max)
-        };
-        let (inside, outside) = (most(seen), most(unseen));
-        if outside > 1.1 * inside {
-            remarks.push(Remark::whole(format!(
-                "readings held out reach {outside:.4} N, those seen {inside:.4} N: their error is that of an extrapolation"
-            )));
-        }
-    }
-}
-
 /// Capacitance at rest: the mean of a sensor's readings at its least loads.
 pub(super) fn rest_of(readings: &[Reading], sensor: usize) -> f64 {
     let mut of: Vec<&Reading> = readings.iter().filter(|r| r.sensor == sensor).collect();
-    let load = |r: &Reading| r.displacement.unwrap_or(r.force);
-    of.sort_by(|a, b| load(a).total_cmp(&load(b)));
+    of.sort_by(|a, b| a.load().total_cmp(&b.load()));
     let few = (of.len() / 50).max(1);
     let least = of.iter().take(few).map(|r| r.capacitance);
     least.sum::<f64>() / few.min(of.len().max(1)) as f64
@@ -294,10 +187,7 @@ pub(super) fn rest_of(readings: &[Reading], sensor: usize) -> f64 {
 
 /// Range of a quantity over the readings of a sensor.
 pub(super) fn range(readings: &[Reading], sensor: usize, of: impl Fn(&Reading) -> f64) -> f64 {
-    let values = readings.iter().filter(|r| r.sensor == sensor).map(of);
-    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-        [low.min(x), high.max(x)]
-    });
+    let [low, high] = loads::range(readings.iter().filter(|r| r.sensor == sensor).map(of));
     (high - low).max(0.0)
 }
 
@@ -360,21 +250,6 @@ pub(super) fn weigh_again(readings: &[Reading], found: &Fit, noise: &mut [[f64; 
         }
     }
     changed
-}
-
-/// How the noise is known.
-pub(super) fn noise_in_words(given: bool, found: &Fit) -> String {
-    if !given {
-        return "estimated from the residuals, of each sensor's forces and capacitances apart"
-            .into();
-    }
-    if found.scale == 1.0 {
-        return "given with each reading; chi-square agrees".into();
-    }
-    format!(
-        "given with each reading, but chi-square refutes it: deviations and intervals are inflated by {:.2}",
-        found.scale
-    )
 }
 
 /// How much less force unloading carries at the same displacement, mean over

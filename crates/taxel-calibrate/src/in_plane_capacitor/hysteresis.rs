@@ -23,10 +23,9 @@ pub(super) fn of_sensor(
         quantity: "force",
         unit: ("N", 1.0),
     };
-    let driven = |reading: &Reading| reading.displacement.unwrap_or(reading.force);
     let [forces, driven]: [Vec<f64>; 2] = [
         readings.iter().map(|reading| reading.force).collect(),
-        readings.iter().map(driven).collect(),
+        readings.iter().map(Reading::load).collect(),
     ];
     let samples = samples(&loading(model, readings)?, &forces, &driven);
     let mut moved = moved.filter_map(|model| loading(&model, readings));

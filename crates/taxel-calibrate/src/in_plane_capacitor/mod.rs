@@ -7,35 +7,28 @@
 mod checks;
 mod columns;
 mod hysteresis;
-mod model;
 mod problem;
 mod result;
 mod synthetic;
 
-use std::borrow::Cow;
-
-use crate::hysteresis::{Loops, law_of, on_loading, steps};
-use crate::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome, open_in_words, paired, search_in_words, wanted,
-};
-use crate::readings::BenchData;
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo};
+use crate::hysteresis::{Loops, law_of, loss_in_words, on_loading, steps};
+use crate::loads::Loads;
+use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, Derived, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
 use crate::remark::Remark;
-use crate::split::{Branch, branches, picked, turns};
+use crate::split::{Branch, branches, turns};
+use taxel::figure::Figure;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{InPlaneCapacitor, Sensor};
 use taxel::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
-use taxel_numerics::least_squares::{
-    Fit, FitError, FitOptions, Parameter, Prior, fit, profile_interval,
-};
+use taxel_numerics::least_squares::{Fit, FitError, Parameter, Prior, Problem, fit};
 use taxel_recording::InputError;
 
+use crate::device_model::Model as NamedModel;
 use columns::COLUMNS;
-use model::{MODELS, Model};
 use problem::{Bench, END_SCALE, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
-
-/// Key of the element in the sensor file.
-pub(super) const ELEMENT: &str = "in_plane_capacitor";
 
 /// Calibrates in-plane sensors that share a layer.
 pub(super) struct InPlaneCalibrator<'a> {
@@ -55,20 +48,50 @@ const RATES: [f64; 3] = [10.0, 4.0, 25.0];
 const MOST_ROUNDS: usize = 8;
 const SETTLED: f64 = 1e-3;
 
-/// One fitted model.
-struct Fitted {
-    model: Model,
-    parameters: Vec<Parameter>,
-    fit: Fit,
-    noise: Vec<[f64; 2]>,
-    options: FitOptions,
+static MODELS: [NamedModel; 3] = [
+    NamedModel {
+        name: "model-1",
+        about: "change of parallel plates times q (U/D)^gamma, thickness by t_min and n",
+    },
+    NamedModel {
+        name: "model-2",
+        about: "change of parallel plates, thickness by t_min and n",
+    },
+    NamedModel {
+        name: "first-principles",
+        about: "mechanics and field of the drawing; no fitted change",
+    },
+];
+
+/// Which parameters are free under which law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Model {
+    /// P1 Eqs. 7 and 8.
+    One,
+    /// Parallel plates with the published thickness: q = 1, γ = 0.
+    Two,
+    /// Mechanics and fields; only the rest capacitance is free.
+    FirstPrinciples,
 }
 
-impl Fitted {
-    fn bench<'b>(&self, models: &'b [InPlaneModel], readings: &'b [Reading]) -> Bench<'b> {
-        let noise = vec![[1.0; 2]; readings.len()];
-        Bench::new(models, readings, self.model.law(), noise)
+impl Model {
+    const ALL: [Self; 3] = [Self::One, Self::Two, Self::FirstPrinciples];
+
+    fn law(self) -> CapacitanceLaw {
+        match self {
+            Self::FirstPrinciples => CapacitanceLaw::Mechanics,
+            _ => CapacitanceLaw::Published,
+        }
     }
+}
+
+/// One fitted model, with the standard deviations of force and capacitance of each
+/// reading.
+type Fitted = FittedTo<Reading, Vec<[f64; 2]>>;
+
+/// The law of a fit.
+fn law(fitted: &Fitted) -> CapacitanceLaw {
+    Model::ALL[fitted.model].law()
 }
 
 impl<'a> InPlaneCalibrator<'a> {
@@ -222,133 +245,24 @@ impl<'a> InPlaneCalibrator<'a> {
             }
         }
         Ok(Fitted {
-            model,
+            model: model as usize,
             parameters,
             fit: found,
-            noise,
+            readings: readings.to_vec(),
             options: fit_options,
+            given,
+            noise,
         })
     }
 
-    /// Takes the readings of the loading branch; remarks on the rest.
-    fn loading(&self, readings: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let mut kept = Vec::new();
-        for (sensor, prefix) in self.prefixes.iter().enumerate() {
-            let of: Vec<Reading> = readings
-                .iter()
-                .filter(|r| r.sensor == sensor)
-                .copied()
-                .collect();
-            let load = |r: &Reading| r.displacement.unwrap_or(r.force);
-            let loads: Vec<f64> = of.iter().map(load).collect();
-            let branches = branches(&loads);
-            let name = prefix.trim_end_matches('.');
-            if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
-                let message = "the rows are in no order of loading; all are used as one branch";
-                remarks.push(Remark::whole(format!("{name}: {message}")));
-                kept.extend(of);
-                continue;
-            }
-            let note = checks::hysteresis(&of, &branches).map_or_else(String::new, |share| {
-                format!("; unloading carries {:.1} % less force", 100.0 * share)
-            });
-            let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
-            kept.extend(on_loading(name, &of, &unloading, &note, remarks));
-        }
-        kept
-    }
-
-    /// The hysteresis of each sensor whose readings tell one.
-    fn loops(
-        &self,
-        best: &Fitted,
-        all: &[Reading],
-        options: &CalibrateOptions,
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<Loops> {
-        let mut found = Vec::new();
-        for (sensor, (drawn, prefix)) in self.models.iter().zip(&self.prefixes).enumerate() {
-            let model = |at: Vec<f64>| {
-                let values = std::array::from_fn(|k| at[own(sensor) + k]);
-                problem::calibrated(drawn, best.model.law(), [at[0], at[1]], values)
-            };
-            let mut moved = steps(&best.fit).into_iter().map(model);
-            let of = all.iter().filter(|r| r.sensor == sensor).copied();
-            let of: Vec<Reading> = of.collect();
-            let marked: Vec<bool> = of.iter().map(|r| r.marked).collect();
-            let held = options.hold_out.held(&marked);
-            let here = model(best.fit.values());
-            if let Some(loops) = hysteresis::of_sensor(&here, &mut moved, &of, &held, prefix) {
-                remarks.push(Remark::whole(loops.about.clone()));
-                found.push(loops);
-            }
-        }
-        found
-    }
-
-    fn held(&self, readings: &[Reading], options: &CalibrateOptions) -> Vec<bool> {
-        let mut held = Vec::with_capacity(readings.len());
-        for sensor in 0..self.models.len() {
-            let of = readings.iter().filter(|r| r.sensor == sensor);
-            let marked: Vec<bool> = of.map(|r| r.marked).collect();
-            held.extend(options.hold_out.held(&marked));
-        }
-        held
-    }
-
-    fn with_profiles(
-        &self,
-        fitted: &mut Fitted,
-        readings: &[Reading],
-        options: &CalibrateOptions,
-    ) -> Result<(), FitError> {
-        if !options.profile {
-            return Ok(());
-        }
-        let bench = Bench::new(
-            &self.models,
-            readings,
-            fitted.model.law(),
-            fitted.noise.clone(),
-        );
-        for j in 0..fitted.parameters.len() {
-            if fitted.fit.estimates[j].status == taxel_numerics::least_squares::Status::Identified {
-                fitted.fit.estimates[j].interval =
-                    profile_interval(&bench, &fitted.parameters, &fitted.options, &fitted.fit, j)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Fits of all models that have an answer, the wanted one first.
-    fn all_fits(
-        &self,
-        wanted: Model,
-        readings: &[Reading],
-        options: &CalibrateOptions,
-        data: &BenchData,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<Vec<Fitted>, InputError> {
-        let mut fits = Vec::new();
-        for model in Model::ALL {
-            match self.fit(model, readings, options, &self.starts(model, readings)) {
-                Ok(fitted) if model == wanted => fits.insert(0, fitted),
-                Ok(fitted) => fits.push(fitted),
-                Err(error) if model == wanted => {
-                    let help = "check the units and the sensor file, or choose another --model";
-                    return Err(data.error("", format!("{}: {error}", model.name()), help));
-                }
-                Err(error) => {
-                    let message = format!("{} was not fitted: {error}", model.name());
-                    remarks.push(Remark::whole(message));
-                }
-            }
-        }
-        Ok(fits)
+    /// The problem of `readings` at the noise 1, for what a fit predicts.
+    fn bench_of<'b>(&'b self, fitted: &Fitted, readings: &'b [Reading]) -> Bench<'b> {
+        let noise = vec![[1.0; 2]; readings.len()];
+        Bench::new(&self.models, readings, law(fitted), noise)
     }
 }
 
-impl Calibrator for InPlaneCalibrator<'_> {
+impl Calibratable for InPlaneCalibrator<'_> {
     fn columns(&self) -> &'static [LoadColumn] {
         &COLUMNS
     }
@@ -357,94 +271,155 @@ impl Calibrator for InPlaneCalibrator<'_> {
         "gap"
     }
 
-    fn models(&self) -> &'static [&'static str] {
+    fn models(&self) -> &'static [NamedModel] {
         &MODELS
     }
 
-    fn calibrate(
-        &self,
-        data: &BenchData,
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError> {
-        let wanted = Model::ALL[wanted(&MODELS, options)?];
-        let mut remarks = data.remarks.clone();
-        let all = checks::readings(self, data, &mut remarks)?;
-        let readings = self.loading(&all, &mut remarks);
-        checks::enough(self, data, &readings)?;
-        let held = self.held(&readings, options);
-        let pick = |wanted: bool| picked(&readings, &held, wanted);
-        let (seen, unseen) = (pick(false), pick(true));
-        checks::beyond(&seen, &unseen, self.models.len(), &mut remarks);
-        let mut fits = self.all_fits(wanted, &readings, options, data, &mut remarks)?;
-        let fitted = |model: Model, error: FitError| {
-            let help = "hold out fewer readings, or take more";
-            data.error(
-                "",
-                format!("{} without the readings held out: {error}", model.name()),
-                help,
-            )
-        };
-        let mut models = Vec::new();
-        let mut hold_out = Vec::new();
-        for (place, found) in fits.iter().enumerate() {
-            let mut comparison = ModelComparison {
-                name: found.model.name(),
-                about: found.model.about(),
-                unknowns: found.parameters.iter().filter(|p| p.is_free()).count(),
-                residual: self.relative(found, &readings, &readings),
-                hold_out: None,
-            };
-            if !unseen.is_empty() {
-                let starts = [found.fit.values()];
-                let trained = self
-                    .fit(found.model, &seen, options, &starts)
-                    .map_err(|error| fitted(found.model, error))?;
-                comparison.hold_out = Some(self.relative(&trained, &unseen, &readings));
-                if place == 0 {
-                    hold_out = self.residuals(&trained, &unseen, &readings);
-                }
-            }
-            models.push(comparison);
-        }
-        self.with_profiles(&mut fits[0], &readings, options)
-            .map_err(|error| fitted(wanted, error))?;
-        let best = &fits[0];
-        let loops = self.loops(best, &all, options, &mut remarks);
-        let figures = self.figures(&fits, &readings);
-        let (_, given) = checks::noise(&readings, self.models.len());
-        let found = &best.fit;
-        let sensor =
-            |(named, prefix): (&NamedSensor<'_>, &String)| CalibratedSensor::of(named, prefix);
-        let mut outcome = Outcome {
-            element: ELEMENT,
-            model: wanted.name(),
-            sensors: self
-                .sensors
-                .iter()
-                .zip(&self.prefixes)
-                .map(sensor)
-                .collect(),
-            parameters: paired(&best.parameters, found),
-            covariance: CovarianceBlock::of([found]),
-            open: open_in_words(&best.parameters, found),
-            places: None,
-            derived: self.derived(best),
-            noise: checks::noise_in_words(given, found),
-            search: search_in_words(found, given),
-            residuals: self.residuals(best, &readings, &readings),
-            hold_out,
-            held_out: options.hold_out.words(),
-            models,
-            scope: self.scope(best, &readings),
-            remarks,
-            figures,
-        };
-        outcome.add_loops(loops);
-        Ok(outcome)
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
+        synthetic::table(&self.models, options)
+    }
+}
+
+impl DeviceModel for InPlaneCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = Vec<[f64; 2]>;
+    type Context = ();
+
+    fn element(&self) -> &'static str {
+        "in_plane_capacitor"
     }
 
-    fn bench(&self, options: &BenchOptions) -> String {
-        synthetic::bench(&self.models, options)
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        let pairs = self.sensors.iter().zip(&self.prefixes);
+        pairs
+            .map(|(named, prefix)| CalibratedSensor::of(named, prefix))
+            .collect()
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<((), Vec<Reading>), InputError> {
+        Ok(((), checks::readings(self, table, remarks)?))
+    }
+
+    fn loading(
+        &self,
+        (): &(),
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        let of = |of: &Vec<Reading>| {
+            let name = self.prefixes[of[0].sensor].trim_end_matches('.');
+            let loads: Vec<f64> = of.iter().map(Reading::load).collect();
+            let branches = branches(&loads);
+            if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
+                let message = "the rows are in no order of loading; all are used as one branch";
+                remarks.push(Remark::whole(format!("{name}: {message}")));
+                return of.clone();
+            }
+            let note = checks::hysteresis(of, &branches).map_or_else(String::new, |share| {
+                format!("; {}", loss_in_words(share, "force"))
+            });
+            let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
+            on_loading(name, of, &unloading, &note, remarks)
+        };
+        series.iter().map(of).collect()
+    }
+
+    fn loads(&self, (): &(), readings: &[Reading]) -> Vec<Loads> {
+        let sensor = readings.first().map_or(0, |r| r.sensor);
+        vec![Loads {
+            name: self.prefixes[sensor].trim_end_matches('.').to_owned(),
+            column: "force_z",
+            unit: ("N", 1.0),
+            values: readings.iter().map(|r| r.force).collect(),
+            least: checks::LEAST,
+            from_rest: true,
+        }]
+    }
+
+    fn fit_bodies(
+        &self,
+        (): &(),
+        model: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        from: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let model = Model::ALL[model];
+        let one = |readings: &Vec<Reading>| {
+            let starts = match from.and_then(<[_]>::first) {
+                Some(found) => vec![found.fit.values()],
+                None => self.starts(model, readings),
+            };
+            self.fit(model, readings, options, &starts)
+        };
+        bodies.iter().map(one).collect()
+    }
+
+    fn problem<'b>(&'b self, (): &'b (), fitted: &'b Fitted) -> Option<Box<dyn Problem + 'b>> {
+        let noise = fitted.noise.clone();
+        let bench = Bench::new(&self.models, &fitted.readings, law(fitted), noise);
+        Some(Box::new(bench))
+    }
+
+    fn relative(
+        &self,
+        (): &(),
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(&fits[0], &readings[0], &all[0])
+    }
+
+    fn residuals(
+        &self,
+        (): &(),
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(&fits[0], &readings[0], &all[0])
+    }
+
+    fn hysteresis(
+        &self,
+        (): &(),
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        held: &[Vec<bool>],
+    ) -> Vec<Loops> {
+        let best = &fits[0];
+        let of = |(of, held): (&Vec<Reading>, &Vec<bool>)| {
+            let sensor = of.first()?.sensor;
+            let model = |at: Vec<f64>| {
+                let values = std::array::from_fn(|k| at[own(sensor) + k]);
+                problem::calibrated(&self.models[sensor], law(best), [at[0], at[1]], values)
+            };
+            let mut moved = steps(&best.fit).into_iter().map(model);
+            let here = model(best.fit.values());
+            hysteresis::of_sensor(&here, &mut moved, of, held, &self.prefixes[sensor])
+        };
+        series.iter().zip(held).filter_map(of).collect()
+    }
+
+    fn derived(&self, (): &(), fits: &[Fitted]) -> Vec<Derived> {
+        self.derived(&fits[0])
+    }
+
+    fn noise(&self, _: &[Fitted]) -> String {
+        ", of each sensor's forces and capacitances apart".into()
+    }
+
+    fn scope(&self, (): &(), fits: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
+        self.scope(&fits[0])
+    }
+
+    fn figures(&self, (): &(), candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(candidates)
     }
 }
 
@@ -459,17 +434,14 @@ pub(super) fn apply(
     prefix: &str,
     value: &dyn Fn(&str) -> Option<f64>,
 ) -> Result<(), String> {
-    let find = |name: Cow<'_, str>| value(&name).ok_or_else(|| name.clone().into_owned());
+    let find = |name: String| value(&name).ok_or(name);
     let shared = [find(MODULUS.into())?, find(END_SCALE.into())?];
     let mut own = [0.0; OWN];
     for (place, name) in own.iter_mut().zip(NAMES) {
-        *place = find(format!("{prefix}{name}").into())?;
+        *place = find(format!("{prefix}{name}"))?;
     }
-    let law = Model::ALL
-        .into_iter()
-        .find(|known| known.name() == model)
-        .ok_or("model")?
-        .law();
+    let place = MODELS.iter().position(|known| known.name == model);
+    let law = Model::ALL[place.ok_or("model")?].law();
     if let taxel::sensor::Element::InPlaneCapacitor(element) = &mut sensor.element {
         let found = problem::calibrated(&element.model(), law, shared, own);
         element.layer = found.layer;

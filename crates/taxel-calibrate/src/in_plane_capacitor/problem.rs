@@ -1,5 +1,6 @@
 //! The readings of in-plane sensors as a least-squares problem.
 
+use crate::split::OfSeries;
 use taxel::mechanics::{CompressedLayer, LARGEST_COMPRESSION, LayerKinematics, PublishedThinning};
 use taxel::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit, PublishedFringe};
 use taxel_numerics::least_squares::{Parameter, Problem};
@@ -16,7 +17,7 @@ pub(super) fn own(sensor: usize) -> usize {
 
 /// One reading of the bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     pub(super) sensor: usize,
     pub(super) line: usize,
     pub(super) time: Option<f64>,
@@ -29,6 +30,24 @@ pub(super) struct Reading {
     /// Standard deviations that the bench gives, N and F.
     pub(super) deviation: [Option<f64>; 2],
     pub(super) marked: bool,
+}
+
+impl Reading {
+    /// What drives the bench: the displacement where it was read, m, else the
+    /// force, N.
+    pub(super) fn load(&self) -> f64 {
+        self.displacement.unwrap_or(self.force)
+    }
+}
+
+impl OfSeries for Reading {
+    fn series(&self) -> usize {
+        self.sensor
+    }
+
+    fn is_marked(&self) -> bool {
+        self.marked
+    }
 }
 
 /// What of a reading does not depend on the parameters, where the displacement

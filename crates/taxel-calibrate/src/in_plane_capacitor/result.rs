@@ -2,17 +2,19 @@
 
 use super::checks;
 use super::problem::{FACTOR_BOUNDS, Reading};
-use super::{Fitted, InPlaneCalibrator, Model};
+use super::{Fitted, InPlaneCalibrator, MODELS, law};
+use crate::loads::range;
 use crate::outcome::{Derived, ResidualSummary, Scope};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{EndCondition, EndShear};
+use taxel::transduction::CapacitanceLaw;
 use taxel_numerics::roots;
 
 impl InPlaneCalibrator<'_> {
     /// Residual of the capacitance over its range in `all`, all sensors
     /// together.
     pub(super) fn relative(&self, fitted: &Fitted, readings: &[Reading], all: &[Reading]) -> f64 {
-        let bench = fitted.bench(&self.models, readings);
+        let bench = self.bench_of(fitted, readings);
         let at = fitted.fit.values();
         let ranges: Vec<f64> = (0..self.models.len())
             .map(|sensor| checks::range(all, sensor, |r| r.capacitance))
@@ -36,7 +38,7 @@ impl InPlaneCalibrator<'_> {
         readings: &[Reading],
         all: &[Reading],
     ) -> Vec<ResidualSummary> {
-        let bench = fitted.bench(&self.models, readings);
+        let bench = self.bench_of(fitted, readings);
         let at = fitted.fit.values();
         let mut summaries = Vec::new();
         for (sensor, prefix) in self.prefixes.iter().enumerate() {
@@ -98,12 +100,13 @@ impl InPlaneCalibrator<'_> {
             value: zeta(estimate.value * drawn),
             interval,
             about: format!(
-                "of the end condition at m = {m}: only its end factor is told, never zeta and m both"
+                "of the end condition at m = {m}: only its end factor is identified, never zeta and m both"
             ),
         }]
     }
 
-    pub(super) fn figures(&self, fitted: &[Fitted], readings: &[Reading]) -> Vec<Figure> {
+    pub(super) fn figures(&self, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        let readings = &candidates[0][0].readings;
         let mut figures = Vec::new();
         for (sensor, prefix) in self.prefixes.iter().enumerate() {
             let of: Vec<Reading> = readings
@@ -118,21 +121,25 @@ impl InPlaneCalibrator<'_> {
             let marks = of.iter().map(|r| shown(r.force, r.capacitance)).collect();
             let mut curves = vec![Series::new("readings", marks, Style::Marks)];
             let mut left = Vec::new();
-            for fitted in fitted {
-                let (bench, at) = (fitted.bench(&self.models, &sorted), fitted.fit.values());
+            for fitted in candidates.iter().flatten() {
+                let (bench, at) = (self.bench_of(fitted, &sorted), fitted.fit.values());
                 let points = (0..sorted.len()).filter_map(|i| Some((i, bench.predict(&at, i)?)));
                 let points: Vec<_> = points.collect();
                 let curve = points.iter().map(|(_, [force, c])| shown(*force, *c));
                 let mut curve: Vec<[f64; 2]> = curve.collect();
                 curve.sort_by(|a, b| a[0].total_cmp(&b[0]));
-                curves.push(Series::new(fitted.model.name(), curve, Style::Line));
-                if fitted.model == Model::FirstPrinciples {
+                curves.push(Series::new(MODELS[fitted.model].name, curve, Style::Line));
+                if law(fitted) == CapacitanceLaw::Mechanics {
                     continue;
                 }
                 let residual =
                     |(i, [force, c]): &(usize, [f64; 2])| shown(*force, sorted[*i].capacitance - c);
                 let residuals = points.iter().map(residual).collect();
-                left.push(Series::new(fitted.model.name(), residuals, Style::Marks));
+                left.push(Series::new(
+                    MODELS[fitted.model].name,
+                    residuals,
+                    Style::Marks,
+                ));
             }
             let chart = |title: &str, y: &str, series| Chart {
                 title: title.into(),
@@ -152,25 +159,21 @@ impl InPlaneCalibrator<'_> {
         figures
     }
 
-    pub(super) fn scope(&self, fitted: &Fitted, readings: &[Reading]) -> Vec<Scope> {
-        let bench = fitted.bench(&self.models, readings);
+    pub(super) fn scope(&self, fitted: &Fitted) -> Vec<Scope> {
+        let readings = &fitted.readings;
+        let bench = self.bench_of(fitted, readings);
         let at = fitted.fit.values();
         let compressions = (0..readings.len()).filter_map(|i| bench.compression(&at, i));
-        let around = |values: &mut dyn Iterator<Item = f64>| {
-            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(x), high.max(x)]
-            })
-        };
         vec![
             Scope {
                 name: "force_z".into(),
                 unit: "N",
-                range: around(&mut readings.iter().map(|r| r.force)),
+                range: range(readings.iter().map(|r| r.force)),
             },
             Scope {
                 name: "compression".into(),
                 unit: "",
-                range: around(&mut compressions.into_iter()),
+                range: range(compressions),
             },
         ]
     }

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use crate::outcome::BenchOptions;
+use crate::options::SyntheticOptions;
 use taxel::mechanics::CompressedLayer;
 use taxel::transduction::InPlaneModel;
 use taxel_numerics::Noise;
@@ -14,7 +14,7 @@ use taxel_numerics::Noise;
 /// without error. Forces follow from the layer pressed flat, or by a tilted
 /// probe from the mean over its two Gauss points; loading carries more than
 /// unloading by `hysteresis`; capacitances drift along a straight line.
-pub(super) fn bench(models: &[InPlaneModel], options: &BenchOptions) -> String {
+pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
     let mut text =
         String::from("# synthetic: readings of a bench that exists in the computer only\n");
@@ -52,7 +52,7 @@ pub(super) fn bench(models: &[InPlaneModel], options: &BenchOptions) -> String {
 
 /// Displacement, force and capacitance of a reading without noise; `None`
 /// beyond the models.
-fn state(model: &InPlaneModel, options: &BenchOptions, index: usize) -> Option<[f64; 3]> {
+fn state(model: &InPlaneModel, options: &SyntheticOptions, index: usize) -> Option<[f64; 3]> {
     let phase = options.cycles as f64 * index as f64 / options.readings as f64;
     let turn = 2.0 * phase.fract();
     let (share, sign) = if turn < 1.0 {

@@ -1,6 +1,7 @@
 use rayon::prelude::*;
 
 use super::*;
+use crate::driver::Calibrator;
 use crate::split::HoldOut;
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::Element;
@@ -48,8 +49,8 @@ fn with<T>(names: &[&str], run: impl Fn(&InPlaneCalibrator<'_>) -> T) -> T {
     run(&InPlaneCalibrator::new(&named).unwrap())
 }
 
-fn parse(calibrator: &InPlaneCalibrator<'_>, text: &str) -> BenchData {
-    BenchData::parse("bench.csv", text, calibrator.columns(), "gap").unwrap()
+fn parse(calibrator: &InPlaneCalibrator<'_>, text: &str) -> ReadingTable {
+    ReadingTable::parse("bench.csv", text, calibrator.columns(), "gap").unwrap()
 }
 
 fn no_hold_out() -> CalibrateOptions {
@@ -63,9 +64,9 @@ fn no_hold_out() -> CalibrateOptions {
 fn slopes_are_those_of_differences() {
     with(&SHIPPED, |calibrator| {
         for text in [
-            calibrator.bench(&BenchOptions::default()),
+            calibrator.synthetic(&SyntheticOptions::default()),
             // Without displacements.
-            without_displacement(&calibrator.bench(&BenchOptions::default())),
+            without_displacement(&calibrator.synthetic(&SyntheticOptions::default())),
         ] {
             let data = parse(calibrator, &text);
             let readings = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
@@ -122,11 +123,11 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
         let runs: Vec<[usize; 3]> = (0..16_u64)
             .into_par_iter()
             .map(|seed| {
-                let text = calibrator.bench(&BenchOptions {
+                let text = calibrator.synthetic(&SyntheticOptions {
                     seed,
                     cycles: 1,
                     readings: 200,
-                    ..BenchOptions::default()
+                    ..SyntheticOptions::default()
                 });
                 let data = parse(calibrator, &text);
                 let readings = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
@@ -176,12 +177,12 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
         let counts: Vec<Vec<usize>> = (0..1000_u64)
             .into_par_iter()
             .map(|seed| {
-                let text = calibrator.bench(&BenchOptions {
+                let text = calibrator.synthetic(&SyntheticOptions {
                     seed,
                     noise: 0.001,
                     cycles: 1,
                     readings: 120,
-                    ..BenchOptions::default()
+                    ..SyntheticOptions::default()
                 });
                 let data = parse(calibrator, &text);
                 let readings = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
@@ -228,9 +229,9 @@ fn an_end_factor_that_changes_with_the_compression_comes_back() {
     };
     let text = InPlaneCalibrator::new(&named(&sensor))
         .unwrap()
-        .bench(&BenchOptions {
+        .synthetic(&SyntheticOptions {
             noise: 0.001,
-            ..BenchOptions::default()
+            ..SyntheticOptions::default()
         });
     let named = named(&drawn);
     let calibrator = InPlaneCalibrator::new(&named).unwrap();
@@ -261,7 +262,7 @@ fn an_end_factor_that_changes_with_the_compression_comes_back() {
 #[test]
 fn without_displacements_the_modulus_is_what_the_drawing_says() {
     with(&SHIPPED[1..2], |calibrator| {
-        let text = without_displacement(&calibrator.bench(&BenchOptions::default()));
+        let text = without_displacement(&calibrator.synthetic(&SyntheticOptions::default()));
         let outcome = calibrator
             .calibrate(&parse(calibrator, &text), &no_hold_out())
             .unwrap();
@@ -280,7 +281,7 @@ fn without_displacements_the_modulus_is_what_the_drawing_says() {
 #[test]
 fn readings_that_cannot_be_are_named() {
     with(&SHIPPED[1..2], |calibrator| {
-        let text = calibrator.bench(&BenchOptions::default());
+        let text = calibrator.synthetic(&SyntheticOptions::default());
         let of = |text: &str| {
             let data = parse(calibrator, text);
             calibrator
@@ -328,10 +329,10 @@ fn readings_that_cannot_be_are_named() {
 #[test]
 fn hysteresis_drift_and_tilt_are_seen_in_the_report() {
     with(&SHIPPED[1..2], |calibrator| {
-        let text = calibrator.bench(&BenchOptions {
+        let text = calibrator.synthetic(&SyntheticOptions {
             hysteresis: 0.1,
             noise: 0.002,
-            ..BenchOptions::default()
+            ..SyntheticOptions::default()
         });
         let outcome = calibrator
             .calibrate(&parse(calibrator, &text), &CalibrateOptions::default())
@@ -339,10 +340,10 @@ fn hysteresis_drift_and_tilt_are_seen_in_the_report() {
         let remark = outcome
             .remarks
             .iter()
-            .find(|r| r.message.contains("unloading carries"));
+            .find(|r| r.message.contains("hysteresis loss"));
         // 10 % of the mean of both branches is 9.5 % of loading, known to 0.1 %.
         assert!(
-            remark.unwrap().message.contains("carries 9."),
+            remark.unwrap().message.contains("loss 9."),
             "{:?}",
             outcome.remarks
         );
@@ -361,7 +362,7 @@ fn hysteresis_drift_and_tilt_are_seen_in_the_report() {
 #[test]
 fn a_bench_without_hysteresis_gets_none() {
     with(&SHIPPED[1..2], |calibrator| {
-        let text = calibrator.bench(&BenchOptions::default());
+        let text = calibrator.synthetic(&SyntheticOptions::default());
         let outcome = calibrator
             .calibrate(&parse(calibrator, &text), &CalibrateOptions::default())
             .unwrap();

@@ -1,14 +1,11 @@
 //! What readings of crossing channels can and cannot be.
 
-use super::columns::{COLUMNS, LOAD_AT, RESISTANCE, VOLTAGE};
+use super::columns::{LOAD_AT, RESISTANCE, VOLTAGE};
 use super::problem::{Load, Reading};
-use super::{BenchData, CHANNEL, ChannelCalibrator, InputError, Remark};
-use crate::clock::one_clock;
+use super::{CHANNEL, ChannelCalibrator, InputError, ReadingTable, Remark};
 
 /// Least readings of a channel.
-const LEAST: usize = 6;
-/// Loads must span this share of the largest one.
-const LEAST_SPAN: f64 = 0.1;
+pub(super) const LEAST: usize = 6;
 /// A rest voltage off by more than this factor is of another divider.
 const OTHER: f64 = 3.0;
 /// Between readings and drawing, a factor beyond this is a wrong unit.
@@ -17,10 +14,9 @@ const WRONG_UNIT: f64 = 300.0;
 /// The readings of `data`, checked; the saturated ones are marked.
 pub(super) fn readings(
     calibrator: &ChannelCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
-    one_clock(data, &COLUMNS)?;
     complete(data)?;
     let divider = calibrator.board.divider;
     let mut readings = Vec::with_capacity(data.len());
@@ -78,7 +74,7 @@ pub(super) fn readings(
 
 fn channel_of(
     calibrator: &ChannelCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     row: usize,
 ) -> Result<usize, InputError> {
     let number = data.number(row, 1).unwrap_or(f64::NAN);
@@ -97,7 +93,7 @@ fn channel_of(
 }
 
 /// Whether the table has the columns of a load and of a signal.
-fn complete(data: &BenchData) -> Result<(), InputError> {
+fn complete(data: &ReadingTable) -> Result<(), InputError> {
     let [pressure, force, area] = LOAD_AT.map(|column| data.given[column]);
     if !(pressure || force && area) {
         let message = "no pressure, and no force with its area";
@@ -111,7 +107,7 @@ fn complete(data: &BenchData) -> Result<(), InputError> {
     Ok(())
 }
 
-fn load(data: &BenchData, row: usize) -> Option<Load> {
+fn load(data: &ReadingTable, row: usize) -> Option<Load> {
     match LOAD_AT.map(|column| data.number(row, column)) {
         [Some(pressure), _, _] => Some(Load::Pressure(pressure)),
         [None, Some(force), Some(area)] => Some(Load::Force(force, area)),
@@ -119,7 +115,7 @@ fn load(data: &BenchData, row: usize) -> Option<Load> {
     }
 }
 
-fn voltage(calibrator: &ChannelCalibrator<'_>, data: &BenchData, row: usize) -> Option<f64> {
+fn voltage(calibrator: &ChannelCalibrator<'_>, data: &ReadingTable, row: usize) -> Option<f64> {
     let divider = calibrator.board.divider;
     // A given resistance has the leads in it already.
     let of = |resistance: f64| divider.voltage(resistance - divider.lead);
@@ -130,7 +126,7 @@ fn voltage(calibrator: &ChannelCalibrator<'_>, data: &BenchData, row: usize) -> 
 /// Whether voltages and loads can be of this array.
 fn units(
     calibrator: &ChannelCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     readings: &[Reading],
 ) -> Result<(), InputError> {
     for channel in &calibrator.all {
@@ -169,33 +165,6 @@ fn units(
         );
         let help = "are the units of pressure, force and area right?";
         return Err(data.error("pressure", message, help));
-    }
-    Ok(())
-}
-
-/// Whether there are enough readings of different loads for each channel.
-pub(super) fn enough(data: &BenchData, readings: &[Reading]) -> Result<(), InputError> {
-    for channel in channels(readings) {
-        let of = readings.iter().filter(|r| r.channel == channel);
-        let loads: Vec<f64> = of.map(|r| r.load.pressure(0.0)).collect();
-        if loads.len() < LEAST {
-            let message = format!(
-                "channel {channel} has {} readings of loading; at least {LEAST} are needed",
-                loads.len()
-            );
-            return Err(data.error(CHANNEL, message, "take more readings"));
-        }
-        let least = loads.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = loads.iter().copied().fold(0.0, f64::max);
-        if most - least <= LEAST_SPAN * most || least > 0.5 * most {
-            let message = format!(
-                "channel {channel}: loads from {:.4} to {:.4} kPa are constant or far from rest",
-                least * 1e-3,
-                most * 1e-3
-            );
-            let help = "begin at rest and load to the largest pressure of use";
-            return Err(data.error("pressure", message, help));
-        }
     }
     Ok(())
 }

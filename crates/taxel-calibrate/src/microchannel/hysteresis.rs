@@ -2,7 +2,7 @@
 //! voltage beside that of the bench.
 
 use super::problem::{BIAS, Load, Reading};
-use super::{CalibrateOptions, ChannelCalibrator, Fitted};
+use super::{ChannelCalibrator, Fitted, checks};
 use crate::hysteresis::{Loops, Named, Sample, identify, samples, steps};
 use taxel_numerics::roots;
 
@@ -11,38 +11,32 @@ use taxel_numerics::roots;
 pub(super) fn of_array(
     calibrator: &ChannelCalibrator<'_>,
     fitted: &Fitted,
-    all: &[Reading],
-    options: &CalibrateOptions,
+    series: &[Vec<Reading>],
+    held_out: &[Vec<bool>],
 ) -> Option<Loops> {
-    let of = |channel: &usize| {
-        let of = all.iter().filter(|reading| reading.channel == *channel);
-        of.copied().collect()
-    };
-    let channels: Vec<Vec<Reading>> = fitted.channels.iter().map(of).collect();
+    let channels = checks::channels(&fitted.readings);
     let curve = |at| Curve {
         calibrator,
-        channels: &fitted.channels,
+        channels: &channels,
         at,
     };
     let here = curve(fitted.fit.values());
-    let (mut told, mut held): (Vec<Told>, Vec<bool>) = (Vec::new(), Vec::new());
-    for of in &channels {
-        let marked: Vec<bool> = of.iter().map(|reading| reading.marked).collect();
-        for (one, held_out) in here
-            .told(of)
-            .into_iter()
-            .zip(options.hold_out.held(&marked))
-        {
+    let (mut known, mut held): (Vec<Inverted>, Vec<bool>) = (Vec::new(), Vec::new());
+    for (of, held_out) in series.iter().zip(held_out) {
+        if !of.first().is_some_and(|r| channels.contains(&r.channel)) {
+            continue;
+        }
+        for (one, held_out) in here.known(of).into_iter().zip(held_out) {
             if let Some(one) = one {
-                told.push(one);
-                held.push(held_out);
+                known.push(one);
+                held.push(*held_out);
             }
         }
     }
-    let found: Vec<Sample> = told.iter().map(|one| one.sample).collect();
+    let found: Vec<Sample> = known.iter().map(|one| one.sample).collect();
     let mut moved = steps(&fitted.fit).into_iter().map(|at| {
         let there = curve(at);
-        told.iter().map(|one| there.pressure(one)).collect()
+        known.iter().map(|one| there.pressure(one)).collect()
     });
     let named = Named {
         prefix: "",
@@ -61,7 +55,7 @@ const LEAST: f64 = 1e-3;
 const STEP: f64 = 1e-4;
 
 /// A reading whose voltage says which pressure it would be on loading.
-struct Told {
+struct Inverted {
     reading: Reading,
     /// Pa.
     pressure: f64,
@@ -78,30 +72,30 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// What each reading of one channel tells.
-    fn told(&self, of: &[Reading]) -> Vec<Option<Told>> {
+    /// Pressures of the readings of one channel by their voltages.
+    fn known(&self, of: &[Reading]) -> Vec<Option<Inverted>> {
         let bias = self.at[BIAS];
         let pressures: Vec<f64> = of.iter().map(|r| r.load.pressure(bias)).collect();
         let highest = BEYOND * pressures.iter().copied().fold(0.0, f64::max);
-        let told: Vec<Option<f64>> = of.iter().map(|r| self.loading(r, highest)).collect();
-        let readings = of.iter().zip(&told).zip(&pressures);
+        let known: Vec<Option<f64>> = of.iter().map(|r| self.loading(r, highest)).collect();
+        let readings = of.iter().zip(&known).zip(&pressures);
         // Where the voltage says no more than "at least", the bench says how far
         // the load went: from there its way back counts.
         let loading: Vec<f64> = readings
-            .map(|((reading, told), pressure)| match told {
-                Some(told) if !reading.saturated => *told,
-                _ => told.unwrap_or(0.0).max(*pressure),
+            .map(|((reading, known), pressure)| match known {
+                Some(known) if !reading.saturated => *known,
+                _ => known.unwrap_or(0.0).max(*pressure),
             })
             .collect();
         let samples = samples(&loading, &pressures, &pressures);
-        let triples = samples.into_iter().zip(of).zip(told);
+        let triples = samples.into_iter().zip(of).zip(known);
         triples
-            .map(|((sample, reading), told)| {
-                let pressure = told.filter(|_| !reading.saturated)?;
+            .map(|((sample, reading), known)| {
+                let pressure = known.filter(|_| !reading.saturated)?;
                 let rise = self.rise(reading, pressure.max(LEAST * highest))?;
                 let usual = self.calibrator.board.deviation();
                 let noise = reading.deviation.unwrap_or(usual) / (rise * highest);
-                Some(Told {
+                Some(Inverted {
                     reading: *reading,
                     pressure,
                     rise,
@@ -141,11 +135,11 @@ impl Curve<'_> {
         Some((above? - below?) / (2.0 * step)).filter(|rise| *rise > 0.0)
     }
 
-    /// The pressure of a reading by this curve, which is near the one that told
-    /// it, Pa.
-    fn pressure(&self, told: &Told) -> f64 {
-        let voltage = self.voltage(&told.reading, told.pressure);
-        let off = voltage.map_or(0.0, |voltage| voltage - told.reading.voltage);
-        told.pressure - off / told.rise
+    /// The pressure of a reading by this curve, which is near the one that
+    /// gave it, Pa.
+    fn pressure(&self, known: &Inverted) -> f64 {
+        let voltage = self.voltage(&known.reading, known.pressure);
+        let off = voltage.map_or(0.0, |voltage| voltage - known.reading.voltage);
+        known.pressure - off / known.rise
     }
 }

@@ -13,30 +13,32 @@ mod result;
 mod saturation;
 mod synthetic;
 
-use crate::hysteresis::{law_of, on_loading};
-use crate::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome, open_in_words, paired, search_in_words, wanted,
-};
-use crate::readings::BenchData;
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model};
+use crate::hysteresis::{Loops, law_of, on_loading};
+use crate::loads::Loads;
+use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
 use crate::remark::Remark;
-use crate::split::{Branch, branches};
+use crate::split::{Branch, branches, by_series};
 use taxel::calibration::ChannelModel;
 use taxel::electronics::{DividerBoard, Readout};
+use taxel::figure::Figure;
 use taxel::mechanics::PressureLaw;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{Element, FoundChannels, Sensor};
 use taxel::transduction::ChannelLayer;
-use taxel_numerics::least_squares::{
-    Fit, FitError, FitOptions, NoiseSize, Parameter, Status, fit, profile_interval,
-};
+use taxel_numerics::least_squares::{Estimate, Fit, FitError, Parameter, Problem, fit};
 use taxel_recording::InputError;
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
 use saturation::{Plateau, SATURATION};
 
-const MODELS: [&str; 1] = ["cell"];
+static MODELS: [Model; 1] = [Model {
+    name: "cell",
+    about: "closing curve of the drawing times a stiffness, law of the liquid, leads",
+}];
 const NAMES: [&str; SHARED] = [
     "lead_resistance",
     "row.stiffness",
@@ -66,16 +68,11 @@ pub(super) struct ChannelCalibrator<'a> {
     all: Vec<usize>,
 }
 
-/// One fit with what it was made of.
-struct Fitted {
-    parameters: Vec<Parameter>,
-    fit: Fit,
-    channels: Vec<usize>,
-    readings: Vec<Reading>,
-    options: FitOptions,
-    /// Readings beyond the end of the closing curves.
-    beyond: usize,
-}
+/// One fit; its noise are the readings beyond the end of the closing curves.
+type Fitted = FittedTo<Reading, Beyond>;
+
+/// Readings beyond the end of the closing curves.
+pub(crate) struct Beyond(usize);
 
 /// Searches start at these stiffnesses, and at these shares of the largest
 /// force as bias.
@@ -124,12 +121,12 @@ impl<'a> ChannelCalibrator<'a> {
             .rest_resistance()
     }
 
-    fn bench_of<'b>(&'b self, channels: &'b [usize], readings: &'b [Reading]) -> Bench<'b> {
+    fn bench_of<'b>(&'b self, channels: &[usize], readings: &'b [Reading]) -> Bench<'b> {
         let usual = self.board.deviation();
         Bench {
             layers: &self.layers,
             divider: self.board.divider,
-            channels,
+            channels: channels.to_vec(),
             readings,
             noise: readings
                 .iter()
@@ -258,31 +255,38 @@ impl<'a> ChannelCalibrator<'a> {
             (parameters, found) = once(&at, &kept)?;
         }
         Ok(Fitted {
+            model: 0,
             parameters,
             fit: found,
-            beyond: readings.len() - kept.len(),
+            noise: Beyond(readings.len() - kept.len()),
             readings: kept,
-            channels,
             options: fit_options,
+            given,
         })
     }
 
-    /// The readings of loading of each channel that are not saturated; remarks
-    /// on those of unloading.
-    fn loading(&self, readings: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let mut kept = Vec::new();
-        for channel in &self.all {
-            let of = readings.iter().filter(|r| r.channel == *channel);
-            let loads: Vec<f64> = of.clone().map(|r| r.load.pressure(0.0)).collect();
-            // Saturated readings say which way the load goes, too.
-            let pairs = of.zip(branches(&loads)).filter(|(r, _)| !r.saturated);
-            let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
-                .map(|(r, branch)| (*r, branch == Branch::Unloading))
-                .unzip();
-            let name = format!("{CHANNEL}_{channel}");
-            kept.extend(on_loading(&name, &of, &unloading, "", remarks));
-        }
-        kept
+    /// The readings of loading of one channel that are not saturated; remarks on
+    /// those of unloading.
+    fn loading_of(&self, of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+        let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
+        // Saturated readings say which way the load goes, too.
+        let pairs = of.iter().zip(branches(&loads));
+        let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
+            .filter(|(r, _)| !r.saturated)
+            .map(|(r, branch)| (*r, branch == Branch::Unloading))
+            .unzip();
+        let Some(first) = of.first() else {
+            return Vec::new();
+        };
+        let name = format!("{CHANNEL}_{}", first.channel);
+        on_loading(&name, &of, &unloading, "", remarks)
+    }
+
+    /// The readings of loading of all channels, one after the other.
+    fn loading(&self, all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+        let series = by_series(all);
+        let loading = series.iter().map(|of| self.loading_of(of, remarks));
+        loading.collect::<Vec<_>>().concat()
     }
 
     /// The plateau of each channel that reached one; marks its readings.
@@ -299,34 +303,9 @@ impl<'a> ChannelCalibrator<'a> {
         }
         plateaus
     }
-
-    /// Readings that the fit sees, and those held out.
-    fn split(&self, readings: &[Reading], options: &CalibrateOptions) -> [Vec<Reading>; 2] {
-        let mut parts = [Vec::new(), Vec::new()];
-        for channel in &self.all {
-            let of: Vec<&Reading> = readings.iter().filter(|r| r.channel == *channel).collect();
-            let marked: Vec<bool> = of.iter().map(|r| r.marked).collect();
-            for (reading, held) in of.into_iter().zip(options.hold_out.held(&marked)) {
-                parts[usize::from(held)].push(*reading);
-            }
-        }
-        parts
-    }
-
-    fn with_profiles(&self, fitted: &mut Fitted) -> Result<(), FitError> {
-        for j in 0..fitted.parameters.len() {
-            if fitted.fit.estimates[j].status == Status::Identified {
-                let bench = self.bench_of(&fitted.channels, &fitted.readings);
-                let interval =
-                    profile_interval(&bench, &fitted.parameters, &fitted.options, &fitted.fit, j)?;
-                fitted.fit.estimates[j].interval = interval;
-            }
-        }
-        Ok(())
-    }
 }
 
-impl Calibrator for ChannelCalibrator<'_> {
+impl Calibratable for ChannelCalibrator<'_> {
     fn columns(&self) -> &'static [LoadColumn] {
         &COLUMNS
     }
@@ -335,102 +314,145 @@ impl Calibrator for ChannelCalibrator<'_> {
         CHANNEL
     }
 
-    fn models(&self) -> &'static [&'static str] {
+    fn models(&self) -> &'static [Model] {
         &MODELS
     }
 
-    fn calibrate(
-        &self,
-        data: &BenchData,
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError> {
-        wanted(&MODELS, options)?;
-        let mut remarks = data.remarks.clone();
-        let mut all = checks::readings(self, data, &mut remarks)?;
-        let plateaus = self.plateaus(&mut all);
-        let readings = self.loading(&all, &mut remarks);
-        checks::enough(data, &readings)?;
-        let refused = |error: FitError| {
-            let help = "check the units and the sensor file, or take more readings";
-            data.error("", error.to_string(), help)
-        };
-        let mut fitted = self
-            .fit(&readings, options, &self.starts(&readings))
-            .map_err(refused)?;
-        if options.profile {
-            self.with_profiles(&mut fitted).map_err(refused)?;
-        }
-        if fitted.beyond > 0 {
-            remarks.push(Remark::whole(format!(
-                "{} readings lie beyond the end of the closing curves and are left out",
-                fitted.beyond
-            )));
-        }
-        let [seen, unseen] = self.split(&fitted.readings, options);
-        let mut hold_out = Vec::new();
-        let mut held_residual = None;
-        if !unseen.is_empty() {
-            let starts = [fitted.fit.values()];
-            let trained = self.fit(&seen, options, &starts).map_err(refused)?;
-            hold_out = self.residuals(&trained, &unseen);
-            held_residual = Some(self.relative(&trained, &unseen));
-        }
-        let channels = &fitted.channels;
-        let saturated = saturation::parameters(self, channels, &plateaus, &all, &mut remarks);
-        let hysteresis = hysteresis::of_array(self, &fitted, &all, options);
-        if let Some(found) = &hysteresis {
-            remarks.push(Remark::whole(found.about.clone()));
-        }
-        let found = &fitted.fit;
-        let mut outcome = Outcome {
-            element: self.named.sensor.element.key(),
-            model: MODELS[0],
-            sensors: vec![CalibratedSensor::of(self.named, "")],
-            parameters: paired(&fitted.parameters, found),
-            covariance: CovarianceBlock::of([found]),
-            open: open_in_words(&fitted.parameters, found),
-            places: None,
-            derived: Vec::new(),
-            noise: match fitted.options.noise {
-                NoiseSize::Given => "given with each reading".into(),
-                NoiseSize::Estimated => "estimated from the residuals".into(),
-            },
-            search: search_in_words(found, fitted.options.noise == NoiseSize::Given),
-            residuals: self.residuals(&fitted, &fitted.readings),
-            hold_out,
-            held_out: options.hold_out.words(),
-            models: vec![ModelComparison {
-                name: MODELS[0],
-                about: "closing curve of the drawing times a stiffness, law of the liquid, leads",
-                unknowns: fitted.parameters.iter().filter(|p| p.is_free()).count(),
-                residual: self.relative(&fitted, &fitted.readings),
-                hold_out: held_residual,
-            }],
-            scope: result::scope(&fitted),
-            figures: self.figures(&fitted),
-            remarks,
-        };
-        let variances: Vec<f64> = saturated
-            .iter()
-            .map(|(_, at)| at.deviation.powi(2))
-            .collect();
-        outcome.add_constants(saturated, diagonal(&variances));
-        outcome.add_loops(hysteresis);
-        Ok(outcome)
-    }
-
-    fn bench(&self, options: &BenchOptions) -> String {
-        synthetic::bench(self, options)
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
+        synthetic::table(self, options)
     }
 }
 
-/// Variances as a covariance.
-fn diagonal(variances: &[f64]) -> Vec<Vec<f64>> {
-    let row = |i: usize| {
-        let entry = |j: usize| if i == j { variances[i] } else { 0.0 };
-        (0..variances.len()).map(entry).collect()
-    };
-    (0..variances.len()).map(row).collect()
+impl DeviceModel for ChannelCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = Beyond;
+    /// The plateau of each channel that reached one.
+    type Context = Vec<Option<Plateau>>;
+
+    fn element(&self) -> &'static str {
+        self.named.sensor.element.key()
+    }
+
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        vec![CalibratedSensor::of(self.named, "")]
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Self::Context, Vec<Reading>), InputError> {
+        let mut all = checks::readings(self, table, remarks)?;
+        Ok((self.plateaus(&mut all), all))
+    }
+
+    fn loading(
+        &self,
+        _: &Self::Context,
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        let loading = series.iter().map(|of| self.loading_of(of, remarks));
+        loading.filter(|of| !of.is_empty()).collect()
+    }
+
+    fn loads(&self, _: &Self::Context, readings: &[Reading]) -> Vec<Loads> {
+        vec![Loads {
+            name: format!("{CHANNEL} {}", readings.first().map_or(0, |r| r.channel)),
+            column: "pressure",
+            unit: ("kPa", 1e3),
+            values: readings.iter().map(|r| r.load.pressure(0.0)).collect(),
+            least: checks::LEAST,
+            from_rest: true,
+        }]
+    }
+
+    fn fit_bodies(
+        &self,
+        _: &Self::Context,
+        _: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        from: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let one = |readings: &Vec<Reading>| {
+            let starts = match from.and_then(<[_]>::first) {
+                Some(found) => vec![found.fit.values()],
+                None => self.starts(readings),
+            };
+            self.fit(readings, options, &starts)
+        };
+        bodies.iter().map(one).collect()
+    }
+
+    fn problem<'b>(
+        &'b self,
+        _: &'b Self::Context,
+        fitted: &'b Fitted,
+    ) -> Option<Box<dyn Problem + 'b>> {
+        let channels = checks::channels(&fitted.readings);
+        Some(Box::new(self.bench_of(&channels, &fitted.readings)))
+    }
+
+    fn relative(
+        &self,
+        _: &Self::Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(&fits[0], &readings[0])
+    }
+
+    fn residuals(
+        &self,
+        _: &Self::Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(&fits[0], &readings[0])
+    }
+
+    fn beside(
+        &self,
+        plateaus: &Self::Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<(Parameter, Estimate)> {
+        let Beyond(beyond) = fits[0].noise;
+        if beyond > 0 {
+            remarks.push(Remark::whole(format!(
+                "{beyond} readings lie beyond the end of the closing curves and are left out"
+            )));
+        }
+        let channels = checks::channels(&fits[0].readings);
+        saturation::parameters(self, &channels, plateaus, series, remarks)
+    }
+
+    fn hysteresis(
+        &self,
+        _: &Self::Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        held: &[Vec<bool>],
+    ) -> Vec<Loops> {
+        let found = hysteresis::of_array(self, &fits[0], series, held);
+        found.into_iter().collect()
+    }
+
+    fn noise(&self, _: &[Fitted]) -> String {
+        String::new()
+    }
+
+    fn scope(&self, _: &Self::Context, fits: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
+        result::scope(&fits[0])
+    }
+
+    fn figures(&self, _: &Self::Context, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(&candidates[0][0])
+    }
 }
 
 /// Puts calibrated values in the place of a sensor file's constants; `value`

@@ -1,5 +1,6 @@
 //! The readings of crossing channels as a least-squares problem.
 
+use crate::split::OfSeries;
 use taxel::electronics::VoltageDivider;
 use taxel::mechanics::{ClosingState, PressureLaw, Stretch};
 use taxel::transduction::{ChannelLayer, mean_inverse_area_ratio};
@@ -15,7 +16,7 @@ pub(super) const SHARED: usize = 5;
 
 /// One reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     pub(super) channel: usize,
     /// 0 for rows, 1 for columns.
     pub(super) layer: usize,
@@ -31,9 +32,19 @@ pub(super) struct Reading {
     pub(super) marked: bool,
 }
 
+impl OfSeries for Reading {
+    fn series(&self) -> usize {
+        self.channel
+    }
+
+    fn is_marked(&self) -> bool {
+        self.marked
+    }
+}
+
 /// What presses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Load {
+pub(crate) enum Load {
     /// Pa.
     Pressure(f64),
     /// N on an area in m².
@@ -55,7 +66,7 @@ pub(super) struct Bench<'a> {
     pub(super) layers: &'a [ChannelLayer; 2],
     pub(super) divider: VoltageDivider,
     /// Channels that were read, in the order of their parameters.
-    pub(super) channels: &'a [usize],
+    pub(super) channels: Vec<usize>,
     pub(super) readings: &'a [Reading],
     /// Standard deviation of each reading, V.
     pub(super) noise: Vec<f64>,

@@ -1,6 +1,7 @@
 //! What the fit of crossing channels gives to people: residuals, curves, scope.
 
-use super::{BIAS, CHANNEL, ChannelCalibrator, Fitted, Reading};
+use super::{BIAS, CHANNEL, ChannelCalibrator, Fitted, Reading, checks};
+use crate::loads::range;
 use crate::outcome::{ResidualSummary, Scope};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 
@@ -8,7 +9,7 @@ impl ChannelCalibrator<'_> {
     /// Residuals of the voltage of one channel, V.
     fn misfits(&self, fitted: &Fitted, readings: &[Reading], channel: usize) -> Vec<f64> {
         let at = fitted.fit.values();
-        let bench = self.bench_of(&fitted.channels, readings);
+        let bench = self.bench_of(&checks::channels(&fitted.readings), readings);
         let of = readings.iter().filter(|r| r.channel == channel);
         of.filter_map(|r| Some(r.voltage - bench.predict(&at, r)?))
             .collect()
@@ -17,10 +18,13 @@ impl ChannelCalibrator<'_> {
     pub(super) fn residuals(&self, fitted: &Fitted, readings: &[Reading]) -> Vec<ResidualSummary> {
         let summary = |channel: &usize| {
             let name = format!("{CHANNEL}_{channel}.voltage");
-            let range = range(&fitted.readings, *channel);
+            let range = voltages(&fitted.readings, *channel);
             ResidualSummary::of(name, "V", &self.misfits(fitted, readings, *channel), range)
         };
-        fitted.channels.iter().map(summary).collect()
+        checks::channels(&fitted.readings)
+            .iter()
+            .map(summary)
+            .collect()
     }
 
     /// Residual of the voltages over their range, all channels together.
@@ -36,7 +40,7 @@ impl ChannelCalibrator<'_> {
 
     pub(super) fn figures(&self, fitted: &Fitted) -> Vec<Figure> {
         let at = fitted.fit.values();
-        let bench = self.bench_of(&fitted.channels, &fitted.readings);
+        let bench = self.bench_of(&checks::channels(&fitted.readings), &fitted.readings);
         let figure = |channel: &usize| {
             let of = fitted.readings.iter().filter(|r| r.channel == *channel);
             let mut of: Vec<&Reading> = of.collect();
@@ -75,7 +79,10 @@ impl ChannelCalibrator<'_> {
                         .into(),
             }
         };
-        fitted.channels.iter().map(figure).collect()
+        checks::channels(&fitted.readings)
+            .iter()
+            .map(figure)
+            .collect()
     }
 }
 
@@ -83,21 +90,16 @@ impl ChannelCalibrator<'_> {
 pub(super) fn scope(fitted: &Fitted) -> Vec<Scope> {
     let bias = fitted.fit.estimates[BIAS].value;
     let pressures = fitted.readings.iter().map(|r| r.load.pressure(bias));
-    let range = pressures.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], x| {
-        [low.min(x), high.max(x)]
-    });
     vec![Scope {
         name: "pressure".into(),
         unit: "Pa",
-        range,
+        range: range(pressures),
     }]
 }
 
 /// Range of the voltages of a channel, V.
-fn range(readings: &[Reading], channel: usize) -> f64 {
+fn voltages(readings: &[Reading], channel: usize) -> f64 {
     let of = readings.iter().filter(|r| r.channel == channel);
-    let [low, high] = of.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
-        [low.min(r.voltage), high.max(r.voltage)]
-    });
+    let [low, high] = range(of.map(|r| r.voltage));
     (high - low).max(0.0)
 }

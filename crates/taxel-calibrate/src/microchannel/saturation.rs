@@ -25,7 +25,7 @@ const RISING: f64 = 8.0;
 
 /// Readings of one channel that no longer change.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Plateau {
+pub(crate) struct Plateau {
     /// Mean, V.
     voltage: f64,
     /// Of one reading, V.
@@ -121,14 +121,15 @@ pub(super) fn parameters(
     calibrator: &ChannelCalibrator<'_>,
     channels: &[usize],
     plateaus: &[Option<Plateau>],
-    readings: &[Reading],
+    series: &[Vec<Reading>],
     remarks: &mut Vec<Remark>,
 ) -> Vec<(Parameter, Estimate)> {
     let divider = calibrator.board.divider;
     let one = |channel: &usize| {
         let name = format!("{CHANNEL}_{channel}");
-        let of = readings
+        let of = series
             .iter()
+            .flatten()
             .filter(|reading| reading.channel == *channel && !reading.saturated);
         let most = of.map(|reading| reading.voltage).fold(0.0, f64::max);
         let parameter = Parameter {

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::ChannelCalibrator;
 use super::problem::{Load, Reading};
 use crate::hysteresis;
-use crate::outcome::BenchOptions;
+use crate::options::SyntheticOptions;
 use taxel::mechanics::{LARGEST_COMPRESSION, LoadHistory};
 use taxel_numerics::Noise;
 
@@ -18,7 +18,7 @@ use taxel_numerics::Noise;
 /// pressure that closes it so is larger on loading than on unloading by
 /// `hysteresis`. Its voltage rises to the share `saturation` of its largest
 /// change and no further. The tilt has no meaning here.
-pub(super) fn bench(calibrator: &ChannelCalibrator<'_>, options: &BenchOptions) -> String {
+pub(super) fn table(calibrator: &ChannelCalibrator<'_>, options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
     let mut text =
         String::from("# synthetic: readings of a bench that exists in the computer only\n");

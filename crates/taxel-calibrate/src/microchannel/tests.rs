@@ -1,11 +1,13 @@
 use std::fmt::Write as _;
 
 use super::*;
+use crate::driver::Calibrator;
+use crate::outcome::Outcome;
 use crate::testing;
 use crate::testing::{HASH, covered, lost, lost_on_bench, no_hold_out};
 use problem::Load;
 use taxel::estimation::{ChannelState, CrossedChannels, CrossedOptions, SignalEstimator};
-use taxel_numerics::least_squares::Problem;
+use taxel_numerics::least_squares::{Problem, Status};
 use taxel_recording::Frame;
 
 const NAME: &str = "liquid-metal-2x4";
@@ -39,10 +41,10 @@ fn with<T>(sensor: &Sensor, run: impl Fn(&ChannelCalibrator<'_>) -> T) -> T {
 }
 
 /// Readings of a bench with `RESTS`; the channels in `wanted` alone.
-fn bench(options: &BenchOptions, wanted: &[usize]) -> String {
+fn bench(options: &SyntheticOptions, wanted: &[usize]) -> String {
     let mut text = String::from("time [s],channel,pressure [kPa],voltage [mV]\n");
     for channel in wanted {
-        let all = with(&made(RESTS[*channel]), |truth| truth.bench(options));
+        let all = with(&made(RESTS[*channel]), |truth| truth.synthetic(options));
         let of = |line: &&str| line.split(',').nth(1) == Some(channel.to_string().as_str());
         for line in all.lines().filter(of) {
             text.push_str(line);
@@ -52,16 +54,16 @@ fn bench(options: &BenchOptions, wanted: &[usize]) -> String {
     text
 }
 
-fn parse(calibrator: &ChannelCalibrator<'_>, text: &str) -> BenchData {
-    BenchData::parse("bench.csv", text, calibrator.columns(), calibrator.group()).unwrap()
+fn parse(calibrator: &ChannelCalibrator<'_>, text: &str) -> ReadingTable {
+    ReadingTable::parse("bench.csv", text, calibrator.columns(), calibrator.group()).unwrap()
 }
 
-fn quiet() -> BenchOptions {
-    BenchOptions {
+fn quiet() -> SyntheticOptions {
+    SyntheticOptions {
         noise: 1e-4,
         compression: 0.39,
         readings: 60,
-        ..BenchOptions::default()
+        ..SyntheticOptions::default()
     }
 }
 
@@ -202,7 +204,7 @@ fn a_force_bias_is_found_and_subtracted() {
 fn intervals_cover_the_truth_of_a_thousand_benches() {
     let (row, column) = (RESTS[0], RESTS[2]);
     let sensor = drawn();
-    let clean = BenchOptions {
+    let clean = SyntheticOptions {
         noise: 0.0,
         cycles: 1,
         readings: 36,
@@ -306,7 +308,7 @@ fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<ChannelState> {
 
 #[test]
 fn a_saturation_that_was_reached_is_fitted_and_felt() {
-    let saturating = BenchOptions {
+    let saturating = SyntheticOptions {
         saturation: 0.8,
         noise: 1e-3,
         readings: 120,
@@ -320,7 +322,7 @@ fn a_saturation_that_was_reached_is_fitted_and_felt() {
     };
     // The same bench without noise and saturation tells where 80 % are.
     let exact = bench(
-        &BenchOptions {
+        &SyntheticOptions {
             noise: 0.0,
             saturation: 1.0,
             ..saturating
@@ -381,7 +383,7 @@ fn a_saturation_that_was_reached_is_fitted_and_felt() {
 
 #[test]
 fn a_loop_is_found_and_undone_live() {
-    let looping = BenchOptions {
+    let looping = SyntheticOptions {
         hysteresis: 0.1,
         noise: 2e-4,
         readings: 160,
@@ -416,7 +418,7 @@ fn a_loop_is_found_and_undone_live() {
         assert!((ratio - 1.0 / 1.1).abs() < 0.01, "{place}: {ratio}");
     }
     let (outcome, _) = calibrated(&bench(
-        &BenchOptions {
+        &SyntheticOptions {
             hysteresis: 0.0,
             ..looping
         },
@@ -440,7 +442,7 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
     let truth = [start.clone(), lost_on_bench(hysteresis)].concat();
     let sensor = drawn();
     for saturation in [1.0, 0.8] {
-        let clean = BenchOptions {
+        let clean = SyntheticOptions {
             hysteresis,
             saturation,
             noise: 0.0,
@@ -464,8 +466,9 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
                 let kept = calibrator.loading(&all, &mut Vec::new());
                 let starts = [start.clone()];
                 let fitted = calibrator.fit(&kept, &no_hold_out(), &starts).unwrap();
-                let loops =
-                    hysteresis::of_array(calibrator, &fitted, &all, &no_hold_out()).unwrap();
+                let series = by_series(&all);
+                let held: Vec<_> = series.iter().map(|of| vec![false; of.len()]).collect();
+                let loops = hysteresis::of_array(calibrator, &fitted, &series, &held).unwrap();
                 [fitted.fit.estimates, lost(&loops)].concat()
             })
         });
@@ -493,7 +496,7 @@ fn plateaus_of_many_readings_are_found() {
         (0.9, 600, 0.01, 10.0),
         (0.7, 120, 0.02, 14.0),
     ] {
-        let clean = BenchOptions {
+        let clean = SyntheticOptions {
             saturation,
             readings,
             noise: 0.0,

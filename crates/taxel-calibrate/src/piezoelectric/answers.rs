@@ -1,9 +1,9 @@
 //! Whether the signals of presses are of the places and of the elements that
 //! the table says.
 
-use super::checks::range;
-use super::presses::Pressed;
-use super::{BenchData, InputError, PiezoelectricCalibrator};
+use super::indentations::Indentation;
+use super::{InputError, PiezoelectricCalibrator, ReadingTable};
+use crate::loads::range;
 use taxel::estimation::ProfileModel;
 use taxel::mechanics::ShareTable;
 
@@ -21,9 +21,9 @@ const NAMED: usize = 8;
 /// others, those of other elements, and places with a turned sign.
 pub(super) fn answers(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     name: &str,
-    presses: &[Pressed],
+    presses: &[Indentation],
 ) -> Result<(), InputError> {
     let model = &calibrator.profile;
     let signals: Vec<Vec<f64>> = (0..model.rows * model.columns)
@@ -52,16 +52,16 @@ pub(super) fn answers(
 /// What each element, by the drawing, feels of each press, over what it would
 /// feel of one right above it. Of an unknown radius by the middle one of the
 /// drawing: where an element answers hardly depends on it.
-fn shares(model: &ProfileModel, presses: &[Pressed]) -> Vec<Vec<f64>> {
+fn shares(model: &ProfileModel, presses: &[Indentation]) -> Vec<Vec<f64>> {
     let usual = model.radii.get(model.radii.len() / 2).copied();
-    let radius = |press: &Pressed| press.radius.or(usual).unwrap_or(model.side);
+    let radius = |press: &Indentation| press.radius.or(usual).unwrap_or(model.side);
     let mut tables: Vec<(f64, ShareTable)> = Vec::new();
     for radius in presses.iter().map(radius) {
         if tables.iter().all(|(known, _)| *known != radius) {
             tables.push((radius, model.cover(radius).table()));
         }
     }
-    let share = |at: &[f64; 2], press: &Pressed| {
+    let share = |at: &[f64; 2], press: &Indentation| {
         let known = tables.iter().find(|(known, _)| *known == radius(press));
         let offset = [at[0] - press.place[0], at[1] - press.place[1]];
         let share = |(_, table): &(f64, ShareTable)| {
@@ -75,7 +75,7 @@ fn shares(model: &ProfileModel, presses: &[Pressed]) -> Vec<Vec<f64>> {
 
 /// Names a signal whose size is not that of the others.
 fn sizes(
-    data: &BenchData,
+    data: &ReadingTable,
     column: &dyn Fn(usize) -> String,
     pressed: &[usize],
     signals: &[Vec<f64>],
@@ -156,7 +156,7 @@ impl<'a> Places<'a> {
 
     /// Names places whose sign is turned: each signal follows the mirror image
     /// of its element.
-    fn turned(&self, data: &BenchData, model: &ProfileModel) -> Result<(), InputError> {
+    fn turned(&self, data: &ReadingTable, model: &ProfileModel) -> Result<(), InputError> {
         if !(0..self.pressed.len()).any(|k| self.moved(k)) {
             return Ok(());
         }
@@ -188,9 +188,9 @@ impl<'a> Places<'a> {
     fn swapped(
         &self,
         calibrator: &PiezoelectricCalibrator<'_>,
-        data: &BenchData,
+        data: &ReadingTable,
         column: &dyn Fn(usize) -> String,
-        presses: &[Pressed],
+        presses: &[Indentation],
     ) -> Result<(), InputError> {
         let silent = |k: &usize| fisher(self.own[*k]) < CLEAR * self.deviation;
         let wrong: Vec<usize> = (0..self.pressed.len())
@@ -243,9 +243,9 @@ fn fisher(correlation: f64) -> f64 {
 }
 
 /// Root of the mean square distance of the signals' centres from the places, m.
-fn off(calibrator: &PiezoelectricCalibrator<'_>, presses: &[Pressed]) -> f64 {
+fn off(calibrator: &PiezoelectricCalibrator<'_>, presses: &[Indentation]) -> f64 {
     let positions = calibrator.profile.centroid().positions;
-    let square = |press: &Pressed| {
+    let square = |press: &Indentation| {
         let sum = press.forces.iter().map(|force| force.max(0.0)).sum::<f64>();
         let along = |axis: usize| {
             let pairs = press.forces.iter().zip(&positions);

@@ -1,24 +1,22 @@
 //! What readings of piezoelectric elements can and cannot be.
 
 use super::columns::{
-    COLUMNS, CYCLES, DEVIATION, DISPLACEMENT, DWELL, FIRST_PEAK, FORCE_Z, HOLD_OUT, PERIOD, RAMP,
+    CYCLES, DEVIATION, DISPLACEMENT, DWELL, FIRST_PEAK, FORCE_Z, HOLD_OUT, PERIOD, RAMP,
     SECOND_PEAK, TIME_AT, VOLTAGE_AT,
 };
 use super::peaks::plausible;
 use super::problem::{Bench, Device, Drive, Reading, What};
-use super::{BenchData, InputError, PiezoelectricCalibrator, Remark};
-use crate::clock::one_clock;
+use super::{InputError, PiezoelectricCalibrator, ReadingTable, Remark};
+use crate::loads::Loads;
 use taxel::mechanics::Profile;
 
 /// Least readings: three constants and five more.
 const LEAST: usize = 8;
-/// Peaks of one load, to this share of it, say nothing of their slope.
-const LEAST_SPAN: f64 = 0.1;
 /// Cycles of a cyclic load that does not say how many: it has settled.
 const USUAL_CYCLES: f64 = 8.0;
 
 /// The readings of a table with what they were taken under.
-pub(super) struct Table {
+pub(crate) struct Table {
     pub(super) device: Device,
     pub(super) readings: Vec<Reading>,
     /// Test loads that occur.
@@ -30,10 +28,9 @@ pub(super) struct Table {
 /// The readings of `data`, checked.
 pub(super) fn table(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     remarks: &mut Vec<Remark>,
 ) -> Result<Table, InputError> {
-    one_clock(data, &COLUMNS)?;
     let (drive, load) = drive(data)?;
     let mut table = Table {
         device: Device::new(calibrator.named.sensor, drive),
@@ -55,12 +52,12 @@ pub(super) fn table(
         }
     }
     clipped(calibrator, &mut table, remarks);
-    enough(data, &table)?;
+    table.loads(&table.readings).enough(data)?;
     plausible(calibrator, data, &table)?;
     Ok(table)
 }
 
-fn drive(data: &BenchData) -> Result<(Drive, usize), InputError> {
+fn drive(data: &ReadingTable) -> Result<(Drive, usize), InputError> {
     match (data.given[DISPLACEMENT], data.given[FORCE_Z]) {
         (true, false) => Ok((Drive::Displacement, DISPLACEMENT)),
         (false, true) => Ok((Drive::Force, FORCE_Z)),
@@ -77,7 +74,7 @@ fn drive(data: &BenchData) -> Result<(Drive, usize), InputError> {
     }
 }
 
-fn reading(data: &BenchData, row: usize, load: f64, voltage: f64, what: What) -> Reading {
+fn reading(data: &ReadingTable, row: usize, load: f64, voltage: f64, what: What) -> Reading {
     Reading {
         line: data.line(row),
         load,
@@ -90,7 +87,7 @@ fn reading(data: &BenchData, row: usize, load: f64, voltage: f64, what: What) ->
     }
 }
 
-fn samples(data: &BenchData, load: usize, table: &mut Table) -> Result<(), InputError> {
+fn samples(data: &ReadingTable, load: usize, table: &mut Table) -> Result<(), InputError> {
     if !data.given[TIME_AT] {
         return Err(data.error(
             "time",
@@ -113,7 +110,7 @@ fn samples(data: &BenchData, load: usize, table: &mut Table) -> Result<(), Input
     Ok(())
 }
 
-fn peaks(data: &BenchData, load: usize, table: &mut Table) -> Result<(), InputError> {
+fn peaks(data: &ReadingTable, load: usize, table: &mut Table) -> Result<(), InputError> {
     for row in 0..data.len() {
         let Some(moved) = data.number(row, load) else {
             continue;
@@ -141,7 +138,7 @@ fn peaks(data: &BenchData, load: usize, table: &mut Table) -> Result<(), InputEr
 
 /// The test load of a row: with a period cyclic, with a dwell an impact, else
 /// a step.
-fn profile(data: &BenchData, row: usize) -> Result<Profile, InputError> {
+fn profile(data: &ReadingTable, row: usize) -> Result<Profile, InputError> {
     let positive = |column: usize| data.number(row, column).filter(|x| *x > 0.0);
     let line = data.line(row);
     let Some(ramp) = positive(RAMP) else {
@@ -190,44 +187,24 @@ fn clipped(calibrator: &PiezoelectricCalibrator<'_>, table: &mut Table, remarks:
     }
 }
 
-fn enough(data: &BenchData, table: &Table) -> Result<(), InputError> {
-    let count = table.readings.len();
-    if count < LEAST {
-        let message = format!("there are {count} voltages; at least {LEAST} are needed");
-        return Err(data.error("voltage", message, "take more readings"));
-    }
-    let (column, unit, size) = match table.device.drive {
-        Drive::Displacement => ("displacement", "um", 1e6),
-        Drive::Force => ("force_z", "mN", 1e3),
-    };
-    if table.path.is_empty() {
-        let [least, most] = range(table.readings.iter().map(|r| r.load.abs()));
-        if most - least <= LEAST_SPAN * most {
-            let message = format!(
-                "{column} is always the same, {:.4} to {:.4} {unit}",
-                least * size,
-                most * size
-            );
-            let help =
-                "take peaks of several loads: the constants are in their slope over the load";
-            return Err(data.error(column, message, help));
+impl Table {
+    /// Loads of some readings: sizes of test loads, or a load over time.
+    pub(super) fn loads(&self, readings: &[Reading]) -> Loads {
+        let recorded = !self.path.is_empty();
+        let load = |r: &Reading| if recorded { r.load } else { r.load.abs() };
+        let (column, unit) = match self.device.drive {
+            Drive::Displacement => ("displacement", ("um", 1e-6)),
+            Drive::Force => ("force_z", ("mN", 1e-3)),
+        };
+        Loads {
+            name: String::new(),
+            column,
+            unit,
+            values: readings.iter().map(load).collect(),
+            least: LEAST,
+            from_rest: false,
         }
-        return Ok(());
     }
-    let [least, most] = range(table.readings.iter().map(|r| r.load));
-    if most - least <= 0.0 {
-        let message = format!("{column} is always {:.4} {unit}", most * size);
-        let help = "the element answers to changes only: load it and let go";
-        return Err(data.error(column, message, help));
-    }
-    Ok(())
-}
-
-/// Least and largest of some values.
-pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-        [low.min(x), high.max(x)]
-    })
 }
 
 /// Readings over what the constants `at` give, by least squares.

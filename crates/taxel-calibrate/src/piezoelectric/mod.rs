@@ -9,28 +9,26 @@
 mod answers;
 mod checks;
 mod columns;
+mod cross_validation;
+mod indentations;
 mod peaks;
-mod places;
-mod presses;
+mod positions;
 mod problem;
 mod result;
-mod school;
 mod synthetic;
 
-use crate::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome, PressOptions, open_in_words, paired, search_in_words, wanted,
-};
-use crate::readings::BenchData;
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel};
+use crate::loads::Loads;
+use crate::options::{CalibrateOptions, IndentationOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, CovarianceBlock, Derived, Outcome, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
 use crate::remark::Remark;
-use crate::split::picked;
 use taxel::estimation::ProfileModel;
+use taxel::figure::Figure;
 use taxel::layout::Layout;
 use taxel::predict::LoadColumn;
 use taxel::sensor::Sensor;
-use taxel_numerics::least_squares::{
-    Estimate, Fit, FitError, Parameter, Status, fit, profile_interval,
-};
+use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Problem, Status, fit};
 use taxel_recording::InputError;
 
 use checks::Table;
@@ -53,7 +51,16 @@ pub(super) struct PiezoelectricCalibrator<'a> {
     profile: ProfileModel,
 }
 
-static MODELS: [&str; 2] = ["dynamic", "gain"];
+static MODELS: [NamedModel; 2] = [
+    NamedModel {
+        name: "dynamic",
+        about: "charge per force, leak and viscosity",
+    },
+    NamedModel {
+        name: "gain",
+        about: "charge per force; leak and viscosity of the drawing",
+    },
+];
 
 /// Which parameters are free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,17 +73,6 @@ enum Model {
 
 impl Model {
     const ALL: [Self; 2] = [Self::Dynamic, Self::Gain];
-
-    fn name(self) -> &'static str {
-        MODELS[self as usize]
-    }
-
-    fn about(self) -> &'static str {
-        match self {
-            Self::Dynamic => "charge per force, leak and viscosity",
-            Self::Gain => "charge per force; leak and viscosity of the drawing",
-        }
-    }
 
     /// The viscosity delays the signal by μ/E of the silicone: a peak, where the
     /// signal stands still, does not tell it, a recording does.
@@ -99,10 +95,7 @@ const SIZES: [f64; OWN] = [0.02, 0.1, 0.25];
 /// Factors about the drawing between which each constant is searched.
 const WITHIN: [[f64; 2]; OWN] = [[0.01, 100.0], [1e-3, 1e3], [0.0, 1e3]];
 
-struct Fitted {
-    parameters: Vec<Parameter>,
-    fit: Fit,
-}
+type Fitted = FittedTo<Reading, ()>;
 
 impl<'a> PiezoelectricCalibrator<'a> {
     /// `None` when the sensor is of another kind.
@@ -160,36 +153,164 @@ impl<'a> PiezoelectricCalibrator<'a> {
                 }
             })
             .collect();
-        let found = fit(&bench, &parameters, &options.fitting(is_given(readings)))?;
+        let given = readings.iter().all(|r| r.deviation.is_some());
+        let options = options.fitting(given);
         Ok(Fitted {
+            model: model as usize,
+            fit: fit(&bench, &parameters, &options)?,
             parameters,
-            fit: found,
+            readings: readings.to_vec(),
+            options,
+            given,
+            noise: (),
         })
     }
+}
 
-    /// What presses taught, added to what is known of the constants.
-    fn add_places(&self, outcome: &mut Outcome, data: &BenchData) -> Result<(), InputError> {
-        outcome.remarks.extend_from_slice(&data.remarks);
-        let pressed = presses::presses(self, data, &mut outcome.remarks)?;
-        let learned = places::learn(self, &pressed).map_err(|error| {
-            let help = "press at places all over the elements, 0.5 to 1 mm apart";
-            data.error("x", error.to_string(), help)
-        })?;
-        outcome.places = Some(learned.map);
-        outcome.hold_out.extend(learned.hold_out);
-        outcome.scope.extend(learned.scope);
-        outcome.remarks.extend(learned.remarks);
-        outcome.figures.push(learned.figure);
-        if outcome.held_out.is_empty() {
-            outcome.held_out = learned.held_out;
-        } else {
-            outcome.held_out = format!("{}; {}", outcome.held_out, learned.held_out);
-        }
-        Ok(())
+impl Calibratable for PiezoelectricCalibrator<'_> {
+    fn columns(&self) -> &'static [LoadColumn] {
+        &COLUMNS
     }
 
-    /// The constants as drawn, where no readings tell them.
-    fn as_drawn(&self) -> Outcome {
+    fn group(&self) -> &'static str {
+        ""
+    }
+
+    fn models(&self) -> &'static [NamedModel] {
+        &MODELS
+    }
+
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
+        synthetic::table(self.named.sensor, options)
+    }
+
+    fn synthetic_indentations(&self, options: &IndentationOptions) -> Option<String> {
+        synthetic::indentations(self, options)
+    }
+}
+
+impl DeviceModel for PiezoelectricCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = ();
+    type Context = Table;
+
+    fn element(&self) -> &'static str {
+        self.named.sensor.element.key()
+    }
+
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        vec![CalibratedSensor::of(self.named, "")]
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Table, Vec<Reading>), InputError> {
+        let found = checks::table(self, table, remarks)?;
+        let readings = found.readings.clone();
+        Ok((found, readings))
+    }
+
+    fn loading(
+        &self,
+        _: &Table,
+        series: &[Vec<Reading>],
+        _: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        series.to_vec()
+    }
+
+    fn loads(&self, context: &Table, readings: &[Reading]) -> Vec<Loads> {
+        vec![context.loads(readings)]
+    }
+
+    fn fit_bodies(
+        &self,
+        context: &Table,
+        model: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        _: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let one = |readings: &Vec<Reading>| self.fit(Model::ALL[model], context, readings, options);
+        bodies.iter().map(one).collect()
+    }
+
+    fn problem<'b>(
+        &'b self,
+        context: &'b Table,
+        fitted: &'b Fitted,
+    ) -> Option<Box<dyn Problem + 'b>> {
+        Some(Box::new(self.problem(context, &fitted.readings)))
+    }
+
+    fn relative(
+        &self,
+        context: &Table,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(&fits[0], context, &readings[0])
+    }
+
+    fn residuals(
+        &self,
+        context: &Table,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(&fits[0], context, &readings[0])
+    }
+
+    fn explained(
+        &self,
+        context: &Table,
+        table: &ReadingTable,
+        fits: &[Fitted],
+    ) -> Result<(), InputError> {
+        peaks::explained(self, table, context, &fits[0])
+    }
+
+    fn beside(
+        &self,
+        context: &Table,
+        _: &[Fitted],
+        _: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<(Parameter, Estimate)> {
+        remarks.push(Remark::whole(match context.device.drive {
+            Drive::Displacement => {
+                "charge_per_force stands for its product with the silicone's stiffness, which stays that of the drawing"
+            }
+            Drive::Force => "the viscosity does not act between a force and its signal and stays that of the drawing",
+        }));
+        Vec::new()
+    }
+
+    fn derived(&self, context: &Table, fits: &[Fitted]) -> Vec<Derived> {
+        self.derived(&fits[0], context)
+    }
+
+    fn noise(&self, fits: &[Fitted]) -> String {
+        format!(": {:.4} mV", fits[0].fit.scale * self.deviation * 1e3)
+    }
+
+    fn scope(&self, context: &Table, _: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
+        result::scope(context)
+    }
+
+    fn figures(&self, context: &Table, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(&candidates[0][0], context)
+    }
+
+    fn has_indentations(&self, table: &ReadingTable) -> bool {
+        indentations::has(table)
+    }
+
+    fn as_drawn(&self) -> Option<Outcome> {
         let drawn = problem::Device::new(self.named.sensor, Drive::Force).drawn();
         let fixed = |place: usize| {
             let at = drawn[place];
@@ -206,187 +327,37 @@ impl<'a> PiezoelectricCalibrator<'a> {
             };
             (parameter, estimate)
         };
-        Outcome {
-            element: self.named.sensor.element.key(),
-            model: "as-drawn",
-            sensors: vec![CalibratedSensor::of(self.named, "")],
+        Some(Outcome {
             parameters: (0..OWN).map(fixed).collect(),
             covariance: vec![CovarianceBlock {
                 first: 0,
                 rows: vec![vec![0.0; OWN]; OWN],
             }],
-            open: Vec::new(),
-            places: None,
-            derived: Vec::new(),
-            noise: "of the presses".into(),
-            search: "constants of the drawing; presses tell the places alone".into(),
-            residuals: Vec::new(),
-            hold_out: Vec::new(),
-            held_out: String::new(),
-            models: Vec::new(),
-            scope: Vec::new(),
-            remarks: Vec::new(),
-            figures: Vec::new(),
-        }
-    }
-
-    fn with_profiles(
-        &self,
-        fitted: &mut Fitted,
-        table: &Table,
-        options: &CalibrateOptions,
-    ) -> Result<(), FitError> {
-        let bench = self.problem(table, &table.readings);
-        let fitting = options.fitting(is_given(&table.readings));
-        for j in 0..OWN {
-            if fitted.fit.estimates[j].status == Status::Identified {
-                fitted.fit.estimates[j].interval =
-                    profile_interval(&bench, &fitted.parameters, &fitting, &fitted.fit, j)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-fn is_given(readings: &[Reading]) -> bool {
-    readings.iter().all(|r| r.deviation.is_some())
-}
-
-impl Calibrator for PiezoelectricCalibrator<'_> {
-    fn columns(&self) -> &'static [LoadColumn] {
-        &COLUMNS
-    }
-
-    fn group(&self) -> &'static str {
-        ""
-    }
-
-    fn models(&self) -> &'static [&'static str] {
-        &MODELS
-    }
-
-    fn calibrate(
-        &self,
-        data: &BenchData,
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError> {
-        self.calibrate_all(std::slice::from_ref(data), options)
-    }
-
-    fn calibrate_all(
-        &self,
-        tables: &[BenchData],
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError> {
-        let (presses, readings): (Vec<_>, Vec<_>) =
-            tables.iter().partition(|table| presses::are_presses(table));
-        let twice = [&presses, &readings].into_iter().find_map(|of| of.get(1));
-        if let Some(table) = twice {
-            let message = "a second table of the same kind";
-            return Err(InputError::whole(&table.file, message)
-                .help("put the readings into one table, and the presses at places into another"));
-        }
-        let mut outcome = match readings.first() {
-            Some(table) => self.constants(table, options)?,
-            None => self.as_drawn(),
-        };
-        if let Some(table) = presses.first() {
-            self.add_places(&mut outcome, table)?;
-        }
-        Ok(outcome)
-    }
-
-    fn bench(&self, options: &BenchOptions) -> String {
-        synthetic::bench(self.named.sensor, options)
-    }
-
-    fn press_bench(&self, options: &PressOptions) -> Option<String> {
-        synthetic::presses(self, options)
-    }
-}
-
-impl PiezoelectricCalibrator<'_> {
-    /// Charge per force, leak and viscosity from one table.
-    fn constants(
-        &self,
-        data: &BenchData,
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError> {
-        let wanted = Model::ALL[wanted(&MODELS, options)?];
-        let mut remarks = data.remarks.clone();
-        let table = checks::table(self, data, &mut remarks)?;
-        let marked: Vec<bool> = table.readings.iter().map(|r| r.marked).collect();
-        let held = options.hold_out.held(&marked);
-        let pick = |wanted: bool| picked(&table.readings, &held, wanted);
-        let (seen, unseen) = (pick(false), pick(true));
-        let wrong = |model: Model, error: FitError| {
-            let help = "check the units and the sensor file, or take more readings";
-            data.error("", format!("{}: {error}", model.name()), help)
-        };
-        let mut best = None;
-        let (mut models, mut hold_out) = (Vec::new(), Vec::new());
-        for model in Model::ALL {
-            let fitted = self
-                .fit(model, &table, &table.readings, options)
-                .map_err(|error| wrong(model, error))?;
-            let free = fitted.parameters.iter().filter(|p| p.is_free());
-            let mut comparison = ModelComparison {
-                name: model.name(),
-                about: model.about(),
-                unknowns: free.count(),
-                residual: self.relative(&fitted, &table, &table.readings),
-                hold_out: None,
-            };
-            if !unseen.is_empty() {
-                let trained = self
-                    .fit(model, &table, &seen, options)
-                    .map_err(|error| wrong(model, error))?;
-                comparison.hold_out = Some(self.relative(&trained, &table, &unseen));
-                if model == wanted {
-                    hold_out = self.residuals(&trained, &table, &unseen);
-                }
-            }
-            if model == wanted {
-                models.insert(0, comparison);
-                best = Some(fitted);
-            } else {
-                models.push(comparison);
-            }
-        }
-        let Some(mut best) = best else {
-            return Err(data.error("", "no model was fitted", "choose another --model"));
-        };
-        peaks::explained(self, data, &table, &best)?;
-        if options.profile {
-            self.with_profiles(&mut best, &table, options)
-                .map_err(|error| wrong(wanted, error))?;
-        }
-        remarks.push(Remark::whole(match table.device.drive {
-            Drive::Displacement => {
-                "charge_per_force stands for its product with the silicone's stiffness, which stays that of the drawing"
-            }
-            Drive::Force => "the viscosity does not act between a force and its signal and stays that of the drawing",
-        }));
-        let found = &best.fit;
-        Ok(Outcome {
-            element: self.named.sensor.element.key(),
-            model: wanted.name(),
-            sensors: vec![CalibratedSensor::of(self.named, "")],
-            parameters: paired(&best.parameters, found),
-            covariance: CovarianceBlock::of([found]),
-            open: open_in_words(&best.parameters, found),
-            places: None,
-            derived: self.derived(&best, &table),
-            noise: result::noise_in_words(&table.readings, found, self.deviation),
-            search: search_in_words(found, is_given(&table.readings)),
-            residuals: self.residuals(&best, &table, &table.readings),
-            hold_out,
-            held_out: options.hold_out.words(),
-            models,
-            scope: result::scope(&table),
-            remarks,
-            figures: self.figures(&best, &table),
+            noise: "of the indentations".into(),
+            search: "constants of the drawing; indentations identify positions alone".into(),
+            ..Outcome::new(DeviceModel::element(self), "as-drawn", self.sensors())
         })
+    }
+
+    fn learn(&self, outcome: &mut Outcome, table: &ReadingTable) -> Result<(), InputError> {
+        outcome.remarks.extend_from_slice(&table.remarks);
+        let pressed = indentations::read(self, table, &mut outcome.remarks)?;
+        let learned = positions::learn(self, &pressed).map_err(|error| {
+            let help = "press at positions all over the elements, 0.5 to 1 mm apart";
+            table.error("x", error.to_string(), help)
+        })?;
+        outcome.places = Some(learned.map);
+        outcome.hold_out.extend(learned.hold_out);
+        outcome.scope.extend(learned.scope);
+        outcome.remarks.extend(learned.remarks);
+        outcome.figures.push(learned.figure);
+        let before = std::mem::take(&mut outcome.held_out);
+        outcome.held_out = if before.is_empty() {
+            learned.held_out
+        } else {
+            format!("{before}; {}", learned.held_out)
+        };
+        Ok(())
     }
 }
 

@@ -1,12 +1,11 @@
 //! Whether each column of voltages can be what it says: peaks in the direction
 //! of loading, peaks against it, or an output over time.
 
-use super::checks::{Table, range};
+use super::checks::Table;
 use super::problem::{Reading, What};
-use super::{BenchData, Fitted, InputError, PiezoelectricCalibrator};
+use super::{Fitted, InputError, PiezoelectricCalibrator, ReadingTable};
+use crate::loads::{range, right_prefix};
 
-/// Between readings and drawing such a factor is a wrong prefix of a unit.
-const PREFIX: [f64; 2] = [1000.0 / 3.0, 3000.0];
 /// What a column says counts above this many deviations. A column of the right
 /// model falls behind its mean with half as many: once in 700 tables at worst.
 const CLEAR: f64 = 6.0;
@@ -75,7 +74,7 @@ impl Sums {
 /// thousand from the drawing.
 pub(super) fn plausible(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     table: &Table,
 ) -> Result<(), InputError> {
     let bench = calibrator.problem(table, &table.readings);
@@ -100,7 +99,7 @@ pub(super) fn plausible(
 }
 
 /// Names a factor of a thousand, or a turned sign.
-fn unit(data: &BenchData, column: &str, pairs: &[[f64; 2]]) -> Result<(), InputError> {
+fn unit(data: &ReadingTable, column: &str, pairs: &[[f64; 2]]) -> Result<(), InputError> {
     let square: f64 = pairs.iter().map(|[_, model]| model * model).sum();
     let ratio = pairs.iter().map(|[read, model]| read * model).sum::<f64>() / square;
     let misfit = pairs
@@ -108,8 +107,8 @@ fn unit(data: &BenchData, column: &str, pairs: &[[f64; 2]]) -> Result<(), InputE
         .map(|[read, model]| (read - ratio * model).powi(2));
     let deviation = (misfit.sum::<f64>() / pairs.len() as f64 / square).sqrt();
     // Not a number where the drawing gives no voltage.
-    let told = ratio.abs() > CLEAR * deviation;
-    if !told {
+    let clear = ratio.abs() > CLEAR * deviation;
+    if !clear {
         return Ok(());
     }
     if ratio < 0.0 {
@@ -117,25 +116,14 @@ fn unit(data: &BenchData, column: &str, pairs: &[[f64; 2]]) -> Result<(), InputE
         let help = "turn the sign of the voltages, or of the load; pressing is positive, and so are both peaks";
         return Err(data.error(column, message, help));
     }
-    let [low, high] = PREFIX;
-    let times = if (low..high).contains(&ratio) {
-        "1000 times"
-    } else if (low..high).contains(&(1.0 / ratio)) {
-        "a thousandth of"
-    } else {
-        return Ok(());
-    };
-    let message =
-        format!("the voltages are about {times} what the drawing gives (factor {ratio:.3e})");
-    let help = "are the units of this column and of the load right?";
-    Err(data.error(column, message, help))
+    right_prefix(data, column, ratio, "")
 }
 
 /// Names columns that are exchanged, or that a fit explains no better than
 /// their mean does.
 pub(super) fn explained(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     table: &Table,
     fitted: &Fitted,
 ) -> Result<(), InputError> {
@@ -174,7 +162,7 @@ pub(super) fn explained(
 /// Names peaks of loading and of unloading that are exchanged.
 fn exchanged(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     table: &Table,
     misfit: f64,
 ) -> Result<(), InputError> {

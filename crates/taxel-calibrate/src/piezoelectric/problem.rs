@@ -1,6 +1,7 @@
 //! One element under known loads as a problem of least squares: three
 //! constants, and peaks of test loads or a voltage over time as readings.
 
+use crate::split::OfSeries;
 use taxel::mechanics::Profile;
 use taxel::sensor::{Element, Sensor};
 use taxel_numerics::least_squares::Problem;
@@ -19,7 +20,7 @@ const FADED: f64 = 8.0;
 
 /// What moves the element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Drive {
+pub(crate) enum Drive {
     /// Displacement of the surface, m.
     Displacement,
     /// Force on the element, N.
@@ -28,7 +29,7 @@ pub(super) enum Drive {
 
 /// One voltage of the bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     pub(super) line: usize,
     /// Amplitude of a test load, or the load at this moment; m or N.
     pub(super) load: f64,
@@ -40,9 +41,20 @@ pub(super) struct Reading {
     pub(super) what: What,
 }
 
+impl OfSeries for Reading {
+    /// All are of one element.
+    fn series(&self) -> usize {
+        0
+    }
+
+    fn is_marked(&self) -> bool {
+        self.marked
+    }
+}
+
 /// What a voltage is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum What {
+pub(crate) enum What {
     /// A peak of the profile with this number, in the direction of loading or
     /// against it.
     Peak {
@@ -57,7 +69,7 @@ pub(super) enum What {
 
 /// What the sensor file says, with constants to be put in place.
 #[derive(Debug, Clone)]
-pub(super) struct Device {
+pub(crate) struct Device {
     sensor: Sensor,
     pub(super) drive: Drive,
 }

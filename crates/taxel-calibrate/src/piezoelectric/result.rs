@@ -1,28 +1,13 @@
 //! What the fit of a piezoelectric sensor gives to people.
 
-use super::checks::{Table, range};
+use super::checks::Table;
 use super::problem::{Drive, LEAK, Reading, What};
 use super::{Fitted, PiezoelectricCalibrator};
+use crate::loads::range;
 use crate::outcome::{Derived, ResidualSummary, Scope};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::Profile;
-use taxel_numerics::least_squares::{Fit, student_quantile};
-
-pub(super) fn noise_in_words(readings: &[Reading], found: &Fit, first: f64) -> String {
-    if readings.iter().any(|r| r.deviation.is_none()) {
-        return format!(
-            "estimated from the residuals: {:.4} mV",
-            found.scale * first * 1e3
-        );
-    }
-    if found.scale <= 1.0 {
-        return "given with each reading; chi-square agrees".into();
-    }
-    format!(
-        "given with each reading, but chi-square refutes it: deviations and intervals are inflated by {:.2}",
-        found.scale
-    )
-}
+use taxel_numerics::least_squares::student_quantile;
 
 pub(super) fn scope(table: &Table) -> Vec<Scope> {
     let (name, unit) = match table.device.drive {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::PiezoelectricCalibrator;
 use super::problem::{Device, Drive, NAMES, OWN, Reading, UNITS, What};
-use crate::outcome::{BenchOptions, PressOptions};
+use crate::options::{IndentationOptions, SyntheticOptions};
 use taxel::mechanics::Profile;
 use taxel::sensor::Sensor;
 use taxel_numerics::Noise;
@@ -24,7 +24,7 @@ const CYCLES: u32 = 8;
 /// Voltages grow by `drift` from the first reading to the last. A displacement
 /// has neither hysteresis nor tilt. The largest one fills 60 % of the output's
 /// range, but never more than `compression` of the silicone.
-pub(super) fn bench(sensor: &Sensor, options: &BenchOptions) -> String {
+pub(super) fn table(sensor: &Sensor, options: &SyntheticOptions) -> String {
     let device = Device::new(sensor, Drive::Displacement);
     let truth = device.drawn();
     let profiles = profiles();
@@ -100,9 +100,9 @@ pub(super) fn bench(sensor: &Sensor, options: &BenchOptions) -> String {
 /// A press gives each element its share; the highest output over the grid fills
 /// 60 % of its range. The deviation of all signals of a press is `noise` of its
 /// highest one.
-pub(super) fn presses(
+pub(super) fn indentations(
     calibrator: &PiezoelectricCalibrator<'_>,
-    options: &PressOptions,
+    options: &IndentationOptions,
 ) -> Option<String> {
     let sensor = calibrator.named.sensor;
     let array = sensor.piezoelectric().ok()?;

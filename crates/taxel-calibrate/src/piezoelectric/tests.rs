@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::problem::Device;
 use super::*;
+use crate::driver::Calibrator;
 use crate::split::HoldOut;
 use crate::{CalibrationFile, Provenance};
 use taxel::estimation::{ELLIPSE_95, Placing, ProfileFit, placing};
@@ -27,8 +28,8 @@ fn on<T>(sensor: &Sensor, run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -
     run(&PiezoelectricCalibrator::new(&named).unwrap())
 }
 
-fn parse(text: &str) -> BenchData {
-    BenchData::parse("bench.csv", text, &COLUMNS, "").unwrap()
+fn parse(text: &str) -> ReadingTable {
+    ReadingTable::parse("bench.csv", text, &COLUMNS, "").unwrap()
 }
 
 fn no_hold_out() -> CalibrateOptions {
@@ -38,11 +39,11 @@ fn no_hold_out() -> CalibrateOptions {
     }
 }
 
-fn quiet() -> BenchOptions {
-    BenchOptions {
+fn quiet() -> SyntheticOptions {
+    SyntheticOptions {
         noise: 0.001,
         readings: 90,
-        ..BenchOptions::default()
+        ..SyntheticOptions::default()
     }
 }
 
@@ -88,7 +89,7 @@ fn intervals_cover_the_truth_of_a_thousand_recordings() {
 #[test]
 fn intervals_cover_the_truth_of_tables_of_peaks() {
     let covered = covered(100, |calibrator, seed| {
-        let text = calibrator.bench(&BenchOptions { seed, ..quiet() });
+        let text = calibrator.synthetic(&SyntheticOptions { seed, ..quiet() });
         // Steps and impacts: cyclic loads take long to solve.
         let kept = text.lines().filter(|line| !line.contains(",350,"));
         kept.collect::<Vec<_>>().join("\n")
@@ -198,10 +199,10 @@ fn slopes_have_the_published_ratios() {
         let mut text = String::from(
             "displacement [um],ramp [ms],dwell [ms],period [ms],cycles,a1 [mV],a2 [mV]\n",
         );
-        let drawn = calibrator.bench(&BenchOptions {
+        let drawn = calibrator.synthetic(&SyntheticOptions {
             noise: 0.0,
             readings: 90,
-            ..BenchOptions::default()
+            ..SyntheticOptions::default()
         });
         for line in drawn.lines().filter(|line| line.contains(",10,")) {
             let (_, row) = line.split_once(',').unwrap();
@@ -230,7 +231,7 @@ fn slopes_have_the_published_ratios() {
 fn peaks_leave_the_viscosity_as_drawn() {
     with(|calibrator| {
         let outcome = calibrator
-            .calibrate(&parse(&calibrator.bench(&quiet())), &no_hold_out())
+            .calibrate(&parse(&calibrator.synthetic(&quiet())), &no_hold_out())
             .unwrap();
         let statuses = outcome.parameters.iter().map(|(_, e)| e.status);
         let wanted = [Status::Identified, Status::Identified, Status::Fixed];
@@ -242,7 +243,7 @@ fn peaks_leave_the_viscosity_as_drawn() {
 #[test]
 fn readings_that_cannot_be_are_named() {
     with(|calibrator| {
-        let text = calibrator.bench(&quiet());
+        let text = calibrator.synthetic(&quiet());
         let few: Vec<&str> = text.lines().take(8).collect();
         for (text, message) in [
             (
@@ -267,7 +268,7 @@ fn readings_that_cannot_be_are_named() {
             (text.replace("a1 [mV]", "other"), "neither a voltage"),
             (few.join("\n"), "at least 8"),
         ] {
-            let found = BenchData::parse("bench.csv", &text, &COLUMNS, "")
+            let found = ReadingTable::parse("bench.csv", &text, &COLUMNS, "")
                 .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
             let error = found.unwrap_err().to_string();
             assert!(error.contains(message), "{message}: {error}");
@@ -280,7 +281,7 @@ fn a_calibration_file_puts_the_constants_into_the_sensor() {
     with(|calibrator| {
         let outcome = calibrator
             .calibrate(
-                &parse(&calibrator.bench(&quiet())),
+                &parse(&calibrator.synthetic(&quiet())),
                 &CalibrateOptions::default(),
             )
             .unwrap();
@@ -311,8 +312,8 @@ fn a_calibration_file_puts_the_constants_into_the_sensor() {
 }
 
 /// Presses of probes 1 mm apart at a signal of 100 deviations.
-fn presses(radii: &[f64], seed: u64) -> PressOptions {
-    PressOptions {
+fn presses(radii: &[f64], seed: u64) -> IndentationOptions {
+    IndentationOptions {
         seed,
         radii: radii.to_vec(),
         grid: 1e-3,
@@ -321,7 +322,11 @@ fn presses(radii: &[f64], seed: u64) -> PressOptions {
 }
 
 fn pressed(radii: &[f64], seed: u64) -> String {
-    with(|calibrator| calibrator.press_bench(&presses(radii, seed)).unwrap())
+    with(|calibrator| {
+        calibrator
+            .synthetic_indentations(&presses(radii, seed))
+            .unwrap()
+    })
 }
 
 fn held_out(outcome: &Outcome, name: &str) -> f64 {
@@ -371,7 +376,7 @@ fn gains_come_back_and_a_probe_of_another_size_is_placed_too() {
 }
 
 fn places_between(calibrator: &PiezoelectricCalibrator<'_>, least: f64) {
-    let text = calibrator.press_bench(&presses(&[1.5e-3, 2.9e-3, 5e-3], 2));
+    let text = calibrator.synthetic_indentations(&presses(&[1.5e-3, 2.9e-3, 5e-3], 2));
     let data = parse(&text.unwrap());
     let outcome = calibrator.calibrate(&data, &no_hold_out()).unwrap();
     let map = outcome.places.as_ref().unwrap();
@@ -446,7 +451,7 @@ fn off(
 fn both_tables_make_one_calibration_that_live_touch_uses() {
     with(|calibrator| {
         let tables = [
-            parse(&calibrator.bench(&quiet())),
+            parse(&calibrator.synthetic(&quiet())),
             parse(&pressed(&[2.5e-3], 3)),
         ];
         let outcome = calibrator.calibrate_all(&tables, &no_hold_out()).unwrap();
@@ -514,7 +519,7 @@ fn presses_that_cannot_be_are_named() {
             (few.join("\n"), "must be from 20"),
             (along, "along y"),
         ] {
-            let found = BenchData::parse("presses.csv", &text, &COLUMNS, "")
+            let found = ReadingTable::parse("presses.csv", &text, &COLUMNS, "")
                 .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
             let error = found.map(|_| ()).unwrap_err().to_string();
             assert!(error.contains(message), "{message}: {error}");

@@ -5,33 +5,28 @@ use super::columns::{
     PARALLEL_DEVIATION, REST, TAXEL,
 };
 use super::problem::{AXES, CAPACITORS, Reading};
-use super::{BenchData, InputError, Remark, ThreeAxisCalibrator};
-use crate::clock::one_clock;
+use super::{InputError, ReadingTable, Remark, ThreeAxisCalibrator};
+use crate::loads::{Loads, right_prefix};
+use crate::split::by_series;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel_numerics::least_squares::linear;
 
-/// A stiffness or capacitance off by a factor in here is a wrong prefix of a
-/// unit, no scatter of fabrication.
-const PREFIX: [f64; 2] = [1000.0 / 3.0, 3000.0];
 /// A rest capacitance off by more than this factor is of another sensor.
 const OTHER: f64 = 3.0;
 /// Least readings of a taxel: 48 capacitances for 19 unknowns.
 const LEAST: usize = 12;
-/// Normal forces must span this share of the largest one.
-const LEAST_SPAN: f64 = 0.1;
 /// A slope counts above this many of its deviations.
 const CLEAR: f64 = 6.0;
 
 /// Parallel capacitances measured otherwise, and their deviation, F.
-pub(super) type Measured = Option<([f64; 4], f64)>;
+pub(crate) type Measured = Option<([f64; 4], f64)>;
 
 /// The readings of `data` with their taxels, checked.
 pub(super) fn readings(
     calibrator: &ThreeAxisCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
-    one_clock(data, &COLUMNS)?;
     let counts = is_counts(data)?;
     let mut readings = Vec::with_capacity(data.len());
     let (mut unread, mut touching) = (Vec::new(), Vec::new());
@@ -82,15 +77,12 @@ pub(super) fn readings(
             remarks.push(Remark::at(*first, &message));
         }
     }
-    for taxel in taxels(&readings) {
-        let of: Vec<Reading> = readings
-            .iter()
-            .filter(|r| r.taxel == taxel)
-            .copied()
-            .collect();
-        enough(data, &of)?;
-        channels(data, taxel, &of)?;
-        units(calibrator, data, taxel, &of)?;
+    for of in by_series(&readings) {
+        for loads in loads(&of) {
+            loads.enough(data)?;
+        }
+        channels(data, of[0].taxel, &of)?;
+        units(calibrator, data, of[0].taxel, &of)?;
     }
     if readings.is_empty() {
         let help = "give four capacitances or four codes in each row";
@@ -99,17 +91,9 @@ pub(super) fn readings(
     Ok(readings)
 }
 
-/// Taxels that were read, in order.
-pub(super) fn taxels(readings: &[Reading]) -> Vec<usize> {
-    let mut taxels: Vec<usize> = readings.iter().map(|r| r.taxel).collect();
-    taxels.sort_unstable();
-    taxels.dedup();
-    taxels
-}
-
 /// Parallel capacitances that the table gives, from its first row that has
 /// them.
-pub(super) fn measured(data: &BenchData) -> Result<Measured, InputError> {
+pub(super) fn measured(data: &ReadingTable) -> Result<Measured, InputError> {
     if !PARALLEL_AT.iter().any(|column| data.given[*column]) {
         return Ok(None);
     }
@@ -125,7 +109,7 @@ pub(super) fn measured(data: &BenchData) -> Result<Measured, InputError> {
     Err(data.error("parallel_capacitance_11", message, help))
 }
 
-fn is_counts(data: &BenchData) -> Result<bool, InputError> {
+fn is_counts(data: &ReadingTable) -> Result<bool, InputError> {
     let all = |columns: [usize; 4]| columns.iter().all(|column| data.given[*column]);
     match (all(CAPACITANCE_AT), all(COUNTS_AT)) {
         (true, false) => Ok(false),
@@ -148,7 +132,7 @@ fn is_counts(data: &BenchData) -> Result<bool, InputError> {
 
 fn capacitances(
     calibrator: &ThreeAxisCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     row: usize,
     counts: bool,
 ) -> Option<[f64; 4]> {
@@ -167,7 +151,7 @@ fn capacitances(
 
 fn taxel(
     calibrator: &ThreeAxisCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     row: usize,
 ) -> Result<usize, InputError> {
     let Some(number) = data.number(row, TAXEL) else {
@@ -185,62 +169,25 @@ fn taxel(
     Err(data.error("taxel", message, &help))
 }
 
-/// Whether the readings of a taxel are enough, and of different forces.
-pub(super) fn enough(data: &BenchData, of: &[Reading]) -> Result<(), InputError> {
-    let taxel = of.first().map_or(0, |reading| reading.taxel);
-    if of.len() < LEAST {
-        let message = format!(
-            "taxel {taxel} has {} readings of loading; at least {LEAST} are needed",
-            of.len()
-        );
-        return Err(data.error("force_z", message, "take more readings"));
-    }
-    let [least, most] = range(of.iter().map(|r| r.force[2]));
-    if most <= 0.0 {
-        let message = format!("taxel {taxel}: no force_z is above zero; pressing is positive");
-        return Err(data.error("force_z", message, "turn the sign of the column"));
-    }
-    if most - least < LEAST_SPAN * most {
-        let message = format!("taxel {taxel}: force_z is constant, {most:.4} N");
-        return Err(data.error(
-            "force_z",
-            message,
-            "press from rest to the largest force of use",
-        ));
-    }
-    for (axis, name) in AXES.iter().enumerate().take(2) {
-        let pushed = of.iter().filter(|r| r.gauged[axis]).map(|r| r.force[axis]);
-        let [least, most] = range(pushed);
-        if least <= most && most - least < LEAST_SPAN * most.abs() {
-            let message = format!("taxel {taxel}: force_{name} is constant, {most:.4} N");
-            let help = "push to both sides, or leave the column out";
-            return Err(data.error(&format!("force_{name}"), message, help));
-        }
-    }
-    // Gaps, stiffness and parallel capacitance all change the one answer to
-    // one load beside rest, and a gauge that hangs reads the same.
-    let pressed = of.iter().map(|r| r.force[2]);
-    let [lightest, _] = range(pressed.filter(|force| *force > LEAST_SPAN * most));
-    if most - lightest < LEAST_SPAN * most {
-        let message = format!(
-            "taxel {taxel}: force_z is constant, {lightest:.4} to {most:.4} N, but for rest"
-        );
-        let help = "press with several forces, from rest to the largest force of use";
-        return Err(data.error("force_z", message, help));
-    }
-    if least > 0.5 * most {
-        let message =
-            format!("taxel {taxel}: force_z goes from {least:.4} to {most:.4} N, far from rest");
-        return Err(data.error("force_z", message, "begin at rest"));
-    }
-    Ok(())
-}
-
-/// Least and largest of some values.
-pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-        [low.min(x), high.max(x)]
-    })
+/// The loads of one taxel: the normal forces, and the side forces that a gauge read.
+pub(super) fn loads(of: &[Reading]) -> Vec<Loads> {
+    let names = ["force_x", "force_y", "force_z"];
+    let along = |axis: usize| Loads {
+        name: format!("taxel {}", super::taxel(of)),
+        column: names[axis],
+        unit: ("N", 1.0),
+        values: if axis == 2 {
+            of.iter().map(|r| r.force[axis]).collect()
+        } else {
+            let gauged = of.iter().filter(|r| r.gauged[axis]);
+            gauged.map(|r| r.force[axis]).collect()
+        },
+        least: if axis == 2 { LEAST } else { 0 },
+        from_rest: axis == 2,
+    };
+    let all = [2, 0, 1].map(along).into_iter();
+    all.filter(|loads| loads.from_rest || !loads.values.is_empty())
+        .collect()
 }
 
 /// Capacitances at rest: the mean of the readings without load, or else of the
@@ -260,7 +207,7 @@ pub(super) fn rest_of(of: &[Reading]) -> [f64; 4] {
 /// Whether capacitances and forces can be of this sensor.
 fn units(
     calibrator: &ThreeAxisCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     taxel: usize,
     of: &[Reading],
 ) -> Result<(), InputError> {
@@ -269,7 +216,7 @@ fn units(
     for i in 0..4 {
         let column = format!("capacitance_{}", CAPACITORS[i]);
         let ratio = rest[i] / drawn[i];
-        wrong_prefix(data, &column, ratio)?;
+        right_prefix(data, &column, ratio, "")?;
         if !(1.0 / OTHER..=OTHER).contains(&ratio) {
             let message = format!(
                 "taxel {taxel}: capacitor {} has {:.1} fF at rest; the sensor file says {:.1} fF",
@@ -300,31 +247,15 @@ fn units(
                 continue;
             }
             let ratio = compliance[axis][axis] / slope;
-            wrong_prefix(data, &format!("force_{}", AXES[axis]), ratio)?;
+            right_prefix(data, &format!("force_{}", AXES[axis]), ratio, "")?;
         }
     }
     Ok(())
 }
 
-/// Names a factor of a thousand between readings and drawing.
-fn wrong_prefix(data: &BenchData, column: &str, ratio: f64) -> Result<(), InputError> {
-    let [low, high] = PREFIX;
-    let (times, size) = if (low..high).contains(&ratio) {
-        ("1000 times", "large")
-    } else if (low..high).contains(&(1.0 / ratio)) {
-        ("a thousandth of", "small")
-    } else {
-        return Ok(());
-    };
-    let message =
-        format!("the readings are about {times} what the drawing gives (factor {ratio:.3e})");
-    let help = format!("is the unit of this column a thousand times too {size}?");
-    Err(data.error(column, message, &help))
-}
-
 /// Whether each channel rises and falls with the side forces as its place
 /// under the bump demands; names channels that are swapped.
-fn channels(data: &BenchData, taxel: usize, of: &[Reading]) -> Result<(), InputError> {
+fn channels(data: &ReadingTable, taxel: usize, of: &[Reading]) -> Result<(), InputError> {
     let axes: Vec<usize> = (0..3)
         .filter(|axis| of.iter().any(|r| r.gauged[*axis]))
         .collect();

@@ -3,7 +3,7 @@
 
 use super::problem::{AXES, Reading, with_values};
 use super::result::force_error;
-use super::{CalibrateOptions, Fitted, PREFIX, Remark, ThreeAxisCalibrator};
+use super::{Fitted, PREFIX, Remark, ThreeAxisCalibrator, taxel};
 use crate::hysteresis::{Loops, Named, Sample, identify, on_loading, samples, steps, unloading};
 use crate::split::{branches, turns};
 use taxel::transduction::UnitModel;
@@ -30,8 +30,7 @@ pub(super) fn loading(of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading>
             *down |= unloading;
         }
     }
-    let taxel = of.first().map_or(0, |reading| reading.taxel);
-    on_loading(&format!("{PREFIX}{taxel}"), of, &down, "", remarks)
+    on_loading(&format!("{PREFIX}{}", taxel(of)), of, &down, "", remarks)
 }
 
 /// Forces of the gauge along an axis, N.
@@ -45,16 +44,11 @@ pub(super) fn of_array(
     calibrator: &ThreeAxisCalibrator<'_>,
     fits: &[Fitted],
     taxels: &[Vec<Reading>],
-    options: &CalibrateOptions,
+    held: &[bool],
 ) -> Vec<Loops> {
-    let held = |of: &Vec<Reading>| {
-        let marked: Vec<bool> = of.iter().map(|reading| reading.marked).collect();
-        options.hold_out.held(&marked)
-    };
-    let held: Vec<bool> = taxels.iter().flat_map(held).collect();
     let pairs = || fits.iter().zip(taxels);
     let told: Vec<Vec<[f64; 3]>> = pairs()
-        .map(|(fitted, of)| by_capacitances(&fitted.unit(&calibrator.drawn), of))
+        .map(|(fitted, of)| by_capacitances(&calibrator.unit(fitted), of))
         .collect();
     // Of each taxel, with its constants at each step.
     let step = |(fitted, of): (&Fitted, &Vec<Reading>)| -> Vec<Vec<[f64; 3]>> {
@@ -85,7 +79,7 @@ pub(super) fn of_array(
             quantity: "force",
             unit: ("mN", 1e-3),
         };
-        identify(&all, &mut moved, &held, &named)
+        identify(&all, &mut moved, held, &named)
     };
     (0..AXES.len()).filter_map(of_axis).collect()
 }

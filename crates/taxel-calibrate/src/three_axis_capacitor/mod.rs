@@ -16,21 +16,20 @@ mod synthetic;
 
 use rayon::prelude::*;
 
-use crate::hysteresis::law_of;
-use crate::outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, ModelComparison,
-    NamedSensor, Outcome, wanted,
-};
-use crate::readings::BenchData;
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel};
+use crate::hysteresis::{Loops, law_of};
+use crate::loads::Loads;
+use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, Derived, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
 use crate::remark::Remark;
-use crate::split::picked;
 use taxel::calibration::ChannelScale;
+use taxel::figure::Figure;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
 use taxel::transduction::UnitModel;
-use taxel_numerics::least_squares::linear;
 use taxel_numerics::least_squares::{
-    Fit, FitError, FitOptions, Parameter, Status, fit, profile_interval,
+    Estimate, Fit, FitError, FitOptions, Parameter, Problem, fit, linear,
 };
 use taxel_recording::InputError;
 
@@ -52,7 +51,20 @@ pub(super) struct ThreeAxisCalibrator<'a> {
     deviation: f64,
 }
 
-static MODELS: [&str; 3] = ["matrix", "springs", "as-drawn"];
+static MODELS: [NamedModel; 3] = [
+    NamedModel {
+        name: "matrix",
+        about: "parallel capacitances, gaps, a full 3 x 3 compliance and the sinking of the bump",
+    },
+    NamedModel {
+        name: "springs",
+        about: "the same without cross-talk",
+    },
+    NamedModel {
+        name: "as-drawn",
+        about: "parallel capacitances and stiffnesses of the drawing; only the gaps are fitted",
+    },
+];
 
 /// Which parameters are free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,22 +79,6 @@ enum Model {
 
 impl Model {
     const ALL: [Self; 3] = [Self::Matrix, Self::Springs, Self::AsDrawn];
-
-    fn name(self) -> &'static str {
-        MODELS[self as usize]
-    }
-
-    fn about(self) -> &'static str {
-        match self {
-            Self::Matrix => {
-                "parallel capacitances, gaps, a full 3 x 3 compliance and the sinking of the bump"
-            }
-            Self::Springs => "the same without cross-talk",
-            Self::AsDrawn => {
-                "parallel capacitances and stiffnesses of the drawing; only the gaps are fitted"
-            }
-        }
-    }
 
     /// Whether a parameter is free where a gauge moved the axes `moved`.
     ///
@@ -117,18 +113,7 @@ const STIFFER: f64 = 1.1;
 const TRIES: usize = 20;
 
 /// One fitted model of one taxel.
-struct Fitted {
-    taxel: usize,
-    parameters: Vec<Parameter>,
-    fit: Fit,
-    noise: Noise,
-}
-
-impl Fitted {
-    fn unit(&self, drawn: &UnitModel) -> UnitModel {
-        with_values(drawn, &self.fit.values())
-    }
-}
+type Fitted = FittedTo<Reading, Noise>;
 
 impl<'a> ThreeAxisCalibrator<'a> {
     /// `None` when the sensor is of another kind.
@@ -271,10 +256,11 @@ impl<'a> ThreeAxisCalibrator<'a> {
         measured: Measured,
         options: &CalibrateOptions,
     ) -> Result<Fitted, FitError> {
-        let taxel = of.first().map_or(0, |r| r.taxel);
+        let taxel = taxel(of);
         let moved = std::array::from_fn(|axis| of.iter().any(|r| r.gauged[axis]));
         let mut noise = Noise::first(of, self.deviation);
-        let fit_options = options.fitting(noise::is_given(of));
+        let given = noise::is_given(of);
+        let fit_options = options.fitting(given);
         let mut at = *start;
         let mut found: Option<(Vec<Parameter>, Fit)> = None;
         for _ in 0..MOST_ROUNDS {
@@ -300,46 +286,25 @@ impl<'a> ThreeAxisCalibrator<'a> {
             unknowns: OWN,
         })?;
         Ok(Fitted {
-            taxel,
+            model: model as usize,
             parameters,
             fit,
+            readings: of.to_vec(),
+            options: FitOptions::default(),
+            given,
             noise,
         })
     }
 
-    fn with_profiles(
-        &self,
-        fitted: &mut Fitted,
-        of: &[Reading],
-        measured: Measured,
-    ) -> Result<(), FitError> {
-        let unit = fitted.unit(&self.drawn);
-        let Some(bench) = Bench::new(self.drawn, &unit, of, &fitted.noise.of(of), measured) else {
-            return Ok(());
-        };
-        for j in 0..fitted.parameters.len() {
-            if fitted.fit.estimates[j].status == Status::Identified {
-                let options = FitOptions::default();
-                fitted.fit.estimates[j].interval =
-                    profile_interval(&bench, &fitted.parameters, &options, &fitted.fit, j)?;
-            }
-        }
-        Ok(())
+    /// The unit of a fit.
+    fn unit(&self, fitted: &Fitted) -> UnitModel {
+        with_values(&self.drawn, &fitted.fit.values())
     }
+}
 
-    /// Fits of one model to all taxels.
-    fn fits(
-        &self,
-        model: Model,
-        taxels: &[Vec<Reading>],
-        measured: Measured,
-        options: &CalibrateOptions,
-    ) -> Result<Vec<Fitted>, FitError> {
-        taxels
-            .par_iter()
-            .map(|of| self.fit(model, of, measured, options))
-            .collect()
-    }
+/// The taxel of some readings.
+fn taxel(of: &[Reading]) -> usize {
+    of.first().map_or(0, |reading| reading.taxel)
 }
 
 /// The largest step of a fit from where its weights were made, in deviations.
@@ -355,17 +320,14 @@ fn moved_by(found: &Fit, from: &[f64]) -> f64 {
     steps.fold(0.0, f64::max)
 }
 
-/// Readings of each taxel that are held out, or are not.
-fn pick(taxels: &[Vec<Reading>], options: &CalibrateOptions, held: bool) -> Vec<Vec<Reading>> {
-    let of = |readings: &Vec<Reading>| {
-        let marked: Vec<bool> = readings.iter().map(|r| r.marked).collect();
-        let flags = options.hold_out.held(&marked);
-        picked(readings, &flags, held)
-    };
-    taxels.iter().map(of).collect()
+/// What a table says of all its readings.
+pub(crate) struct Context {
+    measured: Measured,
+    /// Whether the rows have times, which say which readings are of unloading.
+    in_time: bool,
 }
 
-impl Calibrator for ThreeAxisCalibrator<'_> {
+impl Calibratable for ThreeAxisCalibrator<'_> {
     fn columns(&self) -> &'static [LoadColumn] {
         &COLUMNS
     }
@@ -374,133 +336,166 @@ impl Calibrator for ThreeAxisCalibrator<'_> {
         "taxel"
     }
 
-    fn models(&self) -> &'static [&'static str] {
+    fn models(&self) -> &'static [NamedModel] {
         &MODELS
     }
 
-    fn calibrate(
-        &self,
-        data: &BenchData,
-        options: &CalibrateOptions,
-    ) -> Result<Outcome, InputError> {
-        let wanted = Model::ALL[wanted(&MODELS, options)?];
-        let mut remarks = data.remarks.clone();
-        let all = checks::readings(self, data, &mut remarks)?;
-        let measured = checks::measured(data)?;
-        let of = |taxel: usize| all.iter().filter(|r| r.taxel == taxel).copied().collect();
-        let read: Vec<Vec<Reading>> = checks::taxels(&all).into_iter().map(of).collect();
-        // Without a clock nothing says which readings are of unloading.
-        let in_time = data.given[TIME_AT];
-        let taxels: Vec<Vec<Reading>> = if in_time {
-            let loading = |of: &Vec<Reading>| hysteresis::loading(of, &mut remarks);
-            read.iter().map(loading).collect()
-        } else {
-            let message = "without a column time all readings are fitted as of loading";
-            remarks.push(Remark::whole(message));
-            read.clone()
-        };
-        for of in &taxels {
-            checks::enough(data, of)?;
-        }
-        let (seen, unseen) = (pick(&taxels, options, false), pick(&taxels, options, true));
-        let any_unseen = unseen.iter().any(|of| !of.is_empty());
-        let wrong = |model: Model, note: &str, error: FitError| {
-            let help =
-                "check the units and the sensor file, press less far, or choose another --model";
-            data.error("", format!("{}{note}: {error}", model.name()), help)
-        };
-        let mut best = Vec::new();
-        let mut models = Vec::new();
-        let mut hold_out = Vec::new();
-        for model in Model::ALL {
-            let fits = match self.fits(model, &taxels, measured, options) {
-                Ok(fits) => fits,
-                Err(error) if model == wanted => return Err(wrong(model, "", error)),
-                Err(error) => {
-                    let message = format!("{} was not fitted: {error}", model.name());
-                    remarks.push(Remark::whole(message));
-                    continue;
-                }
-            };
-            let mut comparison = self.compared(model, &fits, &taxels);
-            if any_unseen {
-                match self.fits(model, &seen, measured, options) {
-                    Ok(trained) => {
-                        comparison.hold_out = Some(self.relative(&trained, &unseen, &taxels));
-                        if model == wanted {
-                            hold_out = self.residuals(&trained, &unseen, &taxels);
-                        }
-                    }
-                    Err(error) if model == wanted => {
-                        return Err(wrong(model, " without the readings held out", error));
-                    }
-                    Err(_) => {}
-                }
-            }
-            if model == wanted {
-                models.insert(0, comparison);
-                best = fits;
-            } else {
-                models.push(comparison);
-            }
-        }
-        self.remark_on(&best, &read, &mut remarks);
-        let hysteresis = if in_time {
-            hysteresis::of_array(self, &best, &read, options)
-        } else {
-            Vec::new()
-        };
-        if options.profile {
-            for (fitted, of) in best.iter_mut().zip(&taxels) {
-                self.with_profiles(fitted, of, measured)
-                    .map_err(|error| wrong(wanted, "", error))?;
-            }
-        }
-        for one in &hysteresis {
-            remarks.push(Remark::whole(one.about.clone()));
-        }
-        let mut outcome = Outcome {
-            element: Element::key(&self.named.sensor.element),
-            model: wanted.name(),
-            sensors: vec![CalibratedSensor::of(self.named, PREFIX)],
-            parameters: result::parameters(&best),
-            covariance: CovarianceBlock::of(best.iter().map(|fitted| &fitted.fit)),
-            open: self.open(&best),
-            places: None,
-            derived: self.derived(&best, &taxels),
-            noise: result::noise_in_words(&best, &taxels),
-            search: result::searches_in_words(&best, &taxels),
-            residuals: self.residuals(&best, &taxels, &taxels),
-            hold_out,
-            held_out: options.hold_out.words(),
-            models,
-            scope: result::scope(&all),
-            remarks,
-            figures: self.figures(&best, &taxels),
-        };
-        outcome.add_loops(hysteresis);
-        Ok(outcome)
-    }
-
-    fn bench(&self, options: &BenchOptions) -> String {
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
         let made = self.made.first().unwrap_or(&self.drawn);
-        synthetic::bench(made, options)
+        synthetic::table(made, options)
     }
 }
 
-impl ThreeAxisCalibrator<'_> {
-    fn compared(&self, model: Model, fits: &[Fitted], taxels: &[Vec<Reading>]) -> ModelComparison {
-        let free = |p: &&Parameter| p.is_free();
-        ModelComparison {
-            name: model.name(),
-            about: model.about(),
-            unknowns: fits
-                .iter()
-                .map(|fitted| fitted.parameters.iter().filter(free).count())
-                .sum(),
-            residual: self.relative(fits, taxels, taxels),
-            hold_out: None,
+impl DeviceModel for ThreeAxisCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = Noise;
+    type Context = Context;
+
+    const SEPARATE: bool = true;
+
+    fn element(&self) -> &'static str {
+        self.named.sensor.element.key()
+    }
+
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        vec![CalibratedSensor::of(self.named, PREFIX)]
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Context, Vec<Reading>), InputError> {
+        let readings = checks::readings(self, table, remarks)?;
+        let context = Context {
+            measured: checks::measured(table)?,
+            in_time: table.given[TIME_AT],
+        };
+        Ok((context, readings))
+    }
+
+    fn loading(
+        &self,
+        context: &Context,
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        if !context.in_time {
+            let message = "without a column time all readings are fitted as of loading";
+            remarks.push(Remark::whole(message));
+            return series.to_vec();
         }
+        let loading = |of: &Vec<Reading>| hysteresis::loading(of, remarks);
+        series.iter().map(loading).collect()
+    }
+
+    fn loads(&self, _: &Context, readings: &[Reading]) -> Vec<Loads> {
+        checks::loads(readings)
+    }
+
+    fn fit_bodies(
+        &self,
+        context: &Context,
+        model: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        _: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let one = |of: &Vec<Reading>| self.fit(Model::ALL[model], of, context.measured, options);
+        bodies.par_iter().map(one).collect()
+    }
+
+    fn problem<'b>(
+        &'b self,
+        context: &'b Context,
+        fitted: &'b Fitted,
+    ) -> Option<Box<dyn Problem + 'b>> {
+        let noise = fitted.noise.of(&fitted.readings);
+        let unit = self.unit(fitted);
+        let bench = Bench::new(
+            self.drawn,
+            &unit,
+            &fitted.readings,
+            &noise,
+            context.measured,
+        )?;
+        Some(Box::new(bench))
+    }
+
+    fn relative(
+        &self,
+        _: &Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(fits, readings, all)
+    }
+
+    fn residuals(
+        &self,
+        _: &Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(fits, readings, all)
+    }
+
+    fn beside(
+        &self,
+        _: &Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<(Parameter, Estimate)> {
+        self.remark_on(fits, series, remarks);
+        Vec::new()
+    }
+
+    fn hysteresis(
+        &self,
+        context: &Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        held: &[Vec<bool>],
+    ) -> Vec<Loops> {
+        if !context.in_time {
+            return Vec::new();
+        }
+        hysteresis::of_array(self, fits, series, &held.concat())
+    }
+
+    fn body(&self, fitted: &Fitted) -> Option<String> {
+        Some(format!("{PREFIX}{}", taxel(&fitted.readings)))
+    }
+
+    fn open(&self, fits: &[Fitted]) -> Vec<String> {
+        self.open(fits)
+    }
+
+    fn derived(&self, _: &Context, fits: &[Fitted]) -> Vec<Derived> {
+        self.derived(fits)
+    }
+
+    fn noise(&self, fits: &[Fitted]) -> String {
+        let most = |kind: usize| {
+            let all = fits.iter().map(|fitted| fitted.noise.common[kind]);
+            all.fold(0.0, f64::max)
+        };
+        format!(
+            ": gauge {:.4} mN, capacitances {:.4} fF",
+            most(0) * 1e3,
+            most(1) * 1e15
+        )
+    }
+
+    fn scope(&self, _: &Context, _: &[Fitted], series: &[Vec<Reading>]) -> Vec<Scope> {
+        result::scope(series)
+    }
+
+    fn figures(&self, _: &Context, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(&candidates[0])
     }
 }
 

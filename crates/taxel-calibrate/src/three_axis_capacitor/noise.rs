@@ -6,6 +6,7 @@
 
 use super::checks;
 use super::problem::{Reading, Whitening};
+use crate::loads::range;
 use taxel_numerics::least_squares::Fit;
 
 /// Noise that is not given starts at this share of the largest force.
@@ -18,14 +19,14 @@ const LEAST: f64 = 1e-9;
 
 /// Deviations where the bench gives none: of a force in N, a capacitance in F.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Noise {
+pub(crate) struct Noise {
     pub(super) common: [f64; 2],
     least: [f64; 2],
 }
 
 impl Noise {
     pub(super) fn first(of: &[Reading], capacitance: f64) -> Self {
-        let [low, high] = checks::range(of.iter().flat_map(|r| r.force));
+        let [low, high] = range(of.iter().flat_map(|r| r.force));
         let largest = high.max(-low).max(f64::MIN_POSITIVE);
         let rest = checks::rest_of(of).into_iter().fold(0.0, f64::max);
         Self {

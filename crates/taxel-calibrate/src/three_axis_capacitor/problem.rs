@@ -6,6 +6,7 @@
 //! which the true forces are unknowns of their own.
 
 use super::checks::Measured;
+use crate::split::OfSeries;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::{Parameter, Problem};
@@ -26,7 +27,7 @@ pub(super) const SINKING: usize = 17;
 
 /// One reading of one taxel, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     pub(super) taxel: usize,
     pub(super) line: usize,
     pub(super) force: [f64; 3],
@@ -36,6 +37,16 @@ pub(super) struct Reading {
     /// Of a force, of a capacitance, where the bench gives them.
     pub(super) deviation: [Option<f64>; 2],
     pub(super) marked: bool,
+}
+
+impl OfSeries for Reading {
+    fn series(&self) -> usize {
+        self.taxel
+    }
+
+    fn is_marked(&self) -> bool {
+        self.marked
+    }
 }
 
 /// Name of a parameter of a unit.

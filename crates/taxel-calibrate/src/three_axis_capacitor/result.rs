@@ -1,15 +1,15 @@
 //! What the fits of three-axis units give to people.
 
-use super::checks;
-use super::noise::is_given;
 use super::problem::{AXES, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, misfit};
 use super::stiffness::{Observation, fit_stiffness};
-use super::{Fitted, PREFIX, Remark, ThreeAxisCalibrator, linear};
-use crate::outcome::{Derived, ResidualSummary, Scope, open_in_words, search_in_words};
+use super::{Fitted, PREFIX, Remark, ThreeAxisCalibrator, linear, taxel};
+use crate::hysteresis::loss_in_words;
+use crate::loads::range;
+use crate::outcome::{Derived, ResidualSummary, Scope, open_in_words};
 use crate::split::{Branch, branches};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::transduction::UnitModel;
-use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
+use taxel_numerics::least_squares::{Status, student_quantile};
 
 /// Taxels of which a report shows figures.
 const SHOWN: usize = 8;
@@ -22,53 +22,11 @@ const WORTH_A_REMARK: f64 = 0.005;
 /// Readings of a taxel that it was fitted to, or was not.
 type Pair<'a> = (&'a Fitted, &'a Vec<Reading>);
 
-pub(super) fn parameters(fits: &[Fitted]) -> Vec<(Parameter, Estimate)> {
-    let pairs = fits.iter().flat_map(|fitted| {
-        let estimates = fitted.fit.estimates.iter().copied();
-        fitted.parameters.iter().cloned().zip(estimates)
-    });
-    pairs.collect()
-}
-
-pub(super) fn noise_in_words(fits: &[Fitted], taxels: &[Vec<Reading>]) -> String {
-    let given = taxels.iter().all(|of| is_given(of));
-    let scale = fits
-        .iter()
-        .map(|fitted| fitted.fit.scale)
-        .fold(0.0, f64::max);
-    if !given {
-        let most = |kind: usize| {
-            let all = fits.iter().map(|fitted| fitted.noise.common[kind]);
-            all.fold(0.0, f64::max)
-        };
-        return format!(
-            "estimated from the residuals: gauge {:.4} mN, capacitances {:.4} fF",
-            most(0) * 1e3,
-            most(1) * 1e15
-        );
-    }
-    if scale <= 1.0 {
-        return "given with each reading; chi-square agrees".into();
-    }
-    format!(
-        "given with each reading, but chi-square refutes it: deviations and intervals are inflated by up to {scale:.2}"
-    )
-}
-
-pub(super) fn searches_in_words(fits: &[Fitted], taxels: &[Vec<Reading>]) -> String {
-    let of = |(fitted, readings): (&Fitted, &Vec<Reading>)| {
-        let ended = search_in_words(&fitted.fit, is_given(readings));
-        format!("{PREFIX}{}: {ended}", fitted.taxel)
-    };
-    let all: Vec<String> = fits.iter().zip(taxels).map(of).collect();
-    all.join("; ")
-}
-
-pub(super) fn scope(readings: &[Reading]) -> Vec<Scope> {
+pub(super) fn scope(series: &[Vec<Reading>]) -> Vec<Scope> {
     let of = |axis: usize| Scope {
         name: format!("force_{}", AXES[axis]),
         unit: "N",
-        range: checks::range(readings.iter().map(|r| r.force[axis])),
+        range: range(series.iter().flatten().map(|r| r.force[axis])),
     };
     (0..3).map(of).collect()
 }
@@ -100,7 +58,7 @@ impl ThreeAxisCalibrator<'_> {
         taxels: &'b [Vec<Reading>],
     ) -> impl Iterator<Item = (Pair<'b>, UnitModel)> {
         let pairs = fits.iter().zip(taxels);
-        pairs.map(|(fitted, of)| ((fitted, of), fitted.unit(&self.drawn)))
+        pairs.map(|(fitted, of)| ((fitted, of), self.unit(fitted)))
     }
 
     /// Residual of the capacitances over their range in `all`.
@@ -113,7 +71,7 @@ impl ThreeAxisCalibrator<'_> {
         let (mut square, mut count) = (0.0, 0);
         for (((_, of), unit), all) in self.pairs(fits, taxels).zip(all) {
             let ranges: [f64; 4] = std::array::from_fn(|i| {
-                let [low, high] = checks::range(all.iter().map(|r| r.capacitance[i]));
+                let [low, high] = range(all.iter().map(|r| r.capacitance[i]));
                 (high - low).max(f64::MIN_POSITIVE)
             });
             for misfit in of.iter().filter_map(|r| misfit(&unit, r)) {
@@ -141,8 +99,8 @@ impl ThreeAxisCalibrator<'_> {
                 .filter_map(|r| misfit(&unit, r))
                 .flatten()
                 .collect();
-            let [low, high] = checks::range(all.iter().flat_map(|r| r.capacitance));
-            let name = format!("{PREFIX}{}.capacitance", fitted.taxel);
+            let [low, high] = range(all.iter().flat_map(|r| r.capacitance));
+            let name = format!("{PREFIX}{}.capacitance", taxel(&fitted.readings));
             summaries.push(ResidualSummary::of(name, "F", &misfits, high - low));
             for (axis, label) in AXES.iter().enumerate() {
                 let gauged = of.iter().filter(|r| r.gauged[axis]);
@@ -151,8 +109,8 @@ impl ThreeAxisCalibrator<'_> {
                 if errors.is_empty() {
                     continue;
                 }
-                let [low, high] = checks::range(all.iter().map(|r| r.force[axis]));
-                let name = format!("{PREFIX}{}.force_{label}", fitted.taxel);
+                let [low, high] = range(all.iter().map(|r| r.force[axis]));
+                let name = format!("{PREFIX}{}.force_{label}", taxel(&fitted.readings));
                 summaries.push(ResidualSummary::of(name, "N", &errors, high - low));
             }
         }
@@ -172,9 +130,9 @@ impl ThreeAxisCalibrator<'_> {
                     estimates[places].iter().map(|e| e.deviation).sum::<f64>() / count
                 };
                 open.push(format!(
-                    "{PREFIX}{}: parallel capacitance, gap and stiffness cannot be told apart: sigma {:.2} fF, {:.2} um \
+                    "{PREFIX}{}: parallel capacitance, gap and stiffness are not identifiable apart: sigma {:.2} fF, {:.2} um \
                      and {:.0} N/m; {} fix it",
-                    fitted.taxel,
+                    taxel(&fitted.readings),
                     mean(0..GAP) * 1e15,
                     mean(GAP..COMPLIANCE) * 1e6,
                     stiffness.deviation / stiffness.value.powi(2),
@@ -188,9 +146,10 @@ impl ThreeAxisCalibrator<'_> {
 
     /// The stiffness matrix of the published inverse: least squares of the
     /// gauge's forces on its three displacements, never on the twist.
-    pub(super) fn derived(&self, fits: &[Fitted], taxels: &[Vec<Reading>]) -> Vec<Derived> {
+    pub(super) fn derived(&self, fits: &[Fitted]) -> Vec<Derived> {
         let mut derived = Vec::new();
-        for ((fitted, of), unit) in self.pairs(fits, taxels) {
+        for fitted in fits {
+            let (of, unit) = (&fitted.readings, self.unit(fitted));
             let rest = unit.rest();
             let observation = |r: &Reading| Observation {
                 displacement: unit.effective_motion(rest, r.capacitance).displacement,
@@ -206,7 +165,7 @@ impl ThreeAxisCalibrator<'_> {
                     let value = row.coefficients[column];
                     let half = quantile * row.deviations[column];
                     derived.push(Derived {
-                        name: format!("{PREFIX}{}.stiffness_{force}{axis}", fitted.taxel),
+                        name: format!("{PREFIX}{}.stiffness_{force}{axis}", taxel(&fitted.readings)),
                         value,
                         interval: [value - half, value + half],
                         about: format!(
@@ -239,26 +198,27 @@ impl ThreeAxisCalibrator<'_> {
                 };
                 if share.abs() > WORTH_A_REMARK {
                     remarks.push(Remark::whole(format!(
-                        "{PREFIX}{}: unloading carries {:.1} % less force_{name} than loading",
-                        fitted.taxel,
-                        100.0 * share
+                        "{PREFIX}{}: {}",
+                        taxel(&fitted.readings),
+                        loss_in_words(share, &format!("force_{name}"))
                     )));
                 }
             }
         }
     }
 
-    pub(super) fn figures(&self, fits: &[Fitted], taxels: &[Vec<Reading>]) -> Vec<Figure> {
-        let figure = |((fitted, of), unit): (Pair<'_>, UnitModel)| {
+    pub(super) fn figures(&self, fits: &[Fitted]) -> Vec<Figure> {
+        let figure = |fitted: &Fitted| {
+            let (of, unit) = (&fitted.readings, self.unit(fitted));
             Figure {
-            title: format!("taxel {}", fitted.taxel),
+            title: format!("taxel {}", taxel(&fitted.readings)),
             charts: vec![capacitances(&unit, of), forces(&unit, of)],
             caption: "Capacitances against the pressing force, side forces included, and what the gauge reads less what \
                       the four capacitances say."
                 .into(),
         }
         };
-        self.pairs(fits, taxels).take(SHOWN).map(figure).collect()
+        fits.iter().take(SHOWN).map(figure).collect()
     }
 }
 
@@ -270,7 +230,7 @@ fn capacitances(unit: &UnitModel, of: &[Reading]) -> Chart {
             .map(|r| [r.force[2] * 1e3, r.capacitance[i] * 1e15]);
         series.push(Series::new(*name, read.collect(), Style::Marks));
     }
-    let [_, most] = checks::range(of.iter().map(|r| r.force[2]));
+    let [_, most] = range(of.iter().map(|r| r.force[2]));
     for (i, name) in CAPACITORS.iter().enumerate() {
         let point = |k: u32| {
             let force = most * f64::from(k) / 40.0;
@@ -312,7 +272,7 @@ fn forces(unit: &UnitModel, of: &[Reading]) -> Chart {
 /// loading; `None` where it cannot be told from noise.
 fn lost(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<f64> {
     let sizes: Vec<f64> = of.iter().map(|r| r.force[axis].abs()).collect();
-    let [_, most] = checks::range(sizes.iter().copied());
+    let [_, most] = range(sizes.iter().copied());
     let branches = branches(&sizes);
     // Slopes of the error over the force, for both branches.
     let slope = |wanted: Branch| -> Option<[f64; 2]> {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::problem::{name, unit, values};
 use crate::hysteresis;
-use crate::outcome::BenchOptions;
+use crate::options::SyntheticOptions;
 use taxel::mechanics::LoadHistory;
 use taxel::transduction::UnitModel;
 use taxel_numerics::Noise;
@@ -21,7 +21,7 @@ const PRELOAD: f64 = 0.3;
 /// along x and along y under a light pressing force. Forces reach as far as
 /// closes `compression` of the air. A tilted probe turns the gauge about y;
 /// along each axis loading carries more than unloading by `hysteresis`.
-pub(super) fn bench(made: &UnitModel, options: &BenchOptions) -> String {
+pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
     let truth = tilted(made, options.tilt);
     let most = largest(made, options.compression);
     let loads: Vec<Option<[f64; 3]>> = (0..options.readings)
@@ -101,7 +101,7 @@ fn largest(made: &UnitModel, share: f64) -> [f64; 3] {
 }
 
 /// Force of a reading along each axis, N; none where nothing touches.
-fn load([x, y, z]: [f64; 3], options: &BenchOptions, index: usize) -> Option<[f64; 3]> {
+fn load([x, y, z]: [f64; 3], options: &SyntheticOptions, index: usize) -> Option<[f64; 3]> {
     let phase = (options.cycles as f64 * index as f64 / options.readings as f64).fract();
     if phase < AT_REST {
         return None;

@@ -1,17 +1,16 @@
 //! Training of a device without a physical model, from recordings of presses of
 //! known place and force.
 
-mod file;
 mod force;
 mod place;
 mod readings;
 
-use crate::file::Provenance;
+use crate::options::{CalibrateOptions, NamedSensor};
 use crate::outcome::{
-    CalibrateOptions, CalibratedSensor, ModelComparison, NamedSensor, Outcome, ResidualSummary,
-    Scope,
+    CalibratedSensor, ModelComparison, Outcome, Provenance, ResidualSummary, Scope,
 };
 use crate::remark::Remark;
+use crate::toml_tables::{append, rounded};
 use taxel::figure::Figure;
 use taxel::trained::{Rest, Standard, TrainedMaps, TrainingError};
 use taxel_recording::InputError;
@@ -20,7 +19,6 @@ use crate::training::{Compared, Session};
 
 use readings::Run;
 
-pub(super) use file::table as put_tables;
 pub use readings::TrainingFile;
 
 /// What a training found: what any calibration finds, and the maps.
@@ -92,7 +90,7 @@ pub fn train(
         position,
         force,
     };
-    let maps = file::rounded(maps).ok_or_else(|| {
+    let maps = rounded(maps).ok_or_else(|| {
         InputError::whole(file, "the maps have no finite numbers").help("check the readings")
     })?;
     left_out(named, &maps, &mut found.remarks);
@@ -106,30 +104,26 @@ impl TrainedOutcome {
     /// The calibration file as text.
     pub fn to_toml(&self, about: &Provenance<'_>) -> String {
         let mut text = self.outcome.to_toml(about);
-        file::append(&mut text, &self.maps);
+        append(&mut text, &self.maps);
         text
     }
 }
 
 fn outcome(named: &NamedSensor<'_>, found: Found) -> Outcome {
     Outcome {
-        element: named.sensor.element.key(),
-        model: "trained",
-        sensors: vec![CalibratedSensor::of(named, "")],
-        parameters: Vec::new(),
-        covariance: Vec::new(),
-        open: Vec::new(),
-        derived: Vec::new(),
-        places: None,
         noise: String::from("from held-out rows"),
         search: found.search,
-        residuals: Vec::new(),
         hold_out: found.residuals,
         held_out: found.held_out,
         models: found.models,
         scope: found.scope,
         remarks: found.remarks,
         figures: found.figures,
+        ..Outcome::new(
+            named.sensor.element.key(),
+            "trained",
+            vec![CalibratedSensor::of(named, "")],
+        )
     }
 }
 

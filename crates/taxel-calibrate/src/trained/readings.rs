@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use crate::readings::BenchData;
+use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::training::{Series, Session};
 use taxel::predict::{LoadColumn, LoadKind};
@@ -182,7 +182,7 @@ fn table(
 ) -> Result<Run, InputError> {
     refuse_more_channels(channels, file)?;
     let columns = columns(channels);
-    let data = BenchData::parse(&file.name, &file.text, &columns, "")?;
+    let data = ReadingTable::parse(&file.name, &file.text, &columns, "")?;
     for remark in &data.remarks {
         remarks.push(Remark::whole(format!("{}: {remark}", file.name)));
     }

@@ -7,8 +7,8 @@ use taxel::predict::Predictor;
 use taxel::sensor::{Element, Sensor};
 use taxel::table;
 use taxel_calibrate::{
-    BenchData, CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated,
-    Provenance, TrainedOutcome, calibrator, civil_date, train,
+    CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated, Provenance,
+    ReadingTable, TrainedOutcome, calibrator, civil_date, train,
 };
 
 use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
@@ -74,7 +74,7 @@ fn fitted(
     let (mut tables, mut names, mut texts) = (Vec::new(), Vec::new(), String::new());
     for path in &arguments.data {
         let (file, text) = (path.to_string_lossy(), files::text(path)?);
-        let table = BenchData::parse(&file, &text, calibrator.columns(), calibrator.group())?;
+        let table = ReadingTable::parse(&file, &text, calibrator.columns(), calibrator.group())?;
         tables.push(table);
         names.push(file);
         texts.push_str(&text);

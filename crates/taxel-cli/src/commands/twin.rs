@@ -1,6 +1,6 @@
 //! `taxel twin --bench`: readings of a bench that exists in the computer only.
 
-use taxel_calibrate::{BenchOptions, Calibrator, PressOptions, calibrator};
+use taxel_calibrate::{Calibrator, IndentationOptions, SyntheticOptions, calibrator};
 
 use crate::arguments::Twin;
 use crate::commands::calibrate::{read_sensors, sensors};
@@ -13,21 +13,21 @@ pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
     let text = if arguments.probe.is_empty() {
         readings(arguments, calibrator.as_ref())
     } else {
-        let options = PressOptions {
+        let options = IndentationOptions {
             seed: arguments.seed,
             radii: arguments.probe.iter().map(|radius| radius * 1e-3).collect(),
             grid: arguments.grid * 1e-3,
             noise: arguments.noise,
         };
         let message = "--probe: nothing is learned from presses at places on this device";
-        let presses = calibrator.press_bench(&options);
+        let presses = calibrator.synthetic_indentations(&options);
         presses.ok_or_else(|| Stop::WrongInput(message.into()))?
     };
     files::write(arguments.output.as_deref(), &text)
 }
 
 fn readings(arguments: &Twin, calibrator: &dyn Calibrator) -> String {
-    calibrator.bench(&BenchOptions {
+    calibrator.synthetic(&SyntheticOptions {
         seed: arguments.seed,
         readings: arguments.readings as usize,
         cycles: arguments.cycles as usize,

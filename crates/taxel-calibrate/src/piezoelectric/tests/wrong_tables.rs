@@ -1,6 +1,7 @@
 //! Tables whose columns are not what they say.
 
 use super::*;
+use crate::driver::Calibrator;
 
 /// Rows of a table with its title line, without comments.
 fn rows(text: &str) -> Vec<Vec<String>> {
@@ -34,10 +35,10 @@ fn refusal(calibrator: &PiezoelectricCalibrator<'_>, text: &str) -> String {
 #[test]
 fn peaks_of_other_loads_or_columns_are_named() {
     with(|calibrator| {
-        let text = calibrator.bench(&BenchOptions {
+        let text = calibrator.synthetic(&SyntheticOptions {
             noise: 0.01,
             readings: 90,
-            ..BenchOptions::default()
+            ..SyntheticOptions::default()
         });
         // Another order of the same numbers: 37 and 90 have no common factor.
         let read: Vec<f64> = rows(&text)[1..]
@@ -83,7 +84,7 @@ fn peaks_of_other_loads_or_columns_are_named() {
 #[test]
 fn presses_of_other_places_or_elements_are_named() {
     with(|calibrator| {
-        let text = calibrator.press_bench(&PressOptions {
+        let text = calibrator.synthetic_indentations(&IndentationOptions {
             seed: 5,
             radii: vec![1.5e-3, 3e-3],
             grid: 2e-3,
@@ -128,23 +129,23 @@ fn presses_of_other_places_or_elements_are_named() {
 fn noise_of_a_twentieth_and_drift_are_no_wrong_tables() {
     with(|calibrator| {
         for seed in 0..4 {
-            let text = calibrator.bench(&BenchOptions {
+            let text = calibrator.synthetic(&SyntheticOptions {
                 seed,
                 noise: 0.05,
                 drift: 0.15,
                 readings: 60,
-                ..BenchOptions::default()
+                ..SyntheticOptions::default()
             });
             calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
             // The map itself takes longer, and is not asked for here.
-            let text = calibrator.press_bench(&PressOptions {
+            let text = calibrator.synthetic_indentations(&IndentationOptions {
                 seed,
                 radii: vec![1.5e-3, 3e-3],
                 grid: 2e-3,
                 noise: 0.05,
             });
             let data = parse(&text.unwrap());
-            presses::presses(calibrator, &data, &mut Vec::new()).unwrap();
+            indentations::read(calibrator, &data, &mut Vec::new()).unwrap();
         }
     });
 }

@@ -1,4 +1,4 @@
-//! The maps as tables of the calibration file.
+//! Learned maps as tables of the calibration file.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ const KEY: &str = "trained";
 const IN_LINE: usize = 10;
 
 /// Appends the tables.
-pub(super) fn append(text: &mut String, maps: &TrainedMaps) {
+pub(crate) fn append(text: &mut String, maps: &TrainedMaps) {
     // A structure of numbers and lists always has a value.
     let value = serde_json::to_value(maps).unwrap_or_default();
     table(text, KEY, &value);
@@ -20,7 +20,7 @@ pub(super) fn append(text: &mut String, maps: &TrainedMaps) {
 
 /// The maps with numbers of nine digits, as the file keeps them: what was
 /// trained is then what is read. `None` for numbers that no file can hold.
-pub(super) fn rounded(maps: TrainedMaps) -> Option<TrainedMaps> {
+pub(crate) fn rounded(maps: TrainedMaps) -> Option<TrainedMaps> {
     let mut value = serde_json::to_value(maps).ok()?;
     round(&mut value);
     serde_json::from_value(value).ok()

@@ -2,15 +2,15 @@
 //! signals of all elements.
 
 use super::answers::answers;
-use super::checks::range;
 use super::columns::{CHARGES, COLUMNS, DEVIATION, MOST_ELEMENTS, PLACE, RADIUS, VOLTAGES};
-use super::{BenchData, InputError, PiezoelectricCalibrator, Remark};
+use super::{InputError, PiezoelectricCalibrator, ReadingTable, Remark};
 use crate::clock::one_clock;
+use crate::loads::range;
 use crate::split::picked;
 
 /// One press of the bench.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Pressed {
+pub(super) struct Indentation {
     /// Forces on the elements by the gain of the drawing, N.
     pub(super) forces: Vec<f64>,
     /// Standard deviation of each, N.
@@ -28,7 +28,7 @@ const MOST: usize = 1000;
 /// A press whose highest signal is below this many deviations tells nothing.
 const LEAST_PEAK: f64 = 6.0;
 
-impl Pressed {
+impl Indentation {
     fn is_weak(&self) -> bool {
         let highest = self.forces.iter().copied().fold(0.0, f64::max);
         highest < LEAST_PEAK * self.deviation
@@ -36,16 +36,16 @@ impl Pressed {
 }
 
 /// Whether a table is one of presses at places.
-pub(super) fn are_presses(data: &BenchData) -> bool {
+pub(super) fn has(data: &ReadingTable) -> bool {
     PLACE.iter().all(|column| data.given[*column])
 }
 
 /// The presses of `data`, checked.
-pub(super) fn presses(
+pub(super) fn read(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     remarks: &mut Vec<Remark>,
-) -> Result<Vec<Pressed>, InputError> {
+) -> Result<Vec<Indentation>, InputError> {
     one_clock(data, &COLUMNS)?;
     let (name, first, per_newton) = channels(calibrator, data)?;
     let elements = calibrator.layout.taxels();
@@ -60,7 +60,7 @@ pub(super) fn presses(
         };
         let forces: Vec<f64> = read.iter().map(|signal| signal / per_newton).collect();
         let own = data.number(row, DEVIATION).filter(|own| *own > 0.0);
-        let press = Pressed {
+        let press = Indentation {
             deviation: own.map_or(usual, |own| (own / per_newton).abs()),
             forces,
             place: [x, y],
@@ -70,7 +70,7 @@ pub(super) fn presses(
         all.push(press);
         lines.push(data.line(row));
     }
-    let is_weak: Vec<bool> = all.iter().map(Pressed::is_weak).collect();
+    let is_weak: Vec<bool> = all.iter().map(Indentation::is_weak).collect();
     let (presses, weak) = (
         picked(&all, &is_weak, false),
         picked(&lines, &is_weak, true),
@@ -99,8 +99,8 @@ pub(super) fn presses(
 /// Presses along one line say nothing of the places beside it.
 fn spanned(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
-    presses: &[Pressed],
+    data: &ReadingTable,
+    presses: &[Indentation],
 ) -> Result<(), InputError> {
     let layout = &calibrator.layout;
     let cells = [layout.columns, layout.rows];
@@ -122,7 +122,7 @@ fn spanned(
 /// Name of the signals, column of the first element's, and the signal per force.
 fn channels(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
 ) -> Result<(&'static str, usize, f64), InputError> {
     let elements = calibrator.layout.taxels();
     let kinds = [
@@ -150,9 +150,9 @@ fn channels(
 /// A press farther than a pitch outside the outer elements is no press.
 fn inside(
     calibrator: &PiezoelectricCalibrator<'_>,
-    data: &BenchData,
+    data: &ReadingTable,
     row: usize,
-    press: &Pressed,
+    press: &Indentation,
 ) -> Result<(), InputError> {
     let layout = &calibrator.layout;
     let cells = [layout.columns, layout.rows];
@@ -174,7 +174,7 @@ fn inside(
 }
 
 /// Names a turned sign.
-fn turned(data: &BenchData, presses: &[Pressed], weak: usize) -> Result<(), InputError> {
+fn turned(data: &ReadingTable, presses: &[Indentation], weak: usize) -> Result<(), InputError> {
     if presses.len() >= weak {
         return Ok(());
     }

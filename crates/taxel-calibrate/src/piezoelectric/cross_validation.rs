@@ -6,8 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::PiezoelectricCalibrator;
-use super::places::{Finder, Found};
-use super::presses::Pressed;
+use super::indentations::Indentation;
 use taxel::estimation::{
     ELLIPSE_95, KernelRegression, Method, Placing, Press, ProfileFit, placing, regression,
 };
@@ -25,9 +24,58 @@ const LEAST_SCATTER: f64 = 1e-6;
 /// Presses that must be left when those of a radius are held out.
 const LEAST_LEFT: usize = 12;
 
+/// What may find places.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    pub(super) name: &'static str,
+    pub(super) by: PlaceFinder,
+    /// Whether the gains that the presses taught are used.
+    pub(super) with_gains: bool,
+}
+
+const fn candidate(name: &'static str, by: PlaceFinder, with_gains: bool) -> Candidate {
+    Candidate {
+        name,
+        by,
+        with_gains,
+    }
+}
+
+pub(super) const CANDIDATES: [Candidate; 5] = [
+    candidate("centroid", PlaceFinder::Centroid, false),
+    candidate("profile", PlaceFinder::Profile, false),
+    candidate("profile_with_gains", PlaceFinder::Profile, true),
+    // Before the regression alone, which is no better where they are alike.
+    candidate("kernel_or_profile", PlaceFinder::KernelOrProfile, true),
+    candidate("kernel", PlaceFinder::Kernel, true),
+];
+/// A press that was held out, with where it was found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    /// Index of the press.
+    pub(super) press: usize,
+    /// Whether other presses of its radius were seen.
+    pub(super) radius_seen: bool,
+    /// m.
+    pub(super) error: [f64; 2],
+    /// m.
+    pub(super) deviation: [f64; 2],
+    /// Whether the place is within its ellipse of 95 %; none where the signals
+    /// told no place.
+    pub(super) inside: Option<bool>,
+    /// Whether what was learned told it, and not the profile.
+    pub(super) learned: bool,
+}
+
+impl Found {
+    pub(super) fn distance(&self) -> f64 {
+        self.error[0].hypot(self.error[1])
+    }
+}
+
 /// Presses with all that does not change while parts of them are held out.
-pub(super) struct School<'a> {
-    presses: &'a [Pressed],
+pub(super) struct CrossValidation<'a> {
+    presses: &'a [Indentation],
     profile: ProfileFit,
     positions: Vec<[f64; 2]>,
     side: f64,
@@ -44,52 +92,61 @@ pub(super) struct School<'a> {
 }
 
 /// What the regression and the profile say of presses that are held out.
-pub(super) struct Trial {
+pub(super) struct FoldDistances {
     /// Whether other presses of these radii were seen.
     radius_seen: bool,
-    tried: Vec<Tried>,
+    distances: Vec<Distances>,
 }
 
 /// Squared distances of a place from the truth, in its deviations.
-struct Tried {
+struct Distances {
     radius: Option<f64>,
     learned: Option<f64>,
-    strangeness: Option<f64>,
+    out_of_distribution: Option<f64>,
     profile: Option<f64>,
 }
 
 /// Share of the presses of known radii that are taken for known.
-const FAMILIAR: f64 = 0.99;
-const WITH_GAINS: Finder = Finder {
+const IN_DISTRIBUTION: f64 = 0.99;
+const WITH_GAINS: Candidate = Candidate {
     name: "",
     by: PlaceFinder::Kernel,
     with_gains: true,
 };
 
-/// The map with what trials say of its deviations.
+/// The map with what distances_of_folds say of its deviations.
 ///
 /// The regression is for contacts of the radii that pressed, and its factor is
 /// that of all of them together. The profile is for the others: its factor is
 /// that of the radius at which it does worst, with nine in ten confidence: a
 /// radius between those may do worse still.
-pub(super) fn trusted<'a>(map: PlaceMap, trials: impl Iterator<Item = &'a Trial>) -> PlaceMap {
-    let seen: Vec<&Tried> = trials
-        .filter(|trial| trial.radius_seen)
-        .flat_map(|trial| &trial.tried)
+pub(super) fn trusted<'a>(
+    map: PlaceMap,
+    distances_of_folds: impl Iterator<Item = &'a FoldDistances>,
+) -> PlaceMap {
+    let seen: Vec<&Distances> = distances_of_folds
+        .filter(|fold| fold.radius_seen)
+        .flat_map(|fold| &fold.distances)
         .collect();
-    let all = |of: fn(&Tried) -> Option<f64>| seen.iter().filter_map(|tried| of(tried)).collect();
-    let mut radii: Vec<Option<f64>> = seen.iter().map(|tried| tried.radius).collect();
+    let all = |of: fn(&Distances) -> Option<f64>| {
+        seen.iter().filter_map(|distances| of(distances)).collect()
+    };
+    let mut radii: Vec<Option<f64>> = seen.iter().map(|distances| distances.radius).collect();
     radii.sort_by(|a, b| a.unwrap_or(0.0).total_cmp(&b.unwrap_or(0.0)));
     radii.dedup();
     let of = |radius: &Option<f64>| {
-        let such = seen.iter().filter(|tried| tried.radius == *radius);
-        let distances: Vec<f64> = such.filter_map(|tried| tried.profile).collect();
+        let such = seen.iter().filter(|distances| distances.radius == *radius);
+        let distances: Vec<f64> = such.filter_map(|distances| distances.profile).collect();
         // Of fewer the largest one would decide.
         (distances.len() >= FEWEST_FOR_FACTOR).then(|| factor(distances, SURE))
     };
     PlaceMap {
-        spread: factor(all(|tried| tried.learned), 0.0),
-        reach: quantile(all(|tried| tried.strangeness), FAMILIAR).unwrap_or(f64::MAX),
+        spread: factor(all(|distances| distances.learned), 0.0),
+        reach: quantile(
+            all(|distances| distances.out_of_distribution),
+            IN_DISTRIBUTION,
+        )
+        .unwrap_or(f64::MAX),
         profile_spread: radii.iter().filter_map(of).fold(1.0, f64::max),
         ..map
     }
@@ -125,15 +182,15 @@ pub(super) struct Part {
     pub(super) radius_seen: bool,
 }
 
-impl<'a> School<'a> {
+impl<'a> CrossValidation<'a> {
     pub(super) fn new(
         calibrator: &PiezoelectricCalibrator<'_>,
-        presses: &'a [Pressed],
+        presses: &'a [Indentation],
     ) -> Result<Self, TrainingError> {
         let model = calibrator.profile.clone();
         let cells = [model.columns, model.rows];
         let stride = presses.len().div_ceil(FOR_KERNEL);
-        let of = |press: &Pressed| Press {
+        let of = |press: &Indentation| Press {
             forces: press.forces.clone(),
             place: press.place,
             radius: press.radius,
@@ -142,7 +199,7 @@ impl<'a> School<'a> {
         let mut radii: Vec<f64> = presses.iter().filter_map(|press| press.radius).collect();
         radii.sort_by(f64::total_cmp);
         radii.dedup();
-        let mut school = Self {
+        let mut validation = Self {
             presses,
             positions: model.centroid().positions,
             side: model.side,
@@ -153,8 +210,8 @@ impl<'a> School<'a> {
             radii,
             profile: ProfileFit::new(model).ok_or(TrainingError::NoSignal)?,
         };
-        school.shares = school.known_shares();
-        Ok(school)
+        validation.shares = validation.known_shares();
+        Ok(validation)
     }
 
     fn known_shares(&self) -> Vec<Vec<f64>> {
@@ -171,7 +228,7 @@ impl<'a> School<'a> {
                 fits.min_by(|a, b| a.0.total_cmp(&b.0))
             })
             .flatten();
-        let of = |press: &Pressed| {
+        let of = |press: &Indentation| {
             let known = press
                 .radius
                 .and_then(|radius| known.iter().find(|(known, _)| *known == radius));
@@ -182,7 +239,7 @@ impl<'a> School<'a> {
         self.presses.iter().map(of).collect()
     }
 
-    fn shares_of(&self, table: &ShareTable, press: &Pressed) -> Vec<f64> {
+    fn shares_of(&self, table: &ShareTable, press: &Indentation) -> Vec<f64> {
         let offset = |at: &[f64; 2]| [at[0] - press.place[0], at[1] - press.place[1]];
         let positions = self.positions.iter();
         positions
@@ -209,7 +266,7 @@ impl<'a> School<'a> {
     /// fᵢ = F gᵢ sᵢ with the scatter of the drawing as prior.
     fn gains(&self, held: &[bool]) -> (Vec<f64>, f64) {
         let elements = self.positions.len();
-        let seen: Vec<(&Pressed, &Vec<f64>)> = self.seen(held).collect();
+        let seen: Vec<(&Indentation, &Vec<f64>)> = self.seen(held).collect();
         let prior = self.gain_deviation.max(LEAST_SCATTER).powi(-2);
         let mut gains = vec![1.0; elements];
         let mut weights = vec![prior; elements];
@@ -245,21 +302,21 @@ impl<'a> School<'a> {
         (gains, deviation.min(self.gain_deviation))
     }
 
-    /// What is learned without the presses that are `held`, not yet tried.
-    pub(super) fn map_without(&self, finder: &Finder, held: &[bool]) -> PlaceMap {
-        let (gains, gain_deviation) = if finder.with_gains {
+    /// What is learned without the presses that are `held`, not yet distances.
+    pub(super) fn map_without(&self, candidate: &Candidate, held: &[bool]) -> PlaceMap {
+        let (gains, gain_deviation) = if candidate.with_gains {
             self.gains(held)
         } else {
             (vec![1.0; self.positions.len()], self.gain_deviation)
         };
-        let seen: Vec<&Pressed> = self.seen(held).map(|(press, _)| press).collect();
-        let direction = |press: &&Pressed| {
+        let seen: Vec<&Indentation> = self.seen(held).map(|(press, _)| press).collect();
+        let direction = |press: &&Indentation| {
             let felt = over(&press.forces, &gains);
             let length = felt.iter().map(|force| force * force).sum::<f64>().sqrt();
             felt.iter().map(|force| force / length).collect()
         };
         PlaceMap {
-            finder: finder.by,
+            finder: candidate.by,
             gain_deviation,
             profile_spread: 1.0,
             kernel: [self.kernel.deviation, self.kernel.length, self.kernel.noise],
@@ -277,14 +334,17 @@ impl<'a> School<'a> {
         }
     }
 
-    fn seen<'b>(&'b self, held: &'b [bool]) -> impl Iterator<Item = (&'b Pressed, &'b Vec<f64>)> {
+    fn seen<'b>(
+        &'b self,
+        held: &'b [bool],
+    ) -> impl Iterator<Item = (&'b Indentation, &'b Vec<f64>)> {
         let pairs = self.presses.iter().zip(&self.shares).zip(held);
         pairs.filter(|(_, held)| !**held).map(|(pair, _)| pair)
     }
 
     /// Parts of presses to be held out: some of all radii, then each radius.
     pub(super) fn parts(&self) -> Vec<Part> {
-        let part = |radius_seen: bool, holds: &dyn Fn(usize, &Pressed) -> bool| Part {
+        let part = |radius_seen: bool, holds: &dyn Fn(usize, &Indentation) -> bool| Part {
             radius_seen,
             held: self
                 .presses
@@ -310,51 +370,54 @@ impl<'a> School<'a> {
 
     /// How the two ways to find places do on the presses of each part, learned
     /// from the others.
-    pub(super) fn trials(&self, parts: &[Part]) -> Result<Vec<Trial>, TrainingError> {
-        let trials = parts.par_iter().map(|part| self.trial(part));
-        trials.collect()
+    pub(super) fn distances_of_folds(
+        &self,
+        parts: &[Part],
+    ) -> Result<Vec<FoldDistances>, TrainingError> {
+        let distances_of_folds = parts.par_iter().map(|part| self.fold(part));
+        distances_of_folds.collect()
     }
 
-    fn trial(&self, part: &Part) -> Result<Trial, TrainingError> {
+    fn fold(&self, part: &Part) -> Result<FoldDistances, TrainingError> {
         let map = self.map_without(&WITH_GAINS, &part.held);
         let profile = self.profile.clone().with_gain_deviation(map.gain_deviation);
         let kernel = regression(&map, &profile)?;
         let held = (0..self.presses.len()).filter(|press| part.held[*press]);
-        let tried = held.map(|index| {
+        let distances = held.map(|index| {
             let press = &self.presses[index];
             let forces = over(&press.forces, &map.gains);
             let deviations = over(&vec![press.deviation; map.gains.len()], &map.gains);
             let learned = kernel.search(&forces, &deviations);
-            Tried {
+            Distances {
                 radius: press.radius,
                 learned: learned.map(|(place, _)| place.distance(press.place)),
-                strangeness: learned.map(|(_, strangeness)| strangeness),
+                out_of_distribution: learned.map(|(_, out_of_distribution)| out_of_distribution),
                 profile: profile
                     .place(&forces, &deviations)
                     .map(|place| place.distance(press.place)),
             }
         });
-        Ok(Trial {
+        Ok(FoldDistances {
             radius_seen: part.radius_seen,
-            tried: tried.collect(),
+            distances: distances.collect(),
         })
     }
 
-    /// Where `finder` finds the presses of each part, learned from the others
-    /// and trusted by the trials of the other parts.
+    /// Where `candidate` finds the presses of each part, learned from the others
+    /// and trusted by the distances_of_folds of the other parts.
     pub(super) fn held_out(
         &self,
-        finder: &Finder,
+        candidate: &Candidate,
         parts: &[Part],
-        trials: &[Trial],
+        distances_of_folds: &[FoldDistances],
     ) -> Result<Vec<Found>, TrainingError> {
         let mut all = Vec::new();
         for (place, part) in parts.iter().enumerate() {
-            let others = trials.iter().enumerate();
+            let others = distances_of_folds.iter().enumerate();
             let others = others.filter(|(other, _)| *other != place);
             let map = trusted(
-                self.map_without(finder, &part.held),
-                others.map(|(_, trial)| trial),
+                self.map_without(candidate, &part.held),
+                others.map(|(_, fold)| fold),
             );
             let placing = placing(&map, self.profile.clone())?;
             let held = (0..self.presses.len()).filter(|press| part.held[*press]);

@@ -6,40 +6,15 @@ use std::fmt::Write as _;
 use rayon::prelude::*;
 
 use super::PiezoelectricCalibrator;
-use super::checks::range;
-use super::presses::Pressed;
-use super::school::{FOLDS, School, trusted};
+use super::cross_validation::{CANDIDATES, Candidate, CrossValidation, FOLDS, Found, trusted};
+use super::indentations::Indentation;
+use crate::loads::range;
 use crate::outcome::{ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::Score;
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
-use taxel::trained::{PlaceFinder, PlaceMap, TrainingError};
+use taxel::trained::{PlaceMap, TrainingError};
 
-/// What may find places.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Finder {
-    pub(super) name: &'static str,
-    pub(super) by: PlaceFinder,
-    /// Whether the gains that the presses taught are used.
-    pub(super) with_gains: bool,
-}
-
-const fn finder(name: &'static str, by: PlaceFinder, with_gains: bool) -> Finder {
-    Finder {
-        name,
-        by,
-        with_gains,
-    }
-}
-
-const FINDERS: [Finder; 5] = [
-    finder("centroid", PlaceFinder::Centroid, false),
-    finder("profile", PlaceFinder::Profile, false),
-    finder("profile_with_gains", PlaceFinder::Profile, true),
-    // Before the regression alone, which is no better where they are alike.
-    finder("kernel_or_profile", PlaceFinder::KernelOrProfile, true),
-    finder("kernel", PlaceFinder::Kernel, true),
-];
 /// What was learned of the places of an array.
 pub(super) struct Learned {
     pub(super) map: PlaceMap,
@@ -50,44 +25,20 @@ pub(super) struct Learned {
     pub(super) figure: Figure,
 }
 
-/// A press that was held out, with where it was found.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
-    /// Index of the press.
-    pub(super) press: usize,
-    /// Whether other presses of its radius were seen.
-    pub(super) radius_seen: bool,
-    /// m.
-    pub(super) error: [f64; 2],
-    /// m.
-    pub(super) deviation: [f64; 2],
-    /// Whether the place is within its ellipse of 95 %; none where the signals
-    /// told no place.
-    pub(super) inside: Option<bool>,
-    /// Whether what was learned told it, and not the profile.
-    pub(super) learned: bool,
-}
-
-impl Found {
-    fn distance(&self) -> f64 {
-        self.error[0].hypot(self.error[1])
-    }
-}
-
 /// Learns from `presses`, which are enough.
 ///
 /// # Errors
 /// [`TrainingError`] where they span no area.
 pub(super) fn learn(
     calibrator: &PiezoelectricCalibrator<'_>,
-    presses: &[Pressed],
+    presses: &[Indentation],
 ) -> Result<Learned, TrainingError> {
-    let school = School::new(calibrator, presses)?;
-    let parts = school.parts();
-    let trials = school.trials(&parts)?;
-    let held: Vec<Vec<Found>> = FINDERS
+    let validation = CrossValidation::new(calibrator, presses)?;
+    let parts = validation.parts();
+    let distances_of_folds = validation.distances_of_folds(&parts)?;
+    let held: Vec<Vec<Found>> = CANDIDATES
         .par_iter()
-        .map(|finder| school.held_out(finder, &parts, &trials))
+        .map(|candidate| validation.held_out(candidate, &parts, &distances_of_folds))
         .collect::<Result<_, _>>()?;
     // A probe of another size is what a map fails at: where there are several,
     // they decide.
@@ -97,17 +48,22 @@ pub(super) fn learn(
         .map(|found| score(found.iter().filter(|one| one.radius_seen != several)))
         .collect();
     let likelihood = |place: &usize| scores[*place].log_likelihood;
-    let mut order: Vec<usize> = (0..FINDERS.len()).collect();
+    let mut order: Vec<usize> = (0..CANDIDATES.len()).collect();
     order.sort_by(|a, b| likelihood(b).total_cmp(&likelihood(a)));
     let best = order[0];
     let rank = |(rank, place): (usize, &usize)| {
-        ranked(rank, FINDERS[*place].name, &scores[*place], &held[*place])
+        ranked(
+            rank,
+            CANDIDATES[*place].name,
+            &scores[*place],
+            &held[*place],
+        )
     };
     let mut remarks: Vec<Remark> = order.iter().enumerate().map(rank).collect();
-    remarks.push(used(&FINDERS[best], &school.radii, several));
-    let map = school.map_without(&FINDERS[best], &vec![false; presses.len()]);
-    let map = trusted(map, trials.iter());
-    if FINDERS[best].with_gains {
+    remarks.push(used(&CANDIDATES[best], &validation.radii, several));
+    let map = validation.map_without(&CANDIDATES[best], &vec![false; presses.len()]);
+    let map = trusted(map, distances_of_folds.iter());
+    if CANDIDATES[best].with_gains {
         let gains: Vec<String> = map.gains.iter().map(|gain| format!("{gain:.4}")).collect();
         let message = format!(
             "gains of the elements {}, +- {:.4}",
@@ -127,8 +83,8 @@ pub(super) fn learn(
                 ""
             }
         ),
-        scope: scope(presses, &school.radii),
-        figure: figure(presses, FINDERS[best].name, &held[best]),
+        scope: scope(presses, &validation.radii),
+        figure: figure(presses, CANDIDATES[best].name, &held[best]),
         remarks,
     })
 }
@@ -177,8 +133,8 @@ fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
 }
 
 /// What is used, and for which contacts it was judged.
-fn used(finder: &Finder, radii: &[f64], several: bool) -> Remark {
-    let name = finder.name;
+fn used(candidate: &Candidate, radii: &[f64], several: bool) -> Remark {
+    let name = candidate.name;
     let in_words: Vec<String> = radii.iter().map(|a| format!("{:.2}", 1e3 * a)).collect();
     Remark::whole(match (radii, several) {
         ([], _) => format!(
@@ -200,10 +156,10 @@ fn used(finder: &Finder, radii: &[f64], several: bool) -> Remark {
 }
 
 /// Distances of the held-out presses from where they were found, for each
-/// finder and radius.
-fn summaries(presses: &[Pressed], held: &[Vec<Found>]) -> Vec<ResidualSummary> {
+/// candidate and radius.
+fn summaries(presses: &[Indentation], held: &[Vec<Found>]) -> Vec<ResidualSummary> {
     let mut summaries = Vec::new();
-    for (finder, found) in FINDERS.iter().zip(held) {
+    for (candidate, found) in CANDIDATES.iter().zip(held) {
         for seen in [true, false] {
             let of = || found.iter().filter(move |one| one.radius_seen == seen);
             let mut radii: Vec<Option<f64>> = of().map(|one| presses[one.press].radius).collect();
@@ -214,7 +170,7 @@ fn summaries(presses: &[Pressed], held: &[Vec<Found>]) -> Vec<ResidualSummary> {
                 let distances: Vec<f64> = such.map(Found::distance).collect();
                 let radius = radius.map_or(String::new(), |a| format!(".radius_{:.2}mm", 1e3 * a));
                 let unseen = if seen { "" } else { "_not_trained" };
-                let name = format!("place.{}{radius}{unseen}", finder.name);
+                let name = format!("place.{}{radius}{unseen}", candidate.name);
                 summaries.push(ResidualSummary::of(name, "m", &distances, spread(presses)));
             }
         }
@@ -223,7 +179,7 @@ fn summaries(presses: &[Pressed], held: &[Vec<Found>]) -> Vec<ResidualSummary> {
 }
 
 /// Length of the diagonal over all presses, m.
-fn spread(presses: &[Pressed]) -> f64 {
+fn spread(presses: &[Indentation]) -> f64 {
     let along = |axis: usize| {
         let [low, high] = range(presses.iter().map(|press| press.place[axis]));
         high - low
@@ -231,7 +187,7 @@ fn spread(presses: &[Pressed]) -> f64 {
     along(0).hypot(along(1))
 }
 
-fn scope(presses: &[Pressed], radii: &[f64]) -> Vec<Scope> {
+fn scope(presses: &[Indentation], radii: &[f64]) -> Vec<Scope> {
     let of = |name: &str, values: &mut dyn Iterator<Item = f64>| Scope {
         name: name.into(),
         unit: "m",
@@ -247,7 +203,7 @@ fn scope(presses: &[Pressed], radii: &[f64]) -> Vec<Scope> {
     scope
 }
 
-fn figure(presses: &[Pressed], name: &str, held: &[Found]) -> Figure {
+fn figure(presses: &[Indentation], name: &str, held: &[Found]) -> Figure {
     let mm = |place: [f64; 2]| place.map(|x| 1e3 * x);
     let seen = || held.iter().filter(|one| one.radius_seen);
     let truth = seen().map(|one| mm(presses[one.press].place));
