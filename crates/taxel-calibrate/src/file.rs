@@ -8,6 +8,8 @@ use std::collections::HashMap;
 use serde::Deserialize;
 
 use crate::devices;
+use crate::meaning::differences;
+use crate::options::NamedSensor;
 use crate::outcome::{CovarianceBlock, Outcome, Provenance, ResidualSummary};
 use crate::toml_tables::table as put_tables;
 use taxel::sensor::{Element, Sensor};
@@ -17,7 +19,18 @@ use taxel_numerics::least_squares::singular_values;
 use taxel_recording::InputError;
 
 /// Version of the file's form.
-pub const CALIBRATION_SCHEMA: u32 = 1;
+pub const CALIBRATION_SCHEMA: u32 = 2;
+
+/// What to do with a file that cannot be used.
+const AGAIN: &str = "make the file again with `taxel calibrate`";
+/// Keys that a message about another sensor names.
+const NAMED: usize = 4;
+
+/// The version of the form alone.
+#[derive(Deserialize)]
+struct Form {
+    schema: u32,
+}
 
 /// Key of the tables of learned places.
 const PLACES: &str = "places";
@@ -46,8 +59,8 @@ pub struct CalibrationFile {
     pub search: String,
     /// What was noticed.
     pub remarks: Vec<String>,
-    /// Combinations that the readings do not tell apart.
-    pub not_told: Vec<String>,
+    /// Combinations of parameters that the readings do not identify.
+    pub not_identifiable: Vec<String>,
     /// Covariance of the parameters in their order; none without parameters.
     #[serde(default)]
     pub covariance: Vec<CovarianceBlock>,
@@ -97,10 +110,10 @@ pub struct HeldOut {
 pub struct SensorOf {
     /// Name of its file.
     pub file: String,
-    /// SHA-256 of it.
-    pub sha256: String,
     /// What the names of its own parameters begin with.
     pub prefix: String,
+    /// The file itself: a calibration is for its values.
+    pub text: String,
 }
 
 /// A parameter of a calibration file.
@@ -169,7 +182,7 @@ impl Outcome {
         }
         let remarks: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         list(&mut text, "remarks", &remarks);
-        list(&mut text, "not_told", &self.open);
+        list(&mut text, "not_identifiable", &self.open);
         let _ = write!(
             text,
             "\n[data]\nfile = {}\nsha256 = {}\n\n[hold_out]\nreadings = {}\n",
@@ -186,10 +199,14 @@ impl Outcome {
         for sensor in &self.sensors {
             let _ = write!(
                 text,
-                "\n[[sensor]]\nfile = {}\nsha256 = {}\nprefix = {}\n",
+                "\n[[sensor]]\nfile = {}\nprefix = {}\ntext = \"\"\"\n{}\"\"\"\n",
                 quoted(&sensor.name),
-                quoted(&sensor.hash),
-                quoted(&sensor.prefix)
+                quoted(&sensor.prefix),
+                sensor
+                    .text
+                    .replace('\\', "\\\\")
+                    .replace('"', "\\\"")
+                    .replace('\r', "")
             );
         }
         for (parameter, estimate) in &self.parameters {
@@ -280,19 +297,25 @@ impl CalibrationFile {
     /// # Errors
     /// The first mistake, at its place.
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let found: Self = toml_input::parse_up_to(LARGEST, file, text)?;
         let wrong = |key: &str, message: String| {
             let path: Vec<&str> = key.split('.').collect();
-            let help = "make the file again with `taxel calibrate`";
-            Err(toml_input::at_key(file, text, &path, &message, help))
+            Err(toml_input::at_key(file, text, &path, &message, AGAIN))
         };
-        if found.schema != CALIBRATION_SCHEMA {
+        // Before the keys of a form that this program does not know.
+        let Form { schema } = toml_input::parse_up_to(LARGEST, file, text)?;
+        if schema < CALIBRATION_SCHEMA {
             let message = format!(
-                "schema {} is not known; this program reads {CALIBRATION_SCHEMA}",
-                found.schema
+                "this calibration has the form {schema} of an older taxel, which does not say for which values of the \
+                 sensor file it was made; this program reads {CALIBRATION_SCHEMA}"
             );
             return wrong("schema", message);
         }
+        if schema > CALIBRATION_SCHEMA {
+            let message =
+                format!("schema {schema} is not known; this program reads {CALIBRATION_SCHEMA}");
+            return wrong("schema", message);
+        }
+        let found: Self = toml_input::parse_up_to(LARGEST, file, text)?;
         let unsound = |key: &str, error: TrainingError| {
             let table = match &error {
                 TrainingError::Unsound { table } => table,
@@ -345,14 +368,13 @@ impl CalibrationFile {
         Ok(found)
     }
 
-    /// The sensor of `text` hash `sha256` with its calibrated values in the
-    /// place of its constants.
+    /// The sensor with its calibrated values in the place of its constants.
     ///
     /// # Errors
     /// One message when the file is of other sensors, or lacks a parameter.
-    pub fn apply(&self, file: &str, sensor: &Sensor, sha256: &str) -> Result<Sensor, InputError> {
+    pub fn apply(&self, file: &str, named: &NamedSensor<'_>) -> Result<Sensor, InputError> {
         let values: Vec<f64> = self.parameter.iter().map(|p| p.value).collect();
-        self.with_values(file, sensor, sha256, &values)
+        self.with_values(file, named, &values)
     }
 
     /// As [`Self::apply`], one for each of the directions in which the
@@ -363,8 +385,7 @@ impl CalibrationFile {
     pub fn spread(
         &self,
         file: &str,
-        sensor: &Sensor,
-        sha256: &str,
+        named: &NamedSensor<'_>,
     ) -> Result<Vec<[Sensor; 2]>, InputError> {
         let best: Vec<f64> = self.parameter.iter().map(|p| p.value).collect();
         let side = |first: usize, direction: &[f64], sign: f64| {
@@ -372,7 +393,7 @@ impl CalibrationFile {
             for (value, part) in values[first..].iter_mut().zip(direction) {
                 *value += sign * STEP * part;
             }
-            self.with_values(file, sensor, sha256, &values)
+            self.with_values(file, named, &values)
         };
         let mut sides = Vec::new();
         for block in &self.covariance {
@@ -384,24 +405,40 @@ impl CalibrationFile {
         Ok(sides)
     }
 
+    /// The sensor of the file that means the same as `named`.
+    fn made_for(&self, file: &str, named: &NamedSensor<'_>) -> Result<&SensorOf, InputError> {
+        let of = |known: &SensorOf| differences(&known.text, named.text, named.sensor);
+        let mut all: Vec<_> = self.sensor.iter().map(|known| (of(known), known)).collect();
+        all.sort_by_key(|(differences, _)| differences.len());
+        let Some((differences, known)) = all.into_iter().next() else {
+            return Err(InputError::whole(file, "no sensor is named").help(AGAIN));
+        };
+        if differences.is_empty() {
+            return Ok(known);
+        }
+        let more = match differences.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            more => format!("; and {more} more"),
+        };
+        let message = format!(
+            "this calibration was made for other values than those of {}: in {} {}{more}",
+            named.name,
+            known.file,
+            differences[..differences.len().min(NAMED)].join("; ")
+        );
+        Err(InputError::whole(file, message)
+            .key("sensor.text")
+            .help("calibrate this sensor file, or give the values back that it was made with"))
+    }
+
     fn with_values(
         &self,
         file: &str,
-        sensor: &Sensor,
-        sha256: &str,
+        named: &NamedSensor<'_>,
         values: &[f64],
     ) -> Result<Sensor, InputError> {
-        let Some(of) = self.sensor.iter().find(|of| of.sha256 == sha256) else {
-            let names: Vec<&str> = self.sensor.iter().map(|of| of.file.as_str()).collect();
-            let message = format!(
-                "this calibration is not of this sensor file: it was made for {}, and the hash of none of them is {}",
-                names.join(", "),
-                &sha256.get(..12).unwrap_or(sha256)
-            );
-            return Err(InputError::whole(file, message)
-                .key("sensor.sha256")
-                .help("calibrate this sensor file, or give the one the calibration was made with, unchanged"));
-        };
+        let sensor = named.sensor;
+        let of = self.made_for(file, named)?;
         let names = self.parameter.iter().map(|p| p.name.as_str());
         let known: HashMap<&str, f64> = names.zip(values.iter().copied()).collect();
         let value = |name: &str| known.get(name).copied();
@@ -412,7 +449,7 @@ impl CalibrationFile {
                 format!("{name} is missing or of another kind of device"),
             )
             .key("parameter")
-            .help("make the file again with `taxel calibrate`")
+            .help(AGAIN)
         })?;
         if let (Element::Trained(body), Some(maps)) = (&mut calibrated.element, &self.trained) {
             let (found, expected) = (maps.channels, body.channels().len());
@@ -420,7 +457,7 @@ impl CalibrationFile {
                 let message = format!("the maps have {found} channels, the sensor has {expected}");
                 return Err(InputError::whole(file, message)
                     .key("trained.channels")
-                    .help("make the file again with `taxel calibrate`"));
+                    .help(AGAIN));
             }
             body.maps = Some(maps.clone());
         }
@@ -433,7 +470,7 @@ impl CalibrationFile {
                     format!("the map has {found} gains, the sensor has {expected} elements");
                 return Err(InputError::whole(file, message)
                     .key("places.gains")
-                    .help("make the file again with `taxel calibrate`"));
+                    .help(AGAIN));
             }
             element.places = Some(map.clone());
         }
@@ -497,7 +534,7 @@ pub const STEP: f64 = 0.05;
 /// The civil date of a moment, seconds after the beginning of 1970 in UTC.
 ///
 /// ```
-/// assert_eq!(taxel::calibration::civil_date(951_782_400), "2000-02-29");
+/// assert_eq!(taxel_calibrate::civil_date(951_782_400), "2000-02-29");
 /// ```
 pub fn civil_date(seconds: u64) -> String {
     // Years begin in March, so that the day that may be missing is the last.

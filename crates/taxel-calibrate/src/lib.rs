@@ -8,6 +8,7 @@ mod file;
 mod hysteresis;
 mod in_plane_capacitor;
 mod loads;
+mod meaning;
 mod microchannel;
 mod options;
 mod outcome;

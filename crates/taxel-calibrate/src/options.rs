@@ -9,8 +9,8 @@ use crate::split::HoldOut;
 pub struct NamedSensor<'a> {
     /// Name of its file, or of a shipped one.
     pub name: &'a str,
-    /// SHA-256 of its text, in hexadecimal digits.
-    pub hash: &'a str,
+    /// Text of its file: a calibration is bound to its values.
+    pub text: &'a str,
     /// What the file says.
     pub sensor: &'a Sensor,
 }

@@ -16,7 +16,7 @@ pub struct Outcome {
     pub element: &'static str,
     /// Name of the model.
     pub model: &'static str,
-    /// File name and hash of each sensor, and what its parameters begin with.
+    /// Each sensor with its file, and what its parameters begin with.
     pub sensors: Vec<CalibratedSensor>,
     /// Parameters with what the fit says of them.
     pub parameters: Vec<(Parameter, Estimate)>,
@@ -80,10 +80,10 @@ impl CovarianceBlock {
 pub struct CalibratedSensor {
     /// Name of its file.
     pub name: String,
-    /// SHA-256 of its file.
-    pub hash: String,
     /// What the names of its own parameters begin with, such as `gap_50um.`.
     pub prefix: String,
+    /// Text of its file.
+    pub text: String,
 }
 
 impl CalibratedSensor {
@@ -91,8 +91,8 @@ impl CalibratedSensor {
     pub(crate) fn of(named: &NamedSensor<'_>, prefix: &str) -> Self {
         Self {
             name: named.name.to_owned(),
-            hash: named.hash.to_owned(),
             prefix: prefix.to_owned(),
+            text: named.text.to_owned(),
         }
     }
 }

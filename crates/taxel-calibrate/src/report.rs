@@ -63,7 +63,7 @@ impl Outcome {
             );
         }
         for open in &self.open {
-            let _ = writeln!(text, "not told  {open}");
+            let _ = writeln!(text, "not identifiable  {open}");
         }
         for remark in &self.remarks {
             let _ = writeln!(text, "remark    {remark}");
@@ -124,7 +124,7 @@ impl Outcome {
         let sensors: Vec<Value> = self
             .sensors
             .iter()
-            .map(|s| json!({"file": s.name, "sha256": s.hash, "prefix": s.prefix}))
+            .map(|s| json!({"file": s.name, "prefix": s.prefix}))
             .collect();
         let remarks: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         json!({
@@ -136,7 +136,7 @@ impl Outcome {
             "sensors": sensors,
             "parameters": parameters,
             "covariance": self.covariance,
-            "not_told": self.open,
+            "not_identifiable": self.open,
             "places": self.places.as_ref().map(|map| json!({
                 "finder": map.finder,
                 "gains": map.gains,

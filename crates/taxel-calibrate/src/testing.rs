@@ -4,13 +4,10 @@ use rayon::prelude::*;
 
 use crate::hysteresis::{self, Loops};
 use crate::split::HoldOut;
-use crate::{CalibrateOptions, CalibrationFile, Outcome, Provenance};
+use crate::{CalibrateOptions, CalibrationFile, NamedSensor, Outcome, Provenance};
 use taxel::mechanics::REVERSALS;
 use taxel::sensor::Sensor;
 use taxel_numerics::least_squares::{Estimate, Status};
-
-/// Hash of the sensor files of the tests.
-pub(crate) const HASH: &str = "0123456789abcdef";
 
 pub(crate) fn no_hold_out() -> CalibrateOptions {
     CalibrateOptions {
@@ -30,10 +27,19 @@ pub(crate) fn file(outcome: &Outcome) -> CalibrationFile {
     CalibrationFile::parse("calibration.toml", &outcome.to_toml(&about)).unwrap()
 }
 
+/// A sensor without a file.
+pub(crate) fn unnamed(sensor: &Sensor) -> NamedSensor<'_> {
+    NamedSensor {
+        name: "sensor",
+        text: "",
+        sensor,
+    }
+}
+
 /// `sensor` after the calibration, by way of its file.
 pub(crate) fn calibrated(outcome: &Outcome, sensor: &Sensor) -> Sensor {
     let file = file(outcome);
-    file.apply("calibration.toml", sensor, HASH).unwrap()
+    file.apply("calibration.toml", &unnamed(sensor)).unwrap()
 }
 
 /// How many of `runs` intervals hold each truth.

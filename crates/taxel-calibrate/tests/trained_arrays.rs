@@ -69,7 +69,7 @@ fn trained(sensor: &Sensor, gains: &[f64], seed: u64) -> TrainedOutcome {
         .collect();
     let named = NamedSensor {
         name: "six.toml",
-        hash: "abc",
+        text: "",
         sensor,
     };
     train(&named, &groups, &CalibrateOptions::default()).unwrap()
@@ -85,7 +85,12 @@ fn calibrated(sensor: &Sensor, outcome: &TrainedOutcome) -> Sensor {
     });
     let file = CalibrationFile::parse("c.toml", &text).unwrap();
     assert_eq!(file.trained.as_ref(), Some(&outcome.maps));
-    file.apply("c.toml", sensor, "abc").unwrap()
+    let named = NamedSensor {
+        name: "six.toml",
+        text: "",
+        sensor,
+    };
+    file.apply("c.toml", &named).unwrap()
 }
 
 fn estimator(sensor: &Sensor) -> Box<dyn SignalEstimator> {

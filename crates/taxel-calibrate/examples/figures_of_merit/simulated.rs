@@ -59,7 +59,7 @@ fn in_plane() -> Result<(), Box<dyn Error>> {
         .zip(&sensors)
         .map(|(name, sensor)| NamedSensor {
             name,
-            hash: "",
+            text: "",
             sensor,
         })
         .collect();

@@ -42,7 +42,7 @@ fn with<T>(names: &[&str], run: impl Fn(&InPlaneCalibrator<'_>) -> T) -> T {
     let named: Vec<NamedSensor<'_>> = pairs
         .map(|(name, sensor)| NamedSensor {
             name,
-            hash: "",
+            text: "",
             sensor,
         })
         .collect();
@@ -223,7 +223,7 @@ fn an_end_factor_that_changes_with_the_compression_comes_back() {
     let named = |sensor| {
         [NamedSensor {
             name: "in-plane-50um",
-            hash: "",
+            text: "",
             sensor,
         }]
     };

@@ -22,7 +22,7 @@ fn with<T>(run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -> T {
 fn on<T>(sensor: &Sensor, run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -> T {
     let named = NamedSensor {
         name: "piezo",
-        hash: "0123456789abcdef",
+        text: "",
         sensor,
     };
     run(&PiezoelectricCalibrator::new(&named).unwrap())
@@ -293,13 +293,7 @@ fn a_calibration_file_puts_the_constants_into_the_sensor() {
             data_hash: "00",
         };
         let file = CalibrationFile::parse("calibration.toml", &outcome.to_toml(&about)).unwrap();
-        let calibrated = file
-            .apply(
-                "calibration.toml",
-                calibrator.named.sensor,
-                "0123456789abcdef",
-            )
-            .unwrap();
+        let calibrated = file.apply("calibration.toml", calibrator.named).unwrap();
         let found: Vec<f64> = outcome.parameters.iter().map(|(_, e)| e.value).collect();
         assert_eq!(
             Device::new(&calibrated, Drive::Force).drawn().to_vec(),
@@ -464,13 +458,7 @@ fn both_tables_make_one_calibration_that_live_touch_uses() {
         };
         let text = outcome.to_toml(&about);
         let file = CalibrationFile::parse("calibration.toml", &text).unwrap();
-        let sensor = file
-            .apply(
-                "calibration.toml",
-                calibrator.named.sensor,
-                "0123456789abcdef",
-            )
-            .unwrap();
+        let sensor = file.apply("calibration.toml", calibrator.named).unwrap();
         let model = sensor.piezoelectric().unwrap().model();
         assert_eq!(model.gains, file.places.as_ref().unwrap().gains);
         let same = [tables[0].clone(), tables[0].clone()];

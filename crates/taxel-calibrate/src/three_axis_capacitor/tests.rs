@@ -2,7 +2,7 @@ use std::fmt::Write as _;
 
 use super::*;
 use crate::driver::Calibrator;
-use crate::testing::{HASH, calibrated, covered, file, lost, lost_on_bench, no_hold_out};
+use crate::testing::{calibrated, covered, file, lost, lost_on_bench, no_hold_out, unnamed};
 use problem::AXES;
 use stiffness::{Observation, fit_stiffness};
 use taxel::estimation::{Estimator, EstimatorOptions};
@@ -29,7 +29,7 @@ fn sensor() -> Sensor {
 fn with<T>(sensor: &Sensor, run: impl FnOnce(&ThreeAxisCalibrator<'_>) -> T) -> T {
     let named = NamedSensor {
         name: "unit",
-        hash: HASH,
+        text: "",
         sensor,
     };
     run(&ThreeAxisCalibrator::new(&named).unwrap())
@@ -185,7 +185,8 @@ fn a_short_sweep_says_that_it_cannot_tell_the_parallel_capacitance() {
                 );
             }
             let words = outcome.open.first();
-            let is_told = words.is_none_or(|words| !words.contains("are not identifiable apart: sigma"));
+            let is_told =
+                words.is_none_or(|words| !words.contains("are not identifiable apart: sigma"));
             assert_eq!(is_told, told, "{last} {gauge}: {:?}", outcome.open);
         }
         let text = normal_sweep(calibrator, 15, 0.29);
@@ -498,7 +499,15 @@ fn a_calibration_file_carries_the_compliance_to_prediction_and_estimation() {
             (capacitance - wanted).abs() < 0.1 * FF,
             "{capacitance} {wanted}"
         );
-        assert!(file.apply("calibration.toml", &sensor, "another").is_err());
+        let other = NamedSensor {
+            text: "[array]\nrows = 3\n",
+            ..unnamed(&sensor)
+        };
+        let error = file.apply("calibration.toml", &other).unwrap_err();
+        assert!(
+            error.message.contains("array.rows was not there, is 3"),
+            "{error}"
+        );
     });
 }
 
