@@ -6,8 +6,8 @@ use taxel::quantity::TIME;
 use taxel_recording::InputError;
 
 /// A load and the signals that it alone sets at once; the first pair that a
-/// table has is looked at. The sum of four capacitances does not see shear. Of
-/// charge there is none: it leaks.
+/// table has is looked at. The sum of four capacitances does not see shear. Charge
+/// leaks: there the model stands between load and signal ([`no_delay`]).
 const PAIRS: [(&str, &[&str]); 6] = [
     ("displacement", &["capacitance"]),
     ("force_z", &["capacitance"]),
@@ -130,7 +130,22 @@ pub(crate) fn same_moment(
         before = now.map(|now| (of, now));
     }
     let series: Vec<Vec<[f64; 2]>> = series.into_iter().map(|(_, rows)| rows).collect();
-    let Some(delay) = delay(&series) else {
+    no_delay(data, name, &series, steps)
+}
+
+/// Refuses rows of a load, or of what a model makes of it, and a signal, that would
+/// fit each other if the signal had been read earlier or later; `steps` are the
+/// times between rows and `name` the column of the load.
+///
+/// # Errors
+/// The delay.
+pub(crate) fn no_delay(
+    data: &ReadingTable,
+    name: &str,
+    series: &[Vec<[f64; 2]>],
+    steps: Vec<f64>,
+) -> Result<(), InputError> {
+    let Some(delay) = delay(series) else {
         return Ok(());
     };
     let step = middle(steps).unwrap_or(0.0);
@@ -148,8 +163,8 @@ pub(crate) fn same_moment(
 fn delay(series: &[Vec<[f64; 2]>]) -> Option<isize> {
     let long = || series.iter().filter(|rows| rows.len() >= LEAST);
     let sum = |delay: isize| long().map(|rows| roughness(rows, delay)).sum::<f64>();
-    let tried: Vec<(isize, f64)> = (-FARTHEST..=FARTHEST).map(|k| (k, sum(k))).collect();
-    let least = tried
+    let delays: Vec<(isize, f64)> = (-FARTHEST..=FARTHEST).map(|k| (k, sum(k))).collect();
+    let least = delays
         .iter()
         .map(|(_, rough)| *rough)
         .fold(f64::INFINITY, f64::min);
@@ -157,7 +172,7 @@ fn delay(series: &[Vec<[f64; 2]>]) -> Option<isize> {
         return None;
     }
     // After a whole cycle all comes again.
-    let near = tried.iter().filter(|(_, rough)| *rough <= 2.0 * least);
+    let near = delays.iter().filter(|(_, rough)| *rough <= 2.0 * least);
     near.map(|(delay, _)| *delay)
         .min_by_key(|delay| delay.abs())
 }

@@ -7,8 +7,8 @@ use crate::readings::ReadingTable;
 /// Between readings and drawing a factor in here is a wrong prefix of a unit, no
 /// scatter of fabrication.
 const PREFIX: [f64; 2] = [1000.0 / 3.0, 3000.0];
-/// Loads must span this share of the largest one.
-const LEAST_SPAN: f64 = 0.1;
+/// Loads must span this share of the largest one, where nothing else is known.
+pub(crate) const LEAST_SPAN: f64 = 0.1;
 /// Loads that are held out and exceed the others by this factor are extrapolated.
 const BEYOND: f64 = 1.1;
 
@@ -24,6 +24,8 @@ pub(crate) struct Loads {
     pub(crate) values: Vec<f64>,
     /// Least number of them.
     pub(crate) least: usize,
+    /// Least span over the largest of them.
+    pub(crate) span: f64,
     /// Whether they must begin at rest, press, and be several beside rest.
     pub(crate) from_rest: bool,
 }
@@ -66,9 +68,9 @@ impl Loads {
         // What presses beside rest: one load there has one answer, of which gaps,
         // stiffness and stray parts are all a reason.
         let pressed = self.values.iter().copied();
-        let pressed = pressed.filter(|load| !self.from_rest || *load > LEAST_SPAN * most);
+        let pressed = pressed.filter(|load| !self.from_rest || *load > self.span * most);
         let [lightest, _] = range(pressed);
-        let spans = |least: f64| most - least > LEAST_SPAN * most.abs().max(-least);
+        let spans = |least: f64| most - least > self.span * most.abs().max(-least);
         if !(spans(least) && spans(lightest)) {
             let message = format!(
                 "{} is constant, {:.4} to {:.4} {unit}",

@@ -13,7 +13,7 @@ mod synthetic;
 
 use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo};
 use crate::hysteresis::{Loops, law_of, loss_in_words, on_loading, steps};
-use crate::loads::Loads;
+use crate::loads::{LEAST_SPAN, Loads};
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
 use crate::outcome::{CalibratedSensor, Derived, ResidualSummary, Scope};
 use crate::readings::ReadingTable;
@@ -336,6 +336,7 @@ impl DeviceModel for InPlaneCalibrator<'_> {
             unit: ("N", 1.0),
             values: readings.iter().map(|r| r.force).collect(),
             least: checks::LEAST,
+            span: LEAST_SPAN,
             from_rest: true,
         }]
     }

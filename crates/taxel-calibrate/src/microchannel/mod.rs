@@ -15,7 +15,7 @@ mod synthetic;
 
 use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model};
 use crate::hysteresis::{Loops, law_of, on_loading};
-use crate::loads::Loads;
+use crate::loads::{LEAST_SPAN, Loads};
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
 use crate::outcome::{CalibratedSensor, ResidualSummary, Scope};
 use crate::readings::ReadingTable;
@@ -363,6 +363,7 @@ impl DeviceModel for ChannelCalibrator<'_> {
             unit: ("kPa", 1e3),
             values: readings.iter().map(|r| r.load.pressure(0.0)).collect(),
             least: checks::LEAST,
+            span: LEAST_SPAN,
             from_rest: true,
         }]
     }

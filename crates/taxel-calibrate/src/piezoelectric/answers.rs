@@ -1,7 +1,7 @@
 //! Whether the signals of presses are of the places and of the elements that
 //! the table says.
 
-use super::indentations::Indentation;
+use super::problem::Indentation;
 use super::{InputError, PiezoelectricCalibrator, ReadingTable};
 use crate::loads::range;
 use taxel::estimation::ProfileModel;

@@ -5,25 +5,13 @@ use super::columns::{
     SECOND_PEAK, TIME_AT, VOLTAGE_AT,
 };
 use super::peaks::plausible;
-use super::problem::{Bench, Device, Drive, Reading, What};
+use super::problem::{Device, Drive, Reading, Table, What};
 use super::{InputError, PiezoelectricCalibrator, ReadingTable, Remark};
-use crate::loads::Loads;
+use crate::clock::no_delay;
 use taxel::mechanics::Profile;
 
-/// Least readings: three constants and five more.
-const LEAST: usize = 8;
 /// Cycles of a cyclic load that does not say how many: it has settled.
 const USUAL_CYCLES: f64 = 8.0;
-
-/// The readings of a table with what they were taken under.
-pub(crate) struct Table {
-    pub(super) device: Device,
-    pub(super) readings: Vec<Reading>,
-    /// Test loads that occur.
-    pub(super) profiles: Vec<Profile>,
-    /// Load over time, of a voltage over time.
-    pub(super) path: Vec<[f64; 2]>,
-}
 
 /// The readings of `data`, checked.
 pub(super) fn table(
@@ -53,8 +41,26 @@ pub(super) fn table(
     }
     clipped(calibrator, &mut table, remarks);
     table.loads(&table.readings).enough(data)?;
+    one_moment(data, &table)?;
     plausible(calibrator, data, &table)?;
     Ok(table)
+}
+
+/// Refuses a recording whose voltages would follow its load if they had been read
+/// earlier or later.
+fn one_moment(data: &ReadingTable, table: &Table) -> Result<(), InputError> {
+    let drawn = table.device.drawn();
+    let model = table
+        .device
+        .voltages(&table.profiles, &table.readings, &table.path, &drawn);
+    let (Some(model), false) = (model, table.path.is_empty()) else {
+        return Ok(());
+    };
+    let pairs = model.into_iter().zip(&table.readings);
+    let series = pairs.map(|(model, read)| [model, read.voltage]).collect();
+    let steps = table.path.windows(2).map(|pair| pair[1][0] - pair[0][0]);
+    let column = table.loads(&[]).column;
+    no_delay(data, column, &[series], steps.collect())
 }
 
 fn drive(data: &ReadingTable) -> Result<(Drive, usize), InputError> {
@@ -185,38 +191,4 @@ fn clipped(calibrator: &PiezoelectricCalibrator<'_>, table: &mut Table, remarks:
         remarks.push(Remark::at(*first, &message));
         table.readings.retain(|r| !cut.contains(&r.line));
     }
-}
-
-impl Table {
-    /// Loads of some readings: sizes of test loads, or a load over time.
-    pub(super) fn loads(&self, readings: &[Reading]) -> Loads {
-        let recorded = !self.path.is_empty();
-        let load = |r: &Reading| if recorded { r.load } else { r.load.abs() };
-        let (column, unit) = match self.device.drive {
-            Drive::Displacement => ("displacement", ("um", 1e-6)),
-            Drive::Force => ("force_z", ("mN", 1e-3)),
-        };
-        Loads {
-            name: String::new(),
-            column,
-            unit,
-            values: readings.iter().map(load).collect(),
-            least: LEAST,
-            from_rest: false,
-        }
-    }
-}
-
-/// Readings over what the constants `at` give, by least squares.
-pub(super) fn ratio(bench: &Bench<'_>, at: &[f64]) -> f64 {
-    let model = bench
-        .device
-        .voltages(bench.profiles, bench.readings, bench.path, at)
-        .unwrap_or_default();
-    let (mut both, mut square) = (0.0, 0.0);
-    for (reading, model) in bench.readings.iter().zip(&model) {
-        both += reading.voltage * model;
-        square += model * model;
-    }
-    if square > 0.0 { both / square } else { 1.0 }
 }

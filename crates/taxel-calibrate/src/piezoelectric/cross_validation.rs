@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::PiezoelectricCalibrator;
-use super::indentations::Indentation;
+use super::problem::Indentation;
 use taxel::estimation::{
     ELLIPSE_95, KernelRegression, Method, Placing, Press, ProfileFit, placing, regression,
 };

@@ -3,38 +3,16 @@
 
 use super::answers::answers;
 use super::columns::{CHARGES, COLUMNS, DEVIATION, MOST_ELEMENTS, PLACE, RADIUS, VOLTAGES};
+use super::problem::Indentation;
 use super::{InputError, PiezoelectricCalibrator, ReadingTable, Remark};
 use crate::clock::one_clock;
 use crate::loads::range;
 use crate::split::picked;
 
-/// One press of the bench.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Indentation {
-    /// Forces on the elements by the gain of the drawing, N.
-    pub(super) forces: Vec<f64>,
-    /// Standard deviation of each, N.
-    pub(super) deviation: f64,
-    /// Centre of the probe on the developed surface, m.
-    pub(super) place: [f64; 2],
-    /// Radius of its contact, m, where the bench knows it.
-    pub(super) radius: Option<f64>,
-}
-
 /// Fewer presses are no map and leave nothing to hold out.
 const LEAST: usize = 20;
 /// The work grows with the third power of the presses, live with the second.
 const MOST: usize = 1000;
-/// A press whose highest signal is below this many deviations tells nothing.
-const LEAST_PEAK: f64 = 6.0;
-
-impl Indentation {
-    fn is_weak(&self) -> bool {
-        let highest = self.forces.iter().copied().fold(0.0, f64::max);
-        highest < LEAST_PEAK * self.deviation
-    }
-}
-
 /// Whether a table is one of presses at places.
 pub(super) fn has(data: &ReadingTable) -> bool {
     PLACE.iter().all(|column| data.given[*column])

@@ -31,8 +31,8 @@ use taxel::sensor::Sensor;
 use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Problem, Status, fit};
 use taxel_recording::InputError;
 
-use checks::Table;
 use columns::COLUMNS;
+use problem::Table;
 use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, UNITS, VISCOSITY};
 
 /// Calibrates one piezoelectric sensor.
@@ -135,7 +135,7 @@ impl<'a> PiezoelectricCalibrator<'a> {
             .map(|place| {
                 let at = drawn[place];
                 let start = match place {
-                    GAIN => at * checks::ratio(&bench, &drawn).clamp(0.02, 50.0),
+                    GAIN => at * problem::ratio(&bench, &drawn).clamp(0.02, 50.0),
                     // A silicone without damping would have no size.
                     VISCOSITY => at.max(1.0),
                     _ => at,

@@ -1,7 +1,7 @@
 //! Whether each column of voltages can be what it says: peaks in the direction
 //! of loading, peaks against it, or an output over time.
 
-use super::checks::Table;
+use super::problem::Table;
 use super::problem::{Reading, What};
 use super::{Fitted, InputError, PiezoelectricCalibrator, ReadingTable};
 use crate::loads::{range, right_prefix};
@@ -184,7 +184,7 @@ fn exchanged(
     };
     let drawn = table.device.drawn();
     let bench = calibrator.problem(table, &turned);
-    let ratio = super::checks::ratio(&bench, &drawn);
+    let ratio = super::problem::ratio(&bench, &drawn);
     let model = table
         .device
         .voltages(bench.profiles, &turned, bench.path, &drawn);

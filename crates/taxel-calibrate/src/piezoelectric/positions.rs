@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::PiezoelectricCalibrator;
 use super::cross_validation::{CANDIDATES, Candidate, CrossValidation, FOLDS, Found, trusted};
-use super::indentations::Indentation;
+use super::problem::Indentation;
 use crate::loads::range;
 use crate::outcome::{ResidualSummary, Scope};
 use crate::remark::Remark;

@@ -1,6 +1,7 @@
 //! One element under known loads as a problem of least squares: three
 //! constants, and peaks of test loads or a voltage over time as readings.
 
+use crate::loads::{LEAST_SPAN, Loads};
 use crate::split::OfSeries;
 use taxel::mechanics::Profile;
 use taxel::sensor::{Element, Sensor};
@@ -225,5 +226,76 @@ impl Problem for Bench<'_> {
             return "hold the load about as long as the time constant, or vary the period".into();
         }
         "load further".into()
+    }
+}
+
+/// Least readings: three constants and five more.
+const LEAST: usize = 8;
+/// The readings of a table with what they were taken under.
+pub(crate) struct Table {
+    pub(super) device: Device,
+    pub(super) readings: Vec<Reading>,
+    /// Test loads that occur.
+    pub(super) profiles: Vec<Profile>,
+    /// Load over time, of a voltage over time.
+    pub(super) path: Vec<[f64; 2]>,
+}
+
+impl Table {
+    /// Loads of some readings: sizes of test loads, or a load over time.
+    pub(super) fn loads(&self, readings: &[Reading]) -> Loads {
+        let recorded = !self.path.is_empty();
+        let load = |r: &Reading| if recorded { r.load } else { r.load.abs() };
+        let (column, unit) = match self.device.drive {
+            Drive::Displacement => ("displacement", ("um", 1e-6)),
+            Drive::Force => ("force_z", ("mN", 1e-3)),
+        };
+        Loads {
+            name: String::new(),
+            column,
+            unit,
+            values: readings.iter().map(load).collect(),
+            least: LEAST,
+            // The element answers to changes, however large the load stays.
+            span: if recorded { 0.0 } else { LEAST_SPAN },
+            from_rest: false,
+        }
+    }
+}
+
+/// Readings over what the constants `at` give, by least squares.
+pub(super) fn ratio(bench: &Bench<'_>, at: &[f64]) -> f64 {
+    let model = bench
+        .device
+        .voltages(bench.profiles, bench.readings, bench.path, at)
+        .unwrap_or_default();
+    let (mut both, mut square) = (0.0, 0.0);
+    for (reading, model) in bench.readings.iter().zip(&model) {
+        both += reading.voltage * model;
+        square += model * model;
+    }
+    if square > 0.0 { both / square } else { 1.0 }
+}
+
+/// One indentation of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Indentation {
+    /// Forces on the elements by the gain of the drawing, N.
+    pub(super) forces: Vec<f64>,
+    /// Standard deviation of each, N.
+    pub(super) deviation: f64,
+    /// Centre of the probe on the developed surface, m.
+    pub(super) place: [f64; 2],
+    /// Radius of its contact, m, where the bench knows it.
+    pub(super) radius: Option<f64>,
+}
+
+/// An indentation whose highest signal is below this many deviations tells nothing.
+const LEAST_PEAK: f64 = 6.0;
+
+impl Indentation {
+    pub(super) fn is_weak(&self) -> bool {
+        let highest = self.forces.iter().copied().fold(0.0, f64::max);
+        highest < LEAST_PEAK * self.deviation
     }
 }

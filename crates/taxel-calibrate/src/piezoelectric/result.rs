@@ -1,6 +1,6 @@
 //! What the fit of a piezoelectric sensor gives to people.
 
-use super::checks::Table;
+use super::problem::Table;
 use super::problem::{Drive, LEAK, Reading, What};
 use super::{Fitted, PiezoelectricCalibrator};
 use crate::loads::range;

@@ -163,6 +163,35 @@ fn recording(calibrator: &PiezoelectricCalibrator<'_>, title: &str, seed: u64) -
     text
 }
 
+/// The clock check holds here, too, though charge leaks.
+#[test]
+fn a_recording_of_two_clocks_is_refused() {
+    with(|calibrator| {
+        for title in ["displacement [um]", "force_z [mN]"] {
+            let text = recording(calibrator, title, 1);
+            let lines: Vec<&str> = text.lines().collect();
+            let cells: Vec<[&str; 2]> = lines[1..]
+                .iter()
+                .map(|line| line.rsplit_once(',').map(|(a, b)| [a, b]).unwrap())
+                .collect();
+            let rows = cells.len();
+            for (rows_later, side) in [(6, "after"), (rows - 6, "before")] {
+                let late = (0..rows).map(|row| {
+                    let voltage = cells[(row + rows - rows_later) % rows][1];
+                    format!("{},{voltage}", cells[row][0])
+                });
+                let late: Vec<String> = late.collect();
+                let text = format!("{}\n{}\n", lines[0], late.join("\n"));
+                let error = calibrator.calibrate(&parse(&text), &no_hold_out());
+                let error = error.unwrap_err().to_string();
+                assert!(error.contains("clocks differ"), "{title}: {error}");
+                assert!(error.contains(side), "{title}: {error}");
+            }
+            assert!(calibrator.calibrate(&parse(&text), &no_hold_out()).is_ok());
+        }
+    });
+}
+
 #[test]
 fn a_recording_gives_the_same_constants() {
     with(|calibrator| {

@@ -4,9 +4,9 @@ use super::columns::{
     CAPACITANCE_AT, COLUMNS, COUNTS_AT, DEVIATION_AT, FORCE_AT, HOLD_OUT, PARALLEL_AT,
     PARALLEL_DEVIATION, REST, TAXEL,
 };
-use super::problem::{AXES, CAPACITORS, Reading};
+use super::problem::{AXES, CAPACITORS, Measured, Reading};
 use super::{InputError, ReadingTable, Remark, ThreeAxisCalibrator};
-use crate::loads::{Loads, right_prefix};
+use crate::loads::{LEAST_SPAN, Loads, right_prefix};
 use crate::split::by_series;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel_numerics::least_squares::linear;
@@ -17,9 +17,6 @@ const OTHER: f64 = 3.0;
 const LEAST: usize = 12;
 /// A slope counts above this many of its deviations.
 const CLEAR: f64 = 6.0;
-
-/// Parallel capacitances measured otherwise, and their deviation, F.
-pub(crate) type Measured = Option<([f64; 4], f64)>;
 
 /// The readings of `data` with their taxels, checked.
 pub(super) fn readings(
@@ -183,6 +180,7 @@ pub(super) fn loads(of: &[Reading]) -> Vec<Loads> {
             gauged.map(|r| r.force[axis]).collect()
         },
         least: if axis == 2 { LEAST } else { 0 },
+        span: LEAST_SPAN,
         from_rest: axis == 2,
     };
     let all = [2, 0, 1].map(along).into_iter();

@@ -33,10 +33,11 @@ use taxel_numerics::least_squares::{
 };
 use taxel_recording::InputError;
 
-use checks::Measured;
 use columns::{COLUMNS, TIME_AT};
 use noise::Noise;
-use problem::{Bench, COMPLIANCE, GAP, OWN, Reading, SINKING, name, unit, values, with_values};
+use problem::{
+    Bench, COMPLIANCE, GAP, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
+};
 
 /// What the names of the parameters of a taxel begin with.
 const PREFIX: &str = "taxel_";

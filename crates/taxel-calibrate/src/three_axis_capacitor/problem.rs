@@ -5,7 +5,6 @@
 //! by the inverse of its Cholesky factor. To first order that is the fit in
 //! which the true forces are unknowns of their own.
 
-use super::checks::Measured;
 use crate::split::OfSeries;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::transduction::UnitModel;
@@ -48,6 +47,9 @@ impl OfSeries for Reading {
         self.marked
     }
 }
+
+/// Parallel capacitances measured otherwise, and their deviation, F.
+pub(crate) type Measured = Option<([f64; 4], f64)>;
 
 /// Name of a parameter of a unit.
 pub(super) fn name(place: usize) -> String {

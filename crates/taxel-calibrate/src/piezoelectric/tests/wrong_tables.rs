@@ -49,7 +49,7 @@ fn peaks_of_other_loads_or_columns_are_named() {
         for (text, message) in [
             (
                 changed(&text, "displacement", |_, _| 50.0),
-                "displacement is always the same",
+                "displacement is constant",
             ),
             (
                 changed(&text, "a1", |_, v| -v),
