@@ -71,8 +71,8 @@ run schema schema sensor
 run reference schema reference
 run schema-stimulus schema stimulus
 
-# Times, addresses, hashes and versions are no results.
-for file in "$out"/texts/* "$out"/files/*; do
-    sed -E 's/(latency|elapsed|duration|frames_per_second|seconds)[^,}]*//g; s/[0-9a-f]{16,}//g' "$file" |
+# Times of this run, commits and hashes are no results.
+for file in "$out"/texts/*.out "$out"/files/*; do
+    sed -E '/"commit"|"p[0-9._]+"|"largest"|"duration_s"|"rate_hz"|"elapsed|"source"|commit <code>/d; s/unknowns, [0-9.]+ s//; s/0\.1\.0 \(?[0-9a-f]{12}//g; s/[0-9a-f]{16,}//g' "$file" |
         grep -oE '[-+]?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?' >"$out/numbers/$(basename "$file")"
 done

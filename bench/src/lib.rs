@@ -2,7 +2,8 @@
 //! shipped finger script, after a rest capture.
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
-use taxel::estimation::{Estimator, EstimatorOptions};
+use taxel::calibration::Calibration;
+use taxel::estimation::{Estimator, EstimatorOptions, FrameError};
 use taxel::sensor::Sensor;
 
 /// Frames of the rest capture, as in the paper.
@@ -46,6 +47,25 @@ impl Scene {
         };
         scene.run(&mut twin);
         scene
+    }
+
+    /// The calibration after the rest capture.
+    #[must_use]
+    pub fn calibration(&self) -> &Calibration {
+        self.estimator.calibration()
+    }
+
+    /// Pressing force of each taxel with its standard deviation, N, by the estimator
+    /// of the array on the pressed frame number `index`.
+    ///
+    /// # Errors
+    /// For a frame of another device.
+    pub fn estimate(&mut self, index: usize) -> Result<Vec<[f64; 2]>, FrameError> {
+        let (touch, _) = self.estimator.push(&self.pressed[index])?;
+        let taxels = touch.taxels.iter();
+        Ok(taxels
+            .map(|taxel| [taxel.force[2], taxel.deviation()[2]])
+            .collect())
     }
 
     fn run(&mut self, twin: &mut Twin) {

@@ -4,8 +4,8 @@ use std::error::Error;
 
 use serde_json::json;
 use taxel_fem::assembly::kernel::{CellInput, ELIMINATION_RATIO, Kernel};
-use taxel_fem::problem::Kinematics;
 use taxel_fem::mesh::CellShape;
+use taxel_fem::problem::Kinematics;
 
 use crate::measure::Meter;
 use crate::problems::{Case, mesh, problem};

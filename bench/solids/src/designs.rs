@@ -3,8 +3,8 @@
 use std::error::Error;
 
 use serde_json::json;
-use taxel_fem::solver::newton::{Continue, Solver};
 use taxel_fem::assembly::state::State;
+use taxel_fem::solver::newton::{Continue, Solver};
 
 use crate::PRESSURE;
 use crate::measure::{Meter, peak_megabytes};

@@ -2,9 +2,9 @@
 
 use std::error::Error;
 
-use taxel_fem::problem::Kinematics;
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grading, Grid2, Grid3, Mesh};
+use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 

@@ -2,7 +2,8 @@
 //! slopes, start and sizes, one thread each, in turns. Ends with 1 when they
 //! disagree.
 //!
-//! `PYTHON` names the interpreter that has SciPy (default `python3`).
+//! `PYTHON` names the interpreter that has SciPy (default `python3`). With
+//! `--agree` nothing is timed: one round, and MINPACK's method alone.
 
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
@@ -11,12 +12,12 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use taxel_numerics::least_squares::{FitOptions, Parameter, Problem, fit};
 use taxel::calibration::{
     BenchData, BenchOptions, CalibrateOptions, HoldOut, NamedSensor, calibrator,
 };
 use taxel::mechanics::LayerKinematics;
 use taxel::sensor::Sensor;
+use taxel_numerics::least_squares::{FitOptions, Parameter, Problem, fit};
 
 const ROUNDS: usize = 21;
 /// Values may differ by this share of their standard deviations: both searches
@@ -70,12 +71,18 @@ fn run() -> Result<bool, Box<dyn Error>> {
     let mut agree = true;
     let mut times = [const { Vec::new() }; 3];
     let mut ratios = [const { Vec::new() }; 2];
-    for round in 0..ROUNDS {
+    let only_agree = std::env::args().any(|word| word == "--agree");
+    let (rounds, methods) = if only_agree {
+        (1, &["lm"][..])
+    } else {
+        (ROUNDS, &["lm", "trf"][..])
+    };
+    for round in 0..rounds {
         let begun = Instant::now();
         let ours = fit(&three, &parameters, &options)?;
         let seconds = begun.elapsed().as_secs_f64();
         times[0].push(seconds);
-        for (place, method) in ["lm", "trf"].into_iter().enumerate() {
+        for (place, method) in methods.iter().copied().enumerate() {
             writeln!(input, "fit {method}")?;
             let theirs: Value = serde_json::from_str(&lines.next().ok_or("the peer ended")??)?;
             let peer_seconds = theirs["seconds"].as_f64().ok_or("no time")?;
@@ -112,6 +119,9 @@ fn run() -> Result<bool, Box<dyn Error>> {
     drop(input);
     peer.wait()?;
     std::fs::remove_file(&file)?;
+    if only_agree {
+        return Ok(agree);
+    }
     let [ours, lm, trf] = times.map(median);
     println!(
         "one fit, 17 parameters, {} readings: taxel {:.2} ms",

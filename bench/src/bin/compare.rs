@@ -1,7 +1,8 @@
 //! The estimator beside the same least squares in NumPy: same frames, one
 //! thread each, in turns. Ends with 1 when their results disagree.
 //!
-//! `PYTHON` names the interpreter that has NumPy (default `python3`).
+//! `PYTHON` names the interpreter that has NumPy (default `python3`). With
+//! `--agree` nothing is timed.
 
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
@@ -10,8 +11,9 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, ExitCode, Stdio};
 use std::time::Instant;
 
 use serde_json::{Value, json};
+use taxel::acquisition::Frame;
 use taxel::calibration::Calibration;
-use taxel::estimation::{SearchOptions, estimate_unit};
+use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
 use taxel_bench::Scene;
 
 /// Turns of both programs; each is one pass over all frames or more.
@@ -24,6 +26,9 @@ const FORCE_TOLERANCE: f64 = 1e-9;
 const DEVIATION_TOLERANCE: f64 = 1e-10;
 /// Largest difference of residuals, standard deviations.
 const RESIDUAL_TOLERANCE: f64 = 1e-5;
+/// Most that following the drift of readings without drift may move a force, in its
+/// standard deviations.
+const DRIFT_TOLERANCE: f64 = 1.0;
 
 fn main() -> ExitCode {
     match run() {
@@ -40,9 +45,12 @@ fn run() -> Result<bool, Box<dyn Error>> {
     let file = std::env::temp_dir().join(format!("taxel-compare-{}.json", std::process::id()));
     std::fs::write(&file, export(&scene).to_string())?;
     let peer = Peer::start(&file);
+    let only_agree = std::env::args().any(|word| word == "--agree");
     let result = peer.and_then(|mut peer| {
         let agree = agree(&mut scene, &peer.forces()?)?;
-        measure(&mut scene, &mut peer)?;
+        if !only_agree {
+            measure(&mut scene, &mut peer)?;
+        }
         Ok(agree)
     });
     std::fs::remove_file(&file)?;
@@ -85,25 +93,26 @@ fn measure(scene: &mut Scene, peer: &mut Peer) -> Result<(), Box<dyn Error>> {
 /// Microseconds per frame of just what the peer does: counts to force,
 /// covariance and residual of each unit.
 fn units_alone(scene: &Scene) -> f64 {
-    let calibration = scene.estimator.calibration();
-    let options = SearchOptions::default();
+    let calibration = scene.calibration();
     let start = Instant::now();
     for _ in 0..PASSES {
         for frame in &scene.pressed {
-            for (taxel, counts) in frame.values.chunks_exact(4).enumerate() {
-                let capacitance = std::array::from_fn(|i| {
-                    calibration
-                        .channel
-                        .capacitance(counts[i])
-                        .unwrap_or(f64::NAN)
-                });
-                let (unit, sigma) = (&calibration.units[taxel], calibration.deviation[taxel]);
-                let found = estimate_unit(unit, capacitance, sigma, [true; 4], &options);
-                std::hint::black_box(found);
+            for taxel in 0..calibration.units.len() {
+                std::hint::black_box(unit_alone(calibration, frame, taxel));
             }
         }
     }
     start.elapsed().as_secs_f64() * 1e6 / (PASSES * scene.pressed.len()) as f64
+}
+
+/// One unit of a frame by its calibration, without any history.
+fn unit_alone(calibration: &Calibration, frame: &Frame, taxel: usize) -> UnitEstimate {
+    let options = SearchOptions::default();
+    let counts = &frame.values[4 * taxel..];
+    let capacitance = |i: usize| calibration.channel.capacitance(counts[i]);
+    let capacitance = std::array::from_fn(|i| capacitance(i).unwrap_or(f64::NAN));
+    let (unit, sigma) = (&calibration.units[taxel], calibration.deviation[taxel]);
+    estimate_unit(unit, capacitance, sigma, [true; 4], &options)
 }
 
 /// Microseconds per frame of the estimator of the array.
@@ -122,30 +131,40 @@ fn median(values: &mut [f64]) -> f64 {
     values[values.len() / 2]
 }
 
-/// Compares all results of all frames and prints the largest differences.
+/// Compares all results of all frames for the work that both do, and prints the
+/// largest differences. The whole frame follows drift besides, which the peer does
+/// not: by how much that moves a force is printed and bounded by its deviation.
 fn agree(scene: &mut Scene, peer: &Value) -> Result<bool, Box<dyn Error>> {
     let (mut force, mut deviation, mut residual) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut drift = 0.0_f64;
     let number = |value: &Value| value.as_f64().unwrap_or(f64::INFINITY);
-    for (index, frame) in scene.pressed.iter().enumerate() {
-        let (touch, _) = scene.estimator.push(frame)?;
-        for (unit, taxel) in touch.taxels.iter().enumerate() {
+    for index in 0..scene.pressed.len() {
+        for unit in 0..scene.calibration().units.len() {
+            let found = unit_alone(scene.calibration(), &scene.pressed[index], unit);
             let theirs = |key: &str| &peer[key][index][unit];
             for axis in 0..3 {
-                let off = number(&theirs("force")[axis]) - taxel.force[axis];
+                let off = number(&theirs("force")[axis]) - found.force[axis];
                 force = force.max(off.abs());
-                let off = number(&theirs("deviation")[axis]) - taxel.deviation()[axis];
+                let off = number(&theirs("deviation")[axis]) - found.deviation()[axis];
                 deviation = deviation.max(off.abs());
             }
             // The sign of a residual near zero is chance.
-            let off = number(theirs("residual")).abs() - taxel.residual.abs();
+            let off = number(theirs("residual")).abs() - found.signed_residual.abs();
             residual = residual.max(off.abs());
+        }
+        for (unit, [value, sigma]) in scene.estimate(index)?.into_iter().enumerate() {
+            let off = number(&peer["force"][index][unit][2]) - value;
+            drift = drift.max(off.abs() / sigma);
         }
     }
     println!(
-        "largest difference: force {force:.1e} N, its deviation {deviation:.1e} N, residual {residual:.1e}"
+        "largest difference: force {force:.1e} N, its deviation {deviation:.1e} N, residual {residual:.1e}; \
+         the whole frame, which follows drift: {drift:.2} deviations"
     );
-    let agree =
-        force < FORCE_TOLERANCE && deviation < DEVIATION_TOLERANCE && residual < RESIDUAL_TOLERANCE;
+    let agree = force < FORCE_TOLERANCE
+        && deviation < DEVIATION_TOLERANCE
+        && residual < RESIDUAL_TOLERANCE
+        && drift < DRIFT_TOLERANCE;
     if !agree {
         println!("the results DISAGREE");
     }
@@ -154,7 +173,7 @@ fn agree(scene: &mut Scene, peer: &Value) -> Result<bool, Box<dyn Error>> {
 
 /// Model and frames for the peer.
 fn export(scene: &Scene) -> Value {
-    let calibration: &Calibration = scene.estimator.calibration();
+    let calibration: &Calibration = scene.calibration();
     let first = &calibration.units[0];
     let units = || calibration.units.iter();
     json!({

@@ -4,7 +4,9 @@
 //! own prediction in a plain loop. All in turns within one run; one core by the
 //! time that its thread computed, all cores by the clock.
 //!
-//! `predict --rows N` (default 1000000).
+//! `predict --rows N` (default 1000000). First one column of the table is compared with
+//! the device's own answers; it ends with 1 when they disagree. With `--agree` nothing is
+//! timed.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -43,10 +45,11 @@ fn main() -> ExitCode {
 fn run() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let rows = match words[..] {
-        [] => 1_000_000,
-        ["--rows", text] => text.parse::<usize>()?.max(PIEZOELECTRIC_SHARE),
-        _ => return Err("usage: predict [--rows N]".into()),
+    let (rows, only_agree) = match words[..] {
+        [] => (1_000_000, false),
+        ["--rows", text] => (text.parse::<usize>()?.max(PIEZOELECTRIC_SHARE), false),
+        ["--agree"] => (1000, true),
+        _ => return Err("usage: predict [--rows N | --agree]".into()),
     };
     let cores = std::thread::available_parallelism()?.get();
     println!("median (least) of {ROUNDS} rounds; {cores} cores");
@@ -79,9 +82,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         &forces,
         |line, [x, y, z]| write!(line, "{x:.4},{y:.4},{z:.4}"),
     );
-    measure("three-axis-8x8", &three_axis, &text, |load| {
+    let compared = Compared {
+        column: "capacitance_12 [fF]",
+        si_per_unit: 1e-15,
+        only: only_agree,
+    };
+    measure("three-axis-8x8", &three_axis, &text, &compared, |load| {
         let force = [0, 1, 2].map(load);
-        black_box(three_axis.predict(force));
+        black_box(three_axis.predict(force)).response.capacitance()[1]
     })?;
 
     let sensor = Sensor::shipped("in-plane-50um").ok_or("is shipped")?;
@@ -90,8 +98,16 @@ fn run() -> Result<(), Box<dyn Error>> {
     let text = table("compression", &compressions, |line, e| {
         write!(line, "{e:.6}")
     });
-    measure("in-plane-50um", &in_plane, &text, |load| {
-        black_box(in_plane.at_compression(load(1))).ok();
+    let compared = Compared {
+        column: "change_mechanics [fF]",
+        ..compared
+    };
+    measure("in-plane-50um", &in_plane, &text, &compared, |load| {
+        let found = black_box(in_plane.at_compression(load(1)));
+        found
+            .ok()
+            .and_then(|found| found.mechanics)
+            .unwrap_or(f64::NAN)
     })?;
 
     let sensor = Sensor::shipped("liquid-metal-2x4").ok_or("is shipped")?;
@@ -100,8 +116,14 @@ fn run() -> Result<(), Box<dyn Error>> {
     let text = table("pressure [kPa]", &pressures, |line, p| {
         write!(line, "{p:.4}")
     });
-    measure("liquid-metal-2x4", &channels, &text, |load| {
-        black_box(channels.predict(load(0), 1.0)).ok();
+    let compared = Compared {
+        column: "row_change",
+        si_per_unit: 1.0,
+        ..compared
+    };
+    measure("liquid-metal-2x4", &channels, &text, &compared, |load| {
+        let found = black_box(channels.predict(load(0), 1.0));
+        found.map_or(f64::NAN, |found| found.layers[0].change)
     })?;
 
     let sensor = Sensor::shipped("piezo-1.5mm").ok_or("is shipped")?;
@@ -112,10 +134,62 @@ fn run() -> Result<(), Box<dyn Error>> {
     let text = table("profile,displacement [um],ramp [s]", &tops, |line, top| {
         write!(line, "step,{top:.4},{RAMP}")
     });
-    measure("piezo-1.5mm", &element, &text, |load| {
+    let compared = Compared {
+        column: "a1 [mV]",
+        si_per_unit: 1e-3,
+        ..compared
+    };
+    measure("piezo-1.5mm", &element, &text, &compared, |load| {
         let step = Profile::Step { ramp: RAMP };
-        black_box(element.test(&step, Drive::Displacement(load(1))));
+        let found = black_box(element.test(&step, Drive::Displacement(load(1))));
+        found.map_or(f64::NAN, |found| found.first)
     })
+}
+
+/// The column of a table that is compared with the device's own answers.
+struct Compared {
+    column: &'static str,
+    si_per_unit: f64,
+    /// Whether nothing is timed.
+    only: bool,
+}
+
+/// Largest relative difference of a printed number: the fewest digits that come back
+/// exactly, in another unit.
+const TOLERANCE: f64 = 1e-14;
+
+/// Compares one column of the answers with the device's own.
+fn agree(
+    name: &str,
+    text: &str,
+    answers: &str,
+    compared: &Compared,
+    bare: impl Fn(usize) -> f64,
+) -> Result<(), Box<dyn Error>> {
+    let mut lines = answers.lines();
+    let header = lines.next().ok_or("the answers have no header")?;
+    let column = header.split(',').position(|name| name == compared.column);
+    let column = column.ok_or_else(|| format!("{name}: no column {}", compared.column))?;
+    let mut worst = 0.0_f64;
+    let mut rows = 0;
+    for (index, line) in lines.enumerate() {
+        let cell = line.split(',').nth(column).unwrap_or_default();
+        let printed = cell.parse().unwrap_or(f64::NAN) * compared.si_per_unit;
+        let own = bare(index);
+        if !(printed.is_nan() && own.is_nan()) {
+            let apart = (printed - own).abs() / own.abs().max(f64::MIN_POSITIVE);
+            worst = worst.max(if apart.is_nan() { f64::INFINITY } else { apart });
+        }
+        rows += 1;
+    }
+    if rows + 1 != text.lines().count() || worst > TOLERANCE {
+        return Err(format!("{name}: the results DISAGREE by {worst:.1e} over {rows} rows").into());
+    }
+    println!(
+        "{name:<17} {rows} rows agree to {worst:.1e} ({})",
+        compared.column
+    );
+    Ok(())
 }
 
 /// A number from -1 to 1 that hardly repeats.
@@ -143,30 +217,41 @@ fn measure(
     name: &str,
     predictor: &dyn Predictor,
     text: &str,
-    bare: impl Fn(&dyn Fn(usize) -> f64),
+    compared: &Compared,
+    bare: impl Fn(&dyn Fn(usize) -> f64) -> f64,
 ) -> Result<(), Box<dyn Error>> {
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     // None stands for the number of cores.
     let (one, all) = (pool(1)?, pool(0)?);
     let loads = Loads::parse(name, text, predictor.load_columns())?;
     let rows = loads.len() as f64;
+    let own = |index: usize| {
+        let load = loads.load(index);
+        bare(&|column| load.number(column).unwrap_or(0.0))
+    };
+    let mut answers = String::new();
+    whole(name, predictor, text, |piece| answers.push_str(piece))?;
+    agree(name, text, &answers, compared, own)?;
+    drop(answers);
+    if compared.only {
+        return Ok(());
+    }
     let mut times = [const { Vec::new() }; 3];
     let mut ratios = Vec::new();
     let mut written = 0;
     for _ in 0..ROUNDS {
         let start = computed();
         for index in 0..loads.len() {
-            let load = loads.load(index);
-            bare(&|column| load.number(column).unwrap_or(0.0));
+            black_box(own(index));
         }
         let arithmetic = computed() - start;
         let (result, on_one) = one.install(|| {
             let start = computed();
-            (whole(name, predictor, text), computed() - start)
+            (bytes(name, predictor, text), computed() - start)
         });
         written = result?;
         let start = Instant::now();
-        all.install(|| whole(name, predictor, text))?;
+        all.install(|| bytes(name, predictor, text))?;
         let on_all = start.elapsed().as_secs_f64();
         ratios.push(on_one / arithmetic);
         for (times, time) in times.iter_mut().zip([arithmetic, on_one, on_all]) {
@@ -194,17 +279,29 @@ fn measure(
     Ok(())
 }
 
-/// The whole way of a table: from its text to the text of the answers, whose
-/// bytes are counted.
-fn whole(name: &str, predictor: &dyn Predictor, text: &str) -> Result<usize, String> {
+/// Bytes of the answers of a whole table.
+fn bytes(name: &str, predictor: &dyn Predictor, text: &str) -> Result<usize, String> {
+    let mut bytes = 0;
+    whole(name, predictor, text, |piece| {
+        bytes += black_box(piece).len()
+    })?;
+    Ok(bytes)
+}
+
+/// The whole way of a table: from its text to the text of the answers, piece by piece.
+fn whole(
+    name: &str,
+    predictor: &dyn Predictor,
+    text: &str,
+    mut take: impl FnMut(&str),
+) -> Result<(), String> {
     let columns = predictor.load_columns();
     let loads = Loads::parse(name, text, columns).map_err(|error| error.to_string())?;
-    let mut bytes = 0;
     let result = Answers::new(predictor, &loads).write(Format::Csv, &Map::new(), |piece| {
-        bytes += black_box(piece).len();
+        take(piece);
         Ok::<(), String>(())
     });
-    result.map(|()| bytes).map_err(|refusal| match refusal {
+    result.map_err(|refusal| match refusal {
         Refusal::Load(index, why) => format!("line {}: {}", loads.line(index), why.message),
         Refusal::Sink(error) => error,
     })

@@ -81,6 +81,21 @@ impl Transfer {
         self
     }
 
+    /// The factor K.
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// The zeros zᵢ, 1/s.
+    pub fn zeros(&self) -> &[Complex64] {
+        &self.zeros
+    }
+
+    /// The poles pᵢ, 1/s.
+    pub fn poles(&self) -> &[Complex64] {
+        &self.poles
+    }
+
     /// Value at the complex frequency `s`, 1/s.
     pub fn at(&self, s: Complex64) -> Complex64 {
         let zeros: Complex64 = self.zeros.iter().map(|zero| s - zero).product();
@@ -235,6 +250,7 @@ impl Chain {
 
     /// Takes the input along a straight line to `input` in one step and
     /// returns the output there.
+    #[inline]
     pub fn advance(&self, memory: &mut Memory, step: &Step, input: f64) -> f64 {
         let before = memory.input;
         memory.input = input;
