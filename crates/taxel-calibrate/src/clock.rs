@@ -1,7 +1,7 @@
 //! Whether the load and the signal of each row are of one moment.
 
-use crate::readings::{ReadingTable, column};
-use taxel::predict::{LoadColumn, LoadKind};
+use crate::readings::{ReadingTable, quantity};
+use taxel::predict::LoadColumn;
 use taxel::quantity::TIME;
 use taxel_recording::InputError;
 
@@ -46,11 +46,7 @@ fn middle(mut values: Vec<f64>) -> Option<f64> {
 
 /// The column with the sensor's own clock, beside `time`.
 pub(crate) const fn sensor_clock() -> LoadColumn {
-    column(
-        "sensor_time",
-        LoadKind::Quantity(&TIME, [-1e12, 1e12]),
-        "clock of the sensor",
-    )
+    quantity("sensor_time", &TIME, 1e12, "clock of the sensor")
 }
 
 /// Refuses a table with two clocks, `time` and `sensor_time`, that differ by

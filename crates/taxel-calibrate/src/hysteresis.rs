@@ -322,8 +322,8 @@ pub(crate) fn identify(
         return None;
     }
     let about = format!(
-        "{}unloading carries less; without hysteresis the {} of held-out unloading is off by {:.1} % of the largest \
-         (root mean square), with it by {:.1} %",
+        "{}hysteresis: without it the {} of held-out unloading is off by {:.1} % of the largest (root mean square), \
+         with it by {:.1} %",
         named.prefix.replace('.', ": "),
         named.quantity,
         100.0 * before,

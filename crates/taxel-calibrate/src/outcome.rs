@@ -209,9 +209,12 @@ pub(crate) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
             .collect();
         let last = members.pop().unwrap_or_default();
         let names = if members.is_empty() {
-            format!("{last} is not told by the readings")
+            format!("{last} is not identifiable from the readings")
         } else {
-            format!("{} and {last} cannot be told apart", members.join(", "))
+            format!(
+                "{} and {last} cannot be identified separately",
+                members.join(", ")
+            )
         };
         let signs: Vec<&str> = direction
             .members

@@ -268,10 +268,10 @@ impl Outcome {
         let open: Vec<String> = self.open.iter().map(|open| escape(open)).collect();
         section(
             page,
-            "What the readings cannot tell",
+            "What the readings do not identify",
             &items(
                 &open,
-                "Every combination of the parameters is told to within its sensible size.",
+                "Every combination of the parameters is identified to within its sensible size.",
             ),
         );
     }

@@ -130,7 +130,7 @@ impl ThreeAxisCalibrator<'_> {
                     estimates[places].iter().map(|e| e.deviation).sum::<f64>() / count
                 };
                 open.push(format!(
-                    "{PREFIX}{}: parallel capacitance, gap and stiffness are not identifiable apart: sigma {:.2} fF, {:.2} um \
+                    "{PREFIX}{}: parallel capacitance, gap and stiffness cannot be identified separately: sigma {:.2} fF, {:.2} um \
                      and {:.0} N/m; {} fix it",
                     taxel(&fitted.readings),
                     mean(0..GAP) * 1e15,

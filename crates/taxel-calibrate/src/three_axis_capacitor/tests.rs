@@ -186,7 +186,7 @@ fn a_short_sweep_says_that_it_cannot_tell_the_parallel_capacitance() {
             }
             let words = outcome.open.first();
             let is_told =
-                words.is_none_or(|words| !words.contains("are not identifiable apart: sigma"));
+                words.is_none_or(|words| !words.contains("cannot be identified separately: sigma"));
             assert_eq!(is_told, told, "{last} {gauge}: {:?}", outcome.open);
         }
         let text = normal_sweep(calibrator, 15, 0.29);

@@ -188,7 +188,7 @@ fn tells_force(name: &str, chosen: &AcrossRuns) -> Result<(), InputError> {
         return Ok(());
     }
     let message = format!(
-        "the channels do not tell the force: held-out readings are foretold to {rms:.3} N rms, and they spread by {spread:.3} N themselves"
+        "the channels do not determine the force: held-out readings are predicted to {rms:.3} N rms, and they spread by {spread:.3} N themselves"
     );
     Err(InputError::whole(name, message).key("force_z").help(
         "check that the probe touches, and that both files are of one recording with one clock",
@@ -254,7 +254,7 @@ fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
     let between = &chosen.map.between_runs;
     Remark::whole(if runs > 1 {
         format!(
-            "force: each of {runs} runs was foretold from the others; from run to run the gain differs by {:.1} % and the \
+            "force: each of {runs} runs was predicted from the others; from run to run the gain differs by {:.1} % and the \
              offset by {:.2} N (standard deviations, in the intervals)",
             100.0 * between.gain,
             between.offset
@@ -362,6 +362,6 @@ fn figure(chosen: &AcrossRuns, runs: usize) -> Figure {
     Figure {
         title: "Force of held-out rows, last run".into(),
         charts: vec![over_time, over_force],
-        caption: "Estimates of a map that has not seen these rows.".into(),
+        caption: "Estimates of a map that was trained without these rows.".into(),
     }
 }

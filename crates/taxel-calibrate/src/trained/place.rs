@@ -45,7 +45,7 @@ pub(super) fn train(
     for run in runs.iter().filter(|run| run.placed && has_places(run)) {
         name = &run.name;
         if run.session.force.is_none() && !one_depth(run) {
-            let message = "the height changes between the presses: its places are not used";
+            let message = "the height changes between the presses: its positions are not used";
             found
                 .remarks
                 .push(Remark::whole(format!("{name}: {message}")));
@@ -80,8 +80,8 @@ pub(super) fn train(
         .max_by(|a, b| a.score.log_likelihood.total_cmp(&b.score.log_likelihood));
     if best.is_some_and(|best| best.name != "inverted surface") {
         found.remarks.push(Remark::whole(
-            "place: the inverted surface is kept although another map foretells these rows better, because it alone tells \
-             frames unlike all presses from the others; more presses help it most",
+            "place: the inverted surface is kept although another map predicts these rows better, because it alone \
+             recognises frames unlike all indentations; more indentations help it most",
         ));
     }
     found

@@ -128,7 +128,8 @@ fn pairs(
         let best = (0..stages.len())
             .max_by(|a, b| overlap(&stages[*a].1).total_cmp(&overlap(&stages[*b].1)));
         let Some(best) = best else {
-            let message = "there is no file with the places or forces of this recording beside it";
+            let message =
+                "there is no file with the positions or forces of this recording beside it";
             return Err(InputError::whole(&file.name, message).help(
                 "a stage's file has the time [s], x, y, z [mm] and, with a scale, its reading [g]",
             ));
