@@ -333,6 +333,10 @@ pub(crate) struct Reproduce {
     /// Write the report to this file
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Also write the rows of each paper into its page, p1.md to p4.md, of
+    /// this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) ledger: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 
-use super::{Entry, Ledger, Verdict};
-use crate::svg::escape;
+use taxel::svg::escape;
+
+use crate::ledger::{Entry, Ledger, PaperFigure};
+use crate::table::Verdict;
 
 /// Counts of verdicts over all `ledgers`, in the order of [`Verdict::ALL`].
 fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
@@ -20,7 +22,7 @@ fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
 
 /// The counts of `ledgers` as one line for people: `120 reproduced within the printed
 /// digits, 31 follow ...`.
-fn line(ledgers: &[Ledger]) -> String {
+pub(crate) fn line(ledgers: &[Ledger]) -> String {
     let inputs: usize = ledgers.iter().map(Ledger::inputs).sum();
     let parts: Vec<String> = Verdict::ALL
         .iter()
@@ -65,7 +67,8 @@ pub fn html(ledgers: &[Ledger], about: &[(&str, &str)]) -> String {
     for (name, value) in about {
         let _ = write!(page, "{} <code>{}</code> ", escape(name), escape(value));
     }
-    page += "</p>\n<p>Every value of ours is computed when this report is made. A printed number is \
+    page += "</p>\n<p>Every value of ours is computed when this report is made. What runs of minutes gave stands in the \
+             notes; the ledgers in <code>docs/papers</code> name the command of each run. A printed number is \
              reproduced when ours rounds to its digits; otherwise the note says why.</p>\n";
     for ledger in ledgers {
         section(ledger, &mut page);
@@ -120,7 +123,7 @@ fn row(entry: &Entry, page: &mut String) {
     } else {
         format!("<br><small>{}</small>", escape(&entry.note))
     };
-    let verdict = if entry.input {
+    let verdict = if entry.input() {
         "reproduced: an input of the sensor file"
     } else {
         entry.verdict.name()
@@ -130,15 +133,15 @@ fn row(entry: &Entry, page: &mut String) {
         "<tr class=\"{}\"><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{ours}</td><td class=\"n\">{difference}</td>\
          <td>{}{note}</td></tr>",
         entry.verdict.key(),
-        escape(&entry.place),
-        escape(&entry.what),
-        escape(&entry.printed),
+        escape(&entry.row.place),
+        escape(&entry.row.what),
+        escape(&entry.row.printed),
         verdict
     );
 }
 
 /// Five significant digits.
-fn significant(value: f64) -> String {
+pub(crate) fn significant(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -190,18 +193,18 @@ pub fn json(ledgers: &[Ledger], about: &[(&str, &str)]) -> Value {
 
 fn entry(entry: &Entry) -> Value {
     json!({
-        "place": entry.place,
-        "what": entry.what,
-        "printed": entry.printed,
+        "place": entry.row.place,
+        "what": entry.row.what,
+        "printed": entry.row.printed,
         "ours": entry.ours,
         "relative_difference": entry.difference,
         "verdict": entry.verdict.key(),
-        "input": entry.input,
+        "input": entry.input(),
         "note": entry.note,
     })
 }
 
-fn figure(figure: &super::PaperFigure) -> Value {
+fn figure(figure: &PaperFigure) -> Value {
     let charts = figure.figure.charts.iter().map(|chart| {
         let series: Vec<Value> = chart
             .series
