@@ -29,7 +29,7 @@ const PAIRS: [(&str, &[&str]); 6] = [
 ];
 /// Delays that are looked for, readings.
 const FARTHEST: isize = 20;
-/// Readings of one sensor that tell a delay.
+/// Least readings of one sensor for a delay.
 const LEAST: usize = 60;
 /// Clocks differ when a delay leaves this share of the roughness. On synthetic
 /// benches of all devices with loops of half of the load, no delay leaves less
@@ -217,7 +217,7 @@ mod tests {
         for width in [0.0, 0.05, 0.2] {
             assert_eq!(delay(&[cycles(0, width)]), None, "{width}");
         }
-        // Constant signals, and too few rows, tell nothing.
+        // Constant signals, and too few rows, show no delay.
         assert_eq!(delay(&[vec![[1.0, 2.0]; 100]]), None);
         assert_eq!(delay(&[cycles(5, 0.0)[..40].to_vec()]), None);
         assert_eq!(delay(&[]), None);

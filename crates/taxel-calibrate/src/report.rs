@@ -63,7 +63,7 @@ impl Outcome {
             );
         }
         for open in &self.open {
-            let _ = writeln!(text, "not identifiable  {open}");
+            let _ = writeln!(text, "not identifiable: {open}");
         }
         for remark in &self.remarks {
             let _ = writeln!(text, "remark    {remark}");
@@ -359,7 +359,7 @@ fn row((parameter, estimate): &(Parameter, Estimate)) -> Vec<Cell> {
 }
 
 /// Value, deviation, interval and their unit; none that would look confident
-/// where nothing is told.
+/// where nothing is identified.
 fn shown(estimate: &Estimate, unit: &str) -> [String; 4] {
     let (unit, size) = prefixed(estimate.value, unit);
     let [value, deviation] = [estimate.value, estimate.deviation].map(|x| digits(x / size));

@@ -117,7 +117,7 @@ impl ThreeAxisCalibrator<'_> {
         summaries
     }
 
-    /// What the readings do not tell: first in short, then each combination.
+    /// What the readings do not identify: first in short, then each combination.
     pub(super) fn open(&self, fits: &[Fitted]) -> Vec<String> {
         let mut open = Vec::new();
         for fitted in fits {
@@ -269,7 +269,7 @@ fn forces(unit: &UnitModel, of: &[Reading]) -> Chart {
 }
 
 /// How much less force unloading carries along an axis, as a share of
-/// loading; `None` where it cannot be told from noise.
+/// loading; `None` where it is within the noise.
 fn lost(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<f64> {
     let sizes: Vec<f64> = of.iter().map(|r| r.force[axis].abs()).collect();
     let [_, most] = range(sizes.iter().copied());

@@ -525,7 +525,7 @@ fn loops_are_found_along_each_axis_and_undone_live() {
         let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
         let said: Vec<String> = outcome.remarks.iter().map(ToString::to_string).collect();
         for axis in AXES {
-            let found = format!("force_{axis}: unloading carries less");
+            let found = format!("force_{axis}: hysteresis: without it");
             assert!(
                 said.iter().any(|remark| remark.contains(&found)),
                 "{said:?}"

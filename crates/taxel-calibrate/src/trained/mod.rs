@@ -1,5 +1,5 @@
-//! Training of a device without a physical model, from recordings of presses of
-//! known place and force.
+//! Training of a device without a physical model, from recordings of indentations of
+//! known position and force.
 
 mod force;
 mod place;
@@ -43,8 +43,8 @@ struct Found {
     figures: Vec<Figure>,
 }
 
-/// Trains the maps that the recordings tell: places on an area give a map of
-/// the place, readings of a scale one of the force. Files of one group lie
+/// Trains the maps that the recordings determine: positions on an area give a map of
+/// the position, readings of a scale one of the force. Files of one group lie
 /// together; a recording without a header is joined with the stage's of its
 /// group that has the same times.
 ///

@@ -1,4 +1,4 @@
-//! Which runs tell places, and the map of the place.
+//! Which runs determine positions, and the map of the position.
 
 use super::readings::Run;
 use super::{Found, compared, failed};
@@ -17,7 +17,7 @@ const SAME: f64 = 1e-4;
 /// A run of places is of one depth when its height changes by less than this
 /// share of its way.
 const ONE_DEPTH: f64 = 0.05;
-/// Where forces tell the depth, presses above this share of the peak count.
+/// Where forces show the depth, indentations above this share of the peak count.
 const PRESSED: f64 = 0.5;
 /// The last quarter is held out unless more than this share of it presses
 /// beyond the rest: there nothing could foretell it.
@@ -34,7 +34,7 @@ struct Presses {
     times: Vec<f64>,
 }
 
-/// The map of the place, where runs tell one.
+/// The map of the position, where runs determine one.
 pub(super) fn train(
     runs: &[Run],
     area: &TrainedArea,

@@ -1,5 +1,5 @@
-//! Recordings of a device that is to be trained: what the files hold is told
-//! by their shape.
+//! Recordings of a device that is to be trained: their shape shows what
+//! the files hold.
 
 use std::sync::LazyLock;
 
@@ -19,7 +19,7 @@ pub struct TrainingFile {
     pub text: String,
 }
 
-/// One run with what its files tell.
+/// One run with what its files hold.
 #[derive(Debug)]
 pub(super) struct Run {
     pub(super) name: String,
