@@ -37,8 +37,9 @@ fn one_unit(criterion: &mut Criterion) {
     let mut scene = Scene::new();
     let frame = scene.pressed[0].clone();
     let (touch, _) = scene.estimator.push(&frame).expect("fits");
-    let (readings, force) = (touch.taxels[CENTRE].capacitance, touch.taxels[CENTRE].force);
-    let calibration = scene.estimator.calibration();
+    let readings = std::array::from_fn(|i| touch.channels.readings[4 * CENTRE + i]);
+    let force = touch.taxels[CENTRE].value;
+    let calibration = scene.calibration();
     let (unit, sigma) = (calibration.units[CENTRE], calibration.deviation[CENTRE]);
     let options = SearchOptions::default();
     criterion.bench_function("estimate_unit, pressed", |bencher| {

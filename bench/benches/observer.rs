@@ -6,7 +6,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use taxel::acquisition::{Frame, Stimulus, Stream, Twin};
 use taxel::device::Device;
-use taxel::estimation::{MapEstimator, Observer, Seen, Touch};
+use taxel::estimation::{ArrayEstimator, MapReader, Observer, Touch};
 use taxel::sensor::Sensor;
 use taxel_bench::Scene;
 
@@ -20,22 +20,25 @@ fn stream() -> (Sensor, Stream) {
     (sensor, stream)
 }
 
-/// The frames of the scene, each with what was felt in it.
-fn felt(scene: &mut Scene) -> Vec<(Frame, Touch)> {
+/// The frames of the scene, each with its touch.
+fn touched(scene: &mut Scene) -> Vec<(Frame, Touch)> {
     let frames = scene.pressed.clone();
-    let mut felt = Vec::new();
+    let mut found = Vec::new();
     for frame in frames {
         let touch = scene.estimator.push(&frame).expect("fits").0.clone();
-        felt.push((frame, touch));
+        found.push((frame, touch));
     }
-    felt
+    found
 }
 
 fn observed(criterion: &mut Criterion) {
     let (sensor, stream) = stream();
     let array = sensor.three_axis().expect("is a three-axis array");
-    let mut observer = Observer::new(array.observed(&stream));
-    let frames = felt(&mut Scene::new());
+    let mut scene = Scene::new();
+    let channels = scene.estimator.channels().to_vec();
+    let wiring = scene.estimator.meaning().wiring;
+    let mut observer = Observer::new(array.observed(&stream), channels, wiring);
+    let frames = touched(&mut scene);
     let mut next = frames.iter().cycle();
     let mut time_ns = 0;
     criterion.bench_function("tracks, events, health of 64 taxels", |bencher| {
@@ -47,12 +50,7 @@ fn observed(criterion: &mut Criterion) {
                 time_ns,
                 ..frame.clone()
             };
-            let seen = Seen {
-                contacts: &touch.contacts,
-                regions: &touch.regions,
-                taxel: &|taxel| (touch.taxels[taxel].state, touch.taxels[taxel].residual),
-            };
-            black_box(observer.push(black_box(&frame), &seen).len())
+            black_box(observer.push(black_box(&frame), touch).len())
         });
     });
 }
@@ -66,11 +64,11 @@ fn segmented(criterion: &mut Criterion) {
         threshold: Some(0.3e-3),
         ..stream
     };
-    let mut estimator = MapEstimator::new(&stream);
-    let maps: Vec<Frame> = felt(&mut Scene::new())
+    let mut estimator = ArrayEstimator::new(Box::new(MapReader::new(&stream)));
+    let maps: Vec<Frame> = touched(&mut Scene::new())
         .into_iter()
         .map(|(frame, touch)| Frame {
-            values: touch.taxels.iter().map(|taxel| taxel.force[2]).collect(),
+            values: touch.taxels.iter().map(|taxel| taxel.value[2]).collect(),
             ..frame
         })
         .collect();

@@ -3,7 +3,7 @@
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
 use taxel::calibration::Calibration;
-use taxel::estimation::{Estimator, EstimatorOptions, FrameError};
+use taxel::estimation::{ArrayEstimator, FrameError, ThreeAxisOptions, ThreeAxisReader};
 use taxel::sensor::Sensor;
 
 /// Frames of the rest capture, as in the paper.
@@ -14,7 +14,7 @@ const PRESSED: std::ops::Range<f64> = 6.0..7.0;
 /// Frames of the twin and an estimator that has taken its rest capture.
 pub struct Scene {
     /// The estimator.
-    pub estimator: Estimator,
+    pub estimator: ArrayEstimator,
     /// Frames without touch.
     pub rest: Vec<Frame>,
     /// Frames of a press with shear.
@@ -36,9 +36,10 @@ impl Scene {
             .three_axis()
             .expect("is a three-axis array")
             .calibration();
-        let mut estimator =
-            Estimator::new(calibration, Quantity::Counts, EstimatorOptions::default())
-                .expect("the array gives counts");
+        let options = ThreeAxisOptions::default();
+        let reader = ThreeAxisReader::new(calibration, Quantity::Counts, options);
+        let reader = reader.expect("the array gives counts");
+        let mut estimator = ArrayEstimator::new(Box::new(reader));
         estimator.begin_rest_capture(REST_FRAMES);
         let mut scene = Self {
             estimator,
@@ -50,9 +51,13 @@ impl Scene {
     }
 
     /// The calibration after the rest capture.
+    ///
+    /// # Panics
+    /// Never: the scene is made with such a reader.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
-        self.estimator.calibration()
+        let reader: Option<&ThreeAxisReader> = self.estimator.reader();
+        reader.expect("a reader of three axes").calibration()
     }
 
     /// Pressing force of each taxel with its standard deviation, N, by the estimator
@@ -64,7 +69,7 @@ impl Scene {
         let (touch, _) = self.estimator.push(&self.pressed[index])?;
         let taxels = touch.taxels.iter();
         Ok(taxels
-            .map(|taxel| [taxel.force[2], taxel.deviation()[2]])
+            .map(|taxel| [taxel.pressed(), taxel.pressed_deviation()])
             .collect())
     }
 

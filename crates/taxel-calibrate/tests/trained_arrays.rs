@@ -4,8 +4,7 @@
 
 use std::fmt::Write as _;
 
-use taxel::device::Sense;
-use taxel::estimation::{SignalEstimator, Why};
+use taxel::estimation::{ArrayEstimator, ChannelState, State, Why};
 use taxel::sensor::Sensor;
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
@@ -93,14 +92,11 @@ fn calibrated(sensor: &Sensor, outcome: &TrainedOutcome) -> Sensor {
     file.apply("c.toml", &named).unwrap()
 }
 
-fn estimator(sensor: &Sensor) -> Box<dyn SignalEstimator> {
+fn estimator(sensor: &Sensor) -> ArrayEstimator {
     let array = sensor.trained().unwrap();
     assert_eq!(array.stream().unit.quantity, Quantity::Counts);
     let device = sensor.device().unwrap();
-    let Ok(Sense::Signals(estimator)) = device.sense(&array.stream()) else {
-        panic!("no estimator");
-    };
-    estimator
+    ArrayEstimator::new(device.reader(&array.stream()).unwrap())
 }
 
 /// Share of the true forces of a run within the 95 % intervals, and the mean
@@ -117,7 +113,7 @@ fn coverage(sensor: &Sensor, gain: f64, seed: u64) -> [f64; 2] {
         };
         let (touch, ended) = estimator.push(&frame).unwrap();
         assert_ne!(ended.map(|ended| ended.is_ok()), Some(false));
-        let [force, deviation] = touch.force.unwrap();
+        let [force, deviation] = touch.pressing_force().unwrap();
         if truth > 0.5 {
             inside += f64::from(u8::from((force - truth).abs() <= 1.96 * deviation));
             deviations += deviation;
@@ -209,7 +205,7 @@ fn a_slow_touch_during_the_rest_capture_leaves_no_trace() {
         assert_eq!(ended, Ok(()));
         // 15 frames of a ramp over 35 are 0.5 counts; 18 frames of noise are
         // known to 0.07.
-        for (channel, rest) in touch.rest.iter().enumerate() {
+        for (channel, rest) in touch.channels.rest.iter().enumerate() {
             assert!((rest - 200.0 * channel as f64).abs() < 0.28, "{rest}");
         }
     }
@@ -246,7 +242,7 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
                 time_ns: (time * 1e9) as u64,
                 values: values.iter().map(|value| value + DRIFT * time).collect(),
             };
-            let found = estimator.push(&frame).unwrap().0.force.unwrap();
+            let found = estimator.push(&frame).unwrap().0.pressing_force().unwrap();
             errors.push([found[0] - force, found[1]]);
         }
         let tail = &errors[errors.len() - 100..];
@@ -269,4 +265,54 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
     // 30 minutes of drift are nine deviations of each channel.
     let level = estimator.baseline().unwrap().drift(0);
     assert!((level / (DRIFT * 41.0 * 60.0) - 1.0).abs() < 0.1, "{level}");
+}
+
+/// As `tests/faults.rs` of the other devices: one channel gives no reading, or
+/// the same one again and again. The maps need it, so nothing is estimated, and
+/// that is said; the tare works.
+#[test]
+fn a_broken_channel_is_faulty_and_so_is_what_needs_it() {
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.0], 3));
+    for missing in [true, false] {
+        let mut estimator = estimator(&calibrated);
+        estimator.begin_rest_capture(20);
+        let (mut ended, mut stuck) = (None, None);
+        for (sequence, (time, _, mut values)) in (0..).zip(rows(1.0, 21)).take(80) {
+            values[2] = if missing {
+                f64::NAN
+            } else {
+                *stuck.get_or_insert(values[2])
+            };
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values,
+            };
+            ended = estimator.push(&frame).unwrap().1.or(ended);
+        }
+        assert_eq!(ended, Some(Ok(())));
+        let touch = estimator.touch();
+        assert_eq!(touch.channels.states[2], ChannelState::Faulty);
+        let well = touch.channels.states.iter().filter(|state| state.usable());
+        assert_eq!(well.count(), CHANNELS - 1);
+        assert_eq!(touch.taxels[0].state, State::Faulty);
+        assert_eq!(touch.pressing_force(), None);
+        assert!(touch.contacts.is_empty());
+    }
+    // The one cell of the picture can be masked, too.
+    let mut masked = calibrated.clone();
+    masked.mask = vec![taxel::sensor::Mask {
+        taxel: [0, 0],
+        capacitor: None,
+    }];
+    let mut estimator = estimator(&masked);
+    let (time, _, values) = rows(1.0, 21).swap_remove(0);
+    let frame = Frame {
+        sequence: 0,
+        time_ns: (time * 1e9) as u64,
+        values,
+    };
+    let touch = estimator.push(&frame).unwrap().0;
+    assert_eq!(touch.taxels[0].state, State::Masked);
 }

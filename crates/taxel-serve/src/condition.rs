@@ -1,9 +1,7 @@
 //! What is wrong with channels, for messages and the report.
 
 use serde::Serialize;
-use taxel::estimation::{Observer, Wiring};
-
-use crate::sense::{Sense, capacitor_name};
+use taxel::estimation::{ArrayEstimator, TouchSession};
 
 /// A channel that something is against.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,13 +22,13 @@ pub struct WrongChannel {
     pub reason: String,
 }
 
-/// A three-axis unit whose readings an exchange of two capacitors explains.
+/// A taxel whose readings an exchange of two of its channels explains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SwappedUnit {
-    /// The unit.
+pub struct SwappedChannels {
+    /// The taxel.
     pub taxel: usize,
-    /// Pairs, one of which has changed places.
-    pub pairs: Vec<[&'static str; 2]>,
+    /// Names of pairs of channels, one of which has changed places.
+    pub pairs: Vec<[String; 2]>,
 }
 
 /// Condition of all channels.
@@ -42,8 +40,8 @@ pub struct ChannelConditions {
     pub wrong_channels: usize,
     /// They, but no more than the first 512.
     pub wrong: Vec<WrongChannel>,
-    /// Units with capacitors that changed places.
-    pub swapped: Vec<SwappedUnit>,
+    /// Taxels with channels that changed places.
+    pub swapped: Vec<SwappedChannels>,
 }
 
 /// Channels that a message lists.
@@ -52,8 +50,8 @@ const LISTED: usize = 512;
 const AGAIN_NS: u64 = 1_000_000_000;
 
 impl ChannelConditions {
-    pub(crate) fn of(sense: &Sense) -> Self {
-        let observer = sense.observer();
+    pub(crate) fn of(session: &TouchSession) -> Self {
+        let (meaning, observer) = (session.meaning(), session.observer());
         let channels = observer.health().channels();
         let wrong = || {
             let all = channels.iter().enumerate();
@@ -66,15 +64,15 @@ impl ChannelConditions {
                 .take(LISTED)
                 .map(|(index, channel)| WrongChannel {
                     channel: index,
-                    name: sense.channel_name(index),
-                    taxels: observer.wiring().taxels(index).collect(),
+                    name: meaning.channels.get(index).cloned().unwrap_or_default(),
+                    taxels: meaning.wiring.taxels(index).collect(),
                     condition: channel.condition.name(),
                     since_ns: channel.since_ns,
                     evidence: channel.evidence,
                     reason: channel.reason(),
                 })
                 .collect(),
-            swapped: swapped(observer),
+            swapped: swapped(session.estimator()),
         }
     }
 
@@ -94,18 +92,21 @@ impl ChannelConditions {
     }
 }
 
-fn swapped(observer: &Observer) -> Vec<SwappedUnit> {
-    let Wiring::PerTaxel(4) = observer.wiring() else {
-        return Vec::new();
+fn swapped(estimator: &ArrayEstimator) -> Vec<SwappedChannels> {
+    let per_unit = estimator.rules().rest.channels_per_unit;
+    let names = &estimator.meaning().channels;
+    let units = 0..names.len() / per_unit.max(1);
+    let name = |unit: usize, channel: usize| {
+        let name = names.get(unit * per_unit + channel).cloned();
+        name.unwrap_or_default()
     };
-    let units = 0..observer.health().channels().len() / 4;
     units
-        .map(|taxel| SwappedUnit {
+        .map(|taxel| SwappedChannels {
             taxel,
-            pairs: observer
+            pairs: estimator
                 .swapped(taxel)
                 .iter()
-                .map(|pair| pair.map(capacitor_name))
+                .map(|pair| pair.map(|channel| name(taxel, channel)))
                 .collect(),
         })
         .filter(|unit| !unit.pairs.is_empty())
@@ -120,8 +121,13 @@ pub(crate) struct Teller {
 
 impl Teller {
     /// The message, if something has changed since the last one.
-    pub(crate) fn message(&mut self, time_ns: u64, repeated: u64, sense: &Sense) -> Option<String> {
-        let health = sense.observer().health();
+    pub(crate) fn message(
+        &mut self,
+        time_ns: u64,
+        repeated: u64,
+        session: &TouchSession,
+    ) -> Option<String> {
+        let health = session.observer().health();
         let changes = health.changes();
         let due = self.told.is_none_or(|(told, when, before)| {
             let long_ago = time_ns.abs_diff(when) >= AGAIN_NS;
@@ -129,7 +135,7 @@ impl Teller {
         });
         due.then(|| {
             self.told = Some((changes, time_ns, repeated));
-            ChannelConditions::of(sense).message(repeated)
+            ChannelConditions::of(session).message(repeated)
         })
     }
 }

@@ -8,7 +8,6 @@ mod latency;
 mod message;
 mod pump;
 mod save;
-mod sense;
 mod server;
 mod source;
 mod tare;
@@ -19,7 +18,7 @@ use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
-pub use condition::{ChannelConditions, SwappedUnit, WrongChannel};
+pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;
 pub use last_touch::LastTouch;
@@ -27,12 +26,12 @@ pub use latency::Latencies;
 pub use message::{Provenance, Tare};
 pub use pump::{Command, Failure, PumpOptions, Summary};
 pub use save::SaveError;
-pub use sense::Sense;
 pub use source::{Next, RecordingSize, ReplaySource, Source, SourceError, TwinSource};
 pub use tare::By;
 
 use pump::{Pump, Shared};
 use server::Site;
+use taxel::estimation::TouchSession;
 
 /// Why the service could not run.
 #[derive(Debug, thiserror::Error)]
@@ -60,8 +59,8 @@ pub enum ServeError {
 pub struct Session {
     /// Where frames come from.
     pub source: Box<dyn Source>,
-    /// What turns them into touch.
-    pub sense: Sense,
+    /// Estimator and observer of the device.
+    pub touch: TouchSession,
     /// How it runs.
     pub options: PumpOptions,
     /// What clients are told of program and device.
@@ -84,7 +83,7 @@ pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
     let shared = Shared::new();
     let pump = Pump::new(
         session.source,
-        session.sense,
+        session.touch,
         session.options,
         Arc::clone(&shared),
         commands,
@@ -118,7 +117,7 @@ pub fn run_with_page(
         let address = listener.local_addr().map_err(listen)?;
         let pump = Pump::new(
             session.source,
-            session.sense,
+            session.touch,
             session.options,
             Arc::clone(&shared),
             commands,
@@ -126,7 +125,12 @@ pub fn run_with_page(
         let stale_after = STALE_AFTER.max(2.5 * pump.stream().period.unwrap_or(0.0));
         let token = random_token()?;
         let site = Arc::new(Site {
-            hello: message::hello(pump.stream(), pump.sense(), &provenance, stale_after),
+            hello: message::hello(
+                pump.stream(),
+                pump.session().meaning(),
+                &provenance,
+                stale_after,
+            ),
             drawing: session.drawing,
             token: token.clone(),
             stale_after,

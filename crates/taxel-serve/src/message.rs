@@ -2,19 +2,16 @@
 
 use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
-use taxel::acquisition::{Quantity, Stream};
-use taxel::calibration::Calibration;
+use taxel::acquisition::Stream;
 use taxel::estimation::{
-    Contact, Continuity, MapTouch, Observer, Picture, Scale, SignalMeaning, SignalTouch, State,
-    TaxelTouch, Touch, Track,
+    ChannelState, Contact, Continuity, Meaning, Scale, State, TaxelTouch, Touch, Wiring,
 };
 use taxel::layout::Mount;
 
-use crate::sense::{Felt, Sense, Sensed};
-
-const MAGIC: u32 = 0x314C_5854;
+/// The bytes `TXL3`.
+const MAGIC: u32 = 0x334C_5854;
 /// Version of the protocol.
-const PROTOCOL: u32 = 2;
+const PROTOCOL: u32 = 3;
 
 /// Facts about the stream of frames that go with each message.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,192 +25,108 @@ pub(crate) struct Health<'a> {
     pub(crate) capturing: bool,
 }
 
-/// Encodes one frame.
-pub(crate) fn frame(sensed: &Sensed<'_>, health: &Health<'_>) -> Bytes {
-    let mut out = match sensed.felt {
-        Felt::ThreeAxis(touch) => three_axis(touch, health),
-        Felt::Signals(touch) => signals(touch, health),
-        Felt::Map(touch) => map(touch, health),
-    };
-    let contacts = sensed.felt.contacts().0.len().min(MOST_CONTACTS);
-    identities(&mut out, contacts, sensed.observer);
-    out.freeze()
-}
-
-/// Number and velocity of the track of each contact, behind all that version 1
-/// of the protocol has.
-fn identities(out: &mut BytesMut, contacts: usize, observer: &Observer) {
-    for contact in 0..contacts {
-        let track = observer.track_of(contact);
-        let id = track.map_or(0, |track| track.id);
-        let [x, y] = track.map_or([f64::NAN; 2], Track::velocity);
-        for number in [id as f64, x, y] {
-            out.put_f64_le(number);
-        }
-    }
-}
-
 /// More contacts than fit a u16 cannot be drawn anyway.
 const MOST_CONTACTS: usize = u16::MAX as usize;
-/// Bytes of a contact, and of its track.
-const CONTACT: usize = 88 + 24;
+/// Bytes before the contacts, and of one contact.
+const HEADER: usize = 200;
+const CONTACT: usize = 8 * 19;
 
-/// What the header of a frame holds beside its health.
-struct Header<'a> {
-    kind: u16,
-    sequence: u64,
-    time_ns: u64,
-    force: [f64; 3],
-    deviation: [f64; 3],
-    moment: [f64; 3],
-    centre: ([f64; 2], [f64; 3]),
-    taxels: usize,
-    clipped: bool,
-    history_uncertain: bool,
-    contacts: &'a [Contact],
-}
-
-const NO_CENTRE: ([f64; 2], [f64; 3]) = ([f64::NAN; 2], [f64::NAN; 3]);
-
-fn header(out: &mut BytesMut, header: &Header<'_>, health: &Health<'_>) {
-    let contacts = &header.contacts[..header.contacts.len().min(MOST_CONTACTS)];
-    out.put_u32_le(MAGIC);
-    out.put_u16_le(header.kind);
-    out.put_u16_le(contacts.len() as u16);
-    out.put_u64_le(header.sequence);
-    out.put_u64_le(header.time_ns);
-    out.put_u64_le(health.continuity.lost);
-    out.put_u64_le(health.continuity.late);
-    out.put_u64_le(health.continuity.duplicate + health.continuity.repeated);
-    let (centre, covariance) = header.centre;
-    let numbers = [health.rate, health.latency]
-        .into_iter()
-        .chain(header.force)
-        .chain(header.deviation)
-        .chain(header.moment)
-        .chain(centre)
-        .chain(covariance);
-    numbers.for_each(|number| out.put_f64_le(number));
-    out.put_u32_le(header.taxels as u32);
-    let flags = [
-        health.tared,
-        health.capturing,
-        header.clipped,
-        header.history_uncertain,
-    ];
-    out.put_u32_le(
-        flags
-            .iter()
-            .enumerate()
-            .map(|(bit, flag)| u32::from(*flag) << bit)
-            .sum(),
-    );
+/// Encodes one frame of a device whose values have so many components.
+pub(crate) fn frame(touch: &Touch, components: usize, health: &Health<'_>) -> Bytes {
+    let (channels, taxels) = (&touch.channels, &touch.taxels);
+    let contacts = &touch.contacts[..touch.contacts.len().min(MOST_CONTACTS)];
+    let size = HEADER
+        + CONTACT * contacts.len()
+        + 5 * channels.readings.len()
+        + (8 * components + 6) * taxels.len();
+    let mut out = BytesMut::with_capacity(size);
+    header(&mut out, touch, components, contacts.len(), health);
     for contact in contacts {
-        let numbers = [contact.taxels as f64]
-            .into_iter()
-            .chain(contact.centre)
-            .chain(contact.covariance)
-            .chain(contact.force)
-            .chain([contact.peak, contact.peak_taxel as f64]);
-        numbers.for_each(|number| out.put_f64_le(number));
+        put_contact(&mut out, contact);
     }
-}
-
-fn three_axis(touch: &Touch, health: &Health<'_>) -> BytesMut {
-    let taxels = &touch.taxels;
-    let mut out = BytesMut::with_capacity(184 + CONTACT * touch.contacts.len() + 47 * taxels.len());
-    let fields = Header {
-        kind: 1,
-        sequence: touch.sequence,
-        time_ns: touch.time_ns,
-        force: touch.total.force,
-        deviation: std::array::from_fn(|axis| touch.total_covariance[axis][axis].sqrt()),
-        moment: touch.total.moment,
-        centre: touch.centre_of_pressure.unwrap_or(NO_CENTRE),
-        taxels: taxels.len(),
-        clipped: touch.clipped > 0,
-        history_uncertain: touch.history_uncertain,
-        contacts: &touch.contacts,
-    };
-    header(&mut out, &fields, health);
-    for value in taxels.iter().flat_map(|taxel| taxel.capacitance) {
-        out.put_f32_le(value as f32);
+    for reading in &channels.readings {
+        out.put_f32_le(*reading as f32);
     }
-    let mut triples = |values: &dyn Fn(&TaxelTouch) -> [f64; 3]| {
-        taxels
+    // Of a device of one component, z is the last.
+    let first = 3 - components.min(3);
+    let mut parts = |values: &dyn Fn(&TaxelTouch) -> [f64; 3]| {
+        for value in taxels
             .iter()
-            .flat_map(values)
-            .for_each(|value| out.put_f32_le(value as f32));
+            .flat_map(|taxel| values(taxel).into_iter().skip(first))
+        {
+            out.put_f32_le(value as f32);
+        }
     };
-    triples(&|taxel| taxel.force);
-    triples(&TaxelTouch::deviation);
+    parts(&|taxel| taxel.value);
+    parts(&TaxelTouch::deviation);
     for taxel in taxels {
         out.put_f32_le(taxel.residual as f32);
     }
-    let bits = |set: [bool; 4]| (0..4).map(|i| u8::from(set[i]) << i).sum::<u8>();
+    out.extend(channels.states.iter().map(|state| *state as u8));
     out.extend(taxels.iter().map(|taxel| taxel.state as u8));
-    out.extend(taxels.iter().map(|taxel| bits(taxel.touching)));
-    out.extend(taxels.iter().map(|taxel| bits(taxel.unusable)));
-    out
+    out.extend(taxels.iter().map(|taxel| u8::from(taxel.counted)));
+    out.freeze()
 }
 
-fn signals(touch: &SignalTouch, health: &Health<'_>) -> BytesMut {
-    let (taxels, channels) = (&touch.taxels, touch.signals.len());
-    let size = 184 + CONTACT * touch.contacts.len() + 4 + 8 * channels + 9 * taxels.len();
-    let mut out = BytesMut::with_capacity(size);
-    let unknown = f64::NAN;
-    let [force, deviation] = touch.force.unwrap_or([unknown; 2]);
-    let fields = Header {
-        kind: 3,
-        sequence: touch.sequence,
-        time_ns: touch.time_ns,
-        force: [unknown, unknown, force],
-        deviation: [unknown, unknown, deviation],
-        moment: [unknown; 3],
-        centre: touch.centre_of_pressure.unwrap_or(NO_CENTRE),
-        taxels: taxels.len(),
-        clipped: touch.clipped > 0,
-        history_uncertain: false,
-        contacts: &touch.contacts,
-    };
-    header(&mut out, &fields, health);
-    out.put_u32_le(channels as u32);
-    let numbers = touch.signals.iter().chain(&touch.rest);
-    numbers.for_each(|signal| out.put_f32_le(*signal as f32));
-    let values = taxels.iter().map(|taxel| taxel.value);
-    let numbers = values.chain(taxels.iter().map(|taxel| taxel.deviation));
-    numbers.for_each(|value| out.put_f32_le(value as f32));
-    out.extend(taxels.iter().map(|taxel| taxel.state as u8));
-    out
+fn header(
+    out: &mut BytesMut,
+    touch: &Touch,
+    components: usize,
+    contacts: usize,
+    health: &Health<'_>,
+) {
+    out.put_u32_le(MAGIC);
+    out.put_u16_le(components as u16);
+    out.put_u16_le(contacts as u16);
+    out.put_u64_le(touch.sequence);
+    out.put_u64_le(touch.time_ns);
+    out.put_u64_le(health.continuity.lost);
+    out.put_u64_le(health.continuity.late);
+    out.put_u64_le(health.continuity.duplicate + health.continuity.repeated);
+    let (centre, covariance) = touch
+        .centre_of_pressure
+        .unwrap_or(([f64::NAN; 2], [f64::NAN; 3]));
+    let numbers = [health.rate, health.latency]
+        .into_iter()
+        .chain(touch.total.force)
+        .chain(touch.total_deviation())
+        .chain(touch.total.moment)
+        .chain(centre)
+        .chain(covariance)
+        .chain([touch.sum]);
+    numbers.for_each(|number| out.put_f64_le(number));
+    out.put_u32_le(touch.taxels.len() as u32);
+    out.put_u32_le(touch.channels.readings.len() as u32);
+    let flags = [
+        health.tared,
+        health.capturing,
+        touch.clipped > 0,
+        touch.history_uncertain,
+    ];
+    let bits = flags.iter().enumerate();
+    out.put_u32_le(bits.map(|(bit, flag)| u32::from(*flag) << bit).sum());
+    out.put_u32_le(touch.left_out as u32);
 }
 
-fn map(touch: &MapTouch, health: &Health<'_>) -> BytesMut {
-    let mut out =
-        BytesMut::with_capacity(184 + CONTACT * touch.contacts.len() + 5 * touch.values.len());
-    let unknown = f64::NAN;
-    let fields = Header {
-        kind: 2,
-        sequence: touch.sequence,
-        time_ns: touch.time_ns,
-        force: [unknown, unknown, touch.force.unwrap_or(touch.sum)],
-        deviation: [unknown; 3],
-        moment: [unknown; 3],
-        centre: (touch.centre_of_pressure.unwrap_or(NO_CENTRE.0), NO_CENTRE.1),
-        taxels: touch.values.len(),
-        clipped: false,
-        history_uncertain: false,
-        contacts: &touch.contacts,
-    };
-    header(&mut out, &fields, health);
-    touch
-        .values
-        .iter()
-        .for_each(|value| out.put_f32_le(*value as f32));
-    touch
-        .states
-        .iter()
-        .for_each(|state| out.put_u8(*state as u8));
-    out
+fn put_contact(out: &mut BytesMut, contact: &Contact) {
+    let deviation = |axis: usize| contact.force_covariance[axis][axis].sqrt();
+    let bound = contact
+        .bound
+        .map_or(f64::NAN, |state| f64::from(state as u8));
+    let numbers = [contact.id as f64, contact.taxels as f64]
+        .into_iter()
+        .chain(contact.centre)
+        .chain(contact.covariance)
+        .chain(contact.velocity)
+        .chain(contact.force)
+        .chain([0, 1, 2].map(deviation))
+        .chain([
+            contact.torsion,
+            contact.peak,
+            contact.peak_taxel as f64,
+            bound,
+        ]);
+    numbers.for_each(|number| out.put_f64_le(number));
 }
 
 /// Program, device and source as the first message names them.
@@ -232,10 +145,20 @@ pub struct Provenance {
 }
 
 #[derive(Debug, Serialize)]
-struct UnitMessage<'a> {
+struct ScaleMessage<'a> {
     quantity: &'a str,
     symbol: &'a str,
     si_per_unit: f64,
+}
+
+impl<'a> ScaleMessage<'a> {
+    fn new(scale: &'a Scale) -> Self {
+        Self {
+            quantity: &scale.quantity,
+            symbol: &scale.symbol,
+            si_per_unit: scale.si_per_unit,
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -246,10 +169,17 @@ enum MountMessage {
 }
 
 #[derive(Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum WiringMessage {
+    PerTaxel { channels: usize },
+    Crossing,
+    Shared,
+}
+
+#[derive(Debug, Serialize)]
 #[serde(tag = "type", rename = "hello")]
 struct Hello<'a> {
     protocol: u32,
-    kind: &'a str,
     name: &'a str,
     source: &'a str,
     version: &'a str,
@@ -259,110 +189,75 @@ struct Hello<'a> {
     columns: usize,
     pitch_m: Option<[f64; 2]>,
     mount: MountMessage,
-    unit: UnitMessage<'a>,
-    signals: Option<SignalsMessage<'a>>,
-    full_scale_n: Option<f64>,
-    usable_force_n: Option<f64>,
+    channels: &'a [String],
+    wiring: WiringMessage,
+    reading: ScaleMessage<'a>,
+    value: ScaleMessage<'a>,
+    components: usize,
+    signed: bool,
+    full_scale: Option<f64>,
+    verified: Option<f64>,
+    picture: &'a str,
+    total_known: bool,
+    force_unit: &'a str,
+    speed_unit: &'a str,
     period_s: Option<f64>,
     stale_after_s: f64,
     states: [&'a str; State::ALL.len()],
-    total_force_known: bool,
-}
-
-/// What the numbers of a device of one value per taxel are.
-#[derive(Debug, Serialize)]
-struct SignalsMessage<'a> {
-    channels: &'a [String],
-    signal: UnitMessage<'a>,
-    value: UnitMessage<'a>,
-    full_scale: f64,
-    signed: bool,
-    grayscale: bool,
-}
-
-impl<'a> SignalsMessage<'a> {
-    fn new(meaning: &'a SignalMeaning) -> Self {
-        let unit = |scale: &Scale| UnitMessage {
-            quantity: scale.quantity,
-            symbol: scale.symbol,
-            si_per_unit: scale.si_per_unit,
-        };
-        Self {
-            channels: &meaning.channels,
-            signal: unit(&meaning.signal),
-            value: unit(&meaning.value),
-            full_scale: meaning.full_scale,
-            signed: meaning.signed,
-            grayscale: meaning.picture == Picture::Grayscale,
-        }
-    }
+    channel_states: [&'a str; ChannelState::ALL.len()],
 }
 
 /// The first message to each client.
 pub(crate) fn hello(
     stream: &Stream,
-    sense: &Sense,
+    meaning: &Meaning,
     provenance: &Provenance,
     stale_after: f64,
 ) -> String {
-    let (calibration, meaning) = (sense.calibration(), sense.meaning());
-    let pressure = stream.unit.quantity == Quantity::Pressure;
-    let unit = if calibration.is_some() {
-        UnitMessage {
-            quantity: "capacitance",
-            symbol: "fF",
-            si_per_unit: 1e-15,
-        }
-    } else {
-        let quantity = if pressure { "pressure" } else { "raw" };
-        UnitMessage {
-            quantity,
-            symbol: &stream.unit.symbol,
-            si_per_unit: stream.unit.si_per_unit,
-        }
-    };
-    let mount = match calibration.map(|calibration| calibration.layout.mount) {
-        Some(Mount::Cylinder(cylinder)) => MountMessage::Cylinder {
-            radius_m: cylinder.radius,
-        },
-        _ => MountMessage::Flat,
-    };
+    let layout = &meaning.layout;
     let hello = Hello {
         protocol: PROTOCOL,
-        kind: sense.kind(),
         name: &provenance.device,
         source: &provenance.source,
         version: &provenance.version,
         commit: &provenance.commit,
         sensor_hash: &provenance.sensor_hash,
-        rows: meaning.map_or(stream.rows, |meaning| meaning.rows),
-        columns: meaning.map_or(stream.columns, |meaning| meaning.columns),
-        pitch_m: match (calibration, meaning) {
-            (Some(calibration), _) => {
-                let [x, y] = calibration.layout.pitch;
-                Some([y, x])
-            }
-            (None, Some(meaning)) => Some(meaning.pitch),
-            (None, None) => stream.pitch,
+        rows: layout.rows,
+        columns: layout.columns,
+        pitch_m: meaning.pitch(),
+        mount: match layout.mount {
+            Mount::Flat => MountMessage::Flat,
+            Mount::Cylinder(cylinder) => MountMessage::Cylinder {
+                radius_m: cylinder.radius,
+            },
         },
-        mount,
-        unit,
-        signals: meaning.map(SignalsMessage::new),
-        full_scale_n: calibration.map(|calibration| calibration.full_scale),
-        usable_force_n: calibration.map(|calibration| calibration.usable_force),
+        channels: &meaning.channels,
+        wiring: match meaning.wiring {
+            Wiring::PerTaxel(channels) => WiringMessage::PerTaxel { channels },
+            Wiring::Crossing { .. } => WiringMessage::Crossing,
+            Wiring::Shared { .. } => WiringMessage::Shared,
+        },
+        reading: ScaleMessage::new(&meaning.reading),
+        value: ScaleMessage::new(&meaning.value),
+        components: meaning.components,
+        signed: meaning.signed,
+        full_scale: meaning.full_scale,
+        verified: meaning.verified,
+        picture: meaning.picture.name(),
+        total_known: meaning.total_known,
+        force_unit: meaning.force_unit(),
+        speed_unit: meaning.speed_unit(),
         period_s: stream.period,
         stale_after_s: stale_after,
         states: State::ALL.map(State::name),
-        total_force_known: calibration.is_some()
-            || meaning.is_some()
-            || (pressure && stream.pitch.is_some()),
+        channel_states: ChannelState::ALL.map(ChannelState::name),
     };
     serde_json::to_string(&hello).unwrap_or_default()
 }
 
-/// The rest capacitances in force.
-pub(crate) fn rest(calibration: &Calibration) -> String {
-    serde_json::json!({ "type": "rest", "capacitance_f": calibration.rest() }).to_string()
+/// The rest values in force.
+pub(crate) fn rest(values: &[f64]) -> String {
+    serde_json::json!({ "type": "rest", "channels": values }).to_string()
 }
 
 /// State of the rest capture.
@@ -394,8 +289,8 @@ pub(crate) struct Status<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taxel::acquisition::{Frame, SignalUnit};
-    use taxel::estimation::{ObserverOptions, Seen};
+    use taxel::acquisition::{Frame, Quantity, SignalUnit};
+    use taxel::estimation::TouchSession;
 
     fn stream() -> Stream {
         Stream {
@@ -415,73 +310,115 @@ mod tests {
         }
     }
 
-    /// Every offset of the table in `docs/live-protocol.md` (kind 2).
-    #[test]
-    fn frame_layout_is_the_documented_one() {
-        let touch = MapTouch {
-            sequence: 7,
-            time_ns: 8,
-            values: vec![1.5, f64::NAN],
-            states: vec![State::Ok, State::Masked],
-            sum: 1.5,
-            force: None,
-            centre_of_pressure: Some([0.25, -0.5]),
-            contacts: vec![Contact {
-                taxels: 1,
-                centre: [0.25, -0.5],
-                covariance: [f64::NAN; 3],
-                area: 1.0,
-                force: [0.0, 0.0, 1.5],
-                force_covariance: [[f64::NAN; 3]; 3],
-                torsion: 0.0,
-                peak: 1.5,
-                peak_taxel: 0,
-                bound: None,
-            }],
-            regions: vec![Some(0), None],
-        };
-        let mut continuity = Continuity::default();
-        (continuity.lost, continuity.late) = (1, 2);
-        (continuity.duplicate, continuity.repeated) = (1, 2);
-        let health = Health {
-            continuity: &continuity,
+    fn health(continuity: &Continuity) -> Health<'_> {
+        Health {
+            continuity,
             rate: 60.0,
             latency: 1e-3,
             tared: true,
             capturing: false,
-        };
-        let mut observer = Observer::new(ObserverOptions::new(&stream()));
+        }
+    }
+
+    fn continuity() -> Continuity {
+        let mut continuity = Continuity::default();
+        (continuity.lost, continuity.late) = (1, 2);
+        (continuity.duplicate, continuity.repeated) = (1, 2);
+        continuity
+    }
+
+    /// Every offset of the table in `docs/live-protocol.md`, one component.
+    #[test]
+    fn frame_layout_is_the_documented_one() {
+        let mut session = TouchSession::map(&stream());
         let frame_of = Frame {
             sequence: 7,
             time_ns: 8,
-            values: touch.values.clone(),
+            values: vec![1.5, f64::NAN],
         };
-        let seen = Seen {
-            contacts: &touch.contacts,
-            regions: &touch.regions,
-            taxel: &|_| (State::Ok, f64::NAN),
-        };
-        observer.push(&frame_of, &seen);
-        let sensed = Sensed {
-            felt: Felt::Map(&touch),
-            observer: &observer,
-            captured: None,
-        };
-        let bytes = frame(&sensed, &health);
+        let continuity = continuity();
+        let observed = session.push(&frame_of).unwrap();
+        let bytes = frame(observed.touch, 1, &health(&continuity));
         let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let f64_at = |at: usize| f64::from_bits(u64_at(at));
-        assert_eq!(&bytes[..8], b"TXL1\x02\x00\x01\x00");
+        assert_eq!(&bytes[..8], b"TXL3\x01\x00\x01\x00");
         assert_eq!([8, 16, 24, 32, 40].map(u64_at), [7, 8, 1, 2, 3]);
-        assert_eq!(
-            [48, 56, 80, 136, 144].map(f64_at),
-            [60.0, 1e-3, 1.5, 0.25, -0.5]
+        // Of raw values the total force is not known, their sum is.
+        assert_eq!([48, 56].map(f64_at), [60.0, 1e-3]);
+        assert!(
+            [64, 80, 88, 112]
+                .map(f64_at)
+                .iter()
+                .all(|number| number.is_nan())
         );
-        assert!(f64_at(152).is_nan());
-        assert_eq!(bytes[176..184], [2, 0, 0, 0, 1, 0, 0, 0]);
-        assert_eq!([184, 192, 256, 264].map(f64_at), [1.0, 0.25, 1.5, 0.0]);
-        assert_eq!(bytes[272..276], 1.5_f32.to_le_bytes());
-        assert_eq!(bytes[280..282], [State::Ok as u8, State::Masked as u8]);
-        assert_eq!([282, 290, 298].map(f64_at), [1.0, 0.0, 0.0]);
-        assert_eq!(bytes.len(), 306);
+        assert_eq!([136, 144, 176].map(f64_at), [-0.5, 0.0, 1.5]);
+        assert_eq!(
+            bytes[184..200],
+            [2, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]
+        );
+        // The contact: number, taxels, centre, force z, peak and its taxel.
+        assert_eq!([200, 208, 216, 224].map(f64_at), [1.0, 1.0, -0.5, 0.0]);
+        assert_eq!([288, 328, 336].map(f64_at), [1.5, 1.5, 0.0]);
+        assert!(f64_at(344).is_nan());
+        let arrays = HEADER + CONTACT;
+        assert_eq!(arrays, 352);
+        // Readings, values, deviations and residuals of two cells.
+        assert_eq!(bytes[arrays..arrays + 4], 1.5_f32.to_le_bytes());
+        assert_eq!(bytes[arrays + 8..arrays + 12], 1.5_f32.to_le_bytes());
+        let states = arrays + 4 * 2 * 4;
+        assert_eq!(
+            bytes[states..],
+            [
+                ChannelState::Ok as u8,
+                ChannelState::Masked as u8,
+                State::Ok as u8,
+                State::Masked as u8,
+                1,
+                0
+            ]
+        );
+    }
+
+    /// The same with three components and four channels a taxel.
+    #[test]
+    fn three_components_stand_side_by_side() {
+        let sensor = taxel::sensor::Sensor::shipped("three-axis-unit").unwrap();
+        let array = sensor.three_axis().unwrap();
+        let rest = array.calibration().rest();
+        let stream = Stream {
+            rows: 1,
+            columns: 1,
+            channels_per_taxel: 4,
+            unit: SignalUnit {
+                quantity: Quantity::Capacitance,
+                symbol: "fF".into(),
+                si_per_unit: 1e-15,
+            },
+            present: vec![true; 4],
+            ..stream()
+        };
+        let mut session = sensor.device().unwrap().session(&stream).unwrap();
+        let mut values = rest.clone();
+        values[0] = f64::NAN;
+        let frame_of = Frame {
+            sequence: 1,
+            time_ns: 2,
+            values,
+        };
+        let continuity = continuity();
+        let touch = session.push(&frame_of).unwrap().touch.clone();
+        let bytes = frame(&touch, 3, &health(&continuity));
+        assert_eq!(bytes[4], 3);
+        assert_eq!(bytes.len(), HEADER + 5 * 4 + 8 * 3 + 6);
+        let f32_at = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert!(f32_at(200).is_nan());
+        assert_eq!(f32_at(204), rest[1] as f32);
+        let value = touch.taxels[0].value.map(|value| value as f32);
+        assert_eq!([216, 220, 224].map(f32_at), value);
+        let deviation = touch.taxels[0].deviation().map(|value| value as f32);
+        assert_eq!([228, 232, 236].map(f32_at), deviation);
+        let faulty = [ChannelState::Faulty as u8, 0, 0, 0];
+        assert_eq!(bytes[244..248], faulty);
+        assert_eq!(bytes[248..], [State::Faulty as u8, 1]);
     }
 }

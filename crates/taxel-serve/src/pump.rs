@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use taxel::acquisition::{Frame, Stream};
-use taxel::estimation::{Continuity, FrameError};
+use taxel::estimation::{Continuity, FrameError, RestRefused, TouchSession};
 use tokio::sync::broadcast;
 
 use crate::condition::{ChannelConditions, Teller};
@@ -18,7 +18,6 @@ use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
 use crate::message::{self, Health, Tare};
 use crate::save::{SaveError, Saver};
-use crate::sense::Sense;
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineTeller, By, TareHistory};
 
@@ -189,7 +188,7 @@ pub struct Summary {
     pub events: EventSummary,
     /// Condition of the channels at the end.
     pub conditions: ChannelConditions,
-    /// What was felt last; `None` without any frame.
+    /// Touch of the last frame; `None` without any.
     pub last: Option<LastTouch>,
     /// Why the source failed, if it did.
     pub failure: Option<Failure>,
@@ -213,7 +212,8 @@ pub enum Failure {
 /// done or the stop flag is set.
 pub(crate) struct Pump {
     source: Box<dyn Source>,
-    sense: Sense,
+    session: TouchSession,
+    components: usize,
     options: PumpOptions,
     shared: Arc<Shared>,
     commands: mpsc::Receiver<Command>,
@@ -261,7 +261,7 @@ impl Clock {
 impl Pump {
     pub(crate) fn new(
         source: Box<dyn Source>,
-        sense: Sense,
+        session: TouchSession,
         options: PumpOptions,
         shared: Arc<Shared>,
         commands: mpsc::Receiver<Command>,
@@ -282,12 +282,19 @@ impl Pump {
             origin: None,
         };
         Ok(Self {
-            events: Events::new([sense.force_unit(), sense.speed_unit()], writer),
-            tares: TareHistory::new(&sense),
+            events: Events::new(
+                [
+                    session.meaning().force_unit(),
+                    session.meaning().speed_unit(),
+                ],
+                writer,
+            ),
+            tares: TareHistory::new(&session),
             teller: Teller::default(),
             baselines: BaselineTeller::default(),
             source,
-            sense,
+            components: session.meaning().components,
+            session,
             options,
             shared,
             commands,
@@ -306,13 +313,13 @@ impl Pump {
         self.source.stream()
     }
 
-    pub(crate) fn sense(&self) -> &Sense {
-        &self.sense
+    pub(crate) fn session(&self) -> &TouchSession {
+        &self.session
     }
 
     pub(crate) fn run(mut self) -> Summary {
         self.tell_rest();
-        if self.options.tare_at_start && self.sense.has_rest() {
+        if self.options.tare_at_start && self.session.estimator().rules().rest.at_start {
             self.command(Command::Tare(By::Start));
         }
         let mut failure = self.frames().err();
@@ -343,7 +350,7 @@ impl Pump {
             tare: status.tare,
             notice: status.notice,
             events,
-            conditions: ChannelConditions::of(&self.sense),
+            conditions: ChannelConditions::of(&self.session),
             last: self.last,
             failure,
         }
@@ -392,22 +399,22 @@ impl Pump {
 
     fn command(&mut self, command: Command) {
         let now = self.last.as_ref().map(|last| last.time_ns);
-        let running = self.sense.capturing();
+        let running = self.session.capturing();
         self.shared.status().notice.clear();
         match command {
             Command::Tare(by) => {
-                self.sense.begin_rest_capture(self.options.tare_frames);
+                self.session.begin_rest_capture(self.options.tare_frames);
                 self.tares.begin(by);
             }
             Command::ClearTare | Command::UndoTare { .. } if running => {
                 self.shared.status().notice = RUNNING.into();
             }
             Command::ClearTare => {
-                self.sense.clear_rest();
-                self.tares.cleared(now, &self.sense);
+                self.session.clear_rest();
+                self.tares.cleared(now, &self.session);
             }
             Command::UndoTare { to } => {
-                if !self.tares.undo(to, now, &mut self.sense) {
+                if !self.tares.undo(to, now, &mut self.session) {
                     self.shared.status().notice =
                         format!("the rest values after tare {to} are not kept");
                 }
@@ -422,7 +429,7 @@ impl Pump {
             self.shared.status().last_arrival = arrival;
             return self.save(frame);
         }
-        if self.sense.repeats(&frame) {
+        if self.session.repeats(&frame) {
             // Nothing new has arrived: the source counts as silent.
             self.continuity.repeat();
             self.tell_condition(frame.time_ns);
@@ -430,10 +437,10 @@ impl Pump {
         }
         self.shared.status().last_arrival = arrival;
         let rate = self.rate(arrival);
-        let (tared, capturing) = (self.tares.captured_ns().is_some(), self.sense.capturing());
-        let sensed = self.sense.push(&frame)?;
-        self.clipped_frames += u64::from(sensed.felt.clipped() > 0);
-        self.last = Some(LastTouch::new(sensed.felt, self.last.take()));
+        let (tared, capturing) = (self.tares.captured_ns().is_some(), self.session.capturing());
+        let observed = self.session.push(&frame)?;
+        let (touch, captured) = (observed.touch, observed.captured);
+        self.clipped_frames += u64::from(touch.clipped > 0);
         let health = Health {
             continuity: &self.continuity,
             rate,
@@ -441,18 +448,19 @@ impl Pump {
             tared,
             capturing,
         };
-        if self.shared.messages.receiver_count() > 0 {
+        let shared = &self.shared;
+        if shared.messages.receiver_count() > 0 {
             // An error means that the last receiver has just gone.
-            let _ = self.shared.messages.send(Outgoing {
+            let _ = shared.messages.send(Outgoing {
                 arrival,
-                bytes: message::frame(&sensed, &health),
+                bytes: message::frame(touch, self.components, &health),
             });
         }
-        let shared = &self.shared;
-        self.events.push(sensed.observer.events(), &|event| {
+        self.events.push(observed.events, &|event| {
             shared.events().push(event);
         })?;
-        let captured = sensed.captured;
+        let (touch, meaning) = (self.session.estimator().touch(), self.session.meaning());
+        self.last = Some(LastTouch::new(touch, meaning, self.last.take()));
         self.latency.push(arrival.elapsed().as_secs_f64());
         if let Some(captured) = captured {
             self.captured(captured, frame.time_ns);
@@ -468,10 +476,10 @@ impl Pump {
         }
     }
 
-    fn captured(&mut self, captured: Result<(), String>, time_ns: u64) {
-        let refused = captured.err();
+    fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: u64) {
+        let refused = captured.err().map(|refused| refused.to_string());
         self.tares
-            .captured(time_ns, refused.as_deref(), &self.sense);
+            .captured(time_ns, refused.as_deref(), &self.session);
         if let Some(refused) = refused {
             self.shared.status().notice = refused;
         }
@@ -484,24 +492,23 @@ impl Pump {
         let mut status = self.shared.status();
         status.tare_time_ns = captured_ns;
         status.tare = match captured_ns {
-            _ if self.sense.capturing() => Tare::Running,
+            _ if self.session.capturing() => Tare::Running,
             Some(_) => Tare::Done,
             None => Tare::None,
         };
         drop(status);
-        if let Some(calibration) = self.sense.calibration() {
-            self.shared.post(REST, message::rest(calibration));
-        }
+        let rest = &self.session.estimator().touch().channels.rest;
+        self.shared.post(REST, message::rest(rest));
         self.shared.post(TARES, self.tares.message());
     }
 
     fn tell_condition(&mut self, time_ns: u64) {
         let repeated = self.continuity.repeated;
-        let message = self.teller.message(time_ns, repeated, &self.sense);
+        let message = self.teller.message(time_ns, repeated, &self.session);
         if let Some(message) = message {
             self.shared.post(CONDITION, message);
         }
-        let message = self.baselines.message(time_ns, &self.sense);
+        let message = self.baselines.message(time_ns, &self.session);
         if let Some(message) = message {
             self.shared.post(BASELINE, message);
         }

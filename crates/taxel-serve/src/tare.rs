@@ -3,9 +3,7 @@
 use std::collections::VecDeque;
 
 use serde::Serialize;
-use taxel::estimation::Why;
-
-use crate::sense::{Rest, Sense};
+use taxel::estimation::{Rest, TouchSession, Why};
 
 /// Who changed rest values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -55,11 +53,9 @@ struct Entry {
     to: Option<u64>,
     /// Why it was refused.
     message: String,
-    /// Whether its rest values can be put back.
-    restorable: bool,
     /// The rest values after it, and when they were captured.
     #[serde(skip)]
-    rest: Option<Rest>,
+    rest: Rest,
     #[serde(skip)]
     captured_ns: Option<u64>,
 }
@@ -77,14 +73,14 @@ pub(crate) struct TareHistory {
 const KEPT: usize = 64;
 
 impl TareHistory {
-    /// Begins with the rest values of `sense`.
-    pub(crate) fn new(sense: &Sense) -> Self {
+    /// Begins with the rest values of `session`.
+    pub(crate) fn new(session: &TouchSession) -> Self {
         let mut history = Self {
             entries: VecDeque::new(),
             next: 0,
             by: By::Start,
         };
-        history.push(TareKind::Begun, By::Start, None, sense);
+        history.push(TareKind::Begun, By::Start, None, session);
         history
     }
 
@@ -94,12 +90,12 @@ impl TareHistory {
     }
 
     /// The capture has ended; `refused` says why it changed nothing.
-    pub(crate) fn captured(&mut self, time_ns: u64, refused: Option<&str>, sense: &Sense) {
+    pub(crate) fn captured(&mut self, time_ns: u64, refused: Option<&str>, session: &TouchSession) {
         let kind = match refused {
             None => TareKind::Captured,
             Some(_) => TareKind::Refused,
         };
-        let entry = self.push(kind, self.by, Some(time_ns), sense);
+        let entry = self.push(kind, self.by, Some(time_ns), session);
         entry.message = refused.unwrap_or_default().into();
         if refused.is_none() {
             entry.captured_ns = Some(time_ns);
@@ -107,23 +103,26 @@ impl TareHistory {
     }
 
     /// The rest values of the start are back in force.
-    pub(crate) fn cleared(&mut self, time_ns: Option<u64>, sense: &Sense) {
-        self.push(TareKind::Cleared, By::Page, time_ns, sense)
+    pub(crate) fn cleared(&mut self, time_ns: Option<u64>, session: &TouchSession) {
+        self.push(TareKind::Cleared, By::Page, time_ns, session)
             .captured_ns = None;
     }
 
     /// Goes back to the rest values after entry `to`; `false` when they are not
     /// kept.
-    pub(crate) fn undo(&mut self, to: u64, time_ns: Option<u64>, sense: &mut Sense) -> bool {
+    pub(crate) fn undo(
+        &mut self,
+        to: u64,
+        time_ns: Option<u64>,
+        session: &mut TouchSession,
+    ) -> bool {
         let found = self.entries.iter().find(|entry| entry.index == to);
-        let Some((rest, captured_ns)) = found.and_then(|entry| {
-            let rest = entry.rest.clone()?;
-            Some((rest, entry.captured_ns))
-        }) else {
+        let Some(entry) = found else {
             return false;
         };
-        sense.restore(&rest);
-        let entry = self.push(TareKind::Undone, By::Page, time_ns, sense);
+        let (rest, captured_ns) = (entry.rest.clone(), entry.captured_ns);
+        session.restore_rest(&rest);
+        let entry = self.push(TareKind::Undone, By::Page, time_ns, session);
         entry.to = Some(to);
         entry.captured_ns = captured_ns;
         true
@@ -134,17 +133,21 @@ impl TareHistory {
         self.entries.back().and_then(|entry| entry.captured_ns)
     }
 
-    fn push(&mut self, kind: TareKind, by: By, time_ns: Option<u64>, sense: &Sense) -> &mut Entry {
+    fn push(
+        &mut self,
+        kind: TareKind,
+        by: By,
+        time_ns: Option<u64>,
+        session: &TouchSession,
+    ) -> &mut Entry {
         if self.entries.len() > KEPT {
             // The first one is the way back to the start.
             self.entries.remove(1);
         }
-        let rest = sense.rest();
+        let rest = session.rest();
         let before = self.entries.back();
-        let largest_change = before
-            .and_then(|before| before.rest.as_ref())
-            .and_then(|before| largest_change(&before.values(), &rest.values(), sense));
-        let restorable = !matches!(rest, Rest::Signals(None));
+        let largest_change =
+            before.and_then(|before| largest_change(before.rest.values(), rest.values(), session));
         let entry = Entry {
             index: self.next,
             time_ns,
@@ -153,9 +156,8 @@ impl TareHistory {
             largest_change,
             to: None,
             message: String::new(),
-            restorable,
             captured_ns: before.and_then(|before| before.captured_ns),
-            rest: restorable.then_some(rest),
+            rest,
         };
         self.next += 1;
         self.entries.push_back(entry);
@@ -194,11 +196,11 @@ const TOLD_EVERY_NS: u64 = 1_000_000_000;
 
 impl BaselineTeller {
     /// The message, if there are changes since the last one.
-    pub(crate) fn message(&mut self, time_ns: u64, sense: &Sense) -> Option<String> {
+    pub(crate) fn message(&mut self, time_ns: u64, session: &TouchSession) -> Option<String> {
         let soon = self
             .told_ns
             .is_some_and(|told| time_ns.abs_diff(told) < TOLD_EVERY_NS);
-        let history = sense.baseline()?.history();
+        let history = session.estimator().baseline()?.history();
         if soon || history.len() == self.seen {
             return None;
         }
@@ -210,7 +212,7 @@ impl BaselineTeller {
                 self.count += 1;
                 self.last.push_back(BaselineChange {
                     time_ns: change.time_ns,
-                    name: sense.channel_name(change.channel),
+                    name: name(session, change.channel),
                     change: change.to - change.from,
                     reason: change.why.words(),
                 });
@@ -230,7 +232,7 @@ impl BaselineTeller {
     }
 }
 
-fn largest_change(before: &[f64], after: &[f64], sense: &Sense) -> Option<LargestChange> {
+fn largest_change(before: &[f64], after: &[f64], session: &TouchSession) -> Option<LargestChange> {
     let changes = before
         .iter()
         .zip(after)
@@ -241,7 +243,13 @@ fn largest_change(before: &[f64], after: &[f64], sense: &Sense) -> Option<Larges
         .max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))?;
     Some(LargestChange {
         channel,
-        name: sense.channel_name(channel),
+        name: name(session, channel),
         change,
     })
+}
+
+/// Name of a channel, as recordings have it.
+fn name(session: &TouchSession, channel: usize) -> String {
+    let names = &session.meaning().channels;
+    names.get(channel).cloned().unwrap_or_default()
 }

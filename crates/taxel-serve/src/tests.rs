@@ -4,27 +4,27 @@ use std::sync::mpsc;
 
 use serde_json::Value;
 use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin};
+use taxel::estimation::TouchSession;
 use taxel::sensor::Sensor;
 
 use crate::pump::{Command, Pump, PumpOptions, Shared, Summary};
-use crate::sense::{Rest, Sense};
 use crate::source::{Next, Source, SourceError, TwinSource};
 use crate::tare::{By, TareHistory};
 
-fn twin(sensor: &str, script: &str) -> (Twin, Sense) {
+fn twin(sensor: &str, script: &str) -> (Twin, TouchSession) {
     let sensor = Sensor::shipped(sensor).unwrap();
     let text = Stimulus::shipped_text(script).unwrap_or(script);
     let stimulus = Stimulus::parse("script", text).unwrap();
     let twin = Twin::new(&sensor, &stimulus, 1).unwrap();
     let device = sensor.device().unwrap();
-    let sense = Sense::of(device.as_ref(), &twin.stream()).unwrap();
-    (twin, sense)
+    let session = device.session(&twin.stream()).unwrap();
+    (twin, session)
 }
 
 /// All that is told of a run: the summary, the events and the posted texts.
 fn pumped(
     source: Box<dyn Source>,
-    sense: Sense,
+    session: TouchSession,
     frames: u64,
 ) -> (Summary, Vec<Value>, Vec<String>) {
     let options = PumpOptions {
@@ -34,7 +34,7 @@ fn pumped(
     };
     let shared = Shared::new();
     let (_sender, commands) = mpsc::sync_channel(1);
-    let pump = Pump::new(source, sense, options, shared.clone(), commands).unwrap();
+    let pump = Pump::new(source, session, options, shared.clone(), commands).unwrap();
     let summary = pump.run();
     let events = shared.events().since(0).map_or(Vec::new(), |(text, _)| {
         let message: Value = serde_json::from_str(&text).unwrap();
@@ -50,8 +50,8 @@ fn pumped(
 }
 
 fn events(sensor: &str, script: &str, frames: u64) -> Vec<Value> {
-    let (twin, sense) = twin(sensor, script);
-    pumped(Box::new(TwinSource::new(twin)), sense, frames).1
+    let (twin, session) = twin(sensor, script);
+    pumped(Box::new(TwinSource::new(twin)), session, frames).1
 }
 
 /// Kind, contact and time in s of each event.
@@ -218,15 +218,15 @@ path = [
 
 #[test]
 fn fingers_that_cross_keep_their_numbers() {
-    let (mut twin, mut sense) = twin("three-axis-8x8", CROSSING);
-    sense.begin_rest_capture(50);
+    let (mut twin, mut session) = twin("three-axis-8x8", CROSSING);
+    session.begin_rest_capture(50);
     let mut last = Vec::new();
     while last.is_empty() || last[0] < 3.0 {
         let Delivery::Frame(frame) = twin.next_delivery() else {
             continue;
         };
-        let sensed = sense.push(&frame).unwrap();
-        let tracks = sensed.observer.tracks();
+        session.push(&frame).unwrap();
+        let tracks = session.observer().tracks();
         let places = tracks.iter().map(|track| (track.id, track.centre()[0]));
         last = vec![frame.time_ns as f64 * 1e-9];
         last.extend(places.flat_map(|(id, x)| [id as f64, x]));
@@ -269,12 +269,12 @@ fn frames_sent_again_under_a_new_number_are_not_estimated_again() {
     let plain = twin("three-axis-8x8", "finger");
     let (summary, events, _) = pumped(Box::new(TwinSource::new(plain.0)), plain.1, 300);
     assert_eq!(summary.continuity.repeated, 0);
-    let (twin, sense) = twin("three-axis-8x8", "finger");
+    let (twin, session) = twin("three-axis-8x8", "finger");
     let source = Stutter {
         source: TwinSource::new(twin),
         again: None,
     };
-    let (stuttered, same, _) = pumped(Box::new(source), sense, 300);
+    let (stuttered, same, _) = pumped(Box::new(source), session, 300);
     assert_eq!(stuttered.continuity.repeated, 299);
     assert_eq!(stuttered.continuity.lost, 0);
     assert!(!events.is_empty());
@@ -291,34 +291,33 @@ fn undoing_a_tare_restores_the_rest_values_bit_for_bit() {
         "liquid-metal-2x4",
     ] {
         let quiet = "schema = 1\nname = \"quiet\"\nduration = \"9 s\"\n";
-        let (mut twin, mut sense) = twin(sensor, quiet);
-        let mut tares = TareHistory::new(&sense);
-        let mut capture = |sense: &mut Sense, tares: &mut TareHistory| {
-            sense.begin_rest_capture(20);
+        let (mut twin, mut session) = twin(sensor, quiet);
+        let mut tares = TareHistory::new(&session);
+        let mut capture = |session: &mut TouchSession, tares: &mut TareHistory| {
+            session.begin_rest_capture(20);
             tares.begin(By::Page);
             loop {
                 let Delivery::Frame(frame) = twin.next_delivery() else {
                     continue;
                 };
-                let captured = sense.push(&frame).unwrap().captured;
+                let captured = session.push(&frame).unwrap().captured;
                 if let Some(captured) = captured {
                     captured.unwrap();
-                    tares.captured(frame.time_ns, None, sense);
-                    return sense.rest();
+                    tares.captured(frame.time_ns, None, session);
+                    return session.rest();
                 }
             }
         };
-        let drawn = sense.rest();
-        let first = capture(&mut sense, &mut tares);
-        let second = capture(&mut sense, &mut tares);
+        let drawn = session.rest();
+        let first = capture(&mut session, &mut tares);
+        let second = capture(&mut session, &mut tares);
         assert!(drawn != first && first != second, "{sensor}");
-        assert!(!matches!(first, Rest::Signals(None)), "{sensor}");
         for (to, rest) in [(1, &first), (0, &drawn), (2, &second)] {
-            assert!(tares.undo(to, None, &mut sense), "{sensor}");
-            assert_eq!(sense.rest(), *rest, "{sensor}");
+            assert!(tares.undo(to, None, &mut session), "{sensor}");
+            assert_eq!(session.rest(), *rest, "{sensor}");
             assert_eq!(tares.captured_ns().is_some(), to > 0, "{sensor}");
         }
-        assert!(!tares.undo(99, None, &mut sense));
+        assert!(!tares.undo(99, None, &mut session));
         let message: Value = serde_json::from_str(&tares.message()).unwrap();
         let kinds: Vec<_> = message["entries"]
             .as_array()
@@ -335,7 +334,7 @@ fn undoing_a_tare_restores_the_rest_values_bit_for_bit() {
         let change = message["entries"][1]["largest_change"]["change"]
             .as_f64()
             .unwrap();
-        let values = drawn.values().into_iter().zip(first.values());
+        let values = drawn.values().iter().zip(first.values());
         let most = values
             .map(|(before, after)| (after - before).abs())
             .fold(0.0, f64::max);
@@ -345,8 +344,8 @@ fn undoing_a_tare_restores_the_rest_values_bit_for_bit() {
 
 #[test]
 fn what_a_late_client_is_told_begins_with_the_start() {
-    let (twin, sense) = twin("three-axis-8x8", "finger");
-    let (_, events, posts) = pumped(Box::new(TwinSource::new(twin)), sense, 200);
+    let (twin, session) = twin("three-axis-8x8", "finger");
+    let (_, events, posts) = pumped(Box::new(TwinSource::new(twin)), session, 200);
     assert_eq!(events[0]["index"], 0);
     let message = |place: usize| serde_json::from_str::<Value>(&posts[place]).unwrap();
     assert_eq!(message(0)["type"], "rest");
@@ -370,7 +369,7 @@ fn what_a_late_client_is_told_begins_with_the_start() {
 
 #[test]
 fn a_command_that_cannot_be_done_says_why_and_changes_nothing() {
-    let (twin, sense) = twin("three-axis-8x8", "finger");
+    let (twin, session) = twin("three-axis-8x8", "finger");
     let shared = Shared::new();
     let (sender, commands) = mpsc::sync_channel(4);
     sender.send(Command::UndoTare { to: 7 }).unwrap();
@@ -380,7 +379,7 @@ fn a_command_that_cannot_be_done_says_why_and_changes_nothing() {
         ..PumpOptions::default()
     };
     let source = Box::new(TwinSource::new(twin));
-    let summary = Pump::new(source, sense, options, shared, commands)
+    let summary = Pump::new(source, session, options, shared, commands)
         .unwrap()
         .run();
     assert!(

@@ -2,8 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin};
-use taxel::device::Sense;
-use taxel::estimation::{Baseline, Estimator, EstimatorOptions, SignalEstimator, Why};
+use taxel::estimation::{ArrayEstimator, Why};
 use taxel::sensor::Sensor;
 
 /// Frames a second of device time.
@@ -12,54 +11,15 @@ const RATE: f64 = 10.0;
 /// followed.
 const DRIFT: f64 = 0.005;
 
-/// Force on the whole device or, where it has none, the sum of its values.
-enum Feeling {
-    Array(Box<Estimator>),
-    Signals(Box<dyn SignalEstimator>),
-}
-
-impl Feeling {
-    fn of(sensor: &Sensor, stream: &Stream) -> Self {
-        match sensor.device().unwrap().sense(stream).unwrap() {
-            Sense::ThreeAxis(calibration) => {
-                let (quantity, options) = (stream.unit.quantity, EstimatorOptions::default());
-                Self::Array(Box::new(
-                    Estimator::new(*calibration, quantity, options).unwrap(),
-                ))
-            }
-            Sense::Signals(estimator) => Self::Signals(estimator),
-        }
-    }
-
-    fn tare(&mut self, frames: usize) {
-        match self {
-            Self::Array(estimator) => estimator.begin_rest_capture(frames),
-            Self::Signals(estimator) => estimator.begin_rest_capture(frames),
-        }
-    }
-
-    /// Normal force with its deviation, N.
-    fn push(&mut self, frame: &Frame) -> [f64; 2] {
-        match self {
-            Self::Array(estimator) => {
-                let touch = estimator.push(frame).unwrap().0;
-                [touch.total.force[2], touch.total_covariance[2][2].sqrt()]
-            }
-            Self::Signals(estimator) => estimator.push(frame).unwrap().0.force.unwrap(),
-        }
-    }
-
-    fn baseline(&self) -> &Baseline {
-        match self {
-            Self::Array(estimator) => estimator.baseline(),
-            Self::Signals(estimator) => estimator.baseline().unwrap(),
-        }
-    }
+/// Pressing force with its deviation, N.
+fn pressed(estimator: &mut ArrayEstimator, frame: &Frame) -> [f64; 2] {
+    let touch = estimator.push(frame).unwrap().0;
+    touch.pressing_force().unwrap()
 }
 
 /// A device with frames of its twin, empty and pressed, and a clock of its own.
 struct Bench {
-    feeling: Feeling,
+    estimator: ArrayEstimator,
     empty: Vec<Vec<f64>>,
     pressed: Vec<Vec<f64>>,
     /// Counts per second of each channel.
@@ -99,7 +59,7 @@ impl Bench {
         };
         Self {
             drift: (0..empty[0].len()).map(|i| DRIFT * scatter(i)).collect(),
-            feeling: Feeling::of(&sensor, &stream),
+            estimator: ArrayEstimator::new(sensor.device().unwrap().reader(&stream).unwrap()),
             empty,
             pressed,
             time: 0.0,
@@ -122,10 +82,10 @@ impl Bench {
                 time_ns: (1e9 * self.time) as u64,
                 values: drifted.map(|(v, d)| v + d * self.time).collect(),
             };
-            let felt = self.feeling.push(&frame);
+            let found = pressed(&mut self.estimator, &frame);
             if step + last >= steps {
-                sum += felt[0] / last as f64;
-                deviation = felt[1];
+                sum += found[0] / last as f64;
+                deviation = found[1];
             }
         }
         [sum, deviation]
@@ -140,7 +100,7 @@ fn an_hour_of_drift_and_ten_minutes_of_contact() {
         ("liquid-metal-2x4", "3 mN"),
     ] {
         let mut bench = Bench::new(name, force);
-        bench.feeling.tare(50);
+        bench.estimator.begin_rest_capture(50);
         let [early, noise] = bench.run(20.0, false);
         let [late, _] = bench.run(3600.0, false);
         // An hour is 18 deviations of a channel.
@@ -160,7 +120,7 @@ fn an_hour_of_drift_and_ten_minutes_of_contact() {
             (after - early).abs() < noise,
             "{name}: {early} {after} {noise}"
         );
-        let history = bench.feeling.baseline().history();
+        let history = bench.estimator.baseline().unwrap().history();
         for why in [Why::Tare, Why::Drift, Why::AfterContact] {
             assert!(
                 history.iter().any(|change| change.why == why),

@@ -4,10 +4,8 @@
 use std::fmt::Write as _;
 
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
-use taxel::device::{Device, Drive, PiezoelectricPredictor, Sense};
-use taxel::estimation::{
-    ChargeEstimator, ChargeEstimatorOptions, Event, SignalEstimator, SignalTouch, State,
-};
+use taxel::device::{Device, Drive, PiezoelectricPredictor};
+use taxel::estimation::{ArrayEstimator, ChargeOptions, ChargeReader, Event, State, Touch};
 use taxel::mechanics::Profile;
 use taxel::predict::{Load, LoadValue, Predictor};
 use taxel::sensor::Sensor;
@@ -29,17 +27,20 @@ fn script(name: &str) -> Stimulus {
     Stimulus::parse(name, Stimulus::shipped_text(name).unwrap()).unwrap()
 }
 
-fn signals(sensor: &Sensor, twin: &Twin) -> Box<dyn SignalEstimator> {
-    match sensor.device().unwrap().sense(&twin.stream()).unwrap() {
-        Sense::Signals(estimator) => estimator,
-        Sense::ThreeAxis(_) => panic!("one value per taxel"),
-    }
+fn estimator(sensor: &Sensor, twin: &Twin) -> ArrayEstimator {
+    ArrayEstimator::new(sensor.device().unwrap().reader(&twin.stream()).unwrap())
+}
+
+/// Without the search for positions.
+fn plain(sensor: &Sensor) -> ArrayEstimator {
+    let model = sensor.piezoelectric().unwrap().model();
+    ArrayEstimator::new(Box::new(ChargeReader::new(model, ChargeOptions::default())))
 }
 
 /// Runs a script to its end; `seen` gets time, touch and true forces.
-fn run(sensor: &Sensor, stimulus: &Stimulus, mut seen: impl FnMut(f64, &SignalTouch, &[[f64; 3]])) {
+fn run(sensor: &Sensor, stimulus: &Stimulus, mut seen: impl FnMut(f64, &Touch, &[[f64; 3]])) {
     let mut twin = Twin::new(sensor, stimulus, 3).unwrap();
-    let mut estimator = signals(sensor, &twin);
+    let mut estimator = estimator(sensor, &twin);
     loop {
         let Delivery::Frame(frame) = twin.next_delivery() else {
             continue;
@@ -225,8 +226,7 @@ fn the_force_of_a_press_comes_back() {
         .replace("gain_deviation = 0.02", "gain_deviation = 0.0");
     let sensor = Sensor::parse("even.toml", &text).unwrap();
     let array = sensor.piezoelectric().unwrap();
-    let deviation =
-        ChargeEstimator::new(array.model(), ChargeEstimatorOptions::default()).deviation();
+    let deviation = ChargeReader::new(array.model(), ChargeOptions::default()).deviation();
     let mut held = 0;
     let mut largest = 0.0_f64;
     run(&sensor, &script("piezo-press"), |time, touch, truth| {
@@ -244,7 +244,7 @@ fn the_force_of_a_press_comes_back() {
                 };
                 let allowed = 6.0 * deviation + 0.002 * true_force[2];
                 assert!(
-                    (taxel.value - faded).abs() < allowed,
+                    (taxel.pressed() - faded).abs() < allowed,
                     "{time}: {taxel:?} {true_force:?}"
                 );
                 held += 1;
@@ -262,16 +262,16 @@ fn noise_of_the_force_is_what_the_estimator_states() {
     // A converter that rounds to 1.2 mV with 0.3 mV of noise is not white:
     // a finer one shows the noise of the estimator.
     let fine = changed("bits = 14", "bits = 20").unwrap();
-    let stated = ChargeEstimator::new(
+    let stated = ChargeReader::new(
         fine.piezoelectric().unwrap().model(),
-        ChargeEstimatorOptions::default(),
+        ChargeOptions::default(),
     )
     .deviation();
     let (mut sum, mut count) = (0.0, 0.0);
     run(&fine, &quiet, |time, touch, _| {
         if time > 20.0 {
             for taxel in &touch.taxels {
-                sum += taxel.value * taxel.value;
+                sum += taxel.pressed() * taxel.pressed();
                 count += 1.0;
             }
         }
@@ -294,7 +294,7 @@ fn taps_are_felt_where_they_are() {
         let tap = ((time - 1.0) / 2.0).floor();
         if (0.0..4.0).contains(&tap) && time < 1.0 + 2.0 * tap + 0.3 {
             for (peak, taxel) in peaks[tap as usize].iter_mut().zip(&touch.taxels) {
-                *peak = peak.max(taxel.value);
+                *peak = peak.max(taxel.pressed());
             }
         }
     });
@@ -327,8 +327,8 @@ fn a_slider_activates_the_columns_in_order() {
         let mut peaks = [(0.0_f64, 0.0_f64); 8];
         run(&sensor, &script("piezo-slide"), |time, touch, _| {
             for (peak, taxel) in peaks.iter_mut().zip(&touch.taxels) {
-                if taxel.value > peak.0 {
-                    *peak = (taxel.value, time);
+                if taxel.pressed() > peak.0 {
+                    *peak = (taxel.pressed(), time);
                 }
             }
         });
@@ -391,7 +391,7 @@ fn bad_readings_are_states_and_never_numbers() {
     )
     .unwrap();
     let array = sensor.piezoelectric().unwrap();
-    let mut estimator = ChargeEstimator::new(array.model(), ChargeEstimatorOptions::default());
+    let mut estimator = plain(&sensor);
     let rest = f64::from(array.board.read(0.0, 0.0).counts);
     let top = f64::from(array.board.read(9.0, 0.0).counts);
     let mut frame = Frame {
@@ -410,7 +410,7 @@ fn bad_readings_are_states_and_never_numbers() {
     assert_eq!(states[2], State::Ok);
     assert_eq!(states[7], State::Masked);
     assert_eq!(touch.clipped, 1);
-    assert!(touch.taxels[0].value.is_nan() && touch.taxels[7].value.is_nan());
+    assert!(touch.taxels[0].pressed().is_nan() && touch.taxels[7].pressed().is_nan());
     frame.values = vec![rest; 8];
     frame.time_ns = 2_000_000;
     let (touch, _) = estimator.push(&frame).unwrap();
@@ -420,12 +420,12 @@ fn bad_readings_are_states_and_never_numbers() {
     assert!(
         touch.taxels[..7]
             .iter()
-            .all(|taxel| taxel.value.is_finite())
+            .all(|taxel| taxel.pressed().is_finite())
     );
     // A late frame changes nothing.
     frame.time_ns = 1_500_000;
     assert_eq!(estimator.push(&frame).unwrap().0.time_ns, 2_000_000);
-    let at = |estimator: &mut ChargeEstimator, frame: &mut Frame, time_ns| {
+    let at = |estimator: &mut ArrayEstimator, frame: &mut Frame, time_ns| {
         frame.time_ns = time_ns;
         estimator.push(frame).unwrap().0.taxels[1].state
     };
@@ -449,14 +449,14 @@ fn bad_readings_are_states_and_never_numbers() {
 fn a_rest_capture_takes_the_offset_and_refuses_a_moving_device() {
     let sensor = sensor();
     let array = sensor.piezoelectric().unwrap();
-    let mut estimator = ChargeEstimator::new(array.model(), ChargeEstimatorOptions::default());
+    let mut estimator = plain(&sensor);
     let counts = |volts: f64| f64::from(array.board.read(volts, 0.0).counts);
     let mut frame = Frame {
         sequence: 0,
         time_ns: 0,
         values: vec![counts(0.05); 8],
     };
-    let mut capture = |estimator: &mut ChargeEstimator, slope: f64| {
+    let mut capture = |estimator: &mut ArrayEstimator, slope: f64| {
         estimator.begin_rest_capture(50);
         for i in 0..50 {
             frame.time_ns += 1_000_000;
@@ -468,8 +468,8 @@ fn a_rest_capture_takes_the_offset_and_refuses_a_moving_device() {
         }
         panic!("the capture did not end")
     };
-    let refused = capture(&mut estimator, 1e-3).unwrap_err();
-    assert!(refused.contains("element 3"), "{refused}");
+    let refused = capture(&mut estimator, 1e-3).unwrap_err().to_string();
+    assert!(refused.contains("sensel 4"), "{refused}");
     capture(&mut estimator, 0.0).unwrap();
     let (touch, _) = estimator
         .push(&Frame {
@@ -478,8 +478,19 @@ fn a_rest_capture_takes_the_offset_and_refuses_a_moving_device() {
             values: vec![counts(0.05); 8],
         })
         .unwrap();
-    assert!(touch.rest.iter().all(|rest| (rest - 0.05).abs() < 0.7e-3));
-    assert!(touch.taxels.iter().all(|taxel| taxel.value.abs() < 1e-12));
+    assert!(
+        touch
+            .channels
+            .rest
+            .iter()
+            .all(|rest| (rest - 0.05).abs() < 0.7e-3)
+    );
+    assert!(
+        touch
+            .taxels
+            .iter()
+            .all(|taxel| taxel.pressed().abs() < 1e-12)
+    );
 }
 
 #[test]

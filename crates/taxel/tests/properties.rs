@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use taxel::acquisition::{Frame, Quantity, Stimulus};
 use taxel::estimation::{
-    Estimator, EstimatorOptions, Outcome, SearchOptions, State, estimate_unit,
+    ArrayEstimator, Outcome, SearchOptions, State, ThreeAxisOptions, ThreeAxisReader, estimate_unit,
 };
 use taxel::mechanics::{Relaxation, RelaxationTerm};
 use taxel::sensor::Sensor;
@@ -259,9 +259,10 @@ proptest! {
         let text = Sensor::shipped_text("three-axis-unit").unwrap();
         let text = text.replace("[\"30.7023 fF\", \"31.7023 fF\", \"17.7023 fF\", \"32.7023 fF\"]", "\"0 fF\"");
         let sensor = Sensor::parse("unit", &text).unwrap();
-        let options = EstimatorOptions { residual_persistence: 1, ..EstimatorOptions::default() };
-        let mut estimator =
-            Estimator::new(sensor.three_axis().unwrap().calibration(), Quantity::Capacitance, options).unwrap();
+        let options = ThreeAxisOptions { residual_persistence: 1, ..ThreeAxisOptions::default() };
+        let calibration = sensor.three_axis().unwrap().calibration();
+        let reader = ThreeAxisReader::new(calibration, Quantity::Capacitance, options).unwrap();
+        let mut estimator = ArrayEstimator::new(Box::new(reader));
         let frame = Frame { sequence: 0, time_ns: 0, values: readings.to_vec() };
         let taxel = estimator.push(&frame).unwrap().0.taxels[0];
         let possible = |c: f64| (0.2 * 172.2e-15..1.06 * 638e-15).contains(&c);
@@ -269,10 +270,10 @@ proptest! {
             prop_assert_eq!(taxel.state, State::Faulty, "{:?}", readings);
         }
         if taxel.state == State::Ok {
-            prop_assert!(taxel.force.iter().all(|f| f.is_finite() && f.abs() <= 20e-3));
+            prop_assert!(taxel.value.iter().all(|f| f.is_finite() && f.abs() <= 20e-3));
             prop_assert!(taxel.residual.abs() <= 4.0);
         }
-        prop_assert!(taxel.state == State::Faulty || taxel.force.iter().all(|f| f.is_finite()));
+        prop_assert!(taxel.state == State::Faulty || taxel.value.iter().all(|f| f.is_finite()));
     }
 
     #[test]

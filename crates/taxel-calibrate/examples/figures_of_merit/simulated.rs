@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, Twin};
 use taxel::estimation::{
-    Centroid, ChargeEstimator, ChargeEstimatorOptions, ELLIPSE_95, Place, Placing, ProfileFit,
-    SearchOptions, SignalEstimator, SlipEstimator, SlipOptions, estimate_unit,
+    ArrayEstimator, Centroid, ChargeOptions, ChargeReader, ELLIPSE_95, Place, Placing, ProfileFit,
+    SearchOptions, SlipEstimator, SlipOptions, estimate_unit,
 };
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::{Element, Sensor};
@@ -311,12 +311,15 @@ fn profiles(
     }
     let mut twin = Twin::new(sensor, &script, 3)?;
     let model = sensor.piezoelectric()?.model();
-    let mut estimator = ChargeEstimator::new(model, ChargeEstimatorOptions::default());
+    let reader = ChargeReader::new(model, ChargeOptions::default());
+    let stated = reader.deviation();
+    let mut estimator = ArrayEstimator::new(Box::new(reader));
+    let taxels = estimator.meaning().layout.taxels();
     // Over 40 ms of the hold; the smoothing of 5 ms leaves eight independent
     // readings in it.
     // What earlier presses left is taken off: the profile is a change.
-    let mut before = vec![0.0; estimator.meaning().rows * estimator.meaning().columns];
-    let mut sums = vec![0.0; estimator.meaning().rows * estimator.meaning().columns];
+    let mut before = vec![0.0; taxels];
+    let mut sums = vec![0.0; taxels];
     let mut count = 0.0;
     let mut found = Vec::new();
     while found.len() < presses.len() {
@@ -327,17 +330,17 @@ fn profiles(
         let time = frame.time_ns as f64 * 1e-9 - PRESS * found.len() as f64;
         if time < 0.045 {
             before.clear();
-            before.extend(touch.taxels.iter().map(|taxel| taxel.value));
+            before.extend(touch.taxels.iter().map(|taxel| taxel.pressed()));
         }
         if time < 0.09 {
             continue;
         }
         for (sum, taxel) in sums.iter_mut().zip(&touch.taxels) {
-            *sum += taxel.value;
+            *sum += taxel.pressed();
         }
         count += 1.0;
         if time >= 0.13 {
-            let deviation = estimator.deviation() / 8f64.sqrt();
+            let deviation = stated / 8f64.sqrt();
             let forces: Vec<f64> = sums
                 .iter()
                 .zip(&before)
@@ -371,8 +374,8 @@ fn slip(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
                 to: [14e-3 * direction, 0.0],
             });
             let mut twin = Twin::new(sensor, &script, 4)?;
-            let mut estimator =
-                ChargeEstimator::new(array.model(), ChargeEstimatorOptions::default());
+            let reader = ChargeReader::new(array.model(), ChargeOptions::default());
+            let mut estimator = ArrayEstimator::new(Box::new(reader));
             let mut slip = SlipEstimator::new(SlipOptions {
                 rows: layout.rows,
                 columns: layout.columns,
@@ -389,7 +392,7 @@ fn slip(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
                     continue;
                 };
                 let (touch, _) = estimator.push(&frame)?;
-                let values: Vec<f64> = touch.taxels.iter().map(|taxel| taxel.value).collect();
+                let values: Vec<f64> = touch.taxels.iter().map(|taxel| taxel.pressed()).collect();
                 slip.push(frame.time_ns, &values);
                 if frame.time_ns as f64 * 1e-9 >= end {
                     break;

@@ -6,7 +6,7 @@ use crate::outcome::Outcome;
 use crate::testing;
 use crate::testing::{covered, lost, lost_on_bench, no_hold_out};
 use problem::Load;
-use taxel::estimation::{ChannelState, CrossedChannels, CrossedOptions, SignalEstimator};
+use taxel::estimation::{ArrayEstimator, CrossedOptions, CrossedReader, MicrochannelState};
 use taxel_numerics::least_squares::{Problem, Status};
 use taxel_recording::Frame;
 
@@ -276,7 +276,7 @@ fn calibrated(text: &str) -> (Outcome, Sensor) {
 
 /// What channel 0 feels at these changes of its resistance, one after the
 /// other; the other channels are at rest.
-fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<ChannelState> {
+fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
     let model = sensor.channels().unwrap().calibration().unwrap();
     let scale = model.scale;
     let counts = |resistance: f64| {
@@ -290,7 +290,8 @@ fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<ChannelState> {
         .chain(&model.columns)
         .map(|c| c.rest_resistance)
         .collect();
-    let mut estimator = CrossedChannels::new(model, CrossedOptions::default());
+    let reader = CrossedReader::new(model, CrossedOptions::default());
+    let mut estimator = ArrayEstimator::new(Box::new(reader));
     let mut states = Vec::new();
     for (index, change) in changes.iter().enumerate() {
         let mut values: Vec<f64> = rest.iter().map(|rest| counts(*rest)).collect();
@@ -301,7 +302,8 @@ fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<ChannelState> {
             values,
         };
         estimator.push(&frame).unwrap();
-        states.push(estimator.channels()[0].state);
+        let reader: &CrossedReader = estimator.reader().unwrap();
+        states.push(reader.loads()[0].state);
     }
     states
 }
@@ -364,10 +366,10 @@ fn a_saturation_that_was_reached_is_fitted_and_felt() {
         &sensor,
         &[0.5 * row.pressure.end()[0], change(1.001 * row.saturation)],
     );
-    let ChannelState::Pressed { pressure, .. } = states[0] else {
+    let MicrochannelState::Pressed { pressure, .. } = states[0] else {
         panic!("{states:?}");
     };
-    let ChannelState::Saturated { at_least } = states[1] else {
+    let MicrochannelState::Saturated { at_least } = states[1] else {
         panic!("{states:?}");
     };
     assert!(at_least > pressure && at_least == row.highest_pressure());
@@ -405,8 +407,8 @@ fn a_loop_is_found_and_undone_live() {
     let pressures: Vec<f64> = felt(&sensor, &[up, down].concat())
         .into_iter()
         .map(|state| match state {
-            ChannelState::Pressed { pressure, .. } => pressure,
-            ChannelState::Quiet => 0.0,
+            MicrochannelState::Pressed { pressure, .. } => pressure,
+            MicrochannelState::Quiet => 0.0,
             other => panic!("{other:?}"),
         })
         .collect();

@@ -5,7 +5,7 @@ use crate::driver::Calibrator;
 use crate::testing::{calibrated, covered, file, lost, lost_on_bench, no_hold_out, unnamed};
 use problem::AXES;
 use stiffness::{Observation, fit_stiffness};
-use taxel::estimation::{Estimator, EstimatorOptions};
+use taxel::estimation::{ArrayEstimator, ThreeAxisOptions, ThreeAxisReader};
 use taxel::predict::Loads;
 use taxel::table::Cell;
 use taxel_numerics::least_squares::Problem;
@@ -535,8 +535,8 @@ fn loops_are_found_along_each_axis_and_undone_live() {
         let calibration = sensor.three_axis().unwrap().calibration();
         let taxels = calibration.layout.taxels();
         let quantity = Quantity::Capacitance;
-        let mut estimator =
-            Estimator::new(calibration, quantity, EstimatorOptions::default()).unwrap();
+        let reader = ThreeAxisReader::new(calibration, quantity, ThreeAxisOptions::default());
+        let mut estimator = ArrayEstimator::new(Box::new(reader.unwrap()));
         let mut feel = |force: [f64; 3]| {
             let read = calibrator.made[0].predict(force).1.capacitance();
             let frame = Frame {
@@ -544,7 +544,7 @@ fn loops_are_found_along_each_axis_and_undone_live() {
                 time_ns: 0,
                 values: read.repeat(taxels),
             };
-            estimator.push(&frame).unwrap().0.taxels[0].force
+            estimator.push(&frame).unwrap().0.taxels[0].value
         };
         // On loading the force of the made unit; far behind the turn all is lost
         // that the bench lost, to a third of it.

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 use taxel::acquisition::{Quantity, Stimulus, Twin};
 use taxel::device::Device;
-use taxel::estimation::{FrameError, State};
+use taxel::estimation::{FrameError, State, TouchSession};
 use taxel::sensor::Element;
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
 use taxel_serve::{
-    EventFile, Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, Sense, ServeError,
-    Session, Source, SourceError, Summary, TwinSource, run_headless, run_with_page,
+    EventFile, Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, ServeError, Session,
+    Source, SourceError, Summary, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{COMMIT, Format, Live, VERSION};
@@ -125,11 +125,11 @@ fn sensed(
 ) -> Result<Session, Stop> {
     let named = calibrate::applied(named, arguments.calibration.as_deref())?;
     let device = files::device(&named.sensor)?;
-    let sense = sense(device.as_ref(), &source, arguments)?;
+    let touch = touch(device.as_ref(), &source, arguments)?;
     let drawing = device.drawing().svg();
     drop(device);
     Ok(Session {
-        sense,
+        touch,
         drawing,
         source: Box::new(source),
         options,
@@ -173,7 +173,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         }
         let provenance = provenance(arguments, stream.name.clone(), String::new());
         return Ok(Session {
-            sense: Sense::map(stream),
+            touch: TouchSession::map(stream),
             drawing: String::new(),
             source: Box::new(source),
             options,
@@ -184,8 +184,12 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     sensed(named, source, options, arguments)
 }
 
-fn sense(device: &dyn Device, source: &impl Source, arguments: &Live) -> Result<Sense, Stop> {
-    Sense::of(device, source.stream()).map_err(|error| {
+fn touch(
+    device: &dyn Device,
+    source: &impl Source,
+    arguments: &Live,
+) -> Result<TouchSession, Stop> {
+    device.session(source.stream()).map_err(|error| {
         let stream = source.stream();
         if error == FrameError::Untrained {
             let sensor = arguments.sensor.display();
@@ -253,10 +257,7 @@ fn about(session: &Session, seed: u64) -> Map<String, Value> {
     let stream = session.source.stream();
     let provenance = &session.provenance;
     // The frames of crossing channels are one row of channels; people count taxels.
-    let [rows, columns] = match session.sense.meaning() {
-        Some(meaning) => [meaning.rows, meaning.columns],
-        None => [stream.rows, stream.columns],
-    };
+    let layout = &session.touch.meaning().layout;
     let seed = if provenance.source.starts_with("sim:") {
         Value::from(seed)
     } else {
@@ -265,8 +266,8 @@ fn about(session: &Session, seed: u64) -> Map<String, Value> {
     let pairs = [
         ("name", Value::from(provenance.device.clone())),
         ("source", Value::from(provenance.source.clone())),
-        ("rows", Value::from(rows)),
-        ("columns", Value::from(columns)),
+        ("rows", Value::from(layout.rows)),
+        ("columns", Value::from(layout.columns)),
         ("channels", Value::from(stream.channels())),
         ("channel_unit", Value::from(stream.unit.symbol.clone())),
         (
@@ -321,6 +322,8 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
     }
 }
 
+/// More readings than this are not listed.
+const MOST_LISTED: usize = 256;
 /// Fields that are too long for a line that people read.
 const LISTS: [&str; 3] = ["last_taxel_forces_n", "last_events", "wrong_channels"];
 
@@ -419,16 +422,15 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
                 .collect::<Map<_, _>>()
                 .into(),
         );
+        let vectors = last.values.iter().filter(|_| last.components == 3);
         put(
             "last_taxel_forces_n",
-            last.taxel_forces
-                .iter()
-                .map(|force| numbers(force))
-                .collect(),
+            vectors.map(|value| numbers(value)).collect(),
         );
-        if !last.signals.is_empty() {
-            put("last_signals_si", numbers(&last.signals));
-            put("last_taxel_values_si", numbers(&last.taxel_values));
+        if last.components == 1 && last.readings.len() <= MOST_LISTED {
+            let pressed: Vec<f64> = last.values.iter().map(|value| value[2]).collect();
+            put("last_signals_si", numbers(&last.readings));
+            put("last_taxel_values_si", numbers(&pressed));
         }
     }
     fields

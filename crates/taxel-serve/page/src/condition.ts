@@ -52,7 +52,7 @@ export class ConditionView {
     );
     for (const { taxel, pairs } of health.swapped) {
       const which = pairs.map(([one, other]) => `${one} and ${other}`).join(", or ");
-      items.unshift(create("li", {}, create("b", {}, this.place(taxel)), ` capacitors changed places: ${which}`));
+      items.unshift(create("li", {}, create("b", {}, this.place(taxel)), ` channels changed places: ${which}`));
     }
     this.list.replaceChildren(...items);
     this.draw();

@@ -6,8 +6,8 @@ import type { Socket } from "./link";
 
 export interface Listener {
   hello(hello: Hello): void;
-  /** Rest capacitances of a three-axis array, SI. */
-  rest(capacitance: readonly (number | null)[]): void;
+  /** Readings of the empty channels, SI. */
+  rest(channels: readonly (number | null)[]): void;
   status(status: Status): void;
   /** New events, the oldest first; `missed` more are not kept any more. */
   events(events: readonly TouchEvent[], missed: number): void;
@@ -66,7 +66,7 @@ export class Connection {
           this.listener.hello(message.hello);
           this.listener.socket("open");
         } else if (message.type === "rest") {
-          this.listener.rest(message.capacitance);
+          this.listener.rest(message.channels);
         } else if (message.type === "status") {
           this.listener.status(message.status);
         } else if (message.type === "events") {

@@ -6,7 +6,7 @@ import type { TouchEvent } from "./protocol";
 
 /** Rows of the list; older events are dropped. */
 const MOST_ROWS = 200;
-const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "collapsed"];
+const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed"];
 
 export class EventList {
   readonly root: HTMLElement;

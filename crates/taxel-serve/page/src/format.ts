@@ -73,35 +73,15 @@ export function stateInWords(name: string): string {
   return WORDS[name] ?? name.replaceAll("_", " ");
 }
 
-/** The same for a device with one value per taxel, which need not be made of capacitors. */
-export function signalStateInWords(name: string): string {
-  return SIGNAL_WORDS[name] ?? stateInWords(name);
-}
-
 const WORDS: Record<string, string> = {
   ok: "ok",
-  unchecked: "unchecked: nothing left to check it against",
-  contact: "contact: electrodes touch",
+  unchecked: "unchecked: no second reading to check it, or not to be relied on yet",
+  closed: "closed: electrodes touch each other, the value is a bound",
   out_of_range: "out of range of the model",
-  not_converged: "not converged: no force found",
-  inconsistent: "inconsistent: its capacitors disagree",
-  faulty: "faulty: a capacitor does not read",
-  masked: "masked: left out",
-  saturated: "saturated: at the end of what can be read, the value is a bound",
-  ambiguous: "ambiguous: one of several places that explain the readings equally well",
-};
-
-const SIGNAL_WORDS: Record<string, string> = {
-  unchecked: "unchecked: not to be relied on yet, such as shortly after a saturated reading",
   not_converged: "not converged: no value found",
   inconsistent: "inconsistent: its readings disagree",
   faulty: "faulty: a channel does not read",
+  masked: "masked: left out",
+  saturated: "saturated: at the end of what can be read, the value is a bound",
+  ambiguous: "ambiguous: one of several positions that explain the readings equally well",
 };
-
-const CAPACITORS = ["11", "12", "21", "22"];
-
-/** Capacitors by name, from their bits. */
-export function capacitorNames(bits: number): string {
-  const names = CAPACITORS.filter((_, bit) => (bits & (1 << bit)) !== 0);
-  return names.length === 0 ? "none" : names.join(", ");
-}

@@ -96,7 +96,7 @@ export function drawCells(
         context.fillStyle = colourOf(map, value, low, high);
         context.fillRect(box.x, box.y, box.width, box.height);
       } else {
-        drawNoValue(context, box, colours, (marks & (Mark.faulty | Mark.contact | Mark.ambiguous)) === 0);
+        drawNoValue(context, box, colours, (marks & (Mark.faulty | Mark.closed | Mark.ambiguous)) === 0);
       }
       if (marks !== 0) drawMarks(context, box, marks, layout.scale);
     }

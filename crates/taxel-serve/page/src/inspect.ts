@@ -1,20 +1,10 @@
 // The panel that says everything about one taxel.
 
 import { create, symbol } from "./dom";
-import {
-  capacitorNames,
-  compact,
-  decimalsFor,
-  fixed,
-  NONE,
-  signalStateInWords,
-  stateInWords,
-  withDeviation,
-} from "./format";
+import { compact, decimalsFor, fixed, NONE, stateInWords, withDeviation } from "./format";
 import type { Cell } from "./panel";
-import type { Hello, MapFrame, SignalsFrame, SignalsMeaning, ThreeAxisFrame } from "./protocol";
+import type { Frame, Hello } from "./protocol";
 
-const CAPACITORS = ["11", "12", "21", "22"] as const;
 const AXES = ["x", "y", "z"] as const;
 
 export class Inspector {
@@ -49,83 +39,92 @@ export class Inspector {
     return `${sentence}, ${text}`;
   }
 
-  /** Shows a taxel of a three-axis array; returns the sentence for screen readers. */
-  showThreeAxis(hello: Hello, frame: ThreeAxisFrame, cell: Cell, rest: Float64Array | null): string {
+  /** Shows a taxel, with its channels at `rest` in shown units; returns the sentence for screen readers. */
+  show(hello: Hello, frame: Frame, cell: Cell, rest: Float64Array | null): string {
     const taxel = cell.row * hello.columns + cell.column;
     const state = hello.states[frame.state[taxel] as number] ?? "unknown";
     this.place.textContent = `row ${cell.row}, column ${cell.column}`;
-    const { symbol: unit, si_per_unit: per } = hello.unit;
-    const capacitors = create("table", { class: "capacitors" });
-    capacitors.append(headRow("", unit, rest === null ? "" : "change"));
-    const [touching, faulty] = [frame.touching[taxel] as number, frame.faulty[taxel] as number];
-    CAPACITORS.forEach((name, index) => {
-      const value = (frame.capacitance[4 * taxel + index] as number) / per;
-      const change = rest === null ? "" : fixed(value - (rest[4 * taxel + index] as number), 2);
-      const row = create("tr", {}, create("th", { scope: "row" }, symbol("C", name)));
-      if (faulty & (1 << index)) row.className = "bad";
-      row.append(create("td", {}, fixed(value, 2)), create("td", {}, change));
-      capacitors.append(row);
-    });
-    const forces = create("table", { class: "forces" });
-    forces.append(headRow("", "mN", "± σ"));
+    const facts: [string, string][] = [];
+    const parts: HTMLElement[] = [];
     const spoken: string[] = [];
-    AXES.forEach((axis, index) => {
-      const value = 1e3 * (frame.force[3 * taxel + index] as number);
-      const deviation = 1e3 * (frame.deviation[3 * taxel + index] as number);
-      const row = create("tr", {}, create("th", { scope: "row" }, symbol("F", axis)));
-      row.append(create("td", {}, fixed(value, 2)));
-      row.append(create("td", {}, Number.isFinite(value) ? `± ${fixed(deviation, 2)}` : NONE));
-      forces.append(row);
-      spoken.push(`F ${axis} ${withDeviation(value, deviation, 2)} mN`);
-    });
-    const residual = frame.residual[taxel] as number;
-    const facts = factList([
-      ["Residual", Number.isFinite(residual) ? `${fixed(residual, 2)} σ` : "no check"],
-      ["Touching", capacitorNames(touching)],
-      ["Faulty", capacitorNames(faulty)],
-    ]);
-    const columns = create("div", { class: "inspect-columns" }, forces, capacitors, facts);
-    this.content.replaceChildren(stateLine(state), columns);
+    if (hello.components === 3) parts.push(vectorTable(hello, frame, taxel, spoken));
+    else {
+      const shown = valueInWords(hello, frame, taxel);
+      facts.push([hello.value.quantity === "raw" ? "Value" : capitalised(hello.value.quantity), shown]);
+      spoken.push(shown);
+    }
+    const { wiring } = hello;
+    if (wiring.kind === "per_taxel" && wiring.channels > 1) {
+      const own = Array.from({ length: wiring.channels }, (_, index) => wiring.channels * taxel + index);
+      parts.push(channelTable(hello, frame, own, rest));
+      const residual = frame.residual[taxel] as number;
+      const named = (wanted: string): string => {
+        const found = own.filter((channel) => hello.channel_states[frame.channelState[channel] as number] === wanted);
+        return found.length === 0 ? "none" : found.map((channel) => shortName(hello, channel)).join(", ");
+      };
+      facts.push(["Residual", Number.isFinite(residual) ? `${fixed(residual, 2)} σ` : "no check"]);
+      facts.push(["Closed", named("closed")], ["Faulty", named("faulty")]);
+    }
+    const contact = frame.contacts.find(({ peakTaxel }) => peakTaxel === taxel);
+    if (contact !== undefined && hello.components === 1) facts.push(["Contact", peakOf(contact.id)]);
+    const list = factList(facts);
+    const content = parts.length === 0 ? list : create("div", { class: "inspect-columns" }, ...parts, list);
+    this.content.replaceChildren(stateLine(state), content);
     return `row ${cell.row}, column ${cell.column}: ${spoken.join(", ")}, ${stateInWords(state)}`;
   }
+}
 
-  /** Shows a sensel of a pressure map; returns the sentence for screen readers. */
-  showMap(hello: Hello, frame: MapFrame, cell: Cell): string {
-    const taxel = cell.row * hello.columns + cell.column;
-    const state = hello.states[frame.state[taxel] as number] ?? "unknown";
-    const value = (frame.value[taxel] as number) / hello.unit.si_per_unit;
-    const { quantity, symbol: unit } = hello.unit;
-    this.place.textContent = `row ${cell.row}, column ${cell.column}`;
-    const shown = Number.isFinite(value)
-      ? `${Number.isInteger(value) ? fixed(value, 0) : compact(value)} ${unit}`
-      : state === "masked"
-        ? "no sensel here"
-        : "no reading";
-    const name = quantity === "raw" ? "Value" : capitalised(quantity);
-    const contact = frame.contacts.find(({ peakTaxel }) => peakTaxel === taxel);
-    const facts: [string, string][] = [[name, shown]];
-    if (contact !== undefined) facts.push(["Contact", peakOf(contact.id)]);
-    this.content.replaceChildren(stateLine(state), factList(facts));
-    return `row ${cell.row}, column ${cell.column}: ${shown}, ${stateInWords(state)}`;
-  }
+/** Force along each axis with its deviation. */
+function vectorTable(hello: Hello, frame: Frame, taxel: number, spoken: string[]): HTMLElement {
+  const { symbol: unit, si_per_unit: per } = hello.value;
+  const forces = create("table", { class: "forces" });
+  forces.append(headRow("", unit, "± σ"));
+  AXES.forEach((axis, index) => {
+    const value = (frame.value[3 * taxel + index] as number) / per;
+    const deviation = (frame.deviation[3 * taxel + index] as number) / per;
+    const row = create("tr", {}, create("th", { scope: "row" }, symbol("F", axis)));
+    row.append(create("td", {}, fixed(value, 2)));
+    row.append(create("td", {}, Number.isFinite(value) ? `± ${fixed(deviation, 2)}` : NONE));
+    forces.append(row);
+    spoken.push(`F ${axis} ${withDeviation(value, deviation, 2)} ${unit}`);
+  });
+  return forces;
+}
 
-  /** Shows a taxel of a device with one value per taxel; returns the sentence for screen readers. */
-  showSignal(hello: Hello, meaning: SignalsMeaning, frame: SignalsFrame, cell: Cell): string {
-    const taxel = cell.row * hello.columns + cell.column;
-    const state = hello.states[frame.state[taxel] as number] ?? "unknown";
-    const { quantity, symbol: unit, si_per_unit: per } = meaning.value;
-    this.place.textContent = `row ${cell.row}, column ${cell.column}`;
-    const value = (frame.value[taxel] as number) / per;
-    const deviation = (frame.deviation[taxel] as number) / per;
-    const decimals = decimalsFor(meaning.full_scale / per);
-    const number = Number.isFinite(deviation) ? withDeviation(value, deviation, decimals) : fixed(value, decimals);
-    const shown = Number.isFinite(value) ? `${number} ${unit}` : "no value";
-    const contact = frame.contacts.find(({ peakTaxel }) => peakTaxel === taxel);
-    const facts: [string, string][] = [[capitalised(quantity), shown]];
-    if (contact !== undefined) facts.push(["Contact", peakOf(contact.id)]);
-    this.content.replaceChildren(factList(facts), stateLine(state, signalStateInWords(state)));
-    return `row ${cell.row}, column ${cell.column}: ${shown}, ${signalStateInWords(state)}`;
+/** Readings of the channels of a taxel, and their change against rest. */
+function channelTable(hello: Hello, frame: Frame, channels: readonly number[], rest: Float64Array | null): HTMLElement {
+  const { symbol: unit, si_per_unit: per } = hello.reading;
+  const table = create("table", { class: "capacitors" });
+  table.append(headRow("", unit, rest === null ? "" : "change"));
+  for (const channel of channels) {
+    const value = (frame.reading[channel] as number) / per;
+    const change = rest === null ? "" : fixed(value - (rest[channel] as number), 2);
+    const row = create("tr", {}, create("th", { scope: "row" }, symbol("C", shortName(hello, channel))));
+    if (!USABLE.includes(hello.channel_states[frame.channelState[channel] as number] ?? "")) row.className = "bad";
+    row.append(create("td", {}, fixed(value, 2)), create("td", {}, change));
+    table.append(row);
   }
+  return table;
+}
+
+/** States of channels whose reading is used. */
+const USABLE = ["ok", "closed"];
+
+/** What tells the channels of one taxel apart: `11` of `r0c0.11`. */
+function shortName(hello: Hello, channel: number): string {
+  const name = hello.channels[channel] ?? "";
+  return name.slice(name.lastIndexOf(".") + 1);
+}
+
+/** The value of a taxel of one component, in its unit. */
+function valueInWords(hello: Hello, frame: Frame, taxel: number): string {
+  const { symbol: unit, si_per_unit: per } = hello.value;
+  const value = (frame.value[taxel] as number) / per;
+  const deviation = (frame.deviation[taxel] as number) / per;
+  if (!Number.isFinite(value)) return "no value";
+  const decimals = hello.full_scale === null ? null : decimalsFor(hello.full_scale / per);
+  if (decimals === null) return `${Number.isInteger(value) ? fixed(value, 0) : compact(value)} ${unit}`;
+  return `${Number.isFinite(deviation) ? withDeviation(value, deviation, decimals) : fixed(value, decimals)} ${unit}`;
 }
 
 function peakOf(id: number): string {
@@ -137,10 +136,10 @@ export function capitalised(text: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
-function stateLine(state: string, words = stateInWords(state)): HTMLElement {
+function stateLine(state: string): HTMLElement {
   const good = state === "ok";
   const line = create("p", { class: good ? "state good" : "state", "data-testid": "inspect-state" });
-  line.append(words);
+  line.append(stateInWords(state));
   return line;
 }
 

@@ -21,16 +21,16 @@ const STATES: [string, Draw][] = [
   ["no value", (context, box, _, colours) => drawNoValue(context, box, colours, true)],
   ["masked", (context, box, scale, colours) => drawHatch(context, box, colours, scale)],
   ["faulty", over(Mark.faulty)],
-  ["electrodes touch", over(Mark.contact)],
+  ["electrodes closed", over(Mark.closed)],
   ["out of range", over(Mark.outOfRange)],
   ["not converged", over(Mark.notConverged)],
   ["inconsistent", over(Mark.inconsistent)],
   ["unchecked", over(Mark.unchecked)],
 ];
 
-const SIGNALS: [string, Draw][] = [
+const BOUNDS: [string, Draw][] = [
   ["saturated: a bound", over(Mark.saturated)],
-  ["ambiguous: one of several places that explain the readings equally well", over(Mark.ambiguous)],
+  ["ambiguous: one of several positions that explain the readings equally well", over(Mark.ambiguous)],
 ];
 
 const SHEAR: [string, Draw] = [
@@ -41,7 +41,7 @@ const SHEAR: [string, Draw] = [
 
 const CONTACTS: [string, Draw][] = [
   [
-    "contact with its number, 95 % of its place",
+    "contact with its number, 95 % ellipse",
     (context, { x, y, width, height }, scale) => {
       const [middleX, middleY] = [x + width / 2, y + height / 2];
       drawEllipse(context, scale, middleX, middleY, [(width * 0.155) ** 2, 0, (height * 0.12) ** 2]);
@@ -55,7 +55,7 @@ const CONTACTS: [string, Draw][] = [
   ],
 ];
 
-/** The legend for a kind of device. */
+/** The legend for a device. */
 export class Legend {
   readonly root: HTMLElement;
   private readonly samples: [HTMLCanvasElement, Draw][] = [];
@@ -63,20 +63,18 @@ export class Legend {
   private readonly grayscale: boolean;
 
   /** `map` is that of the image whose marks are explained. */
-  constructor(kind: Hello["kind"], map = SEQUENTIAL, grayscale = false) {
+  constructor({ components, picture }: Hello, map = SEQUENTIAL) {
     this.map = map;
-    this.grayscale = grayscale;
+    this.grayscale = picture === "grayscale";
     const sensels: [string, Draw][] = [
       ["no reading", STATES[0]?.[1] as Draw],
       ["no sensel", STATES[1]?.[1] as Draw],
       ["faulty", over(Mark.faulty)],
       ["out of range", over(Mark.outOfRange)],
     ];
-    const entries = {
-      three_axis: [...STATES, SHEAR, ...CONTACTS],
-      pressure_map: [...sensels, ...CONTACTS],
-      signals: [...STATES, ...CONTACTS, ...SIGNALS],
-    }[kind];
+    const states = picture === "map" ? sensels : STATES;
+    const entries = components === 3 ? [...states, SHEAR, ...CONTACTS] : [...states, ...CONTACTS];
+    if (components === 1 && picture !== "map") entries.push(...BOUNDS);
     this.root = create("ul", { class: "legend", "aria-label": "Legend" });
     for (const [words, draw] of entries) {
       const canvas = create("canvas", { "aria-hidden": "true" });

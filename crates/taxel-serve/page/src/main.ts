@@ -1,5 +1,6 @@
 // The page of `taxel live`: connects, keeps the newest frame, draws it once for each animation frame.
 
+import { listsChannels } from "./channels";
 import { Connection } from "./connection";
 import { byId, setText } from "./dom";
 import { Drawing } from "./drawing";
@@ -8,14 +9,11 @@ import { Journal } from "./journal";
 import type { LinkState, Socket } from "./link";
 import { linkInWords, linkState } from "./link";
 import type { Cell, PanelListener } from "./panel";
-import { PressureMapView } from "./pressure_map";
 import type { Frame, FrameHeader, Hello, Status } from "./protocol";
 import { decodeFrame, ProtocolError } from "./protocol";
 import { Readout } from "./readout";
-import { SignalsView } from "./signals";
 import { ThemeSwitch } from "./theme";
-import { ThreeAxisView } from "./three_axis";
-import type { View } from "./view";
+import { TouchView } from "./touch_view";
 
 /** For the tests of the page: times by `performance.now()`. */
 interface TestHooks {
@@ -51,7 +49,7 @@ const hooks: TestHooks = {
 window.taxelTest = hooks;
 
 let hello: Hello | null = null;
-let view: View | null = null;
+let view: TouchView | null = null;
 let readout: Readout | null = null;
 let status: Status | null = null;
 let socket: Socket = "connecting";
@@ -126,8 +124,8 @@ const connection = new Connection(location, {
     problem = "";
     greet(message);
   },
-  rest(capacitance) {
-    view?.takeRest(capacitance);
+  rest(channels) {
+    view?.takeRest(channels);
     requestDrawing(true);
   },
   events: (events, missed) => journal.takeEvents(events, missed),
@@ -164,16 +162,7 @@ const connection = new Connection(location, {
 
 /** Begins anew for a device; keeps scales, chart and selection if it is the same one again. */
 function greet(message: Hello): void {
-  const identity = ({
-    kind,
-    name,
-    rows,
-    columns,
-    sensor_hash: hash,
-    unit,
-    signals = null,
-    total_force_known: known,
-  }: Hello): string => JSON.stringify([kind, name, rows, columns, hash, unit, signals, known]);
+  const identity = ({ protocol, source, version, commit, ...device }: Hello): string => JSON.stringify(device);
   const same = hello !== null && view !== null && identity(hello) === identity(message);
   hello = message;
   status = null;
@@ -185,7 +174,8 @@ function greet(message: Hello): void {
     ...(message.sensor_hash === "" ? [] : [`sensor file ${message.sensor_hash}`]),
   ].join("\n");
   document.title = `${message.name} – taxel live`;
-  document.body.dataset["kind"] = message.kind;
+  document.body.dataset["components"] = String(message.components);
+  document.body.toggleAttribute("data-channels", listsChannels(message));
   drawing.show(message);
   journal.greet(message);
   updateCondition();
@@ -196,8 +186,7 @@ function greet(message: Hello): void {
   hovered = null;
   const main = byId("main");
   readout = new Readout(byId("readout"), message);
-  const views = { three_axis: ThreeAxisView, pressure_map: PressureMapView, signals: SignalsView };
-  view = new views[message.kind](message, main, panelListener, journal);
+  view = new TouchView(message, main, panelListener, journal);
   if (locked) setLocked(false);
 }
 
@@ -211,9 +200,12 @@ function takeFrame(bytes: ArrayBuffer, now: number): void {
         `a frame has ${frame.header.taxels} taxels, not ${hello.rows} x ${hello.columns}`,
       );
     }
-    const channels = hello.signals?.channels.length ?? 0;
-    if (frame.header.channels !== channels) {
-      throw new ProtocolError(`a frame has ${frame.header.channels} channels, not ${channels}`);
+    const channels = hello.channels.length;
+    if (frame.header.channels !== channels || frame.header.components !== hello.components) {
+      throw new ProtocolError(
+        `a frame has ${frame.header.channels} channels and ${frame.header.components} components, ` +
+          `not ${channels} and ${hello.components}`,
+      );
     }
   } catch (error) {
     if (!(error instanceof ProtocolError)) throw error;
@@ -252,7 +244,7 @@ function draw(): void {
   }
   if (now - textDrawnAt > TEXT_PERIOD) {
     textDrawnAt = now;
-    readout?.showTotals(shown.header, view.sum(shown));
+    readout?.showTotals(shown.header);
     if (selected === null) view.clearInspector();
     else view.inspect(shown, selected);
   }

@@ -7,7 +7,7 @@ export const Mark = {
   none: 0,
   masked: 1,
   faulty: 2,
-  contact: 4,
+  closed: 4,
   outOfRange: 8,
   notConverged: 16,
   inconsistent: 32,
@@ -19,7 +19,7 @@ export const Mark = {
 const MARK_OF_STATE: Record<string, number> = {
   masked: Mark.masked,
   faulty: Mark.faulty,
-  contact: Mark.contact,
+  closed: Mark.closed,
   out_of_range: Mark.outOfRange,
   not_converged: Mark.notConverged,
   inconsistent: Mark.inconsistent,
@@ -100,7 +100,7 @@ export function drawHatch(
 /** Marks that lie over the colour of a cell. */
 export function drawMarks(context: CanvasRenderingContext2D, box: Box, marks: number, scale: number): void {
   const size = Math.min(box.width, box.height);
-  if (marks & Mark.contact) {
+  if (marks & Mark.closed) {
     const inset = Math.max(1.5 * scale, size * 0.09);
     path(context, scale, 1.75, () => {
       context.rect(box.x + inset, box.y + inset, box.width - 2 * inset, box.height - 2 * inset);

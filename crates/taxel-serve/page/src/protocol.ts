@@ -1,4 +1,4 @@
-// The live protocol, version 2 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
+// The live protocol, version 3 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
 
 /** A quantity and the unit in which it is shown: shown = SI / `si_per_unit`. */
 export interface Unit {
@@ -7,26 +7,9 @@ export interface Unit {
   si_per_unit: number;
 }
 
-/** What the numbers of a device with one value per taxel are. */
-export interface SignalsMeaning {
-  /** Names in the order of a frame. */
-  channels: string[];
-  /** What a channel carries. */
-  signal: Unit;
-  /** What a taxel feels. */
-  value: Unit;
-  /** Value at the end of the colour scale, SI. */
-  full_scale: number;
-  /** Whether values of either sign occur in normal use. */
-  signed: boolean;
-  /** Whether the image runs from black to white by the size of the value. */
-  grayscale: boolean;
-}
-
-/** First message of a connection. */
+/** First message of a connection: what the numbers of every frame are. */
 export interface Hello {
   protocol: number;
-  kind: "three_axis" | "pressure_map" | "signals";
   name: string;
   source: string;
   version: string;
@@ -34,19 +17,37 @@ export interface Hello {
   sensor_hash: string;
   rows: number;
   columns: number;
-  /** Row spacing, column spacing, m. */
+  /** Row spacing, column spacing, m; null where it is not known, and lengths are in cells. */
   pitch_m: [number, number] | null;
   mount: { kind: string; radius_m?: number };
-  /** Of the raw image: shown = SI / `si_per_unit`. */
-  unit: Unit;
-  /** Of a device with one value per taxel; otherwise null, or not there. */
-  signals?: SignalsMeaning | null;
-  full_scale_n: number | null;
-  usable_force_n: number | null;
+  /** Names of the channels in the order of a frame. */
+  channels: string[];
+  /** Which taxels the channels belong to. */
+  wiring: { kind: "per_taxel"; channels: number } | { kind: "crossing" } | { kind: "shared" };
+  /** What a channel carries. */
+  reading: Unit;
+  /** What a taxel's value is. */
+  value: Unit;
+  /** Of a value: 1 (pressing alone) or 3. */
+  components: 1 | 3;
+  /** Whether values of either sign occur in normal use. */
+  signed: boolean;
+  /** Value at the end of the colour scale, SI; null where it is not known. */
+  full_scale: number | null;
+  /** Value up to which the model was verified, SI. */
+  verified: number | null;
+  /** How the image of values is coloured. */
+  picture: "heat" | "grayscale" | "map";
+  /** Whether the total force is a number of this device. */
+  total_known: boolean;
+  /** Units of the forces and speeds of contacts. */
+  force_unit: string;
+  speed_unit: string;
   period_s: number | null;
   stale_after_s: number;
+  /** Names of the state codes of taxels and of channels. */
   states: string[];
-  total_force_known: boolean;
+  channel_states: string[];
 }
 
 /** Sent every 100 ms. */
@@ -94,7 +95,6 @@ export interface TareEntry {
   to: number | null;
   /** Why it was refused. */
   message: string;
-  restorable: boolean;
 }
 
 /** Changes that the baseline made itself. */
@@ -122,13 +122,13 @@ export interface Health {
   wrong_channels: number;
   /** They, or the first of them. */
   wrong: WrongChannel[];
-  /** Units whose readings an exchange of two capacitors explains. */
+  /** Taxels whose readings an exchange of two of their channels explains. */
   swapped: { taxel: number; pairs: [string, string][] }[];
 }
 
 export type Message =
   | { type: "hello"; hello: Hello }
-  | { type: "rest"; capacitance: readonly (number | null)[] }
+  | { type: "rest"; channels: readonly (number | null)[] }
   | { type: "status"; status: Status }
   | { type: "events"; missed: number; events: TouchEvent[] }
   | { type: "tares"; entries: TareEntry[] }
@@ -140,24 +140,29 @@ export type Command = { command: "tare" } | { command: "clear_tare" } | { comman
 
 /** One region of touch. */
 export interface Contact {
+  /** Number that stays with the contact; 0 for none. */
+  id: number;
   taxels: number;
   /** Centre x, y, m. */
   centre: [number, number];
   /** Covariance xx, xy, yy, m2. */
   covariance: [number, number, number];
-  /** Force x, y, z, N; for a map without unit of force the sum of values in z. */
-  force: [number, number, number];
-  peak: number;
-  peakTaxel: number;
-  /** Number that stays with the contact; 0 for none. */
-  id: number;
   /** m/s; NaN without a number. */
   velocity: [number, number];
+  /** Force x, y, z, N; where values have no unit of force, the sum of values in z. */
+  force: [number, number, number];
+  forceDeviation: [number, number, number];
+  /** Moment about the normal through the centre, N m. */
+  torsion: number;
+  peak: number;
+  peakTaxel: number;
+  /** Code of the state of a taxel that gives no more than a bound; NaN for none. */
+  bound: number;
 }
 
-/** What every frame begins with, whatever its kind. */
+/** What every frame begins with. */
 export interface FrameHeader {
-  kind: 1 | 2 | 3;
+  components: number;
   contacts: number;
   sequence: bigint;
   /** Device time, s. */
@@ -169,7 +174,7 @@ export interface FrameHeader {
   rate: number;
   /** From the frame's arrival at the server to this message, s. */
   latency: number;
-  /** Total force x, y, z, N. */
+  /** Total force x, y, z, N; NaN where it is not known. */
   force: [number, number, number];
   forceDeviation: [number, number, number];
   /** Total moment about the origin, N m. */
@@ -177,72 +182,52 @@ export interface FrameHeader {
   /** Centre of pressure x, y, m. */
   centre: [number, number];
   centreCovariance: [number, number, number];
+  /** Sum of the counted values along z, SI. */
+  sum: number;
   taxels: number;
-  /** Channels of a device with one value per taxel; 0 for other kinds. */
   channels: number;
   tared: boolean;
   tareRunning: boolean;
   clipped: boolean;
-  /** The force history of a creeping device is uncertain after a long pause. */
+  /** The history of a creeping device is uncertain after a long pause. */
   historyUncertain: boolean;
+  /** Taxels that are not part of totals and contacts. */
+  leftOut: number;
 }
 
-export interface ThreeAxisFrame {
-  kind: 1;
-  header: FrameHeader;
-  contacts: Contact[];
-  /** F, taxel by taxel: 11, 12, 21, 22. */
-  capacitance: Float32Array;
-  /** N, taxel by taxel: x, y, z. */
-  force: Float32Array;
-  deviation: Float32Array;
-  residual: Float32Array;
-  state: Uint8Array;
-  touching: Uint8Array;
-  faulty: Uint8Array;
-}
-
-export interface MapFrame {
-  kind: 2;
-  header: FrameHeader;
-  contacts: Contact[];
-  /** SI unit of the map; NaN where there is no sensel or no reading. */
-  value: Float32Array;
-  state: Uint8Array;
-}
-
-export interface SignalsFrame {
-  kind: 3;
+/** One frame of any device. Values of several components stand taxel by taxel: x, y, z. */
+export interface Frame {
   header: FrameHeader;
   contacts: Contact[];
   /** Of each channel, SI; NaN for no reading. */
-  signal: Float32Array;
-  /** The same at rest; NaN where a channel has no rest value. */
-  rest: Float32Array;
+  reading: Float32Array;
   /** Of each taxel, SI; NaN for none. */
   value: Float32Array;
   /** NaN where it is not known. */
   deviation: Float32Array;
+  /** Of each taxel; NaN without redundant channels. */
+  residual: Float32Array;
+  /** Of each channel: index into `channel_states`. */
+  channelState: Uint8Array;
+  /** Of each taxel: index into `states`. */
   state: Uint8Array;
+  /** Of each taxel: 1 where its value is part of totals and contacts. */
+  counted: Uint8Array;
 }
-
-export type Frame = ThreeAxisFrame | MapFrame | SignalsFrame;
 
 /** A message that is not what the protocol says. */
 export class ProtocolError extends Error {}
 
 /** Version of the protocol that this page speaks. */
-const PROTOCOL = 2;
-const MAGIC = 0x314c5854;
-const HEADER_LENGTH = 184;
-const CONTACT_LENGTH = 88;
-/** Number and velocity of each contact, at the end of the message. */
-const IDENTITY_LENGTH = 24;
-/** Bytes for each taxel: kind 1 has 11 f32 and 3 u8, kind 2 one f32 and one u8, kind 3 two f32 and one u8. */
-const TAXEL_LENGTH = { 1: 11 * 4 + 3, 2: 4 + 1, 3: 2 * 4 + 1 } as const;
-/** Kind 3: number of channels, and bytes for each: signal and rest. */
-const CHANNELS_LENGTH = 4;
-const CHANNEL_LENGTH = 2 * 4;
+const PROTOCOL = 3;
+const MAGIC = 0x334c5854;
+const HEADER_LENGTH = 200;
+const CONTACT_LENGTH = 19 * 8;
+/** Bytes of a channel: reading and state. */
+const CHANNEL_LENGTH = 4 + 1;
+/** Bytes of a taxel: residual, state, whether it counts; and for each component value and deviation. */
+const TAXEL_LENGTH = 4 + 2;
+const COMPONENT_LENGTH = 2 * 4;
 
 /** Reads a text message of the server. */
 export function parseMessage(text: string): Message {
@@ -255,8 +240,8 @@ export function parseMessage(text: string): Message {
   if (typeof value !== "object" || value === null) throw new ProtocolError("a text message is not an object");
   const message = value as Record<string, unknown>;
   if (message["type"] === "hello") return { type: "hello", hello: checkedHello(message) };
-  if (message["type"] === "rest" && Array.isArray(message["capacitance_f"])) {
-    return { type: "rest", capacitance: message["capacitance_f"] as (number | null)[] };
+  if (message["type"] === "rest" && Array.isArray(message["channels"])) {
+    return { type: "rest", channels: message["channels"] as (number | null)[] };
   }
   if (message["type"] === "events" && Array.isArray(message["events"])) {
     return { type: "events", missed: Number(message["missed"]), events: message["events"] as TouchEvent[] };
@@ -279,33 +264,27 @@ function checkedHello(message: Record<string, unknown>): Hello {
   if (hello.protocol !== PROTOCOL) {
     throw new ProtocolError(`the server speaks protocol ${String(hello.protocol)}, this page speaks ${PROTOCOL}`);
   }
-  if (!KINDS.includes(hello.kind)) {
-    throw new ProtocolError(`this page cannot show a device of kind ${String(hello.kind)}`);
+  if (hello.components !== 1 && hello.components !== 3) {
+    throw new ProtocolError(`this page cannot show values of ${String(hello.components)} components`);
   }
   for (const key of ["rows", "columns"] as const) {
     if (!Number.isInteger(hello[key]) || hello[key] < 1) {
       throw new ProtocolError(`${key} is ${String(hello[key])}, not a positive whole number`);
     }
   }
-  if (!Array.isArray(hello.states)) throw new ProtocolError("hello has no list of states");
-  if (!(hello.unit?.si_per_unit > 0)) throw new ProtocolError("hello has no unit of the raw image");
-  if (hello.kind === "signals") checkSignals(hello.signals);
+  for (const key of ["states", "channel_states", "channels"] as const) {
+    const names: unknown = hello[key];
+    if (!Array.isArray(names) || !names.every((name) => typeof name === "string")) {
+      throw new ProtocolError(`hello has no list of ${key.replace("_", " ")}`);
+    }
+  }
+  for (const key of ["reading", "value"] as const) {
+    if (!((hello[key]?.si_per_unit ?? 0) > 0)) throw new ProtocolError(`hello has no unit of the ${key}s`);
+  }
+  if (hello.full_scale !== null && !(hello.full_scale > 0)) {
+    throw new ProtocolError(`full_scale is ${String(hello.full_scale)}, not a positive number`);
+  }
   return hello;
-}
-
-const KINDS: readonly string[] = ["three_axis", "pressure_map", "signals"];
-
-function checkSignals(signals: SignalsMeaning | null | undefined): void {
-  const channels: unknown = signals?.channels;
-  if (!Array.isArray(channels) || !channels.every((name) => typeof name === "string")) {
-    throw new ProtocolError("hello has no names of the channels");
-  }
-  for (const key of ["signal", "value"] as const) {
-    if (!((signals?.[key]?.si_per_unit ?? 0) > 0)) throw new ProtocolError(`hello has no unit of the ${key}s`);
-  }
-  if (!((signals?.full_scale ?? 0) > 0)) {
-    throw new ProtocolError(`full_scale is ${String(signals?.full_scale)}, not a positive number`);
-  }
 }
 
 /** Reads the fixed part of a binary message and checks its length. Cheap enough for every frame at 1000/s. */
@@ -315,31 +294,27 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
   }
   const view = new DataView(bytes);
   const magic = view.getUint32(0, true);
-  if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL1`);
-  const kind = view.getUint16(4, true);
-  if (kind !== 1 && kind !== 2 && kind !== 3) {
-    throw new ProtocolError(`a frame is of kind ${kind}; known are 1, 2 and 3`);
+  if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL3`);
+  const components = view.getUint16(4, true);
+  if (components !== 1 && components !== 3) {
+    throw new ProtocolError(`a frame has values of ${components} components; known are 1 and 3`);
   }
   const contacts = view.getUint16(6, true);
-  const taxels = view.getUint32(176, true);
-  // The number of channels of kind 3 stands behind the contacts.
-  const channelsAt = HEADER_LENGTH + contacts * CONTACT_LENGTH;
-  let length = channelsAt + contacts * IDENTITY_LENGTH;
-  let channels = 0;
-  let parts = `${taxels} taxels and ${contacts} contacts`;
-  if (kind === 3) {
-    // A frame that ends before it is too short anyway.
-    if (bytes.byteLength >= channelsAt + CHANNELS_LENGTH) channels = view.getUint32(channelsAt, true);
-    parts = `${channels} channels, ${parts}`;
-    length += CHANNELS_LENGTH + channels * CHANNEL_LENGTH;
-  }
-  length += taxels * TAXEL_LENGTH[kind];
+  const taxels = view.getUint32(184, true);
+  const channels = view.getUint32(188, true);
+  const length =
+    HEADER_LENGTH +
+    contacts * CONTACT_LENGTH +
+    channels * CHANNEL_LENGTH +
+    taxels * (TAXEL_LENGTH + components * COMPONENT_LENGTH);
   if (bytes.byteLength !== length) {
-    throw new ProtocolError(`a frame has ${bytes.byteLength} bytes; ${parts} need ${length}`);
+    throw new ProtocolError(
+      `a frame has ${bytes.byteLength} bytes; ${channels} channels, ${taxels} taxels and ${contacts} contacts need ${length}`,
+    );
   }
-  const flags = view.getUint32(180, true);
+  const flags = view.getUint32(192, true);
   return {
-    kind,
+    components,
     contacts,
     sequence: view.getBigUint64(8, true),
     time: Number(view.getBigUint64(16, true)) / 1e9,
@@ -353,12 +328,14 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
     moment: triple(view, 112),
     centre: [view.getFloat64(136, true), view.getFloat64(144, true)],
     centreCovariance: triple(view, 152),
+    sum: view.getFloat64(176, true),
     taxels,
     channels,
     tared: (flags & 1) !== 0,
     tareRunning: (flags & 2) !== 0,
     clipped: (flags & 4) !== 0,
     historyUncertain: (flags & 8) !== 0,
+    leftOut: view.getUint32(196, true),
   };
 }
 
@@ -366,7 +343,7 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
 export function decodeFrame(bytes: ArrayBuffer): Frame {
   const header = decodeHeader(bytes);
   const contacts = decodeContacts(bytes, header.contacts);
-  const n = header.taxels;
+  const { channels, taxels, components } = header;
   let offset = HEADER_LENGTH + header.contacts * CONTACT_LENGTH;
   // Every browser runs on a little-endian machine, and every f32 array begins at a multiple of four.
   const floats = (count: number): Float32Array => {
@@ -379,56 +356,40 @@ export function decodeFrame(bytes: ArrayBuffer): Frame {
     offset += count;
     return array;
   };
-  if (header.kind === 2) return { kind: 2, header, contacts, value: floats(n), state: octets(n) };
-  if (header.kind === 3) {
-    offset += CHANNELS_LENGTH;
-    return {
-      kind: 3,
-      header,
-      contacts,
-      signal: floats(header.channels),
-      rest: floats(header.channels),
-      value: floats(n),
-      deviation: floats(n),
-      state: octets(n),
-    };
-  }
   return {
-    kind: 1,
     header,
     contacts,
-    capacitance: floats(4 * n),
-    force: floats(3 * n),
-    deviation: floats(3 * n),
-    residual: floats(n),
-    state: octets(n),
-    touching: octets(n),
-    faulty: octets(n),
+    reading: floats(channels),
+    value: floats(components * taxels),
+    deviation: floats(components * taxels),
+    residual: floats(taxels),
+    channelState: octets(channels),
+    state: octets(taxels),
+    counted: octets(taxels),
   };
 }
 
 function decodeContacts(bytes: ArrayBuffer, count: number): Contact[] {
   const view = new DataView(bytes);
-  const identities = bytes.byteLength - count * IDENTITY_LENGTH;
   const contacts: Contact[] = [];
   for (let contact = 0; contact < count; contact++) {
     const offset = HEADER_LENGTH + contact * CONTACT_LENGTH;
+    const number = (place: number): number => view.getFloat64(offset + 8 * place, true);
     contacts.push({
-      taxels: view.getFloat64(offset, true),
-      centre: [view.getFloat64(offset + 8, true), view.getFloat64(offset + 16, true)],
-      covariance: triple(view, offset + 24),
-      force: triple(view, offset + 48),
-      peak: view.getFloat64(offset + 72, true),
-      peakTaxel: view.getFloat64(offset + 80, true),
-      ...decodeIdentity(view, identities + contact * IDENTITY_LENGTH),
+      id: number(0),
+      taxels: number(1),
+      centre: [number(2), number(3)],
+      covariance: triple(view, offset + 32),
+      velocity: [number(7), number(8)],
+      force: triple(view, offset + 72),
+      forceDeviation: triple(view, offset + 96),
+      torsion: number(15),
+      peak: number(16),
+      peakTaxel: number(17),
+      bound: number(18),
     });
   }
   return contacts;
-}
-
-function decodeIdentity(view: DataView, offset: number): Pick<Contact, "id" | "velocity"> {
-  const [id, x, y] = triple(view, offset);
-  return { id, velocity: [x, y] };
 }
 
 function triple(view: DataView, offset: number): [number, number, number] {

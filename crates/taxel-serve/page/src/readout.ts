@@ -30,20 +30,11 @@ export class Readout {
     const counts = create("div", { class: "block" });
     root.replaceChildren(totals, counts);
     this.block = totals;
-    if (hello.kind === "three_axis") {
-      this.group("Total force", "total-force", ["x", "y", "z"], "mN", true);
-      this.group("Moment", "moment", ["x", "y", "z"], "µN·m");
-      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
-    } else if (hello.kind === "signals") {
-      this.group("Total force", "total-force", ["z"], "mN", true);
-      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
-    } else if (hello.total_force_known) {
-      this.group("Total force", "total-force", ["z"], "N", true);
-      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
-    } else {
-      this.group("Sum of values", "total-force", ["z"], hello.unit.symbol, true);
-      this.group("Centre of pressure", "centre", ["x", "y"], "mm");
-    }
+    const axes = hello.components === 3 ? AXES : ["z"];
+    const newtons = hello.force_unit === "N";
+    this.group(newtons ? "Total force" : "Sum of values", "total-force", axes, newtons ? "mN" : hello.value.symbol, true);
+    if (hello.components === 3) this.group("Moment", "moment", AXES, "µN·m");
+    this.group("Centre of pressure", "centre", ["x", "y"], "mm");
     this.block = counts;
     this.group("Frame rate", "frame-rate", [""], "Hz");
     this.group("Latency, median", "latency", ["", "max"], "ms");
@@ -53,23 +44,21 @@ export class Readout {
     this.group("Dropped", "dropped", [""], "");
   }
 
-  /** Totals of the shown frame; `sum` is the sum of values of a map, in shown units. */
-  showTotals(header: FrameHeader, sum: number): void {
+  /** Totals of the shown frame. */
+  showTotals(header: FrameHeader): void {
     const { hello } = this;
-    if (hello.kind === "three_axis") {
+    if (hello.components === 3) {
       AXES.forEach((axis, index) => {
         const [force, deviation] = [header.force[index] as number, header.forceDeviation[index] as number];
         this.set(`total-force ${axis}`, withDeviation(1e3 * force, 1e3 * deviation, 2));
         this.set(`moment ${axis}`, fixed(1e6 * (header.moment[index] as number), 1));
       });
-    } else if (hello.kind === "signals") {
+    } else if (hello.force_unit === "N") {
       const [text, unit] = newtons(header.force[2], header.forceDeviation[2]);
       this.set("total-force z", text);
       this.set("total-force unit", unit);
-    } else if (hello.total_force_known) {
-      this.set("total-force z", withDeviation(header.force[2], header.forceDeviation[2], 3));
     } else {
-      this.set("total-force z", compact(sum));
+      this.set("total-force z", compact(header.sum / hello.value.si_per_unit));
     }
     const [xx, , yy] = header.centreCovariance;
     const decimals = Math.min(...(hello.pitch_m ?? [1])) < SMALL_PITCH ? 3 : 2;

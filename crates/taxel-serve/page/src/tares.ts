@@ -17,7 +17,7 @@ export class TareList {
   }
 
   greet(hello: Hello): void {
-    this.unit = hello.signals?.signal ?? hello.unit;
+    this.unit = hello.reading;
     this.list.replaceChildren();
     this.own.replaceChildren();
   }
@@ -42,11 +42,11 @@ export class TareList {
   }
 
   private line(entry: TareEntry, newest: boolean): HTMLElement {
-    const { index, time_ns: time, restorable, kind } = entry;
+    const { index, time_ns: time, kind } = entry;
     const text = create("span", { class: "tare-text" }, `${time === null ? "start" : seconds(time)}  ${this.words(entry)}`);
     const item = create("li", { "data-kind": kind }, text);
     if (newest) item.append(create("span", { class: "now" }, "in force"));
-    else if (restorable && kind !== "refused") {
+    else if (kind !== "refused") {
       const button = create(
         "button",
         { type: "button", class: "small", "data-entry": String(index), "data-testid": `undo-${index}` },

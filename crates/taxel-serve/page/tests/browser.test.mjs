@@ -222,7 +222,7 @@ test("mouse, keys and touch inspect a taxel", async (context) => {
   await rested(tab);
   const everything = new RegExp(
     "row 2, column 3 .*mN ± σ F ?x .*± .*F ?y .*± .*F ?z .*±.* fF .*C ?11 .*C ?12 .*C ?21 .*C ?22 .*" +
-      "Residual .* Touching .* Faulty",
+      "Residual .* Closed .* Faulty",
   );
   const image = byTestId(tab, "image-fz");
   const { width, height } = await image.boundingBox();
@@ -332,7 +332,7 @@ test("what is wrong with channels is said in a line, on a map and in words", { s
   assert.equal(await chip.innerText(), "3 channels dead, stuck, inconsistent");
   await chip.click();
   await byTestId(tab, "wrong").getByText("the same reading for 3.1 s").waitFor();
-  await byTestId(tab, "wrong").getByText("changed places: 11 and 12, or 21 and 22").waitFor();
+  await byTestId(tab, "wrong").getByText("changed places: r3c5.11 and r3c5.12, or r3c5.21 and r3c5.22").waitFor();
   const map = byTestId(tab, "condition-map");
   const { width, height } = await map.boundingBox();
   await map.hover({ position: { x: (2.5 / 8) * width, y: (2.5 / 8) * height } });
@@ -411,9 +411,9 @@ test("a server that is gone is shown as disconnected", async (context) => {
 test("a pressure map is one image with its unit; missing sensels are not drawn as zero", async (context) => {
   const { url } = await serve("map", context);
   const { tab, complaints } = await open(url, context);
-  await byTestId(tab, "image-map").waitFor();
+  await byTestId(tab, "image-value").waitFor();
   await tab.waitForFunction(
-    () => Number(document.querySelector('[data-testid="image-map"]').dataset.max) > 0,
+    () => Number(document.querySelector('[data-testid="image-value"]').dataset.max) > 0,
   );
   assert.equal(await byTestId(tab, "image-fz").count(), 0);
   const unit = await tab.locator(".scale .unit").innerText();
@@ -421,7 +421,7 @@ test("a pressure map is one image with its unit; missing sensels are not drawn a
   await byTestId(tab, "pause").click();
   await drawn(tab);
   // Walks over all sensels by key until there is one that is missing and one that reads zero.
-  const found = await byTestId(tab, "image-map").evaluate((canvas) => {
+  const found = await byTestId(tab, "image-value").evaluate((canvas) => {
     const press = (key) => canvas.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
     const inspector = document.querySelector('[data-testid="inspect"]');
     const place = () => /row (\d+), column (\d+)/.exec(inspector.textContent).slice(1).map(Number);
@@ -434,7 +434,7 @@ test("a pressure map is one image with its unit; missing sensels are not drawn a
     for (let row = 0; row <= lastRow; row++) {
       press("Home");
       for (let column = 0; column <= lastColumn; column++) {
-        if (/no sensel|no reading/.test(inspector.textContent)) kinds.missing ??= place();
+        if (/no value/.test(inspector.textContent)) kinds.missing ??= place();
         else if (/(Value|Pressure)0(\.0+)? /.test(inspector.textContent)) kinds.zero ??= place();
         press("ArrowRight");
       }
@@ -447,7 +447,7 @@ test("a pressure map is one image with its unit; missing sensels are not drawn a
   assert.ok(found.zero !== undefined, "the recording has no sensel that reads zero");
   await drawn(tab);
   const colour = ([row, column]) =>
-    byTestId(tab, "image-map").evaluate(
+    byTestId(tab, "image-value").evaluate(
       (canvas, cell) => {
         const [width, height] = [canvas.width / cell.columns, canvas.height / cell.rows];
         const size = Math.max(1, Math.floor(width / 2));
@@ -469,7 +469,7 @@ test("a pressure map is one image with its unit; missing sensels are not drawn a
 
 /** Mean colour of a square of a taxel, its place and size in parts of the taxel. */
 const colourAt = (tab, [row, column], [x, y, size], [rows, columns] = [2, 4]) =>
-  byTestId(tab, "image-signals").evaluate(
+  byTestId(tab, "image-value").evaluate(
     (canvas, at) => {
       const [width, height] = [canvas.width / at.columns, canvas.height / at.rows];
       const side = Math.max(1, Math.floor(at.size * Math.min(width, height)));
@@ -483,11 +483,11 @@ const colourAt = (tab, [row, column], [x, y, size], [rows, columns] = [2, 4]) =>
     { row, column, x, y, size, rows, columns },
   );
 
-test("signals: image in colours of heat, channels with their change, ambiguous taxels plain to see", async (context) => {
+test("one component: image in colours of heat, channels with their change, ambiguous taxels plain to see", async (context) => {
   const { url } = await serve("heat", context);
   const { tab, complaints } = await open(url, context);
   await badge(tab, "live");
-  await byTestId(tab, "image-signals").waitFor();
+  await byTestId(tab, "image-value").waitFor();
   const channels = await byTestId(tab, "channels").innerText();
   assert.match(channels, /ohm\s+change/);
   for (const name of ["row 0", "row 1", "column 0", "column 3"]) {
@@ -495,9 +495,9 @@ test("signals: image in colours of heat, channels with their change, ambiguous t
   }
   assert.match(await byTestId(tab, "strip-note").innerText(), /^%, last 10 s$/);
   // Someone presses: a row and its numbers grow, and the force is in millinewtons.
-  await tab.waitForFunction(() => Number(document.querySelector('[data-testid="image-signals"]').dataset.max) > 20);
+  await tab.waitForFunction(() => Number(document.querySelector('[data-testid="image-value"]').dataset.max) > 20);
   assert.match(await byTestId(tab, "total-force").innerText(), /[\d.]+ ± [\d.]+\s*mN/);
-  assert.match(await tab.locator(".legend").innerText(), /one of several places that explain the readings equally well/);
+  assert.match(await tab.locator(".legend").innerText(), /one of several positions that explain the readings equally well/);
   await byTestId(tab, "pause").click();
   await drawn(tab);
   // The disc of the mark is dark, its question mark bright; without a value the ground is not a colour of the map.
@@ -505,26 +505,26 @@ test("signals: image in colours of heat, channels with their change, ambiguous t
   const disc = await colourAt(tab, [1, 1], [0.5, 0.5, 0.3]);
   assert.ok(Math.min(...ground) > 180, `ground ${ground}`);
   assert.ok(ground[0] - disc[0] > 60, `mark ${disc} on ${ground}`);
-  await byTestId(tab, "image-signals").focus();
+  await byTestId(tab, "image-value").focus();
   for (const key of ["Home", "ArrowDown", "ArrowRight"]) await tab.keyboard.press(key);
   await byTestId(tab, "inspect").getByText("row 1, column 1").waitFor();
-  assert.match(await inspected(tab), /Pressure no value .*ambiguous: one of several places/);
+  assert.match(await inspected(tab), /ambiguous: one of several positions.* Pressure no value/);
   for (const key of ["ArrowRight", "ArrowUp"]) await tab.keyboard.press(key);
   await byTestId(tab, "inspect").getByText("row 0, column 2").waitFor();
-  assert.match(await inspected(tab), /Pressure [\d.]+ kPa .*saturated: .* a bound/);
+  assert.match(await inspected(tab), /saturated: .* a bound Pressure [\d.]+ kPa/);
   await tab.keyboard.press("ArrowRight");
-  assert.match(await inspected(tab), /row 0, column 3 Pressure [\d.]+ ± [\d.]+ kPa .*ok/);
-  await tab.screenshot({ path: join(screenshots, "signals-heat.png") });
+  assert.match(await inspected(tab), /row 0, column 3 ok Pressure [\d.]+ ± [\d.]+ kPa/);
+  await tab.screenshot({ path: join(screenshots, "one-component-heat.png") });
   assert.deepEqual(complaints, []);
 });
 
-test("signals in grey: black is nothing, white the full scale of either sign", async (context) => {
+test("one component in grey: black is nothing, white the full scale of either sign", async (context) => {
   const { url } = await serve("grey", context);
   const { tab, complaints } = await open(url, context);
   await badge(tab, "live");
-  await byTestId(tab, "image-signals").waitFor();
+  await byTestId(tab, "image-value").waitFor();
   // Until a taxel reads a large negative value, which is as bright as a positive one.
-  await byTestId(tab, "image-signals").focus();
+  await byTestId(tab, "image-value").focus();
   await tab.keyboard.press("Home");
   await tab.keyboard.press("PageDown");
   await tab.keyboard.press("ArrowRight");
@@ -542,15 +542,15 @@ test("signals in grey: black is nothing, white the full scale of either sign", a
   assert.match(await byTestId(tab, "total-force").innerText(), /^\s*z?\s*–/);
   assert.match(await byTestId(tab, "strip-note").innerText(), /^mV, last 10 s$/);
   assert.match(await byTestId(tab, "channels").innerText(), /sensel 8\s+[\u2212\d.]+\s+[\u2212\d.]+ mV/);
-  await tab.screenshot({ path: join(screenshots, "signals-grey.png") });
+  await tab.screenshot({ path: join(screenshots, "one-component-grey.png") });
   assert.deepEqual(complaints, []);
 });
 
-test("signals fit on the screen, light and dark", async (context) => {
+test("one component fits on the screen, light and dark", async (context) => {
   const { url } = await serve("grey", context);
   const { tab } = await open(url, context);
   await badge(tab, "live");
-  await byTestId(tab, "image-signals").focus();
+  await byTestId(tab, "image-value").focus();
   await tab.keyboard.press("ArrowDown");
   for (const [width, height, colorScheme] of [
     [1366, 768, "light"],
@@ -570,7 +570,7 @@ test("signals fit on the screen, light and dark", async (context) => {
       return { scrollWidth, scrollHeight, cut: cut.map((part) => part.getAttribute("aria-label") ?? part.className) };
     });
     assert.deepEqual(found, { scrollWidth: width, scrollHeight: height, cut: [] }, `${width} x ${height}`);
-    await tab.screenshot({ path: join(screenshots, `signals-${colorScheme}-${width}x${height}.png`) });
+    await tab.screenshot({ path: join(screenshots, `one-component-${colorScheme}-${width}x${height}.png`) });
   }
 });
 

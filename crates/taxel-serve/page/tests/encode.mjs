@@ -1,13 +1,14 @@
 // Writes a frame of the live protocol, for the mock server and the tests of the decoder.
 
-const CONTACT_NUMBERS = 11;
+const CONTACT_NUMBERS = 19;
 
-/** One binary message. Missing totals are NaN, missing counts 0. */
+/** One binary message. Missing totals are NaN, missing counts 0, and every taxel counts. */
 export function encodeFrame(frame) {
   const contacts = frame.contacts ?? [];
   const n = frame.state.length;
-  const channels = frame.kind === 3 ? 4 + 8 * frame.signal.length : 0;
-  const length = 184 + (88 + 24) * contacts.length + channels + n * { 1: 47, 2: 5, 3: 9 }[frame.kind];
+  const channels = frame.reading.length;
+  const components = frame.components ?? 1;
+  const length = 200 + 8 * CONTACT_NUMBERS * contacts.length + 5 * channels + n * (6 + 8 * components);
   const view = new DataView(new ArrayBuffer(length));
   let offset = 0;
   const put = (method, size, value) => {
@@ -18,8 +19,8 @@ export function encodeFrame(frame) {
   const floats = (values) => values.forEach((value) => put("setFloat32", 4, value));
   const octets = (values) => values.forEach((value) => put("setUint8", 1, value));
   const unknown = [Number.NaN, Number.NaN, Number.NaN];
-  put("setUint32", 4, 0x314c5854);
-  put("setUint16", 2, frame.kind);
+  put("setUint32", 4, 0x334c5854);
+  put("setUint16", 2, components);
   put("setUint16", 2, contacts.length);
   put("setBigUint64", 8, frame.sequence ?? 0n);
   put("setBigUint64", 8, frame.timeNs ?? 0n);
@@ -32,27 +33,22 @@ export function encodeFrame(frame) {
   doubles(frame.moment ?? unknown);
   doubles(frame.centre ?? unknown.slice(1));
   doubles(frame.centreCovariance ?? unknown);
+  doubles([frame.sum ?? Number.NaN]);
   put("setUint32", 4, n);
+  put("setUint32", 4, channels);
   put("setUint32", 4, frame.flags ?? 0);
+  put("setUint32", 4, frame.leftOut ?? 0);
   for (const contact of contacts) {
-    if (contact.length !== CONTACT_NUMBERS)
-      throw new Error(`a contact has ${contact.length} numbers, not 11`);
+    if (contact.length !== CONTACT_NUMBERS) {
+      throw new Error(`a contact has ${contact.length} numbers, not ${CONTACT_NUMBERS}`);
+    }
     doubles(contact);
   }
-  if (frame.kind === 1) {
-    for (const values of [frame.capacitance, frame.force, frame.deviation, frame.residual]) floats(values);
-    for (const values of [frame.state, frame.touching, frame.faulty]) octets(values);
-  } else if (frame.kind === 3) {
-    put("setUint32", 4, frame.signal.length);
-    for (const values of [frame.signal, frame.rest, frame.value, frame.deviation]) floats(values);
-    octets(frame.state);
-  } else {
-    floats(frame.value);
-    octets(frame.state);
-  }
-  for (const [contact] of contacts.entries()) {
-    doubles(frame.identities?.[contact] ?? [0, Number.NaN, Number.NaN]);
-  }
+  const missing = frame.state.map(() => Number.NaN);
+  for (const values of [frame.reading, frame.value, frame.deviation, frame.residual ?? missing]) floats(values);
+  octets(frame.channelState ?? frame.reading.map(() => 0));
+  octets(frame.state);
+  octets(frame.counted ?? frame.state.map(() => 1));
   if (offset !== length) throw new Error(`wrote ${offset} of ${length} bytes`);
   return view.buffer;
 }

@@ -31,7 +31,7 @@ const { values: options } = parseArgs({
 const STATES = [
   "ok",
   "unchecked",
-  "contact",
+  "closed",
   "out_of_range",
   "not_converged",
   "inconsistent",
@@ -40,6 +40,7 @@ const STATES = [
   "saturated",
   "ambiguous",
 ];
+const CHANNEL_STATES = ["ok", "closed", "saturated", "faulty", "masked"];
 const STALE_AFTER = 0.3;
 const CSP = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self'";
 const kind = Number(options.kind);
@@ -95,20 +96,26 @@ function load(finger, taxel) {
 }
 
 function contactsOf(pressed) {
-  return pressed.map((finger) => {
+  return pressed.map((finger, index) => {
     const loads = Array.from({ length: rows * size }, (_, taxel) => load(finger, taxel));
     const total = loads.reduce((sum, value) => sum + value, 0);
     const peak = Math.max(...loads);
     const variance = finger.width ** 2;
     return [
+      index + 1,
       loads.filter((value) => value > 1e-3).length,
       ...finger.centre,
       variance,
       0.3 * variance * Math.sign(finger.centre[0]),
       0.7 * variance,
+      0.01,
+      0,
       ...(kind === 1 ? [total * finger.shear[0], total * finger.shear[1], total] : [0, 0, 12e3 * total]),
+      ...[4e-4, 4e-4, 4e-4],
+      0,
       kind === 1 ? peak : 12e3 * peak,
       loads.indexOf(peak),
+      Number.NaN,
     ];
   });
 }
@@ -117,7 +124,7 @@ function stateOf(taxel, force) {
   const [row, column] = [Math.floor(taxel / size), taxel % size];
   if (row === 7 && column === 0) return "masked";
   if (row === 0 && column === 7) return "faulty";
-  if (row === 5 && column === 6) return "contact";
+  if (row === 5 && column === 6) return "closed";
   if (options.scene === "all-states") {
     if (row === 2 && column === 1) return "not_converged";
     if (row === 3 && column === 5) return "inconsistent";
@@ -132,13 +139,13 @@ let offset = 0.0008;
 function threeAxisFrame(time, pressed) {
   const n = size * size;
   const frame = {
-    capacitance: [],
-    force: [],
+    components: 3,
+    reading: [],
+    value: [],
     deviation: [],
     residual: [],
     state: [],
-    touching: [],
-    faulty: [],
+    channelState: [],
   };
   for (let taxel = 0; taxel < n; taxel++) {
     const force = [offset / 3, 0, offset];
@@ -153,37 +160,50 @@ function threeAxisFrame(time, pressed) {
     rest.forEach((value, capacitor) => {
       const side = (capacitor & 1 ? 1 : -1) * force[0] + (capacitor & 2 ? -1 : 1) * force[1];
       let reading = value * (1 + 12 * force[2] + 6.5 * side) + 0.08e-15 * noise();
-      if (state === "contact" && capacitor === 3) reading = value * 1.4;
+      if (state === "closed" && capacitor === 3) reading = value * 1.4;
       if (state === "faulty" && capacitor === 1) reading = Number.NaN;
-      frame.capacitance.push(state === "masked" ? Number.NaN : reading);
+      frame.reading.push(state === "masked" ? Number.NaN : reading);
     });
     const none = state === "masked" || state === "not_converged" || state === "faulty";
-    for (const value of force) frame.force.push(none ? Number.NaN : value + 5e-5 * noise());
+    for (const value of force) frame.value.push(none ? Number.NaN : value + 5e-5 * noise());
     for (let axis = 0; axis < 3; axis++) frame.deviation.push(none ? Number.NaN : 5e-5);
     frame.residual.push(
       none || state === "unchecked" ? Number.NaN : state === "inconsistent" ? 6.2 : noise(),
     );
     frame.state.push(STATES.indexOf(state));
-    frame.touching.push(state === "contact" ? 0b1000 : 0);
-    frame.faulty.push(state === "masked" ? 0b1111 : state === "faulty" ? 0b0010 : 0);
+    rest.forEach((_, capacitor) => {
+      const closed = state === "closed" && capacitor === 3;
+      const faulty = state === "faulty" && capacitor === 1;
+      const name = state === "masked" ? "masked" : closed ? "closed" : faulty ? "faulty" : "ok";
+      frame.channelState.push(CHANNEL_STATES.indexOf(name));
+    });
   }
   return frame;
 }
 
 function mapFrame(pressed) {
-  const frame = { value: [], state: [] };
+  const frame = { reading: [], value: [], deviation: [], state: [], channelState: [] };
   for (let taxel = 0; taxel < size * size; taxel++) {
     const [row, column] = [Math.floor(taxel / size), taxel % size];
     const missing = Math.hypot(row - 13.5, column - 13.5) > 16 || (row > 20 && column === 5);
     const value = Math.round(pressed.reduce((sum, finger) => sum + 12e3 * load(finger, taxel), 0));
-    frame.value.push(missing ? Number.NaN : value);
+    for (const values of [frame.reading, frame.value]) values.push(missing ? Number.NaN : value);
+    frame.deviation.push(Number.NaN);
     frame.state.push(STATES.indexOf(missing ? "masked" : "ok"));
+    frame.channelState.push(CHANNEL_STATES.indexOf(missing ? "masked" : "ok"));
   }
   return frame;
 }
 
+/** Reading of a channel at rest; not known in grey. */
+const restOf = (channel) => {
+  if (kind === 1) return [203, 204, 190, 205][channel % 4] * 1e-15;
+  if (kind === 2) return 0;
+  return options.grayscale ? null : 4.2 + 0.37 * channel;
+};
+
 /** Crossed channels, whose rows and columns know no single taxel; or, in grey, one channel for each taxel. */
-function signalsFrame(time, pressed) {
+function oneComponentFrame(time, pressed) {
   const n = rows * size;
   const loads = Array.from({ length: n }, (_, taxel) => pressed.reduce((sum, finger) => sum + load(finger, taxel), 0));
   const signed = options.grayscale ? Math.cos(5 * time) : 1;
@@ -205,9 +225,8 @@ function signalsFrame(time, pressed) {
         ...Array.from({ length: rows }, (_, row) => loads.slice(row * size, (row + 1) * size)),
         ...Array.from({ length: size }, (_, column) => loads.filter((_, taxel) => taxel % size === column)),
       ].map((line) => line.reduce((sum, force) => sum + force, 0));
-  frame.rest = sums.map((_, channel) => (options.grayscale ? Number.NaN : 4.2 + 0.37 * channel));
-  frame.signal = sums.map((sum, channel) =>
-    options.grayscale ? sum + 1e-5 * noise() : frame.rest[channel] * (1 + 14 * sum) + 2e-3 * noise(),
+  frame.reading = sums.map((sum, channel) =>
+    options.grayscale ? sum + 1e-5 * noise() : restOf(channel) * (1 + 14 * sum) + 2e-3 * noise(),
   );
   return frame;
 }
@@ -216,14 +235,14 @@ function frameAt(time, sequence) {
   const pressed = fingers(time);
   const contacts = contactsOf(pressed);
   const body =
-    kind === 1 ? threeAxisFrame(time, pressed) : kind === 2 ? mapFrame(pressed) : signalsFrame(time, pressed);
+    kind === 1 ? threeAxisFrame(time, pressed) : kind === 2 ? mapFrame(pressed) : oneComponentFrame(time, pressed);
   const force = [0, 0, 0];
   const moment = [0, 0, 0];
   const weighted = [0, 0];
   let total = 0;
   for (let taxel = 0; taxel < rows * size; taxel++) {
     const [x, y] = place(taxel);
-    const [fx, fy, fz] = kind === 1 ? body.force.slice(3 * taxel, 3 * taxel + 3) : [0, 0, body.value[taxel]];
+    const [fx, fy, fz] = kind === 1 ? body.value.slice(3 * taxel, 3 * taxel + 3) : [0, 0, body.value[taxel]];
     if (Number.isNaN(fz)) continue;
     [fx, fy, fz].forEach((value, axis) => (force[axis] += value));
     moment[0] -= y * fz;
@@ -239,7 +258,6 @@ function frameAt(time, sequence) {
   const totals = { 1: force, 2: nothing, 3: options.grayscale ? nothing : [NaN, NaN, 1e-6 * force[2]] }[kind];
   const deviations = { 1: [4e-4, 4e-4, 4e-4], 2: nothing, 3: [NaN, NaN, 2e-3] }[kind];
   return encodeFrame({
-    kind,
     sequence,
     timeNs: BigInt(Math.round(time * 1e9)),
     rate,
@@ -250,17 +268,76 @@ function frameAt(time, sequence) {
     centre: pressing ? weighted.map((value) => value / total) : nothing.slice(1),
     centreCovariance: pressing && kind === 1 ? [4e-9, 0, 4e-9] : nothing,
     contacts,
-    identities: pressed.map((_, finger) => [finger + 1, 0.01, 0]),
+    sum: force[2],
     flags: (tare.state === "done" ? 1 : 0) + (tare.state === "running" ? 2 : 0),
     ...body,
   });
 }
 
+/** What the numbers are: of three components, of a map, of one component. */
+const MEANINGS = {
+  1: {
+    channels: Array.from({ length: 4 * rows * size }, (_, channel) => {
+      const taxel = channel >> 2;
+      return `r${Math.floor(taxel / size)}c${taxel % size}.${["11", "12", "21", "22"][channel & 3]}`;
+    }),
+    wiring: { kind: "per_taxel", channels: 4 },
+    reading: { quantity: "capacitance", symbol: "fF", si_per_unit: 1e-15 },
+    value: { quantity: "force", symbol: "mN", si_per_unit: 1e-3 },
+    components: 3,
+    signed: true,
+    full_scale: 0.01,
+    verified: 0.015,
+    picture: "heat",
+    total_known: true,
+    force_unit: "N",
+  },
+  2: {
+    channels: Array.from({ length: rows * size }, (_, cell) => `r${Math.floor(cell / size)}c${cell % size}`),
+    wiring: { kind: "per_taxel", channels: 1 },
+    reading: { quantity: "raw", symbol: "counts", si_per_unit: 1 },
+    value: { quantity: "raw", symbol: "counts", si_per_unit: 1 },
+    components: 1,
+    signed: false,
+    full_scale: null,
+    verified: null,
+    picture: "map",
+    total_known: false,
+    force_unit: "1",
+  },
+  3: options.grayscale
+    ? {
+        channels: Array.from({ length: rows * size }, (_, taxel) => `sensel ${taxel + 1}`),
+        wiring: { kind: "per_taxel", channels: 1 },
+        reading: { quantity: "voltage", symbol: "mV", si_per_unit: 1e-3 },
+        value: { quantity: "change of force", symbol: "mN", si_per_unit: 1e-3 },
+        components: 1,
+        signed: true,
+        full_scale: 2e-3,
+        verified: null,
+        picture: "grayscale",
+        total_known: false,
+        force_unit: "N",
+      }
+    : {
+        channels: ["row 0", "row 1", "column 0", "column 1", "column 2", "column 3"],
+        wiring: { kind: "crossing" },
+        reading: { quantity: "resistance", symbol: "ohm", si_per_unit: 1 },
+        value: { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 },
+        components: 1,
+        signed: false,
+        full_scale: 200e3,
+        verified: null,
+        picture: "heat",
+        total_known: true,
+        force_unit: "N",
+      },
+};
+
 const hello = {
   type: "hello",
-  protocol: 2,
-  kind: { 1: "three_axis", 2: "pressure_map", 3: "signals" }[kind],
-  name: { 1: "three-axis capacitive array 8x8", 2: "fingertip map 28x28", 3: "signals 2x4" }[kind],
+  protocol: 3,
+  name: { 1: "three-axis capacitive array 8x8", 2: "fingertip map 28x28", 3: "one component 2x4" }[kind],
   source: kind === 2 ? "replay:fingertip.csv" : "sim:finger.toml",
   version: "0.0.0",
   commit: "mock",
@@ -269,36 +346,12 @@ const hello = {
   columns: size,
   pitch_m: [pitch, pitch],
   mount: { kind: "flat" },
-  unit:
-    kind === 1
-      ? { quantity: "capacitance", symbol: "fF", si_per_unit: 1e-15 }
-      : { quantity: "raw", symbol: "counts", si_per_unit: 1 },
-  signals:
-    kind !== 3
-      ? null
-      : options.grayscale
-        ? {
-            channels: Array.from({ length: rows * size }, (_, taxel) => `sensel ${taxel + 1}`),
-            signal: { quantity: "voltage", symbol: "mV", si_per_unit: 1e-3 },
-            value: { quantity: "change of force", symbol: "mN", si_per_unit: 1e-3 },
-            full_scale: 2e-3,
-            signed: true,
-            grayscale: true,
-          }
-        : {
-            channels: ["row 0", "row 1", "column 0", "column 1", "column 2", "column 3"],
-            signal: { quantity: "resistance", symbol: "ohm", si_per_unit: 1 },
-            value: { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 },
-            full_scale: 200e3,
-            signed: false,
-            grayscale: false,
-          },
-  full_scale_n: kind === 1 ? 0.01 : null,
-  usable_force_n: kind === 1 ? 0.015 : null,
+  ...MEANINGS[kind],
+  speed_unit: "m/s",
   period_s: 1 / rate,
   stale_after_s: STALE_AFTER,
   states: STATES,
-  total_force_known: kind !== 2,
+  channel_states: CHANNEL_STATES,
 };
 
 const tare = { state: "none", timeNs: null, message: "" };
@@ -309,15 +362,13 @@ const entry = (fields) => ({
   largest_change: null,
   to: null,
   message: "",
-  restorable: true,
   ...fields,
 });
 const tares = [];
 tares.push(entry({ kind: "begun", by: "start" }));
 const tellTares = () => JSON.stringify({ type: "tares", entries: tares });
 function tared(fields) {
-  const name = kind === 1 ? "r3c4.11" : hello.signals?.channels[0] ?? "r0c0";
-  const largest = { channel: 0, name, change: 1.25 * (hello.signals?.signal ?? hello.unit).si_per_unit };
+  const largest = { channel: 0, name: hello.channels[0], change: 1.25 * hello.reading.si_per_unit };
   tares.push(entry({ time_ns: Math.round(seconds() * 1e9), largest_change: largest, ...fields }));
   send(tellTares());
 }
@@ -356,7 +407,7 @@ if (options.scene === "all-states" && kind === 1) {
     wrong(75, "r2c2.22", [18], "stuck", "the same reading for 3.1 s, without noise"),
     wrong(116, "r3c5.11", [29], "inconsistent", "contradicts the readings beside it by 6.2 standard deviations"),
   ];
-  HEALTH.swapped = [{ taxel: 29, pairs: [["11", "12"], ["21", "22"]] }];
+  HEALTH.swapped = [{ taxel: 29, pairs: [["r3c5.11", "r3c5.12"], ["r3c5.21", "r3c5.22"]] }];
   HEALTH.wrong_channels = 3;
   HEALTH.repeated = 2;
 }
@@ -428,10 +479,7 @@ server.on("upgrade", (request, socket, head) => {
     client.send(tellTares());
     client.send(JSON.stringify(HEALTH));
     client.send(JSON.stringify({ type: "events", missed: 0, events: EVENTS }));
-    if (hello.kind === "three_axis") {
-      const rest = Array.from({ length: 4 * hello.rows * hello.columns }, (_, i) => [203, 204, 190, 205][i % 4] * 1e-15);
-      client.send(JSON.stringify({ type: "rest", capacitance_f: rest }));
-    }
+    client.send(JSON.stringify({ type: "rest", channels: hello.channels.map((_, channel) => restOf(channel)) }));
   });
 });
 

@@ -3,9 +3,9 @@
 //
 //   node tests/picture.mjs [SECONDS] [FILE] [SENSOR SOURCE IMAGE ROW,COLUMN [LEAST]]
 //   node tests/picture.mjs 8 ../../../docs/images/live-piezo.png \
-//     piezo-1.5mm sim:piezo-slide image-signals 0,1 100
+//     piezo-1.5mm sim:piezo-slide image-value 0,1 100
 //   node tests/picture.mjs 8.5 ../../../docs/images/live-liquid-metal.png \
-//     liquid-metal-2x4 sim:pad-b image-signals 0,1
+//     liquid-metal-2x4 sim:pad-b image-value 0,1
 //
 // With LEAST, the scale ends there, and the display is paused after these seconds at the first image that has 90 % of it.
 // TAXEL and CHROMIUM are as in browser.test.mjs.

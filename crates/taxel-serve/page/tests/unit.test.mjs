@@ -26,26 +26,31 @@ const { linkState } = await load("link");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
 const { eventInWords } = await load("events");
-const { capacitorNames, decimalsFor, eventValue, fixed, newtons, parseLimit, signalStateInWords, withDeviation } =
-  await load("format");
+const { decimalsFor, eventValue, fixed, newtons, parseLimit, stateInWords, withDeviation } = await load("format");
 const { colourOf, DIVERGING, GREY, HEAT, SEQUENTIAL } = await load("colour");
 const { marksOfStates } = await load("marks");
 const { RestValues } = await load("rest");
 
+const UNIT = { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 };
 const HELLO = {
   type: "hello",
-  protocol: 2,
-  kind: "three_axis",
+  protocol: 3,
   name: "array",
   source: "sim:",
   rows: 1,
   columns: 2,
-  unit: { quantity: "capacitance", symbol: "fF", si_per_unit: 1e-15 },
+  channels: ["row 0"],
+  wiring: { kind: "crossing" },
+  reading: UNIT,
+  value: UNIT,
+  components: 1,
+  full_scale: 1,
   states: ["ok"],
+  channel_states: ["ok"],
 };
 
-const THREE_AXIS = {
-  kind: 1,
+const THREE_COMPONENTS = {
+  components: 3,
   sequence: 2n ** 60n + 1n,
   timeNs: 1_500_000_000n,
   lost: 3,
@@ -58,22 +63,23 @@ const THREE_AXIS = {
   moment: [4, 5, 6],
   centre: [7, 8],
   centreCovariance: [9, 10, 11],
+  sum: 12,
   flags: 5,
-  contacts: [[2, 0.1, 0.2, 1, 2, 3, 4, 5, 6, 7, 1]],
-  identities: [[17, 0.01, -0.02]],
-  capacitance: [1, 2, 3, 4, 5, 6, 7, 8],
-  force: [0.5, -0.25, 1, Number.NaN, 0, 0],
+  leftOut: 1,
+  contacts: [[17, 2, 0.1, 0.2, 1, 2, 3, 0.01, -0.02, 4, 5, 6, 0.4, 0.5, 0.6, 0.7, 7, 1, 2]],
+  reading: [1, 2, 3, 4, 5, 6, 7, 8],
+  value: [0.5, -0.25, 1, Number.NaN, 0, 0],
   deviation: [1, 1, 1, 2, 2, 2],
   residual: [Number.NaN, -1.5],
+  channelState: [0, 0, 0, 1, 0, 3, 0, 0],
   state: [0, 6],
-  touching: [0b1000, 0],
-  faulty: [0, 0b0010],
+  counted: [1, 0],
 };
 
-test("a three-axis frame is read field by field", () => {
-  const frame = decodeFrame(encodeFrame(THREE_AXIS));
+test("a frame of three components is read field by field", () => {
+  const frame = decodeFrame(encodeFrame(THREE_COMPONENTS));
   const { header } = frame;
-  assert.equal(frame.kind, 1);
+  assert.equal(header.components, 3);
   assert.equal(header.sequence, 2n ** 60n + 1n);
   assert.equal(header.time, 1.5);
   assert.deepEqual([header.lost, header.late, header.duplicate], [3, 4, 5]);
@@ -83,103 +89,90 @@ test("a three-axis frame is read field by field", () => {
   assert.deepEqual(header.moment, [4, 5, 6]);
   assert.deepEqual(header.centre, [7, 8]);
   assert.deepEqual(header.centreCovariance, [9, 10, 11]);
+  assert.deepEqual([header.sum, header.leftOut], [12, 1]);
   assert.deepEqual([header.tared, header.tareRunning, header.clipped, header.historyUncertain], [true, false, true, false]);
   assert.deepEqual(frame.contacts, [
     {
+      id: 17,
       taxels: 2,
       centre: [0.1, 0.2],
       covariance: [1, 2, 3],
+      velocity: [0.01, -0.02],
       force: [4, 5, 6],
+      forceDeviation: [0.4, 0.5, 0.6],
+      torsion: 0.7,
       peak: 7,
       peakTaxel: 1,
-      id: 17,
-      velocity: [0.01, -0.02],
+      bound: 2,
     },
   ]);
-  assert.deepEqual([...frame.capacitance], [1, 2, 3, 4, 5, 6, 7, 8]);
-  assert.deepEqual([...frame.force], [0.5, -0.25, 1, Number.NaN, 0, 0]);
+  assert.deepEqual([...frame.reading], [1, 2, 3, 4, 5, 6, 7, 8]);
+  assert.deepEqual([...frame.value], [0.5, -0.25, 1, Number.NaN, 0, 0]);
   assert.deepEqual([...frame.deviation], [1, 1, 1, 2, 2, 2]);
   assert.deepEqual([...frame.residual], [Number.NaN, -1.5]);
-  assert.deepEqual(
-    [[...frame.state], [...frame.touching], [...frame.faulty]],
-    [
-      [0, 6],
-      [8, 0],
-      [0, 2],
-    ],
-  );
+  assert.deepEqual([...frame.channelState], [0, 0, 0, 1, 0, 3, 0, 0]);
+  assert.deepEqual([[...frame.state], [...frame.counted]], [[0, 6], [1, 0]]);
 });
 
-test("a pressure map keeps its missing sensels as NaN", () => {
-  const frame = decodeFrame(encodeFrame({ kind: 2, value: [1, Number.NaN, 0], state: [0, 7, 0] }));
-  assert.deepEqual([...frame.value], [1, Number.NaN, 0]);
-  assert.deepEqual([...frame.state], [0, 7, 0]);
-  assert.ok(Number.isNaN(frame.header.force[2]));
-});
-
-const SIGNALS = {
-  kind: 3,
+const ONE_COMPONENT = {
   totalForce: [Number.NaN, Number.NaN, 0.25],
   totalDeviation: [Number.NaN, Number.NaN, 0.01],
-  contacts: [[1, 0.1, 0.2, 1, 2, 3, 0, 0, 0.25, 7, 1]],
-  signal: [1.5, Number.NaN, 2.5],
-  rest: [1, 2, Number.NaN],
+  contacts: [[1, 1, 0.1, 0.2, 1, 2, 3, 0, 0, 0, 0, 0.25, 0, 0, 0.01, 0, 7, 1, Number.NaN]],
+  reading: [1.5, Number.NaN, 2.5],
   value: [0, 12.5, -3, Number.NaN],
   deviation: [0.5, 0.5, Number.NaN, Number.NaN],
   state: [0, 0, 8, 9],
 };
 
-test("signals are read: channels, then taxels", () => {
+test("a frame of one component is read: channels, then taxels", () => {
   // An odd number of taxels and channels, with and without contacts: the arrays of numbers stay aligned.
-  for (const contacts of [SIGNALS.contacts, []]) {
-    const frame = decodeFrame(encodeFrame({ ...SIGNALS, contacts }));
-    assert.equal(frame.kind, 3);
-    assert.deepEqual([frame.header.channels, frame.header.taxels], [3, 4]);
+  for (const contacts of [ONE_COMPONENT.contacts, []]) {
+    const frame = decodeFrame(encodeFrame({ ...ONE_COMPONENT, contacts }));
+    assert.deepEqual([frame.header.components, frame.header.channels, frame.header.taxels], [1, 3, 4]);
     assert.deepEqual([frame.header.force[2], frame.header.forceDeviation[2]], [0.25, 0.01]);
     assert.equal(frame.contacts.length, contacts.length);
-    for (const name of ["signal", "rest", "value", "deviation", "state"]) {
-      assert.deepEqual([...frame[name]], SIGNALS[name], name);
+    for (const name of ["reading", "value", "deviation", "state"]) {
+      assert.deepEqual([...frame[name]], ONE_COMPONENT[name], name);
     }
   }
 });
 
-test("signals of a wrong length are refused, also when the number of channels does not fit", () => {
-  const bytes = encodeFrame(SIGNALS);
-  assert.equal(bytes.byteLength, 184 + 88 + 4 + 3 * 8 + 4 * 9 + 24);
-  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /359 bytes; 3 channels, 4 taxels and 1 contacts need 360/);
-  assert.throws(() => decodeFrame(bytes.slice(0, 184 + 88 + 3)), ProtocolError);
-  for (const channels of [2, 4, 2 ** 32 - 1]) {
-    const other = bytes.slice(0);
-    new DataView(other).setUint32(184 + 88, channels, true);
-    assert.throws(() => decodeFrame(other), ProtocolError);
+test("frames of a wrong length are refused, also when a count does not fit", () => {
+  const bytes = encodeFrame(ONE_COMPONENT);
+  assert.equal(bytes.byteLength, 200 + 152 + 3 * 5 + 4 * 14);
+  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /422 bytes; 3 channels, 4 taxels and 1 contacts need 423/);
+  assert.throws(() => decodeFrame(bytes.slice(0, 200 + 152)), ProtocolError);
+  for (const place of [184, 188]) {
+    for (const count of [2, 5, 2 ** 32 - 1]) {
+      const other = bytes.slice(0);
+      new DataView(other).setUint32(place, count, true);
+      assert.throws(() => decodeFrame(other), ProtocolError);
+    }
   }
 });
 
-test("a hello of signals must say what the numbers are", () => {
-  const unit = { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 };
-  const signals = { channels: ["row 0"], signal: unit, value: unit, full_scale: 1, signed: false, grayscale: true };
-  const hello = (change) =>
-    parseMessage(JSON.stringify({ ...HELLO, kind: "signals", signals: { ...signals, ...change } })).hello;
-  assert.equal(hello({}).signals.grayscale, true);
-  assert.throws(() => hello({ channels: "row 0" }), /names of the channels/);
-  assert.throws(() => hello({ signal: { ...unit, si_per_unit: 0 } }), /unit of the signals/);
+test("a hello must say what the numbers are", () => {
+  const hello = (change) => parseMessage(JSON.stringify({ ...HELLO, ...change })).hello;
+  assert.equal(hello({ full_scale: null }).components, 1);
+  assert.throws(() => hello({ channels: "row 0" }), /list of channels/);
+  assert.throws(() => hello({ channel_states: null }), /list of channel states/);
+  assert.throws(() => hello({ reading: { ...UNIT, si_per_unit: 0 } }), /unit of the readings/);
   assert.throws(() => hello({ value: null }), /unit of the values/);
   assert.throws(() => hello({ full_scale: 0 }), /full_scale is 0/);
-  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, kind: "signals" })), ProtocolError);
-  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, kind: "sound" })), /kind sound/);
+  assert.throws(() => hello({ components: 2 }), /values of 2 components/);
 });
 
 test("saturated and ambiguous have marks and words of their own", () => {
   const [ok, saturated, ambiguous] = marksOfStates(["ok", "saturated", "ambiguous"]);
   assert.equal(ok, 0);
   assert.ok(saturated > 0 && ambiguous > 0 && saturated !== ambiguous && ambiguous < 2 ** 16);
-  assert.match(signalStateInWords("ambiguous"), /one of several places that explain the readings equally well/);
-  assert.match(signalStateInWords("saturated"), /a bound/);
+  assert.match(stateInWords("ambiguous"), /one of several positions that explain the readings equally well/);
+  assert.match(stateInWords("saturated"), /a bound/);
 });
 
 test("changes are in per cent, without a rest value to relate to in the unit", async () => {
-  const { changeOf } = await load("change");
-  const meaning = { signal: { si_per_unit: 0.5 }, signed: false };
+  const { changeOf } = await load("channels");
+  const meaning = { reading: { si_per_unit: 0.5 }, signed: false };
   assert.deepEqual(changeOf(meaning, 5, 4), { value: 25, perCent: true });
   assert.deepEqual(changeOf(meaning, 2, -4), { value: 150, perCent: true });
   assert.deepEqual(changeOf(meaning, 3, 0), { value: 6, perCent: false });
@@ -198,27 +191,27 @@ test("a force is in millinewtons below one newton, a dash where it is not known"
 });
 
 test("a frame that is cut short or too long is refused with both lengths", () => {
-  const bytes = encodeFrame(THREE_AXIS);
-  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /389 bytes.*need 390/);
+  const bytes = encodeFrame(THREE_COMPONENTS);
+  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /451 bytes.*need 452/);
   const longer = new Uint8Array(bytes.byteLength + 1);
   longer.set(new Uint8Array(bytes));
   assert.throws(() => decodeFrame(longer.buffer), ProtocolError);
-  assert.throws(() => decodeHeader(bytes.slice(0, 100)), /100 bytes.*184/);
+  assert.throws(() => decodeHeader(bytes.slice(0, 100)), /100 bytes.*200/);
 });
 
-test("a foreign magic and an unknown kind are refused", () => {
-  const bytes = encodeFrame(THREE_AXIS);
-  new DataView(bytes).setUint16(4, 4, true);
-  assert.throws(() => decodeFrame(bytes), /kind 4/);
+test("a foreign magic and another number of components are refused", () => {
+  const bytes = encodeFrame(THREE_COMPONENTS);
+  new DataView(bytes).setUint16(4, 2, true);
+  assert.throws(() => decodeFrame(bytes), /2 components/);
   new DataView(bytes).setUint32(0, 0, true);
-  assert.throws(() => decodeFrame(bytes), /TXL1/);
+  assert.throws(() => decodeFrame(bytes), /TXL3/);
 });
 
 test("hello and status are read, other protocols refused", () => {
   assert.equal(parseMessage(JSON.stringify(HELLO)).hello.name, "array");
   assert.equal(parseMessage('{"type":"status","stale":true}').status.stale, true);
   assert.equal(parseMessage('{"type":"later"}').type, "unknown");
-  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, protocol: 1 })), /protocol 1/);
+  assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, protocol: 2 })), /protocol 2/);
   assert.throws(() => parseMessage(JSON.stringify({ ...HELLO, rows: 0 })), /rows is 0/);
   assert.throws(() => parseMessage("{"), /not JSON/);
 });
@@ -319,7 +312,6 @@ test("numbers are written with a true minus, without a negative zero, unknown on
   assert.equal(withDeviation(1, 0.05, 2), "1.00 ± 0.05");
   assert.equal(parseLimit("\u22122,5"), -2.5);
   assert.ok(Number.isNaN(parseLimit("")));
-  assert.equal(capacitorNames(0b1010), "12, 22");
 });
 
 test("lightness of the maps is monotonic: up along one, down and up along the other", () => {

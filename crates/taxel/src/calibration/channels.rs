@@ -16,6 +16,8 @@ pub struct ChannelCalibration {
     pub columns: Vec<ChannelModel>,
     /// Counts to resistance.
     pub scale: DividerScale,
+    /// Taxels that are not used, row by row.
+    pub masked: Vec<bool>,
     /// What unloading carries less than loading, where slow loops told it.
     pub hysteresis: Option<ForceHysteresis>,
 }

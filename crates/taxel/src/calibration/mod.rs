@@ -2,15 +2,13 @@
 
 mod channels;
 mod in_plane;
-mod rest;
 
 use crate::layout::Layout;
 use crate::mechanics::{ForceHysteresis, RelaxationTerm};
 use crate::transduction::UnitModel;
 
 pub use channels::{ChannelCalibration, ChannelModel, ChannelSignal, DividerScale};
-pub use in_plane::{InPlaneCalibration, InPlaneRestCapture, InPlaneRestRefused};
-pub use rest::{MOVING, RestCapture, RestReadings, RestRefused, Running};
+pub use in_plane::InPlaneCalibration;
 
 /// All that estimation needs to know of an array of three-axis units.
 #[derive(Debug, Clone, PartialEq)]

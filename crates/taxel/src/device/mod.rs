@@ -13,13 +13,12 @@ mod three_axis_capacitor;
 mod trained;
 
 use crate::acquisition::{Quantity, Simulated, Stream};
-use crate::calibration::{Calibration, ChannelScale};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
-use crate::estimation::{ChannelFacts, FrameError, ObserverOptions, SignalEstimator};
+use crate::estimation::{FrameError, ObserverOptions, Reader, TouchSession};
 use crate::layout::Layout;
 use crate::predict::Predictor;
-use crate::sensor::Broken;
+use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number};
 
 pub use crossed_channels::{
@@ -61,56 +60,64 @@ pub trait Device {
     /// physical model.
     fn simulated(&self) -> Option<Box<dyn Simulated>>;
 
-    /// What turns the frames of `stream` into touch, calibrated as drawn.
+    /// Reader of the frames of `stream`, calibrated as drawn: how readings become
+    /// values.
     ///
     /// # Errors
     /// [`FrameError`] when the frames cannot be of this device.
-    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError>;
+    fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError>;
 
-    /// What tracks, events and health of the device are told by: noise and range
-    /// of its channels, where they are. Without more than `stream` says, a
-    /// condition that needs the noise is never found.
+    /// How contacts and events of the device are followed.
     fn observed(&self, stream: &Stream) -> ObserverOptions {
         ObserverOptions::new(stream)
+    }
+
+    /// Estimator and observer of the frames of `stream`.
+    ///
+    /// # Errors
+    /// [`FrameError`] when the frames cannot be of this device.
+    fn session(&self, stream: &Stream) -> Result<TouchSession, FrameError> {
+        Ok(TouchSession::new(
+            self.reader(stream)?,
+            self.observed(stream),
+        ))
     }
 
     /// Top view and cross-section to scale.
     fn drawing(&self) -> Drawing;
 }
 
-/// What turns frames into touch.
-pub enum Sense {
-    /// Three-axis units: force vectors with contacts and totals
-    /// ([`crate::estimation::Estimator`]).
-    ThreeAxis(Box<Calibration>),
-    /// One value for each taxel.
-    Signals(Box<dyn SignalEstimator>),
+/// Refuses frames that carry anything but counts.
+fn counts(stream: &Stream) -> Result<(), FrameError> {
+    match stream.unit.quantity {
+        Quantity::Counts => Ok(()),
+        found => Err(FrameError::Quantity { found }),
+    }
 }
 
-/// What is known of the channel of a capacitor with the noise `deviation`, F, in
-/// frames of `quantity`. Capacitances may have been rounded: their step is not
-/// known.
-fn capacitor_channel(
-    scale: &ChannelScale,
-    deviation: f64,
-    masked: bool,
-    quantity: Quantity,
-) -> ChannelFacts {
-    if quantity == Quantity::Counts {
-        ChannelFacts {
-            deviation: deviation / scale.farad_per_count.abs(),
-            resolution: 1.0,
-            span: [0.0, scale.highest_code],
-            masked,
-        }
-    } else {
-        ChannelFacts {
-            deviation,
-            resolution: 0.0,
-            span: [0.0, f64::INFINITY],
-            masked,
-        }
+/// Refuses masks of capacitors on a device whose taxels are not made of four.
+fn check_mask(sensor: &Sensor) -> Result<(), Broken> {
+    for (index, mask) in sensor.mask.iter().enumerate() {
+        require(
+            mask.capacitor.is_none(),
+            &format!("mask.{index}.capacitor"),
+            || "a taxel of this device has no four capacitors".into(),
+            "leave the key out to mask the taxel",
+        )?;
     }
+    Ok(())
+}
+
+/// Refuses frames that do not have `expected` channels in rows of `columns`
+/// taxels.
+fn fits(stream: &Stream, expected: usize, columns: usize) -> Result<(), FrameError> {
+    if stream.channels() != expected || stream.columns != columns {
+        return Err(FrameError::Channels {
+            found: stream.channels(),
+            expected,
+        });
+    }
+    Ok(())
 }
 
 /// Frames of counts, `channels_per_taxel` for each taxel of `layout`, every `period`

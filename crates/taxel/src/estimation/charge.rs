@@ -1,18 +1,16 @@
-//! Frames of an array of charge-giving elements to force changes: the
-//! high-pass of the leak undone, with a guard against drift.
+//! Voltages of elements that give charge to changes of force: the high-pass of
+//! the leak undone, with a guard against drift (P3).
 
 use std::sync::Arc;
 
-use super::contact::{Cell, normal_only};
+use super::contact::Cell;
 use super::localisation::Placing;
 use super::placing_live::Placed;
-use super::segmentation::Segmentation;
-use super::{
-    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
-    State, TaxelValue,
+use super::reader::{
+    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
-use crate::acquisition::Frame;
-use crate::calibration::{MOVING, RestReadings};
+use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
+use super::{ChannelFacts, Wiring};
 use crate::layout::Layout;
 use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 
@@ -48,9 +46,9 @@ pub struct ChargeModel {
     pub full_scale: f64,
 }
 
-/// Options of the estimator.
+/// Options of the reader.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChargeEstimatorOptions {
+pub struct ChargeOptions {
     /// The force of a held load fades with this time constant, s, so that the
     /// drift of an offset stays bounded; default 5 s.
     pub drift_guard: f64,
@@ -63,7 +61,7 @@ pub struct ChargeEstimatorOptions {
     pub contact_share: f64,
 }
 
-impl Default for ChargeEstimatorOptions {
+impl Default for ChargeOptions {
     fn default() -> Self {
         Self {
             drift_guard: 5.0,
@@ -74,16 +72,17 @@ impl Default for ChargeEstimatorOptions {
     }
 }
 
-/// Turns frames of counts into the change of force on each element.
+/// Reads arrays of elements that give charge: voltages to changes of force.
 ///
 /// F = V/g · (1 + τs)T/(τ(1 + Ts)) · (1 + τ_f s)/(1 + T_s s): a pure
 /// integral would be T → ∞, F = (V + ∫V dt/τ)/g. A force that is held fades with the
 /// drift guard T; one that comes or goes faster is right.
 #[derive(Debug, Clone)]
-pub struct ChargeEstimator {
+pub struct ChargeReader {
     model: ChargeModel,
-    options: ChargeEstimatorOptions,
-    meaning: SignalMeaning,
+    options: ChargeOptions,
+    meaning: Meaning,
+    channels: Vec<ChannelFacts>,
     inverse: Option<Chain>,
     /// A step of one period, prepared.
     step: Option<Step>,
@@ -94,22 +93,19 @@ pub struct ChargeEstimator {
     wrong_until_ns: Vec<u64>,
     last_time_ns: Option<u64>,
     deviation: f64,
-    capture: Option<RestReadings>,
-    segmentation: Segmentation,
     placing: Option<Arc<dyn Placing>>,
     placed: Option<Placed>,
-    touch: SignalTouch,
 }
 
-/// Places are looked for so often, ns: it takes up to some milliseconds.
+/// Positions are looked for so often, ns: it takes up to some milliseconds.
 const PLACE_EVERY_NS: u64 = 10_000_000;
 
 /// Pause that counts, as a share of the time constant of the high-pass.
 const PAUSE: f64 = 0.1;
 
-impl ChargeEstimator {
-    /// An estimator for the elements of `model`.
-    pub fn new(model: ChargeModel, options: ChargeEstimatorOptions) -> Self {
+impl ChargeReader {
+    /// A reader of the elements of `model`, whose frames carry counts.
+    pub fn new(model: ChargeModel, options: ChargeOptions) -> Self {
         let taxels = model.layout.taxels();
         let inverse = Chain::new(&inverse(&model, &options)).ok();
         let step = inverse.as_ref().map(|chain| chain.step(model.period));
@@ -120,20 +116,14 @@ impl ChargeEstimator {
         let memory = inverse.as_ref().map(|chain| chain.settled(0.0));
         Self {
             meaning: meaning(&model),
+            channels: channels(&model),
             memories: memory.map_or(Vec::new(), |memory| vec![memory; taxels]),
             rest: vec![model.rest; taxels],
             wrong_until_ns: vec![0; taxels],
             last_time_ns: None,
             deviation,
-            capture: None,
-            segmentation: Segmentation::new(
-                model.layout.rows,
-                model.layout.columns,
-                model.layout.pitch,
-            ),
             placing: None,
             placed: None,
-            touch: SignalTouch::default(),
             inverse,
             step,
             options,
@@ -141,7 +131,7 @@ impl ChargeEstimator {
         }
     }
 
-    /// Finds contacts and their places by `placing`; without, and where that
+    /// Finds contacts and their positions by `placing`; without, and where that
     /// finds no information, a contact is at the centre of its forces.
     #[must_use]
     pub fn with_placing(mut self, placing: Arc<dyn Placing>) -> Self {
@@ -166,100 +156,41 @@ impl ChargeEstimator {
         (self.options.drift_guard * 1e9) as u64
     }
 
-    /// Takes the voltages of a frame `elapsed` s after the last one.
-    fn follow(&mut self, counts: &[f64], elapsed: Option<f64>, time_ns: u64) {
-        let guard_ns = self.guard_ns();
-        let Self { model, touch, .. } = self;
-        touch.clipped = 0;
-        let usual = elapsed.is_some_and(|dt| (dt - model.period).abs() < 1e-3 * model.period);
-        let other = match (&self.inverse, elapsed) {
-            (Some(chain), Some(dt)) if !usual => Some(chain.step(dt)),
-            _ => None,
+    /// Begins again from rest.
+    fn forget(&mut self) {
+        self.last_time_ns = None;
+        self.wrong_until_ns.fill(0);
+    }
+
+    /// Change of force on an element after a change of its voltage; `other` is
+    /// a step of another length than the usual one.
+    fn follow(&mut self, index: usize, change: f64, first: bool, other: Option<&Step>) -> f64 {
+        let Some(chain) = &self.inverse else {
+            return f64::NAN;
         };
-        for (index, count) in counts.iter().enumerate() {
-            let volts = model.volt_at_zero + model.volt_per_count * count;
-            touch.signals[index] = volts;
-            let cut = self.wrong_until_ns[index] > time_ns;
-            let half = 0.5 * model.volt_per_count;
-            let inside = volts > model.span[0] + half && volts < model.span[1] - half;
-            let state = match (model.masked[index], volts.is_finite(), inside) {
-                (true, _, _) => State::Masked,
-                (_, false, _) => State::Faulty,
-                (_, _, false) => State::Saturated,
-                _ if cut => State::Unchecked,
-                _ => State::Ok,
-            };
-            if state == State::Saturated {
-                touch.clipped += 1;
-                self.wrong_until_ns[index] = time_ns + guard_ns;
-            }
-            let change = if volts.is_finite() {
-                volts - self.rest[index]
-            } else {
-                0.0
-            };
-            let value = match (&self.inverse, elapsed) {
-                (Some(chain), Some(_)) => {
-                    let step = other.as_ref().or(self.step.as_ref());
-                    step.map_or(f64::NAN, |step| {
-                        chain.advance(&mut self.memories[index], step, change)
-                    })
-                }
-                // The first frame: what was before it is not known.
-                (Some(chain), None) => {
-                    self.memories[index] = chain.settled(0.0);
-                    let at_once = chain.step(0.0);
-                    chain.advance(&mut self.memories[index], &at_once, change);
-                    0.0
-                }
-                (None, _) => f64::NAN,
-            };
-            let usable = !matches!(state, State::Masked | State::Faulty);
-            let gain = if usable { model.gains[index] } else { f64::NAN };
-            touch.taxels[index] = TaxelValue {
-                value: value / gain,
-                deviation: self.deviation / gain,
-                state,
-            };
+        let memory = &mut self.memories[index];
+        if first {
+            // What was before the first frame is not known.
+            *memory = chain.settled(0.0);
+            chain.advance(memory, &chain.step(0.0), change);
+            return 0.0;
         }
+        let step = other.or(self.step.as_ref());
+        step.map_or(f64::NAN, |step| chain.advance(memory, step, change))
     }
 
-    fn find_contacts(&mut self) {
-        let threshold = (self.options.contact_deviations * self.deviation)
-            .max(self.options.contact_share * self.model.full_scale);
-        let (layout, taxels) = (&self.model.layout, &self.touch.taxels);
-        let cell = |index: usize| {
-            let taxel = &taxels[index];
-            let trusted = matches!(taxel.state, State::Ok | State::Saturated);
-            Cell {
-                position: layout.flat_position(index),
-                weight: if trusted { taxel.value } else { f64::NAN },
-                deviation: taxel.deviation,
-                threshold,
-                force: [0.0, 0.0, taxel.value],
-                force_covariance: normal_only(taxel.deviation),
-                state: taxel.state,
-            }
-        };
-        let contacts = &mut self.touch.contacts;
-        self.touch.centre_of_pressure = self.segmentation.run(cell, contacts);
-        self.segmentation.label(&mut self.touch.regions);
-        let cells: Vec<Cell> = (0..taxels.len()).map(cell).collect();
-        self.place_contacts(&cells);
-    }
-
-    /// The profiles of contacts tell their places better than the centres of
+    /// The profiles of contacts tell their positions better than the centres of
     /// force do, and how many there are.
-    fn place_contacts(&mut self, cells: &[Cell]) {
-        let touch = &mut self.touch;
+    fn place_contacts(&mut self, cells: &[Cell], touch: &mut Touch) {
         let (Some(placing), regions @ 1..) = (&self.placing, touch.contacts.len()) else {
             self.placed = None;
             return;
         };
         if !matches!(&self.placed, Some(placed) if placed.holds(touch.time_ns, regions)) {
             let taxels = touch.taxels.iter();
-            let (forces, deviations): (Vec<f64>, Vec<f64>) =
-                taxels.map(|taxel| (taxel.value, taxel.deviation)).unzip();
+            let (forces, deviations): (Vec<f64>, Vec<f64>) = taxels
+                .map(|taxel| (taxel.pressed(), taxel.pressed_deviation()))
+                .unzip();
             let until_ns = touch.time_ns.saturating_add(PLACE_EVERY_NS);
             let parts = placing.places(&forces, &deviations);
             self.placed = Some(Placed::new(parts, until_ns, regions));
@@ -274,112 +205,151 @@ impl ChargeEstimator {
             touch.centre_of_pressure = Some((contact.centre, contact.covariance));
         }
     }
-
-    fn capture_frame(&mut self) -> RestEnd {
-        let capture = self.capture.as_mut()?;
-        if !capture.push(self.touch.signals.iter().copied()) {
-            return None;
-        }
-        let ended = self.capture.take()?;
-        Some(self.end_capture(&ended))
-    }
-
-    fn end_capture(&mut self, capture: &RestReadings) -> Result<(), String> {
-        let channels = capture.channels();
-        for (index, running) in channels.iter().enumerate() {
-            let ratio = running.deviation() / self.model.deviation;
-            if ratio > MOVING && !self.model.masked[index] {
-                return Err(format!(
-                    "rest capture refused: element {index} moved by {ratio:.0} times its noise; lift off and try again"
-                ));
-            }
-        }
-        for (rest, running) in self.rest.iter_mut().zip(channels) {
-            let mean = running.mean_or_nan();
-            // A channel without readings keeps its rest.
-            if mean.is_finite() {
-                *rest = mean;
-            }
-        }
-        self.forget();
-        Ok(())
-    }
-
-    /// Begins again from rest.
-    fn forget(&mut self) {
-        self.last_time_ns = None;
-        self.wrong_until_ns.fill(0);
-    }
 }
 
-impl SignalEstimator for ChargeEstimator {
-    fn meaning(&self) -> &SignalMeaning {
+impl Reader for ChargeReader {
+    fn meaning(&self) -> &Meaning {
         &self.meaning
     }
 
-    fn push(&mut self, frame: &Frame) -> Result<(&SignalTouch, RestEnd), FrameError> {
-        let expected = self.rest.len();
-        if frame.values.len() != expected {
-            return Err(FrameError::Channels {
-                found: frame.values.len(),
-                expected,
-            });
+    fn channels(&self) -> &[ChannelFacts] {
+        &self.channels
+    }
+
+    fn rules(&self) -> Rules {
+        let threshold = (self.options.contact_deviations * self.deviation)
+            .max(self.options.contact_share * self.model.full_scale);
+        Rules {
+            threshold: Threshold::Fixed(threshold),
+            counted: counting(&[State::Ok, State::Saturated]),
+            // Forces that fade do not add up.
+            total: Total::Unknown,
+            drifts: false,
+            rest: RestRules {
+                refused: None,
+                at_start: true,
+                channels_per_unit: 1,
+                unit: "element",
+                measures_noise: false,
+                ends_at_touch: false,
+            },
         }
-        let before = self.last_time_ns;
-        if before.is_some_and(|last| frame.time_ns <= last) {
-            // Late or doubled: the history has already gone on.
-            return Ok((&self.touch, None));
+    }
+
+    fn noise(&self) -> Vec<f64> {
+        vec![self.model.deviation; self.rest.len()]
+    }
+
+    fn rest(&self) -> Vec<f64> {
+        self.rest.clone()
+    }
+
+    /// A late or doubled frame is not taken: the history has already gone on.
+    fn takes(&self, time_ns: u64) -> bool {
+        self.last_time_ns
+            .is_none_or(|last| time_ns > last || last - time_ns > self.guard_ns())
+    }
+
+    fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
+        let model = &self.model;
+        let half = 0.5 * model.volt_per_count;
+        let [low, high] = model.span;
+        let mut clipped = 0;
+        let slots = channels.readings.iter_mut().zip(&mut channels.states);
+        for ((reading, state), count) in slots.zip(values) {
+            let volts = model.volt_at_zero + model.volt_per_count * count;
+            *reading = volts;
+            let inside = volts > low + half && volts < high - half;
+            if inside || *state == ChannelState::Masked {
+                continue;
+            }
+            clipped += usize::from(volts.is_finite());
+            // No output gives what lies beyond its limits; code zero is an open line.
+            let possible = *count > 0.0 && volts > low - 3.0 * half && volts < high + 3.0 * half;
+            *state = if possible {
+                ChannelState::Saturated
+            } else {
+                ChannelState::Faulty
+            };
         }
-        let elapsed = before.map(|last| (frame.time_ns - last) as f64 * 1e-9);
-        self.touch.sequence = frame.sequence;
-        self.touch.time_ns = frame.time_ns;
-        self.touch.signals.resize(expected, f64::NAN);
-        self.touch.rest.clone_from(&self.rest);
-        self.touch.taxels.resize(expected, NOTHING);
+        clipped
+    }
+
+    fn read(&mut self, _known: &Known<'_>, touch: &mut Touch) {
+        let time_ns = touch.time_ns;
+        let guard_ns = self.guard_ns();
+        // Long before the last frame the device has begun anew.
+        let last = self.last_time_ns.filter(|last| time_ns > *last);
+        let elapsed = last.map(|last| (time_ns - last) as f64 * 1e-9);
         if elapsed.is_some_and(|dt| dt > self.longest_pause()) {
-            let until = frame.time_ns + self.guard_ns();
-            self.wrong_until_ns.fill(until);
+            self.wrong_until_ns.fill(time_ns + guard_ns);
         }
-        self.follow(&frame.values, elapsed, frame.time_ns);
-        self.last_time_ns = Some(frame.time_ns);
-        let captured = self.capture_frame();
-        self.find_contacts();
-        Ok((&self.touch, captured))
+        let period = self.model.period;
+        let usual = elapsed.is_some_and(|dt| (dt - period).abs() < 1e-3 * period);
+        let other = match (&self.inverse, elapsed) {
+            (Some(chain), Some(dt)) if !usual => Some(chain.step(dt)),
+            _ => None,
+        };
+        for index in 0..self.rest.len() {
+            let volts = touch.channels.readings[index];
+            let state = match touch.channels.states[index] {
+                ChannelState::Masked => State::Masked,
+                ChannelState::Faulty => State::Faulty,
+                ChannelState::Saturated => State::Saturated,
+                _ if self.wrong_until_ns[index] > time_ns => State::Unchecked,
+                _ => State::Ok,
+            };
+            if state == State::Saturated {
+                self.wrong_until_ns[index] = time_ns + guard_ns;
+            }
+            let change = if state == State::Faulty || !volts.is_finite() {
+                0.0
+            } else {
+                volts - self.rest[index]
+            };
+            let value = self.follow(index, change, elapsed.is_none(), other.as_ref());
+            let usable = !matches!(state, State::Masked | State::Faulty);
+            let gain = if usable {
+                self.model.gains[index]
+            } else {
+                f64::NAN
+            };
+            touch.taxels[index] = TaxelTouch::pressing(value / gain, self.deviation / gain, state);
+        }
+        self.last_time_ns = Some(time_ns);
     }
 
-    fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(RestReadings::new(self.rest.len(), frames));
+    fn locate(&mut self, cells: &[Cell], touch: &mut Touch) {
+        self.place_contacts(cells, touch);
     }
 
-    fn capturing(&self) -> bool {
-        self.capture.is_some()
-    }
-
-    fn clear_rest(&mut self) {
-        self.rest.fill(self.model.rest);
+    fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
+        for (own, rest) in self.rest.iter_mut().zip(rest) {
+            *own = if rest.is_nan() {
+                self.model.rest
+            } else {
+                *rest
+            };
+        }
         self.forget();
-    }
-
-    fn rest_state(&self) -> Option<RestState> {
-        Some(RestState::Signals(self.rest.clone()))
-    }
-
-    fn restore_rest(&mut self, rest: &RestState) {
-        if let RestState::Signals(rest) = rest {
-            self.rest.clone_from(rest);
-            self.forget();
-        }
     }
 }
 
-const NOTHING: TaxelValue = TaxelValue {
-    value: f64::NAN,
-    deviation: f64::NAN,
-    state: State::Faulty,
-};
+/// What is known of each channel, in counts.
+fn channels(model: &ChargeModel) -> Vec<ChannelFacts> {
+    let count = |volts: f64| (volts - model.volt_at_zero) / model.volt_per_count;
+    let channel = |masked: &bool| ChannelFacts {
+        deviation: model.deviation / model.volt_per_count,
+        resolution: 1.0,
+        // As far as a reading at the limit of the output may be rounded.
+        span: [count(model.span[0]) + 0.5, count(model.span[1]) - 0.5],
+        masked: *masked,
+    };
+    model.masked.iter().map(channel).collect()
+}
 
-/// Force per voltage, as [`ChargeEstimator`] states it.
-fn inverse(model: &ChargeModel, options: &ChargeEstimatorOptions) -> Transfer {
+/// Force per voltage, as [`ChargeReader`] states it.
+fn inverse(model: &ChargeModel, options: &ChargeOptions) -> Transfer {
     let guard = options.drift_guard;
     let high_pass = Transfer::lead(
         guard / (model.high_pass * model.volt_per_newton),
@@ -419,27 +389,23 @@ fn noise_gain(chain: &Chain, step: &Step) -> f64 {
 /// Steps after which [`noise_gain`] stops.
 const MOST_STEPS: usize = 200_000;
 
-fn meaning(model: &ChargeModel) -> SignalMeaning {
+fn meaning(model: &ChargeModel) -> Meaning {
     let layout = &model.layout;
-    SignalMeaning {
-        rows: layout.rows,
-        columns: layout.columns,
-        pitch: [layout.pitch[1], layout.pitch[0]],
+    Meaning {
+        layout: layout.clone(),
+        in_metres: true,
         channels: (1..=layout.taxels())
             .map(|number| format!("sensel {number}"))
             .collect(),
-        signal: Scale {
-            quantity: "voltage",
-            symbol: "mV",
-            si_per_unit: 1e-3,
-        },
-        value: Scale {
-            quantity: "change of force",
-            symbol: "mN",
-            si_per_unit: 1e-3,
-        },
-        full_scale: model.full_scale,
+        wiring: Wiring::PerTaxel(1),
+        reading: Scale::new("voltage", "mV", 1e-3),
+        value: Scale::new("change of force", "mN", 1e-3),
+        components: 1,
         signed: true,
+        full_scale: Some(model.full_scale),
+        verified: None,
         picture: Picture::Grayscale,
+        newtons: Some([1.0; 2]),
+        total_known: false,
     }
 }

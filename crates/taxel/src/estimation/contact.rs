@@ -29,25 +29,50 @@ pub struct Contact {
     /// The state of a taxel that gives no more than a bound (saturated, gap
     /// closed, out of range), if there is one: the force is a least force.
     pub bound: Option<State>,
+    /// Number of the contact, which stays with it over frames; 0 until its track
+    /// is known.
+    pub id: u64,
+    /// Velocity of the contact, m/s; `NaN` until its track is known.
+    pub velocity: [f64; 2],
 }
 
-/// Weight of a cell for segmentation.
+impl Default for Contact {
+    /// No taxel.
+    fn default() -> Self {
+        Self {
+            taxels: 0,
+            area: 0.0,
+            centre: [0.0; 2],
+            covariance: [0.0; 3],
+            force: [0.0; 3],
+            force_covariance: [[0.0; 3]; 3],
+            torsion: 0.0,
+            peak: f64::NEG_INFINITY,
+            peak_taxel: 0,
+            bound: None,
+            id: 0,
+            velocity: [f64::NAN; 2],
+        }
+    }
+}
+
+/// One taxel as contacts are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Cell {
-    /// Place on the developed surface, m.
-    pub(super) position: [f64; 2],
+pub struct Cell {
+    /// Position on the developed surface, m.
+    pub position: [f64; 2],
     /// Normal force or value; `NaN` for none.
-    pub(super) weight: f64,
+    pub weight: f64,
     /// Standard deviation of the weight.
-    pub(super) deviation: f64,
+    pub deviation: f64,
     /// Weight above which the cell is touched.
-    pub(super) threshold: f64,
+    pub threshold: f64,
     /// Force for the sum of the region.
-    pub(super) force: [f64; 3],
+    pub force: [f64; 3],
     /// Covariance of the force.
-    pub(super) force_covariance: [[f64; 3]; 3],
+    pub force_covariance: [[f64; 3]; 3],
     /// How far the cell can be trusted.
-    pub(super) state: State,
+    pub state: State,
 }
 
 /// Covariance of a force that is a normal force only.
@@ -60,7 +85,7 @@ pub(super) fn normal_only(deviation: f64) -> [[f64; 3]; 3] {
 /// A contact while it is gathered: first [`Gathering::add`] for all its cells,
 /// then [`Gathering::settle`], then [`Gathering::add_about_centre`] and
 /// [`Gathering::add_neighbour`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Gathering {
     pub(super) contact: Contact,
     weight: f64,
@@ -70,29 +95,6 @@ pub(super) struct Gathering {
     noise: [f64; 3],
     /// Σwδδ about the centre, along x and y.
     spread: [f64; 2],
-}
-
-impl Default for Gathering {
-    fn default() -> Self {
-        Self {
-            contact: Contact {
-                taxels: 0,
-                area: 0.0,
-                centre: [0.0; 2],
-                covariance: [0.0; 3],
-                force: [0.0; 3],
-                force_covariance: [[0.0; 3]; 3],
-                torsion: 0.0,
-                peak: f64::NEG_INFINITY,
-                peak_taxel: 0,
-                bound: None,
-            },
-            weight: 0.0,
-            moment: [0.0; 2],
-            noise: [0.0; 3],
-            spread: [0.0; 2],
-        }
-    }
 }
 
 impl Gathering {
@@ -174,7 +176,7 @@ impl Gathering {
 
 /// Whether a force in this state is no more than a bound.
 fn bounds(state: State) -> bool {
-    matches!(state, State::Saturated | State::Contact | State::OutOfRange)
+    matches!(state, State::Saturated | State::Closed | State::OutOfRange)
 }
 
 /// Variance of a centre along one axis because cells of width `pitch` gather

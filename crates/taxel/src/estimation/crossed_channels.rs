@@ -1,25 +1,22 @@
 //! Two layers of crossing channels to a map of touches (P4).
 //!
-//! A channel says that it is pressed, not where. The place is where an active
+//! A channel says that it is pressed, not where. The position is where an active
 //! row crosses an active column, which is certain only while one of the two is
 //! alone: two touches at (r, c) and (s, d) make the same readings as two at
 //! (r, d) and (s, c).
 
-use super::baseline::{Baseline, BaselineOptions};
-use super::contact::{Cell, normal_only};
-use super::segmentation::Segmentation;
-use super::{
-    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
-    State, TaxelValue,
+use super::reader::{
+    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
-use crate::acquisition::Frame;
-use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal, MOVING, RestReadings};
+use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
+use super::{ChannelFacts, Wiring};
+use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal};
 use crate::mechanics::{ForceHysteresis, LoadHistory};
 use taxel_numerics::OnCurve;
 
-/// What one channel feels.
+/// Load of one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ChannelState {
+pub enum MicrochannelState {
     /// Its resistance is that of rest, or below: liquid came from elsewhere.
     Quiet,
     /// Pressed: the pressure on one taxel that makes this reading.
@@ -40,16 +37,16 @@ pub enum ChannelState {
 
 /// One channel in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChannelTouch {
+pub struct MicrochannelTouch {
     /// Resistance without leads, Ω; `None` when saturated or faulty.
     pub resistance: Option<f64>,
     /// Relative change R/R₀ − 1 against the captured rest.
     pub change: Option<f64>,
-    /// What it feels.
-    pub state: ChannelState,
+    /// Its load.
+    pub state: MicrochannelState,
 }
 
-/// What one taxel feels.
+/// Load of one taxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TaxelPressure {
     /// Not touched.
@@ -66,13 +63,13 @@ pub enum TaxelPressure {
         /// Pressure, Pa.
         pressure: f64,
     },
-    /// One of several places that explain the readings equally well.
+    /// One of several positions that explain the readings equally well.
     Ambiguous,
     /// A channel of this taxel is faulty and the other one active.
     Unknown,
 }
 
-/// Options of the estimator of crossing channels.
+/// Options of the reader of crossing channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CrossedOptions {
     /// A channel is active above this many standard deviations of its
@@ -88,113 +85,79 @@ impl Default for CrossedOptions {
     }
 }
 
-/// Why a rest capture was refused; the rest values stay as they were.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum ChannelRestRefused {
-    /// A channel moved while it was captured.
-    #[error("rest capture refused: channel {channel} moved during it; lift off and try again")]
-    Moving {
-        /// The channel, rows first.
-        channel: usize,
-    },
-    /// A channel gave no resistance.
-    #[error("rest capture refused: channel {channel} is saturated or gives no reading")]
-    NoReading {
-        /// The channel, rows first.
-        channel: usize,
-    },
-}
-
-#[derive(Debug, Clone)]
-struct Capture {
-    readings: RestReadings,
-    /// The first channel that gave no resistance.
-    broken: Option<usize>,
-}
-
-/// Turns frames of channel readings into touches; the same frames give the
-/// same touches.
+/// Reads two layers of crossing channels.
 ///
 /// A frame holds one value per channel, the rows from +y to -y, then the
 /// columns from -x to +x.
 #[derive(Debug, Clone)]
-pub struct CrossedChannels {
+pub struct CrossedReader {
     calibration: ChannelCalibration,
     options: CrossedOptions,
-    meaning: SignalMeaning,
-    channels: Vec<ChannelTouch>,
+    meaning: Meaning,
+    facts: Vec<ChannelFacts>,
+    /// Resistance of each channel at rest, Ω.
+    rest: Vec<f64>,
+    channels: Vec<MicrochannelTouch>,
     taxels: Vec<TaxelPressure>,
-    segmentation: Segmentation,
-    touch: SignalTouch,
+    /// Whether a channel is or may be pressed.
+    occupied: Vec<bool>,
     /// Standard deviation of the pressure of a quiet taxel, Pa.
     quiet: f64,
-    baseline: Baseline,
     histories: Vec<LoadHistory>,
-    capture: Option<Capture>,
 }
 
-impl CrossedChannels {
-    /// An estimator for frames of counts.
+impl CrossedReader {
+    /// A reader of these channels, whose frames carry counts.
     pub fn new(calibration: ChannelCalibration, options: CrossedOptions) -> Self {
         let (rows, columns) = (calibration.rows.len(), calibration.columns.len());
-        let rest: Vec<f64> = rest(&calibration).collect();
         let quiet = [calibration.rows.first(), calibration.columns.first()]
             .into_iter()
             .flatten()
             .map(|model| model.rest_pressure_deviation(&calibration.scale))
             .fold(f64::INFINITY, f64::min);
-        let noise = models(&calibration)
-            .map(|model| model.deviation * calibration.scale.slope(model.rest_resistance));
-        let mut baseline = Baseline::new(BaselineOptions::new(noise.collect()));
-        baseline.tare(0, &rest);
         Self {
             quiet,
-            baseline,
+            rest: drawn(&calibration).collect(),
             histories: vec![LoadHistory::default(); rows + columns],
             meaning: meaning(&calibration),
-            channels: vec![without_resistance(ChannelState::Quiet); rows + columns],
+            facts: facts(&calibration),
+            channels: vec![without_resistance(MicrochannelState::Quiet); rows + columns],
             taxels: vec![TaxelPressure::Quiet; rows * columns],
-            segmentation: Segmentation::new(rows, columns, calibration.layout.pitch),
-            touch: SignalTouch {
-                signals: rest.clone(),
-                rest,
-                ..SignalTouch::default()
-            },
+            occupied: vec![false; rows + columns],
             calibration,
             options,
-            capture: None,
         }
     }
 
-    /// What each channel felt in the last frame, rows first.
-    pub fn channels(&self) -> &[ChannelTouch] {
+    /// Load of each channel in the last frame, rows first.
+    pub fn loads(&self) -> &[MicrochannelTouch] {
         &self.channels
     }
 
-    /// What each taxel felt in the last frame, row by row.
+    /// Load of each taxel in the last frame, row by row.
     pub fn taxels(&self) -> &[TaxelPressure] {
         &self.taxels
     }
 
-    fn feel_channels(&mut self, values: &[f64]) {
+    fn read_channels(&mut self, known: &Known<'_>, channels: &ChannelReadings) {
         let scale = &self.calibration.scale;
-        let channels = models(&self.calibration).zip(&self.touch.rest).zip(values);
-        self.touch.clipped = 0;
-        let slots = self.channels.iter_mut().zip(channels).enumerate();
-        for (channel, (slot, ((model, rest), counts))) in slots {
-            self.touch.clipped += usize::from(*counts <= 0.0 || *counts >= scale.highest_code);
-            *slot = match scale.signal(*counts, model.saturation) {
-                ChannelSignal::Resistance(resistance) => {
+        let models = models(&self.calibration).zip(&self.rest);
+        for (channel, (model, rest)) in models.enumerate() {
+            let resistance = channels.readings[channel];
+            self.channels[channel] = match channels.states[channel] {
+                ChannelState::Ok | ChannelState::Closed => {
                     let noise = model.deviation * scale.slope(resistance);
-                    let noise = noise.hypot(self.baseline.deviation(channel));
+                    let noise = noise.hypot(known.drift_deviation(channel));
                     let least = self.options.contact_deviations * noise;
-                    let expected = rest + self.baseline.drift(channel);
-                    feel(model, [*rest, expected], resistance, noise, least)
+                    let expected = rest + known.drift(channel);
+                    loaded(model, [*rest, expected], resistance, noise, least)
                 }
-                ChannelSignal::Saturated => without_resistance(ChannelState::Saturated {
+                ChannelState::Saturated => without_resistance(MicrochannelState::Saturated {
                     at_least: model.saturated_pressure(scale),
                 }),
-                ChannelSignal::Impossible => without_resistance(ChannelState::Faulty),
+                ChannelState::Faulty | ChannelState::Masked => {
+                    without_resistance(MicrochannelState::Faulty)
+                }
             };
         }
         if let Some(law) = &self.calibration.hysteresis {
@@ -202,195 +165,172 @@ impl CrossedChannels {
                 channel.state.carry(law, history);
             }
         }
-        let resistances = self.channels.iter().map(|channel| channel.resistance);
-        self.touch.signals.clear();
-        self.touch
-            .signals
-            .extend(resistances.map(|resistance| resistance.unwrap_or(f64::NAN)));
-    }
-
-    /// Values, contacts and totals from the places.
-    fn sum_up(&mut self) {
-        let layout = &self.calibration.layout;
-        let area = layout.pitch[0] * layout.pitch[1];
-        self.touch.taxels.clear();
-        self.touch
-            .taxels
-            .extend(self.taxels.iter().map(|taxel| taxel.value(self.quiet)));
-        let taxels = &self.touch.taxels;
-        let certain = taxels.iter().all(|taxel| taxel.state == State::Ok);
-        let total: f64 = taxels.iter().map(|taxel| taxel.value).sum();
-        let variance: f64 = taxels.iter().map(|taxel| taxel.deviation.powi(2)).sum();
-        self.touch.force = certain.then_some([total * area, variance.sqrt() * area]);
-        let cell = |index: usize| {
-            let taxel = &taxels[index];
-            Cell {
-                position: layout.flat_position(index),
-                weight: taxel.value,
-                deviation: taxel.deviation,
-                threshold: 0.0,
-                force: [0.0, 0.0, taxel.value * area],
-                force_covariance: normal_only(taxel.deviation * area),
-                state: taxel.state,
-            }
-        };
-        self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
-        self.segmentation.label(&mut self.touch.regions);
-    }
-
-    fn capture_frame(&mut self, values: &[f64]) -> RestEnd {
-        let capture = self.capture.as_mut()?;
-        let scale = &self.calibration.scale;
-        let resistance = |(model, counts): (&ChannelModel, &f64)| match scale
-            .signal(*counts, model.saturation)
-        {
-            ChannelSignal::Resistance(resistance) => resistance,
-            _ => f64::NAN,
-        };
-        let readings = models(&self.calibration).zip(values);
-        let resistances: Vec<f64> = readings.map(resistance).collect();
-        if let Some(channel) = resistances.iter().position(|value| value.is_nan()) {
-            capture.broken.get_or_insert(channel);
+        for (occupied, channel) in self.occupied.iter_mut().zip(&self.channels) {
+            *occupied = channel.state != MicrochannelState::Quiet;
         }
-        if !capture.readings.push(resistances) {
-            return None;
-        }
-        let capture = self.capture.take()?;
-        Some(self.finish(&capture).map_err(|refused| refused.to_string()))
-    }
-
-    fn finish(&mut self, capture: &Capture) -> Result<(), ChannelRestRefused> {
-        if let Some(channel) = capture.broken {
-            return Err(ChannelRestRefused::NoReading { channel });
-        }
-        let scale = &self.calibration.scale;
-        let channels = capture.readings.channels();
-        for (channel, (model, running)) in models(&self.calibration).zip(channels).enumerate() {
-            let noise = model.deviation * scale.slope(model.rest_resistance);
-            if running.deviation() > MOVING * noise {
-                return Err(ChannelRestRefused::Moving { channel });
-            }
-        }
-        for (rest, running) in self.touch.rest.iter_mut().zip(channels) {
-            *rest = running.mean_or_nan();
-        }
-        self.baseline.tare(self.touch.time_ns, &self.touch.rest);
-        Ok(())
     }
 }
 
-impl SignalEstimator for CrossedChannels {
-    fn meaning(&self) -> &SignalMeaning {
+impl Reader for CrossedReader {
+    fn meaning(&self) -> &Meaning {
         &self.meaning
     }
 
-    fn push(&mut self, frame: &Frame) -> Result<(&SignalTouch, RestEnd), FrameError> {
-        let expected = self.channels.len();
-        if frame.values.len() != expected {
-            return Err(FrameError::Channels {
-                found: frame.values.len(),
-                expected,
-            });
+    fn channels(&self) -> &[ChannelFacts] {
+        &self.facts
+    }
+
+    fn rules(&self) -> Rules {
+        Rules {
+            threshold: Threshold::Fixed(0.0),
+            counted: counting(&[State::Ok, State::Saturated]),
+            total: Total::Certain,
+            drifts: true,
+            rest: RestRules {
+                refused: None,
+                at_start: true,
+                channels_per_unit: 1,
+                unit: "channel",
+                measures_noise: false,
+                ends_at_touch: false,
+            },
         }
-        self.touch.sequence = frame.sequence;
-        self.touch.time_ns = frame.time_ns;
-        let captured = self.capture_frame(&frame.values);
-        self.feel_channels(&frame.values);
+    }
+
+    fn noise(&self) -> Vec<f64> {
+        let scale = &self.calibration.scale;
+        models(&self.calibration)
+            .map(|model| model.deviation * scale.slope(model.rest_resistance))
+            .collect()
+    }
+
+    fn rest(&self) -> Vec<f64> {
+        self.rest.clone()
+    }
+
+    fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
+        let scale = &self.calibration.scale;
+        let mut clipped = 0;
+        let slots = channels.readings.iter_mut().zip(&mut channels.states);
+        let models = models(&self.calibration);
+        for (((reading, state), counts), model) in slots.zip(values).zip(models) {
+            let signal = scale.signal(*counts, model.saturation);
+            *reading = match signal {
+                ChannelSignal::Resistance(resistance) => resistance,
+                _ => f64::NAN,
+            };
+            if *state == ChannelState::Masked {
+                continue;
+            }
+            clipped += usize::from(*counts <= 0.0 || *counts >= scale.highest_code);
+            *state = match signal {
+                ChannelSignal::Resistance(_) => ChannelState::Ok,
+                ChannelSignal::Saturated => ChannelState::Saturated,
+                ChannelSignal::Impossible => ChannelState::Faulty,
+            };
+        }
+        clipped
+    }
+
+    fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
+        self.read_channels(known, &touch.channels);
         let (rows, columns) = self.channels.split_at(self.calibration.rows.len());
         locate(rows, columns, &mut self.taxels);
-        self.sum_up();
-        let channels = &self.channels;
-        self.baseline
-            .push(frame.time_ns, &self.touch.signals, |channel| {
-                channels[channel].state != ChannelState::Quiet
-            });
-        Ok((&self.touch, captured))
-    }
-
-    fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(Capture {
-            readings: RestReadings::new(self.channels.len(), frames),
-            broken: None,
-        });
-    }
-
-    fn capturing(&self) -> bool {
-        self.capture.is_some()
-    }
-
-    fn clear_rest(&mut self) {
-        self.touch.rest.clear();
-        self.touch.rest.extend(rest(&self.calibration));
-        self.baseline.tare(self.touch.time_ns, &self.touch.rest);
-    }
-
-    fn baseline(&self) -> Option<&Baseline> {
-        Some(&self.baseline)
-    }
-
-    fn rest_state(&self) -> Option<RestState> {
-        Some(RestState::Signals(self.touch.rest.clone()))
-    }
-
-    fn restore_rest(&mut self, rest: &RestState) {
-        if let RestState::Signals(rest) = rest {
-            self.touch.rest.clone_from(rest);
-            self.baseline.tare(self.touch.time_ns, &self.touch.rest);
+        let masked = &self.calibration.masked;
+        for (index, (touch, taxel)) in touch.taxels.iter_mut().zip(&self.taxels).enumerate() {
+            *touch = if masked[index] {
+                TaxelTouch::without_value(State::Masked)
+            } else {
+                taxel.touch(self.quiet)
+            };
         }
+    }
+
+    fn occupied(&self) -> Option<&[bool]> {
+        Some(&self.occupied)
+    }
+
+    fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
+        let drawn = drawn(&self.calibration);
+        for ((own, rest), drawn) in self.rest.iter_mut().zip(rest).zip(drawn) {
+            *own = if rest.is_nan() { drawn } else { *rest };
+        }
+        // The device that reads this is empty.
+        self.occupied.fill(false);
+        self.histories.fill(LoadHistory::default());
     }
 }
 
 /// What the numbers of such an array are.
-fn meaning(calibration: &ChannelCalibration) -> SignalMeaning {
+fn meaning(calibration: &ChannelCalibration) -> Meaning {
     let layout = &calibration.layout;
     let rows = (0..layout.rows).map(|row| format!("row {row}"));
     let columns = (0..layout.columns).map(|column| format!("column {column}"));
     let highest = models(calibration).map(ChannelModel::highest_pressure);
-    SignalMeaning {
-        rows: layout.rows,
-        columns: layout.columns,
-        pitch: [layout.pitch[1], layout.pitch[0]],
+    Meaning {
+        layout: layout.clone(),
+        in_metres: true,
         channels: rows.chain(columns).collect(),
-        signal: Scale {
-            quantity: "resistance",
-            symbol: "ohm",
-            si_per_unit: 1.0,
+        wiring: Wiring::Crossing {
+            rows: layout.rows,
+            columns: layout.columns,
         },
-        value: Scale {
-            quantity: "pressure",
-            symbol: "kPa",
-            si_per_unit: 1e3,
-        },
-        full_scale: highest.fold(0.0, f64::max),
+        reading: Scale::new("resistance", "ohm", 1.0),
+        value: Scale::new("pressure", "kPa", 1e3),
+        components: 1,
         signed: false,
+        full_scale: Some(highest.fold(0.0, f64::max)),
+        verified: None,
         picture: Picture::Heat,
+        newtons: Some([layout.pitch[0] * layout.pitch[1], 1.0]),
+        total_known: true,
     }
 }
 
+/// What is known of each channel, in counts. A channel all of whose taxels are
+/// masked is not used.
+fn facts(calibration: &ChannelCalibration) -> Vec<ChannelFacts> {
+    let scale = &calibration.scale;
+    let wiring = Wiring::Crossing {
+        rows: calibration.rows.len(),
+        columns: calibration.columns.len(),
+    };
+    let channel = |(channel, model): (usize, &ChannelModel)| {
+        let saturation = model.saturation.min(scale.supply);
+        let highest = (saturation - scale.volt_at_zero) / scale.volt_per_count;
+        ChannelFacts {
+            deviation: model.deviation / scale.volt_per_count,
+            resolution: 1.0,
+            span: [0.0, scale.highest_code.min(highest)],
+            masked: wiring
+                .taxels(channel)
+                .all(|taxel| calibration.masked[taxel]),
+        }
+    };
+    models(calibration).enumerate().map(channel).collect()
+}
+
 /// Resistances at rest as drawn, Ω.
-fn rest(calibration: &ChannelCalibration) -> impl Iterator<Item = f64> {
+fn drawn(calibration: &ChannelCalibration) -> impl Iterator<Item = f64> {
     models(calibration).map(|channel| channel.rest_resistance)
 }
 
 impl TaxelPressure {
     /// The value of a taxel: nothing where it is quiet, the bound where it is
-    /// saturated, none (`NaN`) where it is one of several places or unknown.
+    /// saturated, none (`NaN`) where it is one of several positions or unknown.
     /// `quiet` is the standard deviation at rest, Pa.
-    fn value(&self, quiet: f64) -> TaxelValue {
-        let (value, deviation, state) = match *self {
-            Self::Quiet => (0.0, quiet, State::Ok),
+    fn touch(&self, quiet: f64) -> TaxelTouch {
+        match *self {
+            Self::Quiet => TaxelTouch::pressing(0.0, quiet, State::Ok),
             Self::Pressed {
                 pressure,
                 deviation,
-            } => (pressure, deviation, State::Ok),
-            Self::AtLeast { pressure } => (pressure, f64::NAN, State::Saturated),
-            Self::Ambiguous => (f64::NAN, f64::NAN, State::Ambiguous),
-            Self::Unknown => (f64::NAN, f64::NAN, State::Faulty),
-        };
-        TaxelValue {
-            value,
-            deviation,
-            state,
+            } => TaxelTouch::pressing(pressure, deviation, State::Ok),
+            Self::AtLeast { pressure } => {
+                TaxelTouch::pressing(pressure, f64::NAN, State::Saturated)
+            }
+            Self::Ambiguous => TaxelTouch::without_value(State::Ambiguous),
+            Self::Unknown => TaxelTouch::without_value(State::Faulty),
         }
     }
 }
@@ -399,41 +339,41 @@ fn models(calibration: &ChannelCalibration) -> impl Iterator<Item = &ChannelMode
     calibration.rows.iter().chain(&calibration.columns)
 }
 
-/// What the channel feels that reads `resistance` with the deviation `noise`
+/// Load of the channel that reads `resistance` with the deviation `noise`
 /// and is active above rest by `least`, all in Ω.
-fn feel(
+fn loaded(
     model: &ChannelModel,
     [rest, empty]: [f64; 2],
     resistance: f64,
     noise: f64,
     least: f64,
-) -> ChannelTouch {
+) -> MicrochannelTouch {
     let change = (resistance - empty) / rest;
     let state = match model.pressure.at(change) {
-        _ if resistance - empty <= least => ChannelState::Quiet,
-        OnCurve::Inside { value, slope } => ChannelState::Pressed {
+        _ if resistance - empty <= least => MicrochannelState::Quiet,
+        OnCurve::Inside { value, slope } => MicrochannelState::Pressed {
             pressure: value,
             deviation: slope * noise / rest,
         },
-        OnCurve::Below(_) => ChannelState::Quiet,
-        OnCurve::Above([_, at_least]) => ChannelState::Saturated { at_least },
+        OnCurve::Below(_) => MicrochannelState::Quiet,
+        OnCurve::Above([_, at_least]) => MicrochannelState::Saturated { at_least },
     };
-    ChannelTouch {
+    MicrochannelTouch {
         resistance: Some(resistance),
         change: Some(change),
         state,
     }
 }
 
-fn without_resistance(state: ChannelState) -> ChannelTouch {
-    ChannelTouch {
+fn without_resistance(state: MicrochannelState) -> MicrochannelTouch {
+    MicrochannelTouch {
         resistance: None,
         change: None,
         state,
     }
 }
 
-impl ChannelState {
+impl MicrochannelState {
     /// Leaves of the pressure of loading what is left on unloading.
     fn carry(&mut self, law: &ForceHysteresis, history: &mut LoadHistory) {
         match self {
@@ -462,10 +402,10 @@ impl ChannelState {
 ///
 /// A faulty channel may be active. Where more than one row and more than one
 /// column may be active, every crossing of active channels is a candidate.
-fn locate(rows: &[ChannelTouch], columns: &[ChannelTouch], taxels: &mut [TaxelPressure]) {
-    let possible = |side: &[ChannelTouch]| {
+fn locate(rows: &[MicrochannelTouch], columns: &[MicrochannelTouch], taxels: &mut [TaxelPressure]) {
+    let possible = |side: &[MicrochannelTouch]| {
         side.iter()
-            .filter(|channel| channel.state != ChannelState::Quiet)
+            .filter(|channel| channel.state != MicrochannelState::Quiet)
             .count()
     };
     let (many_rows, many_columns) = (possible(rows) > 1, possible(columns) > 1);
@@ -474,7 +414,8 @@ fn locate(rows: &[ChannelTouch], columns: &[ChannelTouch], taxels: &mut [TaxelPr
     let no_column = possible(columns) == 0;
     for (r, row) in rows.iter().enumerate() {
         for (c, column) in columns.iter().enumerate() {
-            let faulty = row.state == ChannelState::Faulty || column.state == ChannelState::Faulty;
+            let faulty =
+                row.state == MicrochannelState::Faulty || column.state == MicrochannelState::Faulty;
             let active = [row, column].map(|channel| channel.state.active());
             taxels[r * columns.len() + c] = match active {
                 _ if faulty => unknown_or_quiet(row, column),
@@ -493,8 +434,8 @@ fn locate(rows: &[ChannelTouch], columns: &[ChannelTouch], taxels: &mut [TaxelPr
 }
 
 /// A taxel with a faulty channel: untouched only if the other one is quiet.
-fn unknown_or_quiet(row: &ChannelTouch, column: &ChannelTouch) -> TaxelPressure {
-    if row.state == ChannelState::Quiet || column.state == ChannelState::Quiet {
+fn unknown_or_quiet(row: &MicrochannelTouch, column: &MicrochannelTouch) -> TaxelPressure {
+    if row.state == MicrochannelState::Quiet || column.state == MicrochannelState::Quiet {
         TaxelPressure::Quiet
     } else {
         TaxelPressure::Unknown
@@ -502,24 +443,24 @@ fn unknown_or_quiet(row: &ChannelTouch, column: &ChannelTouch) -> TaxelPressure 
 }
 
 /// The pressure of a taxel from a channel with no other touch.
-fn alone(state: &ChannelState) -> TaxelPressure {
+fn alone(state: &MicrochannelState) -> TaxelPressure {
     match *state {
-        ChannelState::Pressed {
+        MicrochannelState::Pressed {
             pressure,
             deviation,
         } => TaxelPressure::Pressed {
             pressure,
             deviation,
         },
-        ChannelState::Saturated { at_least } => TaxelPressure::AtLeast { pressure: at_least },
-        ChannelState::Quiet | ChannelState::Faulty => TaxelPressure::Quiet,
+        MicrochannelState::Saturated { at_least } => TaxelPressure::AtLeast { pressure: at_least },
+        MicrochannelState::Quiet | MicrochannelState::Faulty => TaxelPressure::Quiet,
     }
 }
 
 /// The pressure of the only touch, from both of its channels: their mean
 /// weighted by 1/σ², or the one that is not saturated.
-fn both(row: &ChannelState, column: &ChannelState) -> TaxelPressure {
-    use ChannelState::{Pressed, Saturated};
+fn both(row: &MicrochannelState, column: &MicrochannelState) -> TaxelPressure {
+    use MicrochannelState::{Pressed, Saturated};
     match (*row, *column) {
         (
             Pressed {
@@ -551,20 +492,20 @@ mod tests {
     const ROWS: usize = 2;
     const COLUMNS: usize = 4;
 
-    fn channel(state: ChannelState) -> ChannelTouch {
+    fn channel(state: MicrochannelState) -> MicrochannelTouch {
         without_resistance(state)
     }
 
-    fn pressed(pressure: f64) -> ChannelState {
-        ChannelState::Pressed {
+    fn pressed(pressure: f64) -> MicrochannelState {
+        MicrochannelState::Pressed {
             pressure,
             deviation: 10.0,
         }
     }
 
     /// The map for given states of channels; all others are quiet.
-    fn map(active: &[(usize, ChannelState)]) -> Vec<TaxelPressure> {
-        let mut channels = [channel(ChannelState::Quiet); ROWS + COLUMNS];
+    fn map(active: &[(usize, MicrochannelState)]) -> Vec<TaxelPressure> {
+        let mut channels = [channel(MicrochannelState::Quiet); ROWS + COLUMNS];
         for (index, state) in active {
             channels[*index].state = *state;
         }
@@ -633,7 +574,7 @@ mod tests {
 
     #[test]
     fn a_saturated_channel_leaves_the_pressure_to_the_other() {
-        let saturated = ChannelState::Saturated { at_least: 30e3 };
+        let saturated = MicrochannelState::Saturated { at_least: 30e3 };
         let taxels = map(&[(0, pressed(40e3)), (3, saturated)]);
         assert_eq!(
             taxels[1],
@@ -643,7 +584,7 @@ mod tests {
             }
         );
         let taxels = map(&[
-            (0, ChannelState::Saturated { at_least: 25e3 }),
+            (0, MicrochannelState::Saturated { at_least: 25e3 }),
             (3, saturated),
         ]);
         assert_eq!(taxels[1], TaxelPressure::AtLeast { pressure: 30e3 });
@@ -655,14 +596,14 @@ mod tests {
         // and unknown on row 1; with two columns nothing is certain.
         let taxels = map(&[
             (0, pressed(1e3)),
-            (1, ChannelState::Faulty),
+            (1, MicrochannelState::Faulty),
             (3, pressed(1e3)),
         ]);
         assert!(matches!(taxels[1], TaxelPressure::Pressed { .. }));
         assert_eq!(places(&taxels, TaxelPressure::Unknown), [5]);
         let taxels = map(&[
             (0, pressed(1e3)),
-            (1, ChannelState::Faulty),
+            (1, MicrochannelState::Faulty),
             (3, pressed(1e3)),
             (4, pressed(1e3)),
         ]);

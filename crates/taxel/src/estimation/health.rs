@@ -99,6 +99,8 @@ pub struct ChannelHealth {
     /// Whether a contact was there in the last frame.
     occupied: bool,
     still: f64,
+    /// Readings in a row that were the same as the one before.
+    repeats: f64,
     /// Mean square of the differences of readings in a row, over 2σ².
     noise: f64,
 }
@@ -152,6 +154,7 @@ impl HealthMonitor {
             last: f64::NAN,
             occupied: false,
             still: 0.0,
+            repeats: 0.0,
             noise: 1.0,
         };
         Self {
@@ -233,6 +236,18 @@ impl ChannelFacts {
         self.deviation > SHOWS_NOISE * self.resolution
     }
 
+    /// Whether a reading that repeats so often in a row stands still: noise lets
+    /// that happen by chance in one of 10⁹ cases at most, wherever in a step of
+    /// the converter the true value lies. Of a channel whose noise is not known
+    /// nothing is said.
+    pub(super) fn stands_still(&self, repeats: f64) -> bool {
+        let rounding = self.resolution * self.resolution / 12.0;
+        let noise = (self.deviation * self.deviation - rounding).sqrt();
+        // In the middle of a step a repeated reading is likeliest.
+        let same = libm::erf(0.5 * self.resolution / (noise * std::f64::consts::SQRT_2));
+        noise > 0.0 && repeats * same.ln() < CHANCE.ln()
+    }
+
     /// Chance that two readings in a row are the same: the density of their
     /// difference at zero, 1/(2√π σ), times a step; one where the step is not
     /// known, as of a recording that may have been rounded.
@@ -297,10 +312,10 @@ impl ChannelHealth {
     /// `weight` is that of this step in the average of the noise.
     fn measure(&mut self, step: f64, weight: f64, reading: &ChannelReading, facts: &ChannelFacts) {
         let change = reading.value - self.last;
-        self.still = if change == 0.0 {
-            self.still + step
+        (self.still, self.repeats) = if change == 0.0 {
+            (self.still + step, self.repeats + 1.0)
         } else {
-            0.0
+            (0.0, 0.0)
         };
         // Touched, or with a reading at an end: no evidence of noise.
         let alive = |value: f64| value > facts.span[0] && value < facts.span[1];
@@ -325,7 +340,7 @@ impl ChannelHealth {
             value if value.is_nan() || value <= low => (Condition::Dead, low),
             value if value >= high && reading.occupied => (Condition::Well, 0.0),
             value if value >= high => (Condition::Saturated, value),
-            _ if self.still >= options.still && facts.shows_noise() => {
+            _ if self.still >= options.still && facts.stands_still(self.repeats) => {
                 (Condition::Stuck, self.still)
             }
             _ if noise > options.noisy => (Condition::Noisy, noise),

@@ -1,14 +1,13 @@
-//! Frames of in-plane capacitive sensors to the force on each.
+//! One capacitance of each taxel to the force on it, in-plane sensors (P1).
 
-use super::baseline::{Baseline, BaselineOptions};
-use super::contact::{Cell, normal_only};
-use super::segmentation::Segmentation;
-use super::{
-    FrameError, Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch,
-    State, TaxelValue,
+use super::capacitors::{capacitor_facts, convert_capacitances};
+use super::reader::{
+    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
-use crate::acquisition::{Frame, Quantity};
-use crate::calibration::{InPlaneCalibration, InPlaneRestCapture};
+use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
+use super::{ChannelFacts, FrameError, Wiring};
+use crate::acquisition::Quantity;
+use crate::calibration::InPlaneCalibration;
 use crate::mechanics::LoadHistory;
 use crate::transduction::{InPlaneError, InPlaneInverse, InPlaneModel};
 
@@ -23,24 +22,21 @@ pub const CONTACT_DEVIATIONS: f64 = 6.0;
 /// ... and above this share of the full scale.
 pub const CONTACT_SHARE: f64 = 0.01;
 
-/// Turns frames of in-plane sensors into forces.
+/// Reads arrays of in-plane sensors.
 #[derive(Debug, Clone)]
-pub struct InPlaneEstimator {
+pub struct InPlaneReader {
     drawn: InPlaneCalibration,
     calibration: InPlaneCalibration,
     inverses: Vec<InPlaneInverse>,
     quantity: Quantity,
-    meaning: SignalMeaning,
-    segmentation: Segmentation,
-    baseline: Baseline,
+    meaning: Meaning,
+    channels: Vec<ChannelFacts>,
     histories: Vec<LoadHistory>,
-    capture: Option<InPlaneRestCapture>,
-    touch: SignalTouch,
 }
 
-/// Why there is no estimator.
+/// Why an in-plane sensor cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum InPlaneEstimatorError {
+pub enum InPlaneReaderError {
     /// The frames cannot be of this device.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -49,47 +45,35 @@ pub enum InPlaneEstimatorError {
     Model(#[from] InPlaneError),
 }
 
-impl InPlaneEstimator {
-    /// An estimator for frames whose values are `quantity`.
+impl InPlaneReader {
+    /// A reader of frames whose values are `quantity`.
     ///
     /// # Errors
-    /// [`InPlaneEstimatorError`].
+    /// [`InPlaneReaderError`].
     pub fn new(
         calibration: InPlaneCalibration,
         quantity: Quantity,
-    ) -> Result<Self, InPlaneEstimatorError> {
+    ) -> Result<Self, InPlaneReaderError> {
         if !matches!(quantity, Quantity::Counts | Quantity::Capacitance) {
             return Err(FrameError::Quantity { found: quantity }.into());
         }
-        let inverses = inverses(&calibration)?;
-        let taxels = calibration.layout.taxels();
-        let nothing = TaxelValue {
-            value: f64::NAN,
-            deviation: f64::NAN,
-            state: State::Masked,
-        };
-        let mut baseline = Baseline::new(BaselineOptions::new(calibration.deviation.clone()));
-        baseline.tare(0, &rest(&calibration));
+        let models = calibration.models.iter();
+        let inverses: Vec<_> = models
+            .map(InPlaneModel::inverse)
+            .collect::<Result<_, _>>()?;
+        let channels = calibration.deviation.iter().zip(&calibration.masked);
         Ok(Self {
-            drawn: calibration.clone(),
-            baseline,
-            histories: vec![LoadHistory::default(); taxels],
+            channels: channels
+                .map(|(sigma, masked)| {
+                    capacitor_facts(&calibration.channel, *sigma, *masked, quantity)
+                })
+                .collect(),
+            histories: vec![LoadHistory::default(); calibration.layout.taxels()],
             meaning: meaning(&calibration, &inverses),
-            segmentation: Segmentation::new(
-                calibration.layout.rows,
-                calibration.layout.columns,
-                calibration.layout.pitch,
-            ),
-            touch: SignalTouch {
-                signals: vec![f64::NAN; taxels],
-                rest: rest(&calibration),
-                taxels: vec![nothing; taxels],
-                ..SignalTouch::default()
-            },
             inverses,
+            drawn: calibration.clone(),
             calibration,
             quantity,
-            capture: None,
         })
     }
 
@@ -98,244 +82,174 @@ impl InPlaneEstimator {
         &self.calibration
     }
 
-    fn recalibrate(
-        &mut self,
-        calibration: InPlaneCalibration,
-    ) -> Result<(), InPlaneEstimatorError> {
-        self.inverses = inverses(&calibration)?;
-        self.touch.rest = rest(&calibration);
-        self.baseline.set_noise(calibration.deviation.clone());
-        self.baseline.tare(self.touch.time_ns, &self.touch.rest);
-        self.histories.fill(LoadHistory::default());
-        self.calibration = calibration;
-        Ok(())
-    }
-
-    /// Capacitance of a channel, F; `NaN` for none.
-    fn capacitance(&mut self, taxel: usize, value: f64) -> f64 {
-        if self.quantity == Quantity::Capacitance {
-            return value;
-        }
-        self.calibration
-            .channel
-            .capacitance(value)
-            .unwrap_or_else(|| {
-                let masked = self.calibration.masked[taxel];
-                self.touch.clipped += usize::from(!value.is_nan() && !masked);
-                f64::NAN
-            })
-    }
-
     /// The force that is left of the force of loading.
-    fn carried(&mut self, taxel: usize, loading: TaxelValue) -> TaxelValue {
+    fn carried(&mut self, taxel: usize, loading: TaxelTouch) -> TaxelTouch {
         let Some(law) = self.calibration.hysteresis else {
             return loading;
         };
-        let share = law.share(&self.histories[taxel].push(loading.value));
-        TaxelValue {
-            value: share * loading.value,
-            deviation: share * loading.deviation,
-            state: loading.state,
-        }
-    }
-
-    fn capture_frame(&mut self) -> RestEnd {
-        let capture = self.capture.as_mut()?;
-        if !capture.push(&self.touch.signals) {
-            return None;
-        }
-        let found = capture.finish(&self.calibration);
-        self.capture = None;
-        Some(match found {
-            Ok(calibration) => self
-                .recalibrate(calibration)
-                .map_err(|error| error.to_string()),
-            Err(refused) => Err(refused.to_string()),
-        })
-    }
-
-    fn sum_up(&mut self) {
-        let counting = self.touch.taxels.iter().filter(|taxel| counts(taxel));
-        let [force, variance] = counting.fold([0.0; 2], |[force, variance], taxel| {
-            [force + taxel.value, variance + taxel.deviation.powi(2)]
-        });
-        self.touch.force = Some([force, variance.sqrt()]);
-        let (layout, taxels) = (&self.calibration.layout, &self.touch.taxels);
-        let floor = CONTACT_SHARE * self.meaning.full_scale;
-        let cell = |index: usize| {
-            let taxel = &taxels[index];
-            let weight = if counts(taxel) { taxel.value } else { f64::NAN };
-            Cell {
-                position: layout.flat_position(index),
-                weight,
-                deviation: taxel.deviation,
-                threshold: floor.max(CONTACT_DEVIATIONS * taxel.deviation),
-                force: [0.0, 0.0, weight],
-                force_covariance: normal_only(taxel.deviation),
-                state: taxel.state,
-            }
-        };
-        self.touch.centre_of_pressure = self.segmentation.run(cell, &mut self.touch.contacts);
-        self.segmentation.label(&mut self.touch.regions);
+        let share = law.share(&self.histories[taxel].push(loading.pressed()));
+        TaxelTouch::pressing(
+            share * loading.pressed(),
+            share * loading.pressed_deviation(),
+            loading.state,
+        )
     }
 }
 
-impl SignalEstimator for InPlaneEstimator {
-    fn meaning(&self) -> &SignalMeaning {
+impl Reader for InPlaneReader {
+    fn meaning(&self) -> &Meaning {
         &self.meaning
     }
 
-    fn push(&mut self, frame: &Frame) -> Result<(&SignalTouch, RestEnd), FrameError> {
-        let expected = self.inverses.len();
-        if frame.values.len() != expected {
-            return Err(FrameError::Channels {
-                found: frame.values.len(),
-                expected,
-            });
+    fn channels(&self) -> &[ChannelFacts] {
+        &self.channels
+    }
+
+    fn rules(&self) -> Rules {
+        let full_scale = self.meaning.full_scale.unwrap_or(0.0);
+        Rules {
+            threshold: Threshold::Deviations(CONTACT_DEVIATIONS, CONTACT_SHARE * full_scale),
+            counted: counting(&[State::Ok]),
+            total: Total::Counted,
+            drifts: true,
+            rest: RestRules {
+                refused: None,
+                at_start: true,
+                channels_per_unit: 1,
+                unit: "taxel",
+                measures_noise: true,
+                ends_at_touch: false,
+            },
         }
-        self.touch.sequence = frame.sequence;
-        self.touch.time_ns = frame.time_ns;
-        self.touch.clipped = 0;
-        for (taxel, value) in frame.values.iter().enumerate() {
-            let capacitance = self.capacitance(taxel, *value);
-            self.touch.signals[taxel] = capacitance;
-            self.touch.taxels[taxel] = if self.calibration.masked[taxel] {
-                without_value(State::Masked)
-            } else {
-                let noise = self.calibration.deviation[taxel];
-                let loading = felt(
-                    &self.inverses[taxel],
-                    capacitance - self.baseline.drift(taxel),
-                    noise.hypot(self.baseline.deviation(taxel)),
-                );
-                self.carried(taxel, loading)
+    }
+
+    fn noise(&self) -> Vec<f64> {
+        self.drawn.deviation.clone()
+    }
+
+    fn rest(&self) -> Vec<f64> {
+        let models = self.calibration.models.iter();
+        models.map(InPlaneModel::rest_capacitance).collect()
+    }
+
+    fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
+        convert_capacitances(&self.calibration.channel, self.quantity, values, channels)
+    }
+
+    fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
+        let channels = &mut touch.channels;
+        let slots = channels.readings.iter().zip(&mut channels.states);
+        for (taxel, (capacitance, state)) in slots.enumerate() {
+            touch.taxels[taxel] = match state {
+                ChannelState::Masked => TaxelTouch::without_value(State::Masked),
+                ChannelState::Faulty | ChannelState::Saturated => {
+                    TaxelTouch::without_value(State::Faulty)
+                }
+                ChannelState::Ok | ChannelState::Closed => {
+                    let loading = estimated(
+                        &self.inverses[taxel],
+                        capacitance - known.drift(taxel),
+                        known.noise[taxel].hypot(known.drift_deviation(taxel)),
+                    );
+                    if loading.state == State::Faulty {
+                        *state = ChannelState::Faulty;
+                    }
+                    self.carried(taxel, loading)
+                }
             };
         }
-        let ended = self.capture_frame();
-        self.sum_up();
-        let regions = &self.touch.regions;
-        self.baseline
-            .push(frame.time_ns, &self.touch.signals, |taxel| {
-                regions[taxel].is_some()
-            });
-        Ok((&self.touch, ended))
     }
 
-    fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(InPlaneRestCapture::new(self.inverses.len(), frames));
+    fn rest_problem(&self, unit: usize, rest: &[f64]) -> Option<String> {
+        let drawn = &self.drawn.models[unit];
+        let reading = rest.first().copied().filter(|reading| !reading.is_nan())?;
+        drawn.at_rest(reading).is_none().then(|| {
+            format!(
+                "taxel {unit} reads {:.1} fF, which belongs to no gap near the drawn one of \
+                 {:.1} um; check it or mask it",
+                1e15 * reading,
+                1e6 * drawn.electrodes.gap
+            )
+        })
     }
 
-    fn capturing(&self) -> bool {
-        self.capture.is_some()
-    }
-
-    fn baseline(&self) -> Option<&Baseline> {
-        Some(&self.baseline)
-    }
-
-    fn clear_rest(&mut self) {
-        // The drawn calibration was accepted when the estimator was made.
-        let drawn = self.drawn.clone();
-        let _ = self.recalibrate(drawn);
-    }
-
-    fn rest_state(&self) -> Option<RestState> {
-        Some(RestState::InPlane(Box::new(self.calibration.clone())))
-    }
-
-    fn restore_rest(&mut self, rest: &RestState) {
-        if let RestState::InPlane(calibration) = rest {
-            // It was in force before.
-            let _ = self.recalibrate(calibration.as_ref().clone());
+    fn set_rest(&mut self, rest: &[f64], noise: &[f64]) {
+        for (taxel, (rest, noise)) in rest.iter().zip(noise).enumerate() {
+            let drawn = &self.drawn.models[taxel];
+            // The value was accepted when it was captured; without a way back
+            // the taxel stays as drawn.
+            let model = drawn.at_rest(*rest);
+            let found = model.and_then(|model| Some((model.inverse().ok()?, model)));
+            let (inverse, model) = match found {
+                Some(found) => found,
+                None => match drawn.inverse() {
+                    Ok(inverse) => (inverse, *drawn),
+                    Err(_) => continue,
+                },
+            };
+            self.inverses[taxel] = inverse;
+            self.calibration.models[taxel] = model;
+            self.calibration.deviation[taxel] = *noise;
         }
+        self.histories.fill(LoadHistory::default());
     }
 }
 
 /// Force of one reading, F, with the standard deviation `sigma`, F.
-fn felt(inverse: &InPlaneInverse, capacitance: f64, sigma: f64) -> TaxelValue {
+fn estimated(inverse: &InPlaneInverse, capacitance: f64, sigma: f64) -> TaxelTouch {
     let last = inverse.last();
     let rest = inverse.model().rest_capacitance();
     let possible = LEAST_SHARE * last.capacitance..=rest / LEAST_SHARE;
     if !possible.contains(&capacitance) {
-        return without_value(State::Faulty);
+        return TaxelTouch::without_value(State::Faulty);
     }
     let change = rest - capacitance;
     if change < -ABOVE_REST * sigma {
-        return without_value(State::Inconsistent);
+        return TaxelTouch::without_value(State::Inconsistent);
     }
     if change > last.change {
         // The force at the end of the range is a lower bound.
-        return TaxelValue {
-            value: last.layer.force,
-            deviation: f64::NAN,
-            state: match inverse.turning() {
-                Some(_) => State::Ambiguous,
-                None => State::OutOfRange,
-            },
+        let state = match inverse.turning() {
+            Some(_) => State::Ambiguous,
+            None => State::OutOfRange,
         };
+        return TaxelTouch::pressing(last.layer.force, f64::NAN, state);
     }
     // Over two standard deviations rather than by the slope: the published law
     // has none at rest.
     let [low, high] = [change - sigma, (change + sigma).min(last.change)];
     let spread = inverse.force_from_change(high) - inverse.force_from_change(low);
-    TaxelValue {
-        value: inverse.force_from_change(change),
-        deviation: sigma * spread / (high - low),
-        state: State::Ok,
-    }
+    TaxelTouch::pressing(
+        inverse.force_from_change(change),
+        sigma * spread / (high - low),
+        State::Ok,
+    )
 }
 
-/// Whether a value belongs into the total and the contacts.
-fn counts(taxel: &TaxelValue) -> bool {
-    taxel.state == State::Ok
-}
-
-fn without_value(state: State) -> TaxelValue {
-    TaxelValue {
-        value: f64::NAN,
-        deviation: f64::NAN,
-        state,
-    }
-}
-
-fn inverses(calibration: &InPlaneCalibration) -> Result<Vec<InPlaneInverse>, InPlaneError> {
-    let models = calibration.models.iter();
-    models.map(InPlaneModel::inverse).collect()
-}
-
-fn rest(calibration: &InPlaneCalibration) -> Vec<f64> {
-    let models = calibration.models.iter();
-    models.map(InPlaneModel::rest_capacitance).collect()
-}
-
-fn meaning(calibration: &InPlaneCalibration, inverses: &[InPlaneInverse]) -> SignalMeaning {
+fn meaning(calibration: &InPlaneCalibration, inverses: &[InPlaneInverse]) -> Meaning {
     let layout = &calibration.layout;
     let full_scale = inverses
         .iter()
         .map(|inverse| inverse.last().layer.force)
         .fold(0.0, f64::max);
-    SignalMeaning {
-        rows: layout.rows,
-        columns: layout.columns,
-        pitch: [layout.pitch[1], layout.pitch[0]],
+    Meaning {
+        layout: layout.clone(),
+        in_metres: true,
         channels: (0..layout.taxels())
             .map(|taxel| {
                 let (row, column) = (taxel / layout.columns, taxel % layout.columns);
                 format!("row {row}, column {column}")
             })
             .collect(),
-        signal: Scale {
-            quantity: "capacitance",
-            symbol: "fF",
-            si_per_unit: 1e-15,
-        },
-        value: Scale {
-            quantity: "force",
-            symbol: "N",
-            si_per_unit: 1.0,
-        },
-        full_scale,
+        wiring: Wiring::PerTaxel(1),
+        reading: Scale::new("capacitance", "fF", 1e-15),
+        value: Scale::new("force", "N", 1.0),
+        components: 1,
         signed: false,
+        full_scale: Some(full_scale),
+        verified: None,
         picture: Picture::Heat,
+        newtons: Some([1.0; 2]),
+        total_known: true,
     }
 }

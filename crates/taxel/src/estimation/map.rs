@@ -1,185 +1,133 @@
-//! Frames of a pressure map: what they have without a three-axis calibration.
+//! Frames of a pressure map that describes itself: its readings are its values.
 
-use super::contact::{Cell, Contact, normal_only};
-use super::segmentation::Segmentation;
-use super::{FrameError, State};
-use crate::acquisition::{Frame, Quantity, Stream};
+use super::reader::{
+    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+};
+use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
+use super::{ChannelFacts, Wiring};
+use crate::acquisition::{Quantity, Stream};
+use crate::layout::{ArrayDescription, Layout, Mount};
 
-/// What a pressure map shows in one frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MapTouch {
-    /// Sequence number of the frame.
-    pub sequence: u64,
-    /// Device time of the frame, ns.
-    pub time_ns: u64,
-    /// Values less the rest values, SI; `NaN` where there is no sensel or no
-    /// reading.
-    pub values: Vec<f64>,
-    /// Masked where there is no sensel, faulty where a reading is missing.
-    pub states: Vec<State>,
-    /// Sum of the values, SI.
-    pub sum: f64,
-    /// Σ pressure x cell area, N; `None` when the values are no pressure or
-    /// the pitch is unknown.
-    pub force: Option<f64>,
-    /// Centre over all contacts, m (in cells when the pitch is unknown).
-    /// A recording states no noise, so there is no covariance.
-    pub centre_of_pressure: Option<[f64; 2]>,
-    /// Contact regions, strongest first; the covariance is not known (`NaN`),
-    /// and the force is (0, 0, Σ).
-    pub contacts: Vec<Contact>,
-    /// Index of the contact of each taxel, row by row.
-    pub regions: Vec<Option<u32>>,
-}
-
-/// Turns frames of a pressure map into contacts and totals.
+/// Reads a pressure map: values less the rest values.
 #[derive(Debug, Clone)]
-pub struct MapEstimator {
-    stream: Stream,
-    segmentation: Segmentation,
+pub struct MapReader {
+    meaning: Meaning,
+    channels: Vec<ChannelFacts>,
+    threshold: f64,
     rest: Vec<f64>,
-    capture: Option<(usize, usize, Vec<f64>)>,
-    touch: MapTouch,
 }
 
-impl MapEstimator {
-    /// An estimator for the frames of `stream`.
+impl MapReader {
+    /// A reader of the frames of `stream`.
     pub fn new(stream: &Stream) -> Self {
-        let cells = stream.channels();
+        let exists = stream.present.iter();
         Self {
-            segmentation: Segmentation::new(
-                stream.rows,
-                stream.columns * stream.channels_per_taxel,
-                stream
-                    .pitch
-                    .map_or([1.0; 2], |[down, across]| [across, down]),
-            ),
-            rest: vec![0.0; cells],
-            capture: None,
-            touch: MapTouch {
-                sequence: 0,
-                time_ns: 0,
-                values: vec![f64::NAN; cells],
-                states: vec![State::Masked; cells],
-                sum: 0.0,
-                force: None,
-                centre_of_pressure: None,
-                contacts: Vec::new(),
-                regions: Vec::new(),
+            meaning: meaning(stream),
+            channels: exists
+                .map(|exists| ChannelFacts::unknown(*exists))
+                .collect(),
+            threshold: stream.threshold.unwrap_or(0.0),
+            rest: vec![0.0; stream.channels()],
+        }
+    }
+}
+
+impl Reader for MapReader {
+    fn meaning(&self) -> &Meaning {
+        &self.meaning
+    }
+
+    fn channels(&self) -> &[ChannelFacts] {
+        &self.channels
+    }
+
+    fn rules(&self) -> Rules {
+        Rules {
+            threshold: Threshold::Fixed(self.threshold),
+            counted: counting(&[State::Ok]),
+            total: Total::Counted,
+            drifts: false,
+            rest: RestRules {
+                refused: None,
+                // A recording may begin under load.
+                at_start: false,
+                channels_per_unit: 1,
+                unit: "sensel",
+                measures_noise: false,
+                ends_at_touch: false,
             },
-            stream: stream.clone(),
         }
     }
 
-    /// Begins a rest capture over the next `frames` frames: their mean is
-    /// subtracted from then on.
-    pub fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some((frames.max(1), 0, vec![0.0; self.rest.len()]));
+    /// A recording states no noise.
+    fn noise(&self) -> Vec<f64> {
+        vec![f64::NAN; self.rest.len()]
     }
 
-    /// Whether a rest capture is under way.
-    pub fn capturing(&self) -> bool {
-        self.capture.is_some()
+    fn rest(&self) -> Vec<f64> {
+        self.rest.clone()
     }
 
-    /// Forgets the rest values.
-    pub fn clear_rest(&mut self) {
-        self.rest.fill(0.0);
-    }
-
-    /// Rest values in force, SI.
-    pub fn rest(&self) -> &[f64] {
-        &self.rest
-    }
-
-    /// Puts back rest values.
-    pub fn restore_rest(&mut self, rest: &[f64]) {
-        self.rest.clear();
-        self.rest.extend_from_slice(rest);
-    }
-
-    /// Takes one frame; the second value says whether it ended a rest capture.
-    ///
-    /// # Errors
-    /// [`FrameError::Channels`] for a frame of another device.
-    pub fn push(&mut self, frame: &Frame) -> Result<(&MapTouch, bool), FrameError> {
-        let expected = self.rest.len();
-        if frame.values.len() != expected {
-            return Err(FrameError::Channels {
-                found: frame.values.len(),
-                expected,
-            });
+    fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
+        channels.readings.copy_from_slice(values);
+        for (state, value) in channels.states.iter_mut().zip(values) {
+            if value.is_nan() && *state != ChannelState::Masked {
+                *state = ChannelState::Faulty;
+            }
         }
-        let captured = self.capture_frame(&frame.values);
-        let touch = &mut self.touch;
-        touch.sequence = frame.sequence;
-        touch.time_ns = frame.time_ns;
-        for (index, value) in frame.values.iter().enumerate() {
-            touch.values[index] = value - self.rest[index];
-            touch.states[index] = match (self.stream.present[index], value.is_nan()) {
-                (false, _) => State::Masked,
-                (true, true) => State::Faulty,
-                (true, false) => State::Ok,
+        0
+    }
+
+    fn read(&mut self, _known: &Known<'_>, touch: &mut Touch) {
+        let channels = &touch.channels;
+        let slots = touch.taxels.iter_mut().zip(&self.rest).enumerate();
+        for (index, (taxel, rest)) in slots {
+            let state = match channels.states[index] {
+                ChannelState::Masked => State::Masked,
+                ChannelState::Faulty => State::Faulty,
+                _ => State::Ok,
             };
+            *taxel = TaxelTouch::pressing(channels.readings[index] - rest, f64::NAN, state);
         }
-        self.sum_up();
-        Ok((&self.touch, captured))
     }
 
-    fn capture_frame(&mut self, values: &[f64]) -> bool {
-        let Some((wanted, taken, sums)) = &mut self.capture else {
-            return false;
-        };
-        for (sum, value) in sums.iter_mut().zip(values) {
-            *sum += value;
+    fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
+        for (own, rest) in self.rest.iter_mut().zip(rest) {
+            *own = if rest.is_nan() { 0.0 } else { *rest };
         }
-        *taken += 1;
-        if taken < wanted {
-            return false;
-        }
-        let frames = *wanted as f64;
-        for (rest, sum) in self.rest.iter_mut().zip(sums) {
-            // A sensel without a reading during the capture keeps its rest.
-            if sum.is_finite() {
-                *rest = *sum / frames;
-            }
-        }
-        self.capture = None;
-        true
     }
+}
 
-    fn sum_up(&mut self) {
-        let stream = &self.stream;
-        let (rows, columns) = (stream.rows, stream.columns * stream.channels_per_taxel);
-        let pitch = stream.pitch.unwrap_or([1.0, 1.0]);
-        let threshold = stream.threshold.unwrap_or(0.0);
-        let values = &self.touch.values;
-        self.touch.sum = values.iter().filter(|value| value.is_finite()).sum();
-        self.touch.force = stream
-            .pitch
-            .filter(|_| stream.unit.quantity == Quantity::Pressure)
-            .map(|[down, across]| self.touch.sum * down * across);
-        let area = if self.touch.force.is_some() {
-            pitch[0] * pitch[1]
-        } else {
-            1.0
-        };
-        let cell = |index: usize| {
-            let (row, column) = (index / columns, index % columns);
-            let x = (column as f64 - 0.5 * (columns as f64 - 1.0)) * pitch[1];
-            let y = (0.5 * (rows as f64 - 1.0) - row as f64) * pitch[0];
-            Cell {
-                position: [x, y],
-                weight: values[index],
-                deviation: f64::NAN,
-                threshold,
-                force: [0.0, 0.0, values[index] * area],
-                force_covariance: normal_only(f64::NAN),
-                state: self.touch.states[index],
-            }
-        };
-        let centre = self.segmentation.run(cell, &mut self.touch.contacts);
-        self.touch.centre_of_pressure = centre.map(|(centre, _)| centre);
-        self.segmentation.label(&mut self.touch.regions);
+fn meaning(stream: &Stream) -> Meaning {
+    let pressure = stream.unit.quantity == Quantity::Pressure;
+    let columns = stream.columns * stream.channels_per_taxel;
+    let [down, across] = stream.pitch.unwrap_or([1.0; 2]);
+    let value = Scale {
+        quantity: if pressure { "pressure" } else { "raw" }.into(),
+        symbol: stream.unit.symbol.clone().into(),
+        si_per_unit: stream.unit.si_per_unit,
+    };
+    let newtons = stream.pitch.filter(|_| pressure);
+    Meaning {
+        layout: Layout::new(&ArrayDescription {
+            rows: stream.rows,
+            columns,
+            pitch: [across, down],
+            mount: Mount::Flat,
+        }),
+        in_metres: stream.pitch.is_some(),
+        channels: (0..stream.rows * columns)
+            .map(|sensel| format!("r{}c{}", sensel / columns, sensel % columns))
+            .collect(),
+        wiring: Wiring::PerTaxel(1),
+        reading: value.clone(),
+        value,
+        components: 1,
+        signed: false,
+        full_scale: None,
+        verified: None,
+        picture: Picture::Map,
+        newtons,
+        total_known: newtons.is_some(),
     }
 }

@@ -3,6 +3,7 @@
 mod array;
 mod assignment;
 mod baseline;
+mod capacitors;
 mod charge;
 mod contact;
 mod continuity;
@@ -20,41 +21,47 @@ mod place_map;
 mod placing_fit;
 mod placing_live;
 mod placing_several;
+mod reader;
+mod rest;
 mod segmentation;
-mod signal;
+mod session;
 mod slip;
 mod swap;
+mod three_axis;
+mod touch;
 mod touch_event;
 mod tracking;
 mod trained;
 mod unit;
 
-pub use array::{Captured, Estimator, EstimatorOptions, FrameError, State, TaxelTouch, Touch};
+pub use array::{ArrayEstimator, Captured, FrameError};
 pub use baseline::{Baseline, BaselineOptions, Change, Why};
-pub use charge::{ChargeEstimator, ChargeEstimatorOptions, ChargeModel};
-pub use contact::Contact;
+pub use charge::{ChargeModel, ChargeOptions, ChargeReader};
+pub use contact::{Cell, Contact};
 pub use continuity::Continuity;
 pub use crossed_channels::{
-    ChannelRestRefused, ChannelState, ChannelTouch, CrossedChannels, CrossedOptions, TaxelPressure,
+    CrossedOptions, CrossedReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
 };
 pub use event::Event;
 pub use force_history::HistoryOptions;
 pub use health::{
     ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
 };
-pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneEstimator, InPlaneEstimatorError};
+pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneReader, InPlaneReaderError};
 pub use kernel_regression::{KernelRegression, Press, Trust};
 pub use localisation::{Centroid, ELLIPSE_95, Located, Method, Place, Placing, ProfileModel};
-pub use map::{MapEstimator, MapTouch};
-pub use observer::{Observer, ObserverOptions, Seen, Wiring};
+pub use map::MapReader;
+pub use observer::{Observer, ObserverOptions, Wiring};
 pub use place_map::{placing, regression};
 pub use placing_fit::ProfileFit;
-pub use signal::{
-    Picture, RestEnd, RestState, Scale, SignalEstimator, SignalMeaning, SignalTouch, TaxelValue,
-};
+pub use reader::{Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total};
+pub use rest::{Rest, RestRefused};
+pub use session::{Observed, TouchSession};
 pub use slip::{Slip, SlipEstimator, SlipOptions};
 pub use swap::{SwapWatch, swapped};
+pub use three_axis::{CAPACITORS, ThreeAxisOptions, ThreeAxisReader};
+pub use touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 pub use touch_event::{TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents};
 pub use tracking::{EndedTrack, Ending, Track, Tracker, TrackerOptions};
-pub use trained::{TrainedArea, TrainedEstimator};
+pub use trained::{TrainedArea, TrainedReader};
 pub use unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};

@@ -1,14 +1,13 @@
 //! What lasts over frames: tracks, events, slip and the health of channels, from
-//! what an estimator of any device felt in each of them.
+//! the touch of each of them, of any device.
 
 use super::{
-    ChannelFacts, ChannelReading, Contact, HealthMonitor, HealthOptions, Slip, SlipEstimator,
-    SlipOptions, State, SwapWatch, TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents,
-    Track, Tracker, TrackerOptions,
+    ChannelFacts, ChannelReading, HealthMonitor, HealthOptions, Slip, SlipEstimator, SlipOptions,
+    State, Touch, TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents, Track, Tracker,
+    TrackerOptions,
 };
 use crate::acquisition::{Frame, Stream};
 use crate::layout::Layout;
-use crate::transduction::UnitModel;
 
 /// Which taxels a channel belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +21,11 @@ pub enum Wiring {
         /// Columns of taxels.
         columns: usize,
     },
+    /// Every channel reads what touches any of so many taxels.
+    Shared {
+        /// Taxels.
+        taxels: usize,
+    },
 }
 
 impl Wiring {
@@ -31,8 +35,25 @@ impl Wiring {
             Self::PerTaxel(channels) => (channel / channels.max(1), 1, 1),
             Self::Crossing { rows, columns } if channel < rows => (channel * columns, 1, columns),
             Self::Crossing { rows, columns } => (channel - rows, columns, rows),
+            Self::Shared { taxels } => (0, 1, taxels),
         };
         (0..count).map(move |index| first + index * step)
+    }
+
+    /// Writes for each channel whether a contact is on any of its taxels;
+    /// `regions` has the contact of each taxel.
+    pub(super) fn mark_touched(self, regions: &[Option<u32>], touched: &mut [bool]) {
+        if let Self::PerTaxel(channels) = self {
+            for (touched, region) in touched.chunks_mut(channels.max(1)).zip(regions) {
+                touched.fill(region.is_some());
+            }
+            return;
+        }
+        for (channel, touched) in touched.iter_mut().enumerate() {
+            *touched = self
+                .taxels(channel)
+                .any(|taxel| regions.get(taxel).is_some_and(Option::is_some));
+        }
     }
 }
 
@@ -43,10 +64,6 @@ pub struct ObserverOptions {
     pub tracker: TrackerOptions,
     /// Of the events of contacts.
     pub events: TouchEventOptions,
-    /// What is known of each channel, in the order and unit of a frame.
-    pub channels: Vec<ChannelFacts>,
-    /// Which taxels the channels belong to.
-    pub wiring: Wiring,
     /// Of the health of channels.
     pub health: HealthOptions,
     /// Of the slip along rows, for a device whose signals tell it; then the
@@ -60,15 +77,14 @@ const UNKNOWN_PITCH: f64 = 5e-3;
 const PAUSE_PERIODS: f64 = 2.5;
 
 impl ObserverOptions {
-    /// For frames as `stream` describes them, of whose channels no more is known
-    /// than which exist. Without a pitch, lengths are in cells.
+    /// For frames as `stream` describes them. Without a pitch, lengths are in
+    /// cells.
     pub fn new(stream: &Stream) -> Self {
         let mut events = TouchEventOptions::default();
         let history = &mut events.history;
         // Frames that are far apart are no pause.
         let pause = PAUSE_PERIODS * stream.period.unwrap_or(0.0);
         history.longest_pause = history.longest_pause.max(pause);
-        let exists = stream.present.iter();
         let mut tracker = TrackerOptions::new(stream.pitch.map_or([1.0; 2], |[y, x]| [x, y]));
         tracker.longest_outage = tracker.longest_outage.max(pause);
         tracker.longest_crossing = tracker.longest_crossing.max(pause);
@@ -80,10 +96,6 @@ impl ObserverOptions {
         Self {
             tracker,
             events,
-            channels: exists
-                .map(|exists| ChannelFacts::unknown(*exists))
-                .collect(),
-            wiring: Wiring::PerTaxel(stream.channels_per_taxel),
             health: HealthOptions::default(),
             slip: None,
         }
@@ -97,18 +109,6 @@ impl ObserverOptions {
     }
 }
 
-/// What an estimator felt in one frame.
-#[derive(Clone, Copy)]
-pub struct Seen<'a> {
-    /// Contacts of the frame.
-    pub contacts: &'a [Contact],
-    /// Index of the contact of each taxel, row by row.
-    pub regions: &'a [Option<u32>],
-    /// State of a taxel and its consistency residual in deviations (`NaN`
-    /// without redundancy).
-    pub taxel: &'a dyn Fn(usize) -> (State, f64),
-}
-
 /// Follows contacts and channels of one device over time; the same frames give
 /// the same tracks, events and conditions.
 #[derive(Debug, Clone)]
@@ -118,29 +118,24 @@ pub struct Observer {
     contacts: TouchEvents,
     rows: Option<RowSlip>,
     health: HealthMonitor,
-    swaps: SwapWatch,
     events: Vec<TouchEvent>,
     last_time_ns: Option<u64>,
 }
 
 impl Observer {
     /// Knows of no contact, and of nothing against any channel.
-    pub fn new(options: ObserverOptions) -> Self {
+    /// `channels` says what is known of each, in the order and unit of a frame.
+    pub fn new(options: ObserverOptions, channels: Vec<ChannelFacts>, wiring: Wiring) -> Self {
         let mut events = options.events;
         if options.slip.is_some() {
             events.slip_speed = f64::INFINITY;
         }
-        let units = match options.wiring {
-            Wiring::PerTaxel(4) => options.channels.len() / 4,
-            _ => 0,
-        };
         Self {
-            wiring: options.wiring,
+            wiring,
             tracker: Tracker::new(options.tracker),
             contacts: TouchEvents::new(events),
             rows: options.slip.map(RowSlip::new),
-            health: HealthMonitor::new(options.channels, options.health),
-            swaps: SwapWatch::new(units),
+            health: HealthMonitor::new(channels, options.health),
             events: Vec::new(),
             last_time_ns: None,
         }
@@ -152,25 +147,44 @@ impl Observer {
         self.health.repeats(&frame.values)
     }
 
-    /// Takes a frame and what was felt in it, and gives its events.
+    /// Takes a frame and its touch, and gives its events.
     ///
     /// A time before that of the last frame is that of a device which began
     /// anew: its contacts are new ones.
-    pub fn push(&mut self, frame: &Frame, seen: &Seen<'_>) -> &[TouchEvent] {
+    pub fn push(&mut self, frame: &Frame, touch: &Touch) -> &[TouchEvent] {
         let time_ns = frame.time_ns;
         let last = self.last_time_ns.replace(time_ns);
         if last.is_some_and(|last| time_ns < last) {
             self.forget();
         }
-        self.tracker.push(time_ns, seen.contacts, seen.regions);
+        self.tracker.push(time_ns, &touch.contacts, &touch.regions);
         self.events.clear();
-        let of_contacts = self.contacts.push(time_ns, &self.tracker, seen.contacts);
+        let of_contacts = self.contacts.push(time_ns, &self.tracker, &touch.contacts);
         self.events.extend_from_slice(of_contacts);
         if let Some(rows) = &mut self.rows {
             let event = rows.push(frame, &self.tracker);
             self.events.extend(event);
         }
-        self.follow_channels(frame, seen);
+        let occupied = |taxel: usize| {
+            // Where the value is not known there may be a contact.
+            let certain = |state| matches!(state, State::Ok | State::Unchecked);
+            let taxels = touch.taxels.get(taxel);
+            touch.regions.get(taxel).is_some_and(Option::is_some)
+                || !taxels.is_some_and(|taxel| certain(taxel.state))
+        };
+        let wiring = self.wiring;
+        let residual = |channel: usize| match wiring {
+            Wiring::PerTaxel(channels) => touch
+                .taxels
+                .get(channel / channels.max(1))
+                .map_or(f64::NAN, |taxel| taxel.residual),
+            Wiring::Crossing { .. } | Wiring::Shared { .. } => f64::NAN,
+        };
+        self.health.push(time_ns, |channel| ChannelReading {
+            value: frame.values.get(channel).copied().unwrap_or(f64::NAN),
+            residual: residual(channel),
+            occupied: wiring.taxels(channel).any(occupied),
+        });
         &self.events
     }
 
@@ -179,49 +193,17 @@ impl Observer {
     pub fn push_at_rest(&mut self, frame: &Frame) {
         self.forget();
         self.last_time_ns = Some(frame.time_ns);
-        let taxel = |_| (State::Ok, f64::NAN);
-        let (contacts, regions, taxel) = (&[], &[], &taxel);
-        let nothing = Seen {
-            contacts,
-            regions,
-            taxel,
-        };
-        self.follow_channels(frame, &nothing);
-    }
-
-    fn follow_channels(&mut self, frame: &Frame, seen: &Seen<'_>) {
-        let occupied = |taxel: usize| {
-            let (state, _) = (seen.taxel)(taxel);
-            // Where the force is not known there may be a contact.
-            seen.regions.get(taxel).is_some_and(Option::is_some)
-                || !matches!(state, State::Ok | State::Unchecked)
-        };
-        self.health.push(frame.time_ns, |channel| {
-            let mut taxels = self.wiring.taxels(channel);
-            let residual = match self.wiring {
-                Wiring::PerTaxel(channels) => (seen.taxel)(channel / channels.max(1)).1,
-                Wiring::Crossing { .. } => f64::NAN,
-            };
-            ChannelReading {
-                value: frame.values.get(channel).copied().unwrap_or(f64::NAN),
-                residual,
-                occupied: taxels.any(occupied),
-            }
+        self.health.push(frame.time_ns, |channel| ChannelReading {
+            value: frame.values.get(channel).copied().unwrap_or(f64::NAN),
+            residual: f64::NAN,
+            occupied: false,
         });
     }
 
-    /// Looks whether an exchange of two capacitors explains a three-axis unit
-    /// whose readings, F, contradict its model with the noise `sigma`, F.
-    pub fn suspect(&mut self, unit: usize, reading: [f64; 4], model: &UnitModel, sigma: [f64; 4]) {
-        self.swaps.push(unit, reading, model, sigma);
-    }
-
-    /// Forgets contacts and suspicions, as after new rest values. What contacts
-    /// remain are new ones.
+    /// Forgets contacts, as after new rest values. Those that remain are new ones.
     pub fn forget(&mut self) {
         self.tracker.forget();
         self.contacts.forget();
-        self.swaps.forget();
         self.events.clear();
         if let Some(rows) = &mut self.rows {
             rows.forget();
@@ -252,12 +234,6 @@ impl Observer {
     /// Which taxels the channels belong to.
     pub fn wiring(&self) -> Wiring {
         self.wiring
-    }
-
-    /// Pairs of capacitors (0 to 3 for 11, 12, 21, 22) of a three-axis unit, one
-    /// of which has changed places ([`super::swapped`]).
-    pub fn swapped(&self, unit: usize) -> &[[usize; 2]] {
-        self.swaps.pairs(unit)
     }
 }
 

@@ -49,7 +49,7 @@ impl Segmentation {
             rows,
             columns,
             pitch,
-            cells: Vec::with_capacity(count),
+            cells: Vec::new(),
             touched: vec![false; count],
             order: Vec::with_capacity(count),
             labels: vec![NONE; count],
@@ -70,18 +70,20 @@ impl Segmentation {
     /// covariance over all of them.
     pub(super) fn run(
         &mut self,
-        cell: impl Fn(usize) -> Cell,
+        cells: &mut Vec<Cell>,
         contacts: &mut Vec<Contact>,
     ) -> Option<([f64; 2], [f64; 3])> {
-        self.cells.clear();
-        self.cells.extend((0..self.labels.len()).map(cell));
+        // Lent for the run.
+        std::mem::swap(&mut self.cells, cells);
         self.sort();
         self.flood();
         self.number();
         self.gather();
         contacts.clear();
         contacts.extend(self.found.iter().map(|found| found.finish(self.pitch)));
-        self.whole(contacts)
+        let whole = self.whole(contacts);
+        std::mem::swap(&mut self.cells, cells);
+        whole
     }
 
     /// Touched cells, the highest first.

@@ -46,7 +46,7 @@ pub enum TouchEventKind {
     /// A reading is at the end of what can be read (the least force, N).
     Saturated,
     /// A gap or a channel has closed (the least force, N).
-    Collapsed,
+    Closed,
 }
 
 impl TouchEventKind {
@@ -62,7 +62,7 @@ impl TouchEventKind {
             Self::Cyclic { .. } => "cyclic",
             Self::Slip { .. } => "slip",
             Self::Saturated => "saturated",
-            Self::Collapsed => "collapsed",
+            Self::Closed => "closed",
         }
     }
 }
@@ -362,8 +362,8 @@ impl Watched {
             return None;
         }
         match contact.bound? {
-            State::Contact => Some(TouchEventKind::Collapsed),
-            State::Saturated if options.saturation_is_closure => Some(TouchEventKind::Collapsed),
+            State::Closed => Some(TouchEventKind::Closed),
+            State::Saturated if options.saturation_is_closure => Some(TouchEventKind::Closed),
             State::Saturated => Some(TouchEventKind::Saturated),
             _ => None,
         }

@@ -1,14 +1,13 @@
-//! Frames of a body without a physical model to a contact with its place and
-//! force, through maps that were learned.
+//! Readings of a body without a physical model to a contact with its position
+//! and force, through maps that were learned.
 
-use super::baseline::{Baseline, BaselineOptions};
-use super::contact::{Contact, normal_only};
-use super::{
-    FrameError, Picture, RestEnd, Scale, SignalEstimator, SignalMeaning, SignalTouch, State,
-    TaxelValue,
+use super::contact::{Cell, Contact, normal_only};
+use super::reader::{
+    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
-use crate::acquisition::Frame;
-use crate::calibration::{MOVING, RestReadings, Running};
+use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
+use super::{ChannelFacts, Wiring};
+use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::trained::{
     Estimate, ForceEstimator, PositionEstimate, PositionEstimator, Support, TrainedMaps,
     TrainingError,
@@ -34,7 +33,16 @@ impl TrainedArea {
         ]
     }
 
-    /// Covariance xx, xy, yy of a place that may be anywhere on it, m².
+    fn layout(&self) -> Layout {
+        Layout::new(&ArrayDescription {
+            rows: self.rows,
+            columns: self.columns,
+            pitch: self.pitch,
+            mount: Mount::Flat,
+        })
+    }
+
+    /// Covariance xx, xy, yy of a position that may be anywhere on it, m².
     fn anywhere(&self) -> [f64; 3] {
         let [x, y] = self.half_sides();
         [x * x / 3.0, 0.0, y * y / 3.0]
@@ -46,61 +54,50 @@ const CONTACT_DEVIATIONS: f64 = 3.0;
 /// A cell is of the contact from this share of it on.
 const CELL_SHARE: f64 = 0.05;
 
-/// Turns frames into one contact; the same frames give the same contacts.
+/// Reads a body without a physical model, as one contact.
 ///
 /// A cell holds the share of the force (without a force map: of the contact)
-/// that the estimated place and its covariance put into it. A place that the
-/// maps do not tell is the middle of the area with the covariance of anywhere.
+/// that the estimated position and its covariance put into it. A position that
+/// the maps do not tell is the middle of the area with the covariance of
+/// anywhere.
 #[derive(Debug, Clone)]
-pub struct TrainedEstimator {
+pub struct TrainedReader {
     maps: TrainedMaps,
     area: TrainedArea,
-    meaning: SignalMeaning,
+    meaning: Meaning,
+    channels: Vec<ChannelFacts>,
+    masked: Vec<bool>,
     position: Option<PositionEstimator>,
     force: Option<ForceEstimator>,
-    /// Where rest is known.
-    baseline: Option<Baseline>,
+    /// Reading of each channel at rest.
+    rest: Vec<f64>,
     /// The readings of a frame less the drift of the empty channels.
     values: Vec<f64>,
-    capture: Option<Capture>,
-    touch: SignalTouch,
+    found: Found,
 }
 
-/// A rest capture under way; it ends early when a touch begins.
-#[derive(Debug, Clone)]
-struct Capture {
-    readings: RestReadings,
-    /// The frames so far.
-    frames: Vec<Vec<f64>>,
+/// What the maps say of one frame.
+#[derive(Debug, Clone, Default)]
+struct Found {
+    position: Option<PositionEstimate>,
+    force: Option<Estimate>,
+    /// Whether there is a contact; none where that is not known.
+    contact: Option<bool>,
+    /// Share of the contact in each cell.
+    shares: Vec<f64>,
 }
 
-impl Capture {
-    /// The rest of a capture that a touch has ended. It began before it was
-    /// seen: the later half of the frames is left out.
-    fn before_touch(&self) -> RestReadings {
-        let kept = self.frames.len().div_ceil(2).max(LEAST_FRAMES);
-        let mut rest = RestReadings::new(self.readings.channels().len(), kept);
-        for frame in self.frames.iter().take(kept) {
-            rest.push(frame.iter().copied());
+impl Found {
+    fn state(&self) -> State {
+        match self.force.map(|force| force.support) {
+            Some(Support::Outside) => State::OutOfRange,
+            _ => State::Ok,
         }
-        rest
     }
 }
 
-/// Fewest frames of a rest capture that a touch has ended.
-const LEAST_FRAMES: usize = 5;
-/// A reading farther from the mean so far than this many standard deviations
-/// is the beginning of a touch.
-const TOUCHED: f64 = 6.0;
-
-/// What the maps say of one frame.
-struct Felt {
-    place: Option<PositionEstimate>,
-    force: Option<Estimate>,
-}
-
-impl TrainedEstimator {
-    /// An estimator of the device whose channels are called `names` and read in
+impl TrainedReader {
+    /// A reader of the device whose channels are called `names` and read in
     /// `symbol`. `full_scale` is the force at the end of the colours, N.
     ///
     /// # Errors
@@ -113,7 +110,7 @@ impl TrainedEstimator {
         full_scale: f64,
     ) -> Result<Self, TrainingError> {
         maps.check()?;
-        // Without places the area is one cell.
+        // Without positions the area is one cell.
         let [x, y] = area.half_sides();
         let area = match maps.position {
             Some(_) => area,
@@ -125,13 +122,9 @@ impl TrainedEstimator {
         };
         let channels = names.len();
         let rest = maps.rest.as_ref().map(|rest| rest.mean.clone());
-        let baseline = maps.rest.as_ref().map(|rest| {
-            let mut baseline = Baseline::new(BaselineOptions::new(rest.deviation.clone()));
-            baseline.tare(0, &rest.mean);
-            baseline
-        });
         Ok(Self {
-            baseline,
+            channels: facts(&maps, channels, symbol),
+            masked: vec![false; area.rows * area.columns],
             values: vec![f64::NAN; channels],
             meaning: meaning(&maps, &area, names, symbol, full_scale),
             position: maps
@@ -140,127 +133,91 @@ impl TrainedEstimator {
                 .map(PositionEstimator::new)
                 .transpose()?,
             force: force_estimator(&maps, rest.clone())?,
-            capture: None,
-            touch: SignalTouch {
-                signals: vec![f64::NAN; channels],
-                rest: rest.unwrap_or_else(|| vec![f64::NAN; channels]),
-                ..SignalTouch::default()
-            },
+            rest: rest.unwrap_or_else(|| vec![f64::NAN; channels]),
+            found: Found::default(),
             area,
             maps,
         })
     }
 
-    /// Takes the readings of a frame and follows the drift of those that nothing
-    /// touches.
-    fn follow(&mut self, frame: &Frame) {
-        self.touch.signals.copy_from_slice(&frame.values);
-        self.values.copy_from_slice(&frame.values);
-        let Some(baseline) = &mut self.baseline else {
-            return;
-        };
-        // Every channel feels every contact, that of the frame before.
-        let touched = !self.touch.contacts.is_empty();
-        baseline.push(frame.time_ns, &frame.values, |_| touched);
-        for (channel, value) in self.values.iter_mut().enumerate() {
-            *value -= baseline.drift(channel);
+    /// Shows no value in these cells, row by row.
+    #[must_use]
+    pub fn with_masked(mut self, masked: impl IntoIterator<Item = bool>) -> Self {
+        for (own, masked) in self.masked.iter_mut().zip(masked) {
+            *own = masked;
         }
+        self
     }
 
-    fn feel(&mut self, time: f64) -> Result<Felt, TrainingError> {
+    fn estimate(&mut self, time: f64) -> Result<Found, TrainingError> {
         let values = &self.values;
         let force = self.force.as_mut().map(|force| force.push(time, values));
         let force = force.transpose()?;
-        let place = self.position.as_mut().map(|map| map.estimate(values));
-        Ok(Felt {
-            // A frame unlike all presses tells no place.
-            place: place
-                .transpose()?
-                .filter(|place| place.support == Support::Trained),
-            force,
-        })
-    }
-
-    /// Fills the touch from what was felt.
-    fn sum_up(&mut self, felt: &Felt) {
+        let position = self.position.as_mut().map(|map| map.estimate(values));
+        // A frame unlike all presses tells no position.
+        let position = position
+            .transpose()?
+            .filter(|position| position.support == Support::Trained);
         let pressed = |force: &Estimate| force.value > CONTACT_DEVIATIONS * force.deviation;
-        let contact = match &felt.force {
+        let contact = match &force {
             Some(force) if pressed(force) || force.support == Support::Trained => {
                 Some(pressed(force))
             }
             // A frame unlike all presses may be one of another depth, or none.
-            _ => felt.place.map(|_| true),
+            _ => position.map(|_| true),
         };
-        let (value, deviation) = match felt.force {
-            Some(force) => (force.value, force.deviation),
-            None => (1.0, f64::NAN),
-        };
-        let state = match felt.force.map(|force| force.support) {
-            Some(Support::Outside) => State::OutOfRange,
-            _ => State::Ok,
-        };
-        let shares = self.shares(felt.place.as_ref(), contact);
-        self.touch.force = felt.force.map(|force| [force.value, force.deviation]);
-        self.touch.taxels.clear();
-        self.touch.regions.clear();
-        for share in &shares {
-            let free = contact == Some(false);
-            self.touch.taxels.push(TaxelValue {
-                value: if free { 0.0 } else { share * value },
-                deviation: share * deviation,
-                state: if share.is_nan() {
-                    State::OutOfRange
-                } else {
-                    state
-                },
-            });
-            let member = contact == Some(true) && (share.is_nan() || *share >= CELL_SHARE);
-            self.touch.regions.push(member.then_some(0));
-        }
-        self.touch.contacts.clear();
-        self.touch.centre_of_pressure = None;
-        if contact == Some(true) {
-            let contact = self.contact(felt, &shares, state);
-            self.touch.centre_of_pressure = Some((contact.centre, contact.covariance));
-            self.touch.contacts.push(contact);
-        }
+        Ok(Found {
+            shares: self.shares(position.as_ref(), contact),
+            position,
+            force,
+            contact,
+        })
     }
 
     /// Share of the contact in each cell, row by row; even without a contact,
     /// `NaN` where it is not known.
-    fn shares(&self, place: Option<&PositionEstimate>, contact: Option<bool>) -> Vec<f64> {
+    fn shares(&self, position: Option<&PositionEstimate>, contact: Option<bool>) -> Vec<f64> {
         let cells = self.area.rows * self.area.columns;
-        let Some(place) = place.filter(|_| contact == Some(true)) else {
+        let Some(position) = position.filter(|_| contact == Some(true)) else {
             let known = contact == Some(false) || (contact.is_some() && cells == 1);
             return vec![if known { 1.0 / cells as f64 } else { f64::NAN }; cells];
         };
         let [x, y] = self.area.half_sides();
-        let [dx, dy] = place.deviation();
+        let [dx, dy] = position.deviation();
         let columns = slices(
             self.area.columns,
             -x,
             self.area.pitch[0],
-            place.place[0],
+            position.place[0],
             dx,
         );
         // Row 0 is at +y.
-        let rows = slices(self.area.rows, -y, self.area.pitch[1], -place.place[1], dy);
+        let rows = slices(
+            self.area.rows,
+            -y,
+            self.area.pitch[1],
+            -position.place[1],
+            dy,
+        );
         let cells = rows.iter().flat_map(|r| columns.iter().map(move |c| r * c));
         cells.collect()
     }
 
-    fn contact(&self, felt: &Felt, shares: &[f64], state: State) -> Contact {
-        let (centre, covariance) = match &felt.place {
-            Some(place) => {
-                let [[xx, xy], [_, yy]] = place.covariance;
-                (place.place, [xx, xy, yy])
+    fn contact(&self, touch: &Touch) -> Contact {
+        let found = &self.found;
+        let (centre, covariance) = match &found.position {
+            Some(position) => {
+                let [[xx, xy], [_, yy]] = position.covariance;
+                (position.place, [xx, xy, yy])
             }
             None => ([0.0; 2], self.area.anywhere()),
         };
-        let [force, deviation] = self.touch.force.unwrap_or([f64::NAN; 2]);
-        let taxels = self.touch.regions.iter().flatten().count();
-        let greater = |a: &usize, b: &usize| shares[*a].total_cmp(&shares[*b]);
-        let peak_taxel = (0..shares.len()).max_by(greater).unwrap_or(0);
+        let force = found.force.map(|force| [force.value, force.deviation]);
+        let [force, deviation] = force.unwrap_or([f64::NAN; 2]);
+        let taxels = touch.regions.iter().flatten().count();
+        let greater = |a: &usize, b: &usize| found.shares[*a].total_cmp(&found.shares[*b]);
+        let peak_taxel = (0..found.shares.len()).max_by(greater).unwrap_or(0);
+        let state = found.state();
         Contact {
             taxels,
             area: taxels as f64 * self.area.pitch[0] * self.area.pitch[1],
@@ -269,123 +226,152 @@ impl TrainedEstimator {
             force: [0.0, 0.0, force],
             force_covariance: normal_only(deviation),
             torsion: f64::NAN,
-            peak: self.touch.taxels[peak_taxel].value,
+            peak: touch.taxels[peak_taxel].pressed(),
             peak_taxel,
             bound: (state == State::OutOfRange).then_some(state),
+            ..Contact::default()
         }
-    }
-
-    /// A frame of which nothing is known.
-    fn nothing(&mut self) {
-        let cells = self.area.rows * self.area.columns;
-        let faulty = TaxelValue {
-            value: f64::NAN,
-            deviation: f64::NAN,
-            state: State::Faulty,
-        };
-        self.touch.force = None;
-        self.touch.taxels = vec![faulty; cells];
-        self.touch.regions = vec![None; cells];
-        self.touch.contacts.clear();
-        self.touch.centre_of_pressure = None;
-    }
-
-    fn capture_frame(&mut self, values: &[f64]) -> RestEnd {
-        let capture = self.capture.as_mut()?;
-        if self.force.is_none() {
-            self.capture = None;
-            return Some(Err(String::from(
-                "no rest capture: these places are learned from readings as they come",
-            )));
-        }
-        let noise = self.maps.rest.iter().flat_map(|rest| &rest.deviation);
-        let so_far = capture.readings.channels().iter().zip(noise).zip(values);
-        let touched = capture.frames.len() >= LEAST_FRAMES
-            && so_far.into_iter().any(|((running, noise), value)| {
-                (value - running.mean_or_nan()).abs() > TOUCHED * noise
-            });
-        if touched {
-            let rest = capture.before_touch();
-            self.capture = None;
-            return Some(self.rest_from(rest.channels()));
-        }
-        capture.frames.push(values.to_vec());
-        if !capture.readings.push(values.iter().copied()) {
-            return None;
-        }
-        let capture = self.capture.take()?;
-        Some(self.rest_from(capture.readings.channels()))
-    }
-
-    fn rest_from(&mut self, channels: &[Running]) -> Result<(), String> {
-        let noise = self.maps.rest.as_ref().map(|rest| &rest.deviation);
-        let noise = noise.into_iter().flatten();
-        let moved = |(running, noise): (&Running, &f64)| running.deviation() > MOVING * noise;
-        if let Some(channel) = channels.iter().zip(noise).position(moved) {
-            let name = &self.meaning.channels[channel];
-            return Err(format!(
-                "rest capture refused: {name} moved during it; lift off and try again"
-            ));
-        }
-        self.set_rest(channels.iter().map(Running::mean_or_nan).collect())
-            .map_err(|error| format!("rest capture refused: {error}"))
-    }
-
-    /// Begins anew from a body at rest that reads `rest`.
-    fn set_rest(&mut self, rest: Vec<f64>) -> Result<(), TrainingError> {
-        self.force = force_estimator(&self.maps, Some(rest.clone()))?;
-        if let Some(baseline) = &mut self.baseline {
-            baseline.tare(self.touch.time_ns, &rest);
-            self.values.copy_from_slice(&self.touch.signals);
-        }
-        self.touch.rest = rest;
-        Ok(())
     }
 }
 
-impl SignalEstimator for TrainedEstimator {
-    fn meaning(&self) -> &SignalMeaning {
+impl Reader for TrainedReader {
+    fn meaning(&self) -> &Meaning {
         &self.meaning
     }
 
-    fn push(&mut self, frame: &Frame) -> Result<(&SignalTouch, RestEnd), FrameError> {
-        let (found, expected) = (frame.values.len(), self.meaning.channels.len());
-        if found != expected {
-            return Err(FrameError::Channels { found, expected });
+    fn channels(&self) -> &[ChannelFacts] {
+        &self.channels
+    }
+
+    fn rules(&self) -> Rules {
+        let without_force = "these positions are learned from readings as they come";
+        Rules {
+            threshold: Threshold::Fixed(f64::INFINITY),
+            counted: counting(&[State::Ok, State::OutOfRange]),
+            // The force is that of the contact, not the sum of the cells.
+            total: Total::Unknown,
+            drifts: self.maps.rest.is_some(),
+            rest: RestRules {
+                refused: self.maps.force.is_none().then_some(without_force),
+                at_start: true,
+                channels_per_unit: 1,
+                unit: "channel",
+                measures_noise: false,
+                ends_at_touch: true,
+            },
         }
-        self.touch.sequence = frame.sequence;
-        self.touch.time_ns = frame.time_ns;
-        self.follow(frame);
-        let ended = self.capture_frame(&frame.values);
+    }
+
+    fn noise(&self) -> Vec<f64> {
+        match &self.maps.rest {
+            Some(rest) => rest.deviation.clone(),
+            None => vec![f64::NAN; self.channels.len()],
+        }
+    }
+
+    fn rest(&self) -> Vec<f64> {
+        self.rest.clone()
+    }
+
+    fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
+        channels.readings.copy_from_slice(values);
+        for (state, value) in channels.states.iter_mut().zip(values) {
+            if !value.is_finite() {
+                *state = ChannelState::Faulty;
+            }
+        }
+        0
+    }
+
+    fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
+        let channels = &touch.channels;
+        for (channel, value) in self.values.iter_mut().enumerate() {
+            *value = if channels.states[channel].usable() {
+                channels.readings[channel] - known.drift(channel)
+            } else {
+                f64::NAN
+            };
+        }
         // A channel that the maps need has no reading: nothing else can fail.
-        match self.feel(frame.time_ns as f64 * 1e-9) {
-            Ok(felt) => self.sum_up(&felt),
-            Err(_) => self.nothing(),
+        let Ok(found) = self.estimate(touch.time_ns as f64 * 1e-9) else {
+            self.found = Found::default();
+            touch.taxels.fill(TaxelTouch::without_value(State::Faulty));
+            return;
+        };
+        self.found = found;
+        let found = &self.found;
+        let (value, deviation) = match found.force {
+            Some(force) => (force.value, force.deviation),
+            None => (1.0, f64::NAN),
+        };
+        let free = found.contact == Some(false);
+        let cells = touch.taxels.iter_mut().zip(&found.shares);
+        for ((taxel, share), masked) in cells.zip(&self.masked) {
+            let state = match share.is_nan() {
+                _ if *masked => State::Masked,
+                true => State::OutOfRange,
+                false => found.state(),
+            };
+            *taxel = if *masked {
+                TaxelTouch::without_value(state)
+            } else {
+                let value = if free { 0.0 } else { share * value };
+                TaxelTouch::pressing(value, share * deviation, state)
+            };
         }
-        Ok((&self.touch, ended))
     }
 
-    fn baseline(&self) -> Option<&Baseline> {
-        self.baseline.as_ref()
+    fn locate(&mut self, _cells: &[Cell], touch: &mut Touch) {
+        let found = &self.found;
+        touch.contacts.clear();
+        touch.regions.fill(None);
+        touch.centre_of_pressure = None;
+        touch.total = UNKNOWN;
+        if let Some(force) = found.force {
+            touch.total.force[2] = force.value;
+            touch.total_covariance[2][2] = force.deviation * force.deviation;
+        }
+        if found.contact != Some(true) {
+            return;
+        }
+        for (region, share) in touch.regions.iter_mut().zip(&found.shares) {
+            let member = share.is_nan() || *share >= CELL_SHARE;
+            *region = member.then_some(0);
+        }
+        let contact = self.contact(touch);
+        touch.centre_of_pressure = Some((contact.centre, contact.covariance));
+        touch.contacts.push(contact);
     }
 
-    fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(Capture {
-            readings: RestReadings::new(self.meaning.channels.len(), frames),
-            frames: Vec::new(),
-        });
-    }
-
-    fn capturing(&self) -> bool {
-        self.capture.is_some()
-    }
-
-    fn clear_rest(&mut self) {
-        if let Some(rest) = &self.maps.rest {
-            // It was accepted when the estimator was made.
-            let _ = self.set_rest(rest.mean.clone());
+    fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
+        let Some(trained) = &self.maps.rest else {
+            return;
+        };
+        for ((own, rest), trained) in self.rest.iter_mut().zip(rest).zip(&trained.mean) {
+            *own = if rest.is_nan() { *trained } else { *rest };
+        }
+        // The maps were accepted when the reader was made.
+        if let Ok(force) = force_estimator(&self.maps, Some(self.rest.clone())) {
+            self.force = force;
         }
     }
+}
+
+/// What is known of the channels: the noise where nothing pressed in training.
+fn facts(maps: &TrainedMaps, channels: usize, symbol: &str) -> Vec<ChannelFacts> {
+    let noise = maps.rest.as_ref().filter(|_| symbol == "counts");
+    let channel = |channel: usize| {
+        let unknown = ChannelFacts::unknown(true);
+        match noise.and_then(|rest| rest.deviation.get(channel)) {
+            Some(deviation) => ChannelFacts {
+                deviation: *deviation,
+                resolution: 1.0,
+                ..unknown
+            },
+            None => unknown,
+        }
+    };
+    (0..channels).map(channel).collect()
 }
 
 fn force_estimator(
@@ -418,29 +404,27 @@ fn meaning(
     channels: Vec<String>,
     symbol: &'static str,
     full_scale: f64,
-) -> SignalMeaning {
+) -> Meaning {
     let force = maps.force.is_some();
-    SignalMeaning {
-        rows: area.rows,
-        columns: area.columns,
-        pitch: [area.pitch[1], area.pitch[0]],
+    Meaning {
+        layout: area.layout(),
+        in_metres: true,
         channels,
-        signal: Scale {
-            quantity: "reading",
-            symbol,
-            si_per_unit: 1.0,
+        wiring: Wiring::Shared {
+            taxels: area.rows * area.columns,
         },
-        value: Scale {
-            quantity: if force {
-                "force"
-            } else {
-                "share of the contact"
-            },
-            symbol: if force { "N" } else { "" },
-            si_per_unit: 1.0,
+        reading: Scale::new("reading", symbol, 1.0),
+        value: if force {
+            Scale::new("force", "N", 1.0)
+        } else {
+            Scale::new("share of the contact", "", 1.0)
         },
-        full_scale: if force { full_scale } else { 1.0 },
+        components: 1,
         signed: false,
+        full_scale: Some(if force { full_scale } else { 1.0 }),
+        verified: None,
         picture: Picture::Heat,
+        newtons: Some([1.0; 2]),
+        total_known: force,
     }
 }

@@ -1,6 +1,7 @@
 //! Rules between the keys of an array of crossing channels.
 
 use super::ChannelArray;
+use crate::device::check_mask;
 use crate::sensor::{Broken, SAME_LENGTH, check_scan_time, micrometres, require};
 
 pub(super) fn check(array: &ChannelArray<'_>) -> Result<(), Broken> {
@@ -8,12 +9,7 @@ pub(super) fn check(array: &ChannelArray<'_>) -> Result<(), Broken> {
     check_lengths(array)?;
     check_board(array)?;
     check_scatter(array)?;
-    require(
-        array.sensor.mask.is_empty(),
-        "mask",
-        || "a channel belongs to several taxels and cannot be masked as one".into(),
-        "remove the masks; a channel without a sound reading is recognised as faulty",
-    )
+    check_mask(array.sensor)
 }
 
 /// Channels must fit beside and above one another.

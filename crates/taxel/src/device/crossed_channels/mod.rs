@@ -8,18 +8,16 @@ mod local;
 mod predict;
 mod simulated;
 
-use super::{Device, Sense};
-use crate::acquisition::{Quantity, Simulated, Stream};
+use super::{Device, counts};
+use crate::acquisition::{Simulated, Stream};
 use crate::calibration::{ChannelCalibration, ChannelModel, DividerScale};
 use crate::drawing::Drawing;
 use crate::electronics::DividerBoard;
-use crate::estimation::{
-    ChannelFacts, CrossedChannels, CrossedOptions, FrameError, ObserverOptions, Wiring,
-};
+use crate::estimation::{CrossedOptions, CrossedReader, FrameError, ObserverOptions, Reader};
 use crate::layout::Layout;
 use crate::mechanics::{ChannelError, VoidStack};
 use crate::predict::Predictor;
-use crate::sensor::{Broken, LiquidMetalChannel, Sensor, micrometres};
+use crate::sensor::{Broken, LiquidMetalChannel, Sensor, masked_capacitors, micrometres};
 use crate::summary::Fact;
 use crate::transduction::ChannelLayer;
 
@@ -183,6 +181,10 @@ impl<'a> ChannelArray<'a> {
                 .found
                 .as_ref()
                 .and_then(|found| found.hysteresis),
+            masked: masked_capacitors(&self.sensor.mask, layout.rows, layout.columns)
+                .iter()
+                .map(|masked| masked.contains(&true))
+                .collect(),
             layout,
         })
     }
@@ -209,7 +211,7 @@ impl Device for ChannelArray<'_> {
         Some(Box::new(simulated::Piece::new(self)))
     }
 
-    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+    fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
         let expected = self.counts().iter().sum();
         let wrong = FrameError::Channels {
             found: stream.channels(),
@@ -218,39 +220,18 @@ impl Device for ChannelArray<'_> {
         if stream.channels() != expected {
             return Err(wrong);
         }
-        if stream.unit.quantity != Quantity::Counts {
-            return Err(FrameError::Quantity {
-                found: stream.unit.quantity,
-            });
-        }
+        counts(stream)?;
         // Reading the file has shown that there is a calibration.
         let calibration = self.calibration().map_err(|_| wrong)?;
-        let estimator = CrossedChannels::new(calibration, CrossedOptions::default());
-        Ok(Sense::Signals(Box::new(estimator)))
+        let options = CrossedOptions::default();
+        Ok(Box::new(CrossedReader::new(calibration, options)))
     }
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {
-        let board = &self.board;
-        let (lowest, step) = (board.converter.voltage(0.0), board.converter.step());
-        let highest = f64::from(board.converter.highest());
-        let channel = |channel: usize| {
-            let saturation = self.saturation(channel).min(board.divider.supply);
-            ChannelFacts {
-                deviation: board.deviation() / step,
-                resolution: 1.0,
-                span: [0.0, highest.min((saturation - lowest) / step)],
-                masked: false,
-            }
-        };
-        let [rows, columns] = self.counts();
-        let mut options = ObserverOptions {
-            channels: (0..rows + columns).map(channel).collect(),
-            wiring: Wiring::Crossing { rows, columns },
-            ..ObserverOptions::new(stream)
-        };
+        let mut options = ObserverOptions::new(stream).on(&self.layout());
         // A channel that reads no more is one that the load has closed.
         options.events.saturation_is_closure = true;
-        options.on(&self.layout())
+        options
     }
 
     fn drawing(&self) -> Drawing {

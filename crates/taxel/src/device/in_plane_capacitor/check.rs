@@ -1,6 +1,7 @@
 //! Rules between the keys of an in-plane sensor.
 
 use super::InPlaneArray;
+use crate::device::check_mask;
 use crate::sensor::{
     Broken, InPlaneCapacitor, MOST_SCATTER, SAME_LENGTH, check_scan_time, micrometres, require,
     rounded_down,
@@ -14,7 +15,7 @@ pub(super) fn check(array: &InPlaneArray<'_>) -> Result<(), Broken> {
     check_element(array.element, array.sensor.array.pitch)?;
     let inverse = check_model(array)?;
     check_electronics(array, &inverse)?;
-    check_mask(array)
+    check_mask(array.sensor)
 }
 
 fn key(name: &str) -> String {
@@ -135,16 +136,4 @@ fn check_electronics(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Resu
         || "a board without any noise gives no uncertainty".into(),
         "give the noise of one reading, such as \"0.1 mV\"",
     )
-}
-
-fn check_mask(array: &InPlaneArray<'_>) -> Result<(), Broken> {
-    for (index, mask) in array.sensor.mask.iter().enumerate() {
-        require(
-            mask.capacitor.is_none(),
-            &format!("mask.{index}.capacitor"),
-            || "a taxel of this device has one capacitor only".into(),
-            "leave the key out to mask the taxel",
-        )?;
-    }
-    Ok(())
 }

@@ -7,12 +7,12 @@ mod field;
 mod predict;
 mod simulated;
 
-use super::{Device, Sense, capacitor_channel};
+use super::{Device, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::{ChannelScale, InPlaneCalibration};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
-use crate::estimation::{FrameError, InPlaneEstimator, InPlaneEstimatorError, ObserverOptions};
+use crate::estimation::{FrameError, InPlaneReader, InPlaneReaderError, ObserverOptions, Reader};
 use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
@@ -104,36 +104,22 @@ impl Device for InPlaneArray<'_> {
         Some(Box::new(simulated::Piece::new(self)))
     }
 
-    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+    fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
         let layout = self.layout();
-        let expected = layout.taxels();
-        if stream.channels() != expected || stream.columns != layout.columns {
-            return Err(FrameError::Channels {
-                found: stream.channels(),
-                expected,
-            });
-        }
-        match InPlaneEstimator::new(self.calibration(), stream.unit.quantity) {
-            Ok(estimator) => Ok(Sense::Signals(Box::new(estimator))),
-            Err(InPlaneEstimatorError::Frame(error)) => Err(error),
-            // `check` has refused such a device before it had frames.
-            Err(InPlaneEstimatorError::Model(_)) => Err(FrameError::Quantity {
-                found: stream.unit.quantity,
-            }),
-        }
+        fits(stream, layout.taxels(), layout.columns)?;
+        let quantity = stream.unit.quantity;
+        let reader = InPlaneReader::new(self.calibration(), quantity);
+        reader
+            .map(|reader| Box::new(reader) as Box<dyn Reader>)
+            .map_err(|error| match error {
+                InPlaneReaderError::Frame(error) => error,
+                // `check` has refused such a device before it had frames.
+                InPlaneReaderError::Model(_) => FrameError::Quantity { found: quantity },
+            })
     }
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {
-        let calibration = self.calibration();
-        let (scale, quantity) = (&calibration.channel, stream.unit.quantity);
-        let channels = calibration.deviation.iter().zip(&calibration.masked);
-        ObserverOptions {
-            channels: channels
-                .map(|(sigma, masked)| capacitor_channel(scale, *sigma, *masked, quantity))
-                .collect(),
-            ..ObserverOptions::new(stream)
-        }
-        .on(&calibration.layout)
+        ObserverOptions::new(stream).on(&self.layout())
     }
 
     fn drawing(&self) -> Drawing {

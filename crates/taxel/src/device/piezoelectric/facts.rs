@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::PiezoelectricArray;
 use crate::device::timing;
-use crate::estimation::{ChargeEstimator, ChargeEstimatorOptions};
+use crate::estimation::{ChargeOptions, ChargeReader};
 use crate::mechanics::{Base, Contact, SoftCover};
 use crate::summary::{Fact, fact, number, text};
 use taxel_numerics::linear_chain::Transfer;
@@ -280,7 +280,7 @@ fn estimation(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
         ));
         ranges(&mut facts, "displacement", per_metre, ["m", "um"], 1e-6);
     }
-    let estimator = ChargeEstimator::new(array.model(), ChargeEstimatorOptions::default());
+    let estimator = ChargeReader::new(array.model(), ChargeOptions::default());
     facts.extend([
         fact(
             "estimation",
@@ -299,7 +299,7 @@ fn estimation(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
 }
 
 fn numerics() -> Vec<Fact> {
-    let options = ChargeEstimatorOptions::default();
+    let options = ChargeOptions::default();
     vec![
         fact(
             "numerics",

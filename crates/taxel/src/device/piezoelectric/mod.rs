@@ -8,13 +8,13 @@ mod simulated;
 
 use std::sync::Arc;
 
-use super::{Device, Sense};
-use crate::acquisition::{Quantity, Simulated, Stream};
+use super::{Device, counts, fits};
+use crate::acquisition::{Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
-    ChannelFacts, ChargeEstimator, ChargeEstimatorOptions, ChargeModel, FrameError,
-    ObserverOptions, Placing, ProfileFit, ProfileModel, SignalEstimator, SlipOptions, placing,
+    ChargeModel, ChargeOptions, ChargeReader, FrameError, ObserverOptions, Placing, ProfileFit,
+    ProfileModel, Reader, SlipOptions, placing,
 };
 use crate::layout::Layout;
 use crate::mechanics::PreloadError;
@@ -185,38 +185,19 @@ impl Device for PiezoelectricArray<'_> {
         Some(Box::new(simulated::Piece::new(self)))
     }
 
-    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+    fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
         let model = self.model();
-        let expected = model.layout.taxels();
-        if stream.channels() != expected || stream.columns != model.layout.columns {
-            return Err(FrameError::Channels {
-                found: stream.channels(),
-                expected,
-            });
-        }
-        if stream.unit.quantity != Quantity::Counts {
-            return Err(FrameError::Quantity {
-                found: stream.unit.quantity,
-            });
-        }
-        let mut estimator = ChargeEstimator::new(model, ChargeEstimatorOptions::default());
-        if let Some(placing) = self.placing() {
-            estimator = estimator.with_placing(placing);
-        }
-        let estimator: Box<dyn SignalEstimator> = Box::new(estimator);
-        Ok(Sense::Signals(estimator))
+        fits(stream, model.layout.taxels(), model.layout.columns)?;
+        counts(stream)?;
+        let reader = ChargeReader::new(model, ChargeOptions::default());
+        Ok(Box::new(match self.placing() {
+            Some(placing) => reader.with_placing(placing),
+            None => reader,
+        }))
     }
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {
         let model = self.model();
-        let count = |volts: f64| (volts - model.volt_at_zero) / model.volt_per_count;
-        let channel = |masked: &bool| ChannelFacts {
-            deviation: model.deviation / model.volt_per_count,
-            resolution: 1.0,
-            // As far as a reading at the limit of the output may be rounded.
-            span: [count(model.span[0]) + 0.5, count(model.span[1]) - 0.5],
-            masked: *masked,
-        };
         let (layout, taxels) = (&model.layout, model.layout.taxels());
         let slip = SlipOptions {
             rows: layout.rows,
@@ -229,7 +210,6 @@ impl Device for PiezoelectricArray<'_> {
             longest_pause: 10.0 * model.period,
         };
         ObserverOptions {
-            channels: model.masked.iter().map(channel).collect(),
             slip: (layout.columns > 1).then_some(slip),
             ..ObserverOptions::new(stream)
         }

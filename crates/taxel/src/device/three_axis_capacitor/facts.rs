@@ -2,7 +2,7 @@
 
 use super::ThreeAxisArray;
 use crate::device::capacitor_board;
-use crate::estimation::{EstimatorOptions, Outcome, SearchOptions, estimate_unit};
+use crate::estimation::{Outcome, SearchOptions, ThreeAxisOptions, estimate_unit};
 use crate::summary::{Fact, fact, number, text};
 
 pub(super) fn facts(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
@@ -168,7 +168,7 @@ fn estimation(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
 }
 
 fn numerics() -> Vec<Fact> {
-    let options = EstimatorOptions::default();
+    let options = ThreeAxisOptions::default();
     vec![
         fact(
             "numerics",

@@ -6,12 +6,12 @@ mod facts;
 mod predict;
 mod simulated;
 
-use super::{Device, Sense, capacitor_channel};
-use crate::acquisition::{Quantity, Simulated, Stream};
+use super::{Device, fits};
+use crate::acquisition::{Simulated, Stream};
 use crate::calibration::{Calibration, ChannelScale};
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
-use crate::estimation::{FrameError, ObserverOptions};
+use crate::estimation::{FrameError, ObserverOptions, Reader, ThreeAxisOptions, ThreeAxisReader};
 use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, ThreeAxisCapacitor, masked_capacitors};
@@ -109,38 +109,17 @@ impl Device for ThreeAxisArray<'_> {
         Some(Box::new(simulated::Piece::new(self)))
     }
 
-    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+    fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
         let calibration = self.calibration();
-        let expected = 4 * calibration.layout.taxels();
-        if stream.channels() != expected || stream.columns != calibration.layout.columns {
-            return Err(FrameError::Channels {
-                found: stream.channels(),
-                expected,
-            });
-        }
-        if !matches!(
-            stream.unit.quantity,
-            Quantity::Counts | Quantity::Capacitance
-        ) {
-            return Err(FrameError::Quantity {
-                found: stream.unit.quantity,
-            });
-        }
-        Ok(Sense::ThreeAxis(Box::new(calibration)))
+        let layout = &calibration.layout;
+        fits(stream, 4 * layout.taxels(), layout.columns)?;
+        let options = ThreeAxisOptions::default();
+        let reader = ThreeAxisReader::new(calibration, stream.unit.quantity, options)?;
+        Ok(Box::new(reader))
     }
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {
-        let calibration = self.calibration();
-        let (scale, quantity) = (&calibration.channel, stream.unit.quantity);
-        let deviations = calibration.deviation.iter().flatten();
-        let channels = deviations.zip(calibration.masked.iter().flatten());
-        ObserverOptions {
-            channels: channels
-                .map(|(sigma, masked)| capacitor_channel(scale, *sigma, *masked, quantity))
-                .collect(),
-            ..ObserverOptions::new(stream)
-        }
-        .on(&calibration.layout)
+        ObserverOptions::new(stream).on(&self.layout())
     }
 
     fn drawing(&self) -> Drawing {

@@ -4,14 +4,14 @@ mod drawing;
 mod facts;
 mod predict;
 
-use super::{Device, Sense};
+use super::{Device, check_mask};
 use crate::acquisition::{Quantity, SignalUnit, Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{DigitalUnit, Readout};
-use crate::estimation::{FrameError, TrainedArea, TrainedEstimator};
+use crate::estimation::{FrameError, ObserverOptions, Reader, TrainedArea, TrainedReader};
 use crate::layout::Mount;
 use crate::predict::Predictor;
-use crate::sensor::{Broken, Sensor, TrainedBody, require};
+use crate::sensor::{Broken, Sensor, TrainedBody, masked_capacitors, require};
 use crate::summary::Fact;
 
 pub use predict::TrainedPredictor;
@@ -74,17 +74,12 @@ impl Device for TrainedArray<'_> {
     fn check(&self) -> Result<(), Broken> {
         self.body.check()?;
         let array = &self.sensor.array;
+        check_mask(self.sensor)?;
         require(
             array.mount == Mount::Flat,
             "array.mount",
             || "places are learned on a plane".into(),
             "write mount = \"flat\"; x and y are then those of the stage",
-        )?;
-        require(
-            self.sensor.mask.is_empty(),
-            "mask",
-            || "the cells of the picture cannot be masked".into(),
-            "remove the mask: channels that do not change are found in training",
         )
     }
 
@@ -103,7 +98,7 @@ impl Device for TrainedArray<'_> {
         None
     }
 
-    fn sense(&self, stream: &Stream) -> Result<Sense, FrameError> {
+    fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
         let names = self.body.channels();
         let (found, expected) = (stream.channels(), names.len());
         if found != expected {
@@ -114,8 +109,10 @@ impl Device for TrainedArray<'_> {
             return Err(FrameError::Quantity { found: quantity });
         }
         let maps = self.body.maps.clone().ok_or(FrameError::Untrained)?;
+        let array = &self.sensor.array;
+        let masked = masked_capacitors(&self.sensor.mask, array.rows, array.columns);
         // A calibration file was checked when it was read.
-        let estimator = TrainedEstimator::new(
+        let reader = TrainedReader::new(
             maps,
             self.area(),
             names,
@@ -123,7 +120,18 @@ impl Device for TrainedArray<'_> {
             self.body.full_scale,
         )
         .map_err(|_| FrameError::Untrained)?;
-        Ok(Sense::Signals(Box::new(estimator)))
+        Ok(Box::new(reader.with_masked(
+            masked.iter().map(|cell| cell.contains(&true)),
+        )))
+    }
+
+    /// The contact moves in metres, whatever the channels.
+    fn observed(&self, stream: &Stream) -> ObserverOptions {
+        let [x, y] = self.sensor.array.pitch;
+        ObserverOptions::new(&Stream {
+            pitch: Some([y, x]),
+            ..stream.clone()
+        })
     }
 
     fn drawing(&self) -> Drawing {

@@ -17,7 +17,8 @@ fn cell(columns: usize, index: usize, weight: f64, deviation: f64, threshold: f6
 fn contacts(rows: usize, columns: usize, weights: &[f64]) -> Vec<Contact> {
     let mut contacts = Vec::new();
     let cell = |index| cell(columns, index, weights[index], 0.05, 0.5);
-    Segmentation::new(rows, columns, [1.0; 2]).run(cell, &mut contacts);
+    let mut cells = (0..weights.len()).map(cell).collect();
+    Segmentation::new(rows, columns, [1.0; 2]).run(&mut cells, &mut contacts);
     contacts
 }
 
@@ -39,10 +40,8 @@ fn corners_connect_and_gaps_divide() {
     ];
     let mut found = Vec::new();
     let mut segmentation = Segmentation::new(3, 4, [1.0; 2]);
-    let all = segmentation.run(
-        |index| cell(4, index, weights[index], 0.05, 0.5),
-        &mut found,
-    );
+    let cell = |index| cell(4, index, weights[index], 0.05, 0.5);
+    let all = segmentation.run(&mut (0..12).map(cell).collect(), &mut found);
     assert_eq!(
         found.iter().map(|c| c.taxels).collect::<Vec<_>>(),
         [1, 2, 1]
@@ -84,7 +83,8 @@ fn what_is_touched_stays_so_down_to_half_the_threshold() {
     let mut count = |weight: f64| {
         let mut found = Vec::new();
         let weights = [0.0, weight, 0.0];
-        segmentation.run(|i| cell(3, i, weights[i], 0.05, 0.5), &mut found);
+        let cell = |i| cell(3, i, weights[i], 0.05, 0.5);
+        segmentation.run(&mut (0..weights.len()).map(cell).collect(), &mut found);
         found.len()
     };
     assert_eq!([0.4, 0.6, 0.3, 0.2, 0.4].map(&mut count), [0, 1, 1, 0, 0]);
@@ -97,13 +97,13 @@ fn moment_and_covariances_are_sums_over_the_members() {
         let mut cell = cell(2, index, 1.0, 0.1, 0.5);
         // A couple about the middle.
         cell.force[1] = if index == 0 { -2.0 } else { 2.0 };
-        cell.state = [State::Ok, State::Contact][index];
+        cell.state = [State::Ok, State::Closed][index];
         cell
     };
-    Segmentation::new(1, 2, [1.0; 2]).run(with_shear, &mut found);
+    Segmentation::new(1, 2, [1.0; 2]).run(&mut (0..2).map(with_shear).collect(), &mut found);
     let contact = found[0];
     assert_eq!(contact.torsion, 2.0);
-    assert_eq!(contact.bound, Some(State::Contact));
+    assert_eq!(contact.bound, Some(State::Closed));
     // Two variances of 0.01.
     assert!((contact.force_covariance[2][2] - 0.02).abs() < 1e-17);
     // Σσ²δ²/(Σw)² = 0.01·(0.25 + 0.25)/4; a half on either side leaves to the
@@ -157,7 +157,7 @@ fn stated_covariance_covers_the_grid_for_every_size_and_place() {
                 .collect();
             let mut found = Vec::new();
             let cell = |i: usize| cell(17, i, weights[i], 1e-4, 0.01);
-            Segmentation::new(1, 17, [1.0; 2]).run(cell, &mut found);
+            Segmentation::new(1, 17, [1.0; 2]).run(&mut (0..17).map(cell).collect(), &mut found);
             let contact = found[0];
             let ratio = (contact.centre[0] - place) / contact.covariance[0].sqrt();
             assert!(ratio.abs() < 4.0, "{shape:?} at {place}: {ratio}");

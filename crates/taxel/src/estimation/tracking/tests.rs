@@ -45,7 +45,8 @@ impl Bench {
                 state: State::Ok,
             }
         };
-        self.segmentation.run(cell, &mut self.contacts);
+        let mut cells = (0..ROWS * COLUMNS).map(cell).collect();
+        self.segmentation.run(&mut cells, &mut self.contacts);
         let mut regions = Vec::new();
         self.segmentation.label(&mut regions);
         self.tracker.push(self.time_ns, &self.contacts, &regions);

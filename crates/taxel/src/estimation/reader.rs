@@ -1,0 +1,276 @@
+//! What a device adds to the estimator that all share: how its readings become values.
+
+use std::any::Any;
+use std::borrow::Cow;
+
+use super::baseline::Baseline;
+use super::contact::Cell;
+use super::{ChannelFacts, ChannelReadings, State, Touch, Wiring};
+use crate::layout::Layout;
+
+/// A quantity and the unit in which people read it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scale {
+    /// Name, such as `resistance`.
+    pub quantity: Cow<'static, str>,
+    /// Unit for people, such as `ohm`.
+    pub symbol: Cow<'static, str>,
+    /// SI value of one such unit.
+    pub si_per_unit: f64,
+}
+
+impl Scale {
+    /// A scale whose names are known beforehand.
+    pub(crate) const fn new(
+        quantity: &'static str,
+        symbol: &'static str,
+        si_per_unit: f64,
+    ) -> Self {
+        Self {
+            quantity: Cow::Borrowed(quantity),
+            symbol: Cow::Borrowed(symbol),
+            si_per_unit,
+        }
+    }
+}
+
+/// Colours of an image of taxels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Picture {
+    /// From nothing to full scale through the colours of heat.
+    Heat,
+    /// From black to white by the size of the value.
+    Grayscale,
+    /// From nothing upwards, as maps of pressure are shown.
+    Map,
+}
+
+impl Picture {
+    /// Name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heat => "heat",
+            Self::Grayscale => "grayscale",
+            Self::Map => "map",
+        }
+    }
+}
+
+/// What the numbers of a [`Touch`] are, for people and programs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Meaning {
+    /// Where the taxels are; without a pitch, a cell is one long.
+    pub layout: Layout,
+    /// Whether the pitch is known; without it lengths are in cells.
+    pub in_metres: bool,
+    /// Name of each channel in the order of a frame, such as `row 0`.
+    pub channels: Vec<String>,
+    /// Which taxels the channels belong to.
+    pub wiring: Wiring,
+    /// What a channel carries, such as a resistance.
+    pub reading: Scale,
+    /// What a taxel's value is, such as a force.
+    pub value: Scale,
+    /// Components of a value: 1 (pressing alone) or 3.
+    pub components: usize,
+    /// Whether values of either sign occur in normal use.
+    pub signed: bool,
+    /// Value at the end of the colour scale, SI; none where it is not known.
+    pub full_scale: Option<f64>,
+    /// Value up to which the model was verified, SI, where that is stated.
+    pub verified: Option<f64>,
+    /// How the image of the taxels is coloured.
+    pub picture: Picture,
+    /// Factors that turn a sum of values into newtons: 1 for forces, the sides
+    /// of a cell for pressures; none where values have no unit of force.
+    pub newtons: Option<[f64; 2]>,
+    /// Whether the total force is a number of this device.
+    pub total_known: bool,
+}
+
+impl Meaning {
+    /// Unit of the forces of contacts.
+    pub fn force_unit(&self) -> &'static str {
+        match (self.newtons, &*self.value.quantity) {
+            (Some(_), _) => "N",
+            (None, "pressure") => "Pa",
+            _ => "1",
+        }
+    }
+
+    /// Whether the values themselves add up, and their sum is not the total
+    /// force.
+    pub fn adds_up(&self) -> bool {
+        self.components == 1
+            && matches!(self.wiring, Wiring::PerTaxel(_))
+            && self.newtons != Some([1.0; 2])
+    }
+
+    /// Unit of the speeds of contacts.
+    pub fn speed_unit(&self) -> &'static str {
+        if self.in_metres { "m/s" } else { "cells/s" }
+    }
+
+    /// Spacing of rows and of columns, m, where it is known.
+    pub fn pitch(&self) -> Option<[f64; 2]> {
+        let [x, y] = self.layout.pitch;
+        self.in_metres.then_some([y, x])
+    }
+}
+
+/// From which value on a taxel is touched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Threshold {
+    /// Above so many standard deviations of the taxel, and above a least value, SI.
+    Deviations(f64, f64),
+    /// Above this value, SI.
+    Fixed(f64),
+}
+
+/// Which total an array has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Total {
+    /// Over the taxels that count; those left out are counted.
+    Counted,
+    /// Only while every taxel in use is certain: a reading is shared by several.
+    Certain,
+    /// None: the values do not add up.
+    Unknown,
+}
+
+/// How a rest capture treats a device.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestRules {
+    /// Why the device takes none; the reason stands in the refusal.
+    pub refused: Option<&'static str>,
+    /// Whether one is taken at the start of a run.
+    pub at_start: bool,
+    /// Channels that make one unit: a unit is captured whole or not at all.
+    pub channels_per_unit: usize,
+    /// What such a unit is called in messages.
+    pub unit: &'static str,
+    /// Whether the noise of the readings is taken from the capture too.
+    pub measures_noise: bool,
+    /// Whether a capture ends when a touch begins, with what came before it.
+    pub ends_at_touch: bool,
+}
+
+/// What the shared estimator has to know of a device beside its readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    /// When a taxel is touched.
+    pub threshold: Threshold,
+    /// States whose value is part of totals and contacts, by code.
+    pub counted: [bool; State::ALL.len()],
+    /// Which total there is.
+    pub total: Total,
+    /// Whether the readings of the empty device drift and are followed.
+    pub drifts: bool,
+    /// The rest capture.
+    pub rest: RestRules,
+}
+
+/// A table of [`Rules::counted`].
+pub(super) fn counting(states: &[State]) -> [bool; State::ALL.len()] {
+    let mut counted = [false; State::ALL.len()];
+    for state in states {
+        counted[*state as usize] = true;
+    }
+    counted
+}
+
+/// What is known of the channels when a frame is read.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'a> {
+    /// Seconds since the frame before; `None` for the first, or after the
+    /// device began anew.
+    pub elapsed: Option<f64>,
+    /// Standard deviation of one reading of each channel, SI.
+    pub noise: &'a [f64],
+    /// Readings of the empty device as they drift; none for a device whose
+    /// readings do not.
+    pub baseline: Option<&'a Baseline>,
+    /// Whether a rest capture is under way.
+    pub capturing: bool,
+}
+
+impl Known<'_> {
+    /// What a channel has drifted by since its rest value was taken, SI.
+    #[inline]
+    pub fn drift(&self, channel: usize) -> f64 {
+        self.baseline
+            .map_or(0.0, |baseline| baseline.drift(channel))
+    }
+
+    /// Standard deviation of the reading that the empty channel would give, SI.
+    #[inline]
+    pub fn drift_deviation(&self, channel: usize) -> f64 {
+        self.baseline
+            .map_or(0.0, |baseline| baseline.deviation(channel))
+    }
+}
+
+/// Turns the readings of one device into values of its taxels.
+///
+/// The estimator owns what is the same for all devices: masks, faults, rest
+/// capture, baseline, segmentation, totals. A reader has the model of one
+/// device, and what that model remembers.
+pub trait Reader: Any + Send {
+    /// What readings and values are; does not change.
+    fn meaning(&self) -> &Meaning;
+
+    /// What is known of each channel, in the order and unit of a frame.
+    fn channels(&self) -> &[ChannelFacts];
+
+    /// How the device is treated; does not change.
+    fn rules(&self) -> Rules;
+
+    /// Standard deviation of one reading of each channel as drawn, SI.
+    fn noise(&self) -> Vec<f64>;
+
+    /// Reading of each channel of the empty device, SI: the rest values in
+    /// force; `NaN` where it is not known.
+    fn rest(&self) -> Vec<f64>;
+
+    /// Whether a frame of this time, ns, can still be read. A device with a
+    /// memory does not take one that is late.
+    fn takes(&self, _time_ns: u64) -> bool {
+        true
+    }
+
+    /// Converts the values of a frame to readings. The states come in as `Ok`
+    /// or `Masked`; a reading at an end of the range becomes `Saturated`, one
+    /// that the channel cannot give `Faulty`. Returns the number of readings at
+    /// an end of the range, masked ones not counted.
+    fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize;
+
+    /// Writes the value of each taxel, and which electrodes touch each other,
+    /// from the readings of a frame. The taxels are those of the frame before.
+    fn read(&mut self, known: &Known<'_>, touch: &mut Touch);
+
+    /// Finds contacts by other means than touched cells that hang together, or
+    /// their positions better than as centres of force; the contacts of the
+    /// touched cells are in `touch`.
+    fn locate(&mut self, _cells: &[Cell], _touch: &mut Touch) {}
+
+    /// Whether a contact may be on each channel, where the taxels do not say it.
+    fn occupied(&self) -> Option<&[bool]> {
+        None
+    }
+
+    /// Why a unit cannot have these mean readings, SI, at rest (`NaN`: none);
+    /// `None` when it can.
+    fn rest_problem(&self, _unit: usize, _rest: &[f64]) -> Option<String> {
+        None
+    }
+
+    /// Begins anew from a device whose channels read `rest` when empty, SI, with
+    /// this noise; `NaN` where a channel is as drawn. The memory of the device
+    /// begins anew.
+    fn set_rest(&mut self, rest: &[f64], noise: &[f64]);
+
+    /// Pairs of channels of a unit, one of which has changed places.
+    fn swapped(&self, _unit: usize) -> &[[usize; 2]] {
+        &[]
+    }
+}

@@ -1,0 +1,315 @@
+//! Rest capture (tare): the readings of the mounted, unloaded device.
+
+use super::{ChannelFacts, ChannelState, RestRules};
+
+/// Mean and scatter of every channel over the frames of a rest capture, of any
+/// device.
+#[derive(Debug, Clone)]
+pub(super) struct RestReadings {
+    wanted: usize,
+    frames: usize,
+    channels: Vec<Running>,
+}
+
+/// Running mean and sum of squared deviations of one channel (Welford).
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Running {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl RestReadings {
+    /// Collects over `frames` frames (at least two) of `channels` channels.
+    fn new(channels: usize, frames: usize) -> Self {
+        Self {
+            wanted: frames.max(2),
+            frames: 0,
+            channels: vec![Running::default(); channels],
+        }
+    }
+
+    /// Adds one frame; `NaN` for no reading. Returns whether the capture is
+    /// complete.
+    fn push(&mut self, values: impl IntoIterator<Item = f64>) -> bool {
+        for (running, value) in self.channels.iter_mut().zip(values) {
+            running.push(value);
+        }
+        self.frames += 1;
+        self.frames >= self.wanted
+    }
+
+    /// What each channel read.
+    fn channels(&self) -> &[Running] {
+        &self.channels
+    }
+}
+
+/// Why a rest capture was refused; the rest values stay as they were.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RestRefused {
+    /// Readings moved while they were captured.
+    #[error(
+        "rest capture refused: {moving} of {units} {unit}s moved during it ({name} by {ratio:.0} times its noise); \
+         lift off and try again"
+    )]
+    Moving {
+        /// Units that moved.
+        moving: usize,
+        /// Units of the device.
+        units: usize,
+        /// What a unit is called.
+        unit: &'static str,
+        /// The channel that moved most.
+        name: String,
+        /// Its scatter over its noise.
+        ratio: f64,
+    },
+    /// The mean readings cannot belong to an unloaded device.
+    #[error("rest capture refused: {reason}")]
+    Impossible {
+        /// The first such reading, and why it cannot be.
+        reason: String,
+    },
+    /// The device takes no rest capture.
+    #[error("no rest capture: {reason}")]
+    NotTaken {
+        /// Why.
+        reason: &'static str,
+    },
+}
+
+/// Rest values in force, to be put back later bit for bit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rest {
+    /// Of each channel its captured reading, SI, and the noise that the capture
+    /// measured; none where the channel is as drawn.
+    pub(super) captured: Vec<Option<[f64; 2]>>,
+    /// Reading of each channel at rest, SI.
+    pub(super) values: Vec<f64>,
+}
+
+impl Rest {
+    /// Reading of each channel at rest, SI.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+}
+
+/// Scatter over noise above which a unit counts as moving. With 50 readings
+/// the ratio of a quiet channel stays below 1.4 in all but one of 10⁵ captures.
+const MOVING: f64 = 3.0;
+/// Units that may move or be impossible before the capture is refused: a few
+/// broken ones must not block the others.
+const TOLERATED_SHARE: f64 = 0.1;
+/// Fewest frames of a rest capture that a touch has ended.
+const LEAST_FRAMES: usize = 5;
+/// A reading farther from the mean so far than this many standard deviations
+/// is the beginning of a touch.
+const TOUCHED: f64 = 6.0;
+
+/// A rest capture under way.
+#[derive(Debug, Clone)]
+pub(super) struct RestCapture {
+    readings: RestReadings,
+    /// Channels that read at the high end.
+    saturated: Vec<bool>,
+    /// The frames so far, where a touch may end the capture.
+    frames: Vec<Vec<f64>>,
+}
+
+/// A unit that stands against a capture.
+pub(super) trait Judge {
+    /// Name of a channel.
+    fn name(&self, channel: usize) -> &str;
+    /// What is known of it.
+    fn facts(&self, channel: usize) -> &ChannelFacts;
+    /// Why a unit cannot read this at rest.
+    fn problem(&self, unit: usize, rest: &[f64]) -> Option<String>;
+}
+
+impl RestCapture {
+    pub(super) fn new(channels: usize, frames: usize) -> Self {
+        Self {
+            readings: RestReadings::new(channels, frames),
+            saturated: vec![false; channels],
+            frames: Vec::new(),
+        }
+    }
+
+    /// Takes the usable readings of a frame; returns whether the capture ends.
+    pub(super) fn push(
+        &mut self,
+        readings: &[f64],
+        states: &[ChannelState],
+        noise: &[f64],
+        rules: &RestRules,
+    ) -> bool {
+        let usable =
+            readings.iter().zip(states).map(
+                |(reading, state)| {
+                    if state.usable() { *reading } else { f64::NAN }
+                },
+            );
+        for (saturated, state) in self.saturated.iter_mut().zip(states) {
+            *saturated |= *state == ChannelState::Saturated;
+        }
+        if rules.ends_at_touch {
+            let so_far = self.readings.channels().iter().zip(noise).zip(readings);
+            let touched = self.frames.len() >= LEAST_FRAMES
+                && so_far.into_iter().any(|((running, noise), reading)| {
+                    (reading - running.mean_or_nan()).abs() > TOUCHED * noise
+                });
+            if touched {
+                self.readings = self.before_touch();
+                return true;
+            }
+            self.frames.push(usable.clone().collect());
+        }
+        self.readings.push(usable)
+    }
+
+    /// The readings of a capture that a touch has ended. It began before it was
+    /// seen: the later half of the frames is left out.
+    fn before_touch(&self) -> RestReadings {
+        let kept = self.frames.len().div_ceil(2).max(LEAST_FRAMES);
+        let mut rest = RestReadings::new(self.saturated.len(), kept);
+        for frame in self.frames.iter().take(kept) {
+            rest.push(frame.iter().copied());
+        }
+        rest
+    }
+
+    /// Writes what the capture found into `captured`.
+    ///
+    /// A unit that moved or is impossible keeps its old values, unless there
+    /// are so many that the device cannot have been at rest. A channel without
+    /// a reading, or with one that never changed though its noise must show,
+    /// keeps its own and stands against nothing.
+    ///
+    /// # Errors
+    /// [`RestRefused`], and then nothing has changed.
+    pub(super) fn finish(
+        &self,
+        captured: &mut [Option<[f64; 2]>],
+        noise: &[f64],
+        rules: &RestRules,
+        judge: &impl Judge,
+    ) -> Result<(), RestRefused> {
+        let per_unit = rules.channels_per_unit.max(1);
+        let units = noise.len() / per_unit;
+        let tolerated = (TOLERATED_SHARE * units as f64) as usize;
+        let mut found = captured.to_vec();
+        let (mut moving, mut most) = (0, (0, 0.0));
+        let (mut impossible, mut first) = (0, None);
+        for unit in 0..units {
+            let channels = unit * per_unit..(unit + 1) * per_unit;
+            let running = |channel: usize| &self.readings.channels()[channel];
+            let used = |channel: &usize| {
+                let facts = judge.facts(*channel);
+                let running = running(*channel);
+                !facts.masked && running.count > 0.0 && !running.stands_still(facts)
+            };
+            let ratio = |channel: usize| (channel, running(channel).deviation() / noise[channel]);
+            let largest = (channels.clone().filter(used).map(ratio))
+                .fold((channels.start, 0.0), |a, b| if b.1 > a.1 { b } else { a });
+            if largest.1 > MOVING {
+                moving += 1;
+                if largest.1 > most.1 {
+                    most = largest;
+                }
+                continue;
+            }
+            let rest: Vec<f64> = channels
+                .clone()
+                .map(|channel| {
+                    if used(&channel) {
+                        running(channel).mean
+                    } else {
+                        f64::NAN
+                    }
+                })
+                .collect();
+            let saturated = channels
+                .clone()
+                .find(|channel| self.saturated[*channel] && !judge.facts(*channel).masked);
+            let problem = match saturated {
+                Some(channel) => Some(format!(
+                    "{} is at the end of what can be read; lift off and try again, or mask it",
+                    judge.name(channel)
+                )),
+                None => judge.problem(unit, &rest),
+            };
+            if problem.is_some() {
+                impossible += 1;
+                first = first.or(problem);
+                continue;
+            }
+            for channel in channels.filter(used) {
+                let measured = if rules.measures_noise {
+                    measured_noise(running(channel), noise[channel])
+                } else {
+                    noise[channel]
+                };
+                found[channel] = Some([running(channel).mean, measured]);
+            }
+        }
+        if moving > tolerated {
+            return Err(RestRefused::Moving {
+                moving,
+                units,
+                unit: rules.unit,
+                name: judge.name(most.0).to_owned(),
+                ratio: most.1,
+            });
+        }
+        match first {
+            Some(reason) if impossible > tolerated => Err(RestRefused::Impossible { reason }),
+            _ => {
+                captured.copy_from_slice(&found);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Noise of a reading: what was measured, but not less than half of what the
+/// board promises (a reading that does not toggle a count hides it), with the
+/// uncertainty of the rest value itself.
+pub(super) fn measured_noise(running: &Running, promised: f64) -> f64 {
+    if running.count < 2.0 {
+        return promised;
+    }
+    let measured = running.deviation().max(0.5 * promised);
+    measured * (1.0 + 1.0 / running.count).sqrt()
+}
+
+impl Running {
+    fn push(&mut self, value: f64) {
+        if value.is_finite() {
+            self.count += 1.0;
+            let before = value - self.mean;
+            self.mean += before / self.count;
+            self.squares += before * (value - self.mean);
+        }
+    }
+
+    /// Standard deviation of the readings; `NaN` for fewer than two.
+    fn deviation(&self) -> f64 {
+        (self.squares / (self.count - 1.0)).sqrt()
+    }
+
+    /// Whether the readings were all the same although their noise must show.
+    fn stands_still(&self, facts: &ChannelFacts) -> bool {
+        self.squares == 0.0 && facts.stands_still(self.count - 1.0)
+    }
+
+    /// Mean of the readings; `NaN` without any.
+    fn mean_or_nan(&self) -> f64 {
+        if self.count > 0.0 {
+            self.mean
+        } else {
+            f64::NAN
+        }
+    }
+}

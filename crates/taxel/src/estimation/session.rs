@@ -1,0 +1,120 @@
+//! Estimator and observer of one device: frames to touch, contacts over time and events.
+
+use super::array::{ArrayEstimator, Captured, FrameError};
+use super::map::MapReader;
+use super::observer::{Observer, ObserverOptions};
+use super::reader::{Meaning, Reader};
+use super::rest::Rest;
+use super::touch::Touch;
+use super::touch_event::TouchEvent;
+use crate::acquisition::{Frame, Stream};
+
+/// Estimates and observes the frames of one device, live or recorded.
+pub struct TouchSession {
+    estimator: ArrayEstimator,
+    observer: Observer,
+}
+
+/// Result of one frame.
+pub struct Observed<'a> {
+    /// What touches the array; contacts have their identity.
+    pub touch: &'a Touch,
+    /// Events of contacts.
+    pub events: &'a [TouchEvent],
+    /// End of a rest capture.
+    pub captured: Captured,
+}
+
+impl TouchSession {
+    /// The session of a device that `reader` reads; `options` say what is known
+    /// of contacts and events on it.
+    pub fn new(reader: Box<dyn Reader>, options: ObserverOptions) -> Self {
+        let estimator = ArrayEstimator::new(reader);
+        let (channels, wiring) = (estimator.channels().to_vec(), estimator.meaning().wiring);
+        Self {
+            observer: Observer::new(options, channels, wiring),
+            estimator,
+        }
+    }
+
+    /// A pressure map that describes itself.
+    pub fn map(stream: &Stream) -> Self {
+        Self::new(
+            Box::new(MapReader::new(stream)),
+            ObserverOptions::new(stream),
+        )
+    }
+
+    /// Estimates and observes one frame. Nothing is told of contacts while a
+    /// rest capture runs.
+    ///
+    /// # Errors
+    /// [`FrameError`] for a frame of another device.
+    pub fn push(&mut self, frame: &Frame) -> Result<Observed<'_>, FrameError> {
+        let capturing = self.estimator.capturing();
+        let (touch, captured) = self.estimator.push(frame)?;
+        if capturing {
+            self.observer.push_at_rest(frame);
+        } else {
+            self.observer.push(frame, touch);
+        }
+        for (index, contact) in self.estimator.touch_mut().contacts.iter_mut().enumerate() {
+            if let Some(track) = self.observer.track_of(index) {
+                (contact.id, contact.velocity) = (track.id, track.velocity());
+            }
+        }
+        Ok(Observed {
+            touch: self.estimator.touch(),
+            events: self.observer.events(),
+            captured,
+        })
+    }
+
+    /// Whether a frame with a new number is the last one sent again, and must
+    /// not be used.
+    pub fn repeats(&self, frame: &Frame) -> bool {
+        self.observer.repeats(frame)
+    }
+
+    /// What readings and values are.
+    pub fn meaning(&self) -> &Meaning {
+        self.estimator.meaning()
+    }
+
+    /// The estimator.
+    pub fn estimator(&self) -> &ArrayEstimator {
+        &self.estimator
+    }
+
+    /// What was observed so far.
+    pub fn observer(&self) -> &Observer {
+        &self.observer
+    }
+
+    /// Begins a rest capture over the next `frames` frames.
+    pub fn begin_rest_capture(&mut self, frames: usize) {
+        self.estimator.begin_rest_capture(frames);
+    }
+
+    /// Whether a rest capture is under way.
+    pub fn capturing(&self) -> bool {
+        self.estimator.capturing()
+    }
+
+    /// The rest values in force.
+    pub fn rest(&self) -> Rest {
+        self.estimator.rest()
+    }
+
+    /// Returns to the rest values of the calibration.
+    pub fn clear_rest(&mut self) {
+        self.estimator.clear_rest();
+        self.observer.forget();
+    }
+
+    /// Puts back rest values of this device, bit for bit.
+    pub fn restore_rest(&mut self, rest: &Rest) {
+        self.estimator.restore_rest(rest);
+        self.observer.forget();
+    }
+}

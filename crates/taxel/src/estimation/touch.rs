@@ -1,0 +1,267 @@
+//! What touches an array in one frame, whatever the device: the result of estimation.
+
+use super::contact::Contact;
+use crate::layout::Wrench;
+
+/// How far the value of a taxel can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum State {
+    /// Nothing is against the value.
+    Ok = 0,
+    /// A value without a check, or one that cannot be relied on yet.
+    Unchecked = 1,
+    /// Electrodes touch each other: the value is a lower bound.
+    Closed = 2,
+    /// Beyond the full scale, or beyond what the model knows.
+    OutOfRange = 3,
+    /// The search did not end: the value is its last step.
+    NotConverged = 4,
+    /// The readings contradict each other or the model: for several frames, or
+    /// plainly in this one.
+    Inconsistent = 5,
+    /// A channel gives no reading, or an impossible one; the value is from the
+    /// others, or there is none.
+    Faulty = 6,
+    /// Not used.
+    Masked = 7,
+    /// The reading is at the end of what can be read: the value is a bound.
+    Saturated = 8,
+    /// Several positions, or several values, explain the readings equally well.
+    Ambiguous = 9,
+}
+
+impl State {
+    /// All states in the order of their codes.
+    pub const ALL: [Self; 10] = [
+        Self::Ok,
+        Self::Unchecked,
+        Self::Closed,
+        Self::OutOfRange,
+        Self::NotConverged,
+        Self::Inconsistent,
+        Self::Faulty,
+        Self::Masked,
+        Self::Saturated,
+        Self::Ambiguous,
+    ];
+
+    /// Name in messages and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Unchecked => "unchecked",
+            Self::Closed => "closed",
+            Self::OutOfRange => "out_of_range",
+            Self::NotConverged => "not_converged",
+            Self::Inconsistent => "inconsistent",
+            Self::Faulty => "faulty",
+            Self::Masked => "masked",
+            Self::Saturated => "saturated",
+            Self::Ambiguous => "ambiguous",
+        }
+    }
+}
+
+/// Reading of one channel in one frame, as far as it can be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ChannelState {
+    /// Used.
+    Ok = 0,
+    /// Used; the electrodes of this capacitor touch each other.
+    Closed = 1,
+    /// At the high end of what can be read: no number, but not a fault.
+    Saturated = 2,
+    /// No reading, one that the channel cannot give, or the same one for too
+    /// long.
+    Faulty = 3,
+    /// Not used.
+    Masked = 4,
+}
+
+impl ChannelState {
+    /// All states in the order of their codes.
+    pub const ALL: [Self; 5] = [
+        Self::Ok,
+        Self::Closed,
+        Self::Saturated,
+        Self::Faulty,
+        Self::Masked,
+    ];
+
+    /// Name in messages and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Closed => "closed",
+            Self::Saturated => "saturated",
+            Self::Faulty => "faulty",
+            Self::Masked => "masked",
+        }
+    }
+
+    /// Whether the reading is a number that may be used.
+    pub fn usable(self) -> bool {
+        matches!(self, Self::Ok | Self::Closed)
+    }
+}
+
+/// Readings of all channels in one frame, in the order of a frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChannelReadings {
+    /// Reading of each channel, SI; `NaN` for none.
+    pub readings: Vec<f64>,
+    /// Reading of the empty device, SI; `NaN` where it is not known.
+    pub rest: Vec<f64>,
+    /// How far each reading can be used.
+    pub states: Vec<ChannelState>,
+}
+
+impl ChannelReadings {
+    /// No reading of any of `channels` channels.
+    pub(super) fn new(channels: usize) -> Self {
+        Self {
+            readings: vec![f64::NAN; channels],
+            rest: vec![f64::NAN; channels],
+            states: vec![ChannelState::Ok; channels],
+        }
+    }
+}
+
+/// What touches one taxel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TaxelTouch {
+    /// Value along x, y and z in the taxel's frame, SI; z presses. `NaN` where
+    /// there is none: a device of one component has z alone.
+    pub value: [f64; 3],
+    /// Its covariance; `NaN` where it is not known.
+    pub covariance: [[f64; 3]; 3],
+    /// Signed consistency residual, one standard deviation wide; `NaN` without
+    /// redundant channels.
+    pub residual: f64,
+    /// How far the value can be trusted.
+    pub state: State,
+    /// Whether the value is part of totals and contacts.
+    pub counted: bool,
+}
+
+impl TaxelTouch {
+    /// A taxel without a value, and why.
+    pub fn without_value(state: State) -> Self {
+        Self::pressing(f64::NAN, f64::NAN, state)
+    }
+
+    /// The value of a device of one component, with its standard deviation.
+    pub fn pressing(value: f64, deviation: f64, state: State) -> Self {
+        let mut covariance = [[f64::NAN; 3]; 3];
+        covariance[2][2] = deviation * deviation;
+        Self {
+            value: [f64::NAN, f64::NAN, value],
+            covariance,
+            residual: f64::NAN,
+            state,
+            counted: false,
+        }
+    }
+
+    /// Value along z, SI: pressing force or pressure.
+    pub fn pressed(&self) -> f64 {
+        self.value[2]
+    }
+
+    /// Standard deviation of [`TaxelTouch::pressed`], SI.
+    pub fn pressed_deviation(&self) -> f64 {
+        self.covariance[2][2].sqrt()
+    }
+
+    /// Standard deviations of the value, SI.
+    pub fn deviation(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.covariance[axis][axis].sqrt())
+    }
+}
+
+/// What touches the whole array in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Touch {
+    /// Sequence number of the frame.
+    pub sequence: u64,
+    /// Device time of the frame, ns.
+    pub time_ns: u64,
+    /// Readings of the channels.
+    pub channels: ChannelReadings,
+    /// Each taxel, row by row.
+    pub taxels: Vec<TaxelTouch>,
+    /// Sum of the counted values along z, SI.
+    pub sum: f64,
+    /// Total force and moment in the sensor's frame over the counted taxels;
+    /// `NaN` where the device does not know them.
+    pub total: Wrench,
+    /// Covariance of the total force, N²; `NaN` where it is not known.
+    pub total_covariance: [[f64; 3]; 3],
+    /// Centre of the values over all contacts on the developed surface, m, and
+    /// its covariance xx, xy, yy, m² (`NaN` where it is not known); `None`
+    /// without contact. In cells where the pitch is unknown.
+    pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
+    /// Contact regions, strongest first.
+    pub contacts: Vec<Contact>,
+    /// Index of the contact of each taxel, row by row.
+    pub regions: Vec<Option<u32>>,
+    /// Taxels that are not part of totals and contacts; the state of each says
+    /// why ([`TaxelTouch::counted`]).
+    pub left_out: usize,
+    /// Channels whose reading was at an end of the range, masked ones not
+    /// counted.
+    pub clipped: usize,
+    /// Whether the history of the values is uncertain: a relaxing device, and a
+    /// pause longer than three of its relaxation times not long ago.
+    pub history_uncertain: bool,
+}
+
+/// Force and moment of which nothing is known.
+pub(super) const UNKNOWN: Wrench = Wrench {
+    force: [f64::NAN; 3],
+    moment: [f64::NAN; 3],
+};
+
+impl Touch {
+    /// Nothing known of `taxels` taxels and `channels` channels.
+    pub(super) fn new(channels: usize, taxels: usize) -> Self {
+        Self {
+            sequence: 0,
+            time_ns: 0,
+            channels: ChannelReadings::new(channels),
+            taxels: vec![TaxelTouch::without_value(State::Masked); taxels],
+            sum: 0.0,
+            total: UNKNOWN,
+            total_covariance: [[f64::NAN; 3]; 3],
+            centre_of_pressure: None,
+            contacts: Vec::new(),
+            regions: vec![None; taxels],
+            left_out: taxels,
+            clipped: 0,
+            history_uncertain: false,
+        }
+    }
+
+    /// Number of taxels in each state, in the order of the state codes.
+    pub fn state_counts(&self) -> [usize; State::ALL.len()] {
+        let mut counts = [0; State::ALL.len()];
+        for taxel in &self.taxels {
+            counts[taxel.state as usize] += 1;
+        }
+        counts
+    }
+
+    /// Standard deviations of the total force, N.
+    pub fn total_deviation(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.total_covariance[axis][axis].sqrt())
+    }
+
+    /// Pressing force on the whole array with its standard deviation, N; none
+    /// where the device does not know it.
+    pub fn pressing_force(&self) -> Option<[f64; 2]> {
+        let force = self.total.force[2];
+        (!force.is_nan()).then(|| [force, self.total_covariance[2][2].sqrt()])
+    }
+}
