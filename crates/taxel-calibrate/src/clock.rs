@@ -1,7 +1,7 @@
 //! Whether the load and the signal of each row are of one moment.
 
-use crate::readings::{ReadingTable, column};
-use taxel::predict::{LoadColumn, LoadKind};
+use crate::readings::{ReadingTable, quantity};
+use taxel::predict::LoadColumn;
 use taxel::quantity::TIME;
 use taxel_recording::InputError;
 
@@ -29,7 +29,7 @@ const PAIRS: [(&str, &[&str]); 6] = [
 ];
 /// Delays that are looked for, readings.
 const FARTHEST: isize = 20;
-/// Readings of one sensor that tell a delay.
+/// Least readings of one sensor for a delay.
 const LEAST: usize = 60;
 /// Clocks differ when a delay leaves this share of the roughness. On synthetic
 /// benches of all devices with loops of half of the load, no delay leaves less
@@ -46,11 +46,7 @@ fn middle(mut values: Vec<f64>) -> Option<f64> {
 
 /// The column with the sensor's own clock, beside `time`.
 pub(crate) const fn sensor_clock() -> LoadColumn {
-    column(
-        "sensor_time",
-        LoadKind::Quantity(&TIME, [-1e12, 1e12]),
-        "clock of the sensor",
-    )
+    quantity("sensor_time", &TIME, 1e12, "clock of the sensor")
 }
 
 /// Refuses a table with two clocks, `time` and `sensor_time`, that differ by
@@ -221,7 +217,7 @@ mod tests {
         for width in [0.0, 0.05, 0.2] {
             assert_eq!(delay(&[cycles(0, width)]), None, "{width}");
         }
-        // Constant signals, and too few rows, tell nothing.
+        // Constant signals, and too few rows, show no delay.
         assert_eq!(delay(&[vec![[1.0, 2.0]; 100]]), None);
         assert_eq!(delay(&[cycles(5, 0.0)[..40].to_vec()]), None);
         assert_eq!(delay(&[]), None);

@@ -1,4 +1,4 @@
-//! What a kind of device tells the driver of its calibration.
+//! What the driver of calibrations asks of a kind of device.
 
 use taxel::figure::Figure;
 use taxel::predict::LoadColumn;

@@ -1,5 +1,4 @@
-//! What unloading carries less than loading: the hysteresis of a device from
-//! slow loops, beside the curve of its model.
+//! Hysteresis of a device from slow loops, beside the curve of its model.
 //!
 //! The model is fitted to loading alone, and so its constants owe nothing to
 //! the law of the loops.
@@ -21,7 +20,7 @@ fn name(prefix: &str, weight: usize) -> String {
 }
 
 /// The law of a calibration file whose weights are named behind `prefix`: of
-/// one weight there are all, or none was told.
+/// one weight there are all, or none was identified.
 pub(crate) fn law_of(prefix: &str, value: &dyn Fn(&str) -> Option<f64>) -> Option<ForceHysteresis> {
     let weights = (0..WEIGHTS).map(|j| value(&name(prefix, j)));
     let weights: Vec<f64> = weights.collect::<Option<_>>()?;
@@ -130,7 +129,7 @@ impl Sample {
 }
 
 /// Samples of one body in the order of its readings: loads by the model, those
-/// of the gauge, and what tells loading from unloading.
+/// of the gauge, and which are of unloading.
 pub(crate) fn samples(loading: &[f64], loads: &[f64], driven: &[f64]) -> Vec<Sample> {
     let mut history = LoadHistory::default();
     let quiet = one_way(loading, driven);
@@ -276,7 +275,7 @@ impl Found {
     }
 }
 
-/// Fewer readings of unloading tell no loop.
+/// Fewer readings of unloading identify no loop.
 const LEAST: usize = 16;
 /// A hysteresis is kept when it leaves less than this share of the error of
 /// readings that it has not seen.
@@ -322,8 +321,8 @@ pub(crate) fn identify(
         return None;
     }
     let about = format!(
-        "{}unloading carries less; without hysteresis the {} of held-out unloading is off by {:.1} % of the largest \
-         (root mean square), with it by {:.1} %",
+        "{}hysteresis: without it the {} of held-out unloading is off by {:.1} % of the largest (root mean square), \
+         with it by {:.1} %",
         named.prefix.replace('.', ": "),
         named.quantity,
         100.0 * before,

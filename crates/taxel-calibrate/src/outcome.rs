@@ -22,9 +22,9 @@ pub struct Outcome {
     pub parameters: Vec<(Parameter, Estimate)>,
     /// Covariance of the parameters, in their order.
     pub covariance: Vec<CovarianceBlock>,
-    /// Combinations that the readings do not tell apart, in words.
+    /// Combinations of parameters that are not identifiable, in words.
     pub open: Vec<String>,
-    /// What presses at known places taught.
+    /// What indentations at known positions taught.
     pub places: Option<PlaceMap>,
     /// Further quantities that follow: name, value, 95 % interval, meaning.
     pub derived: Vec<Derived>,
@@ -176,7 +176,7 @@ pub(crate) fn paired(parameters: &[Parameter], fit: &Fit) -> Vec<(Parameter, Est
     parameters.iter().cloned().zip(estimates).collect()
 }
 
-/// How a search ended; χ² tells something where the noise was given.
+/// How a search ended; χ² means something where the noise was given.
 pub(crate) fn search_in_words(found: &Fit, given: bool) -> String {
     let ended = format!("{} after {} steps", found.stop.name(), found.iterations);
     if !given {
@@ -209,9 +209,12 @@ pub(crate) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
             .collect();
         let last = members.pop().unwrap_or_default();
         let names = if members.is_empty() {
-            format!("{last} is not told by the readings")
+            format!("{last} is not identifiable from the readings")
         } else {
-            format!("{} and {last} cannot be told apart", members.join(", "))
+            format!(
+                "{} and {last} cannot be identified separately",
+                members.join(", ")
+            )
         };
         let signs: Vec<&str> = direction
             .members
@@ -282,7 +285,7 @@ impl Outcome {
         self.parameters.extend(parameters);
     }
 
-    /// Whether every parameter is told by the readings or by its prior.
+    /// Whether every parameter is identified by the readings or its prior.
     pub fn is_identified(&self) -> bool {
         let told = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentified;
         self.parameters.iter().all(told)

@@ -34,15 +34,42 @@ pub(crate) const fn column(name: &'static str, kind: LoadKind, about: &'static s
     }
 }
 
-/// A column that a table must have.
-pub(crate) const fn required(
+/// A column of a quantity of this size at most, of either sign.
+pub(crate) const fn quantity(
     name: &'static str,
-    kind: LoadKind,
+    dimension: &'static Dimension,
+    largest: f64,
     about: &'static str,
 ) -> LoadColumn {
+    let range = [-largest, largest];
+    column(name, LoadKind::Quantity(dimension, range), about)
+}
+
+/// A column of a quantity that is not negative.
+pub(crate) const fn size(
+    name: &'static str,
+    dimension: &'static Dimension,
+    largest: f64,
+    about: &'static str,
+) -> LoadColumn {
+    column(name, LoadKind::Quantity(dimension, [0.0, largest]), about)
+}
+
+/// A column of a number without unit.
+pub(crate) const fn number(name: &'static str, range: [f64; 2], about: &'static str) -> LoadColumn {
+    column(name, LoadKind::Number(range), about)
+}
+
+/// The column that says which readings are held out.
+pub(crate) const fn hold_out() -> LoadColumn {
+    number("hold_out", [0.0, 1.0], "1 where a reading is held out")
+}
+
+/// A column that a table must have.
+pub(crate) const fn required(column: LoadColumn) -> LoadColumn {
     LoadColumn {
         required: true,
-        ..column(name, kind, about)
+        ..column
     }
 }
 
@@ -370,7 +397,7 @@ mod tests {
 
     static COLUMNS: [LoadColumn; 3] = [
         column("time", LoadKind::Quantity(&SECONDS, [-1e9, 1e9]), ""),
-        required("force_z", LoadKind::Quantity(&FORCE, [-1e3, 1e3]), ""),
+        required(quantity("force_z", &FORCE, 1e3, "")),
         column("gap", LoadKind::Quantity(&LENGTH, [0.0, 1.0]), ""),
     ];
 

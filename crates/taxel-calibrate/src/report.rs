@@ -63,7 +63,7 @@ impl Outcome {
             );
         }
         for open in &self.open {
-            let _ = writeln!(text, "not identifiable  {open}");
+            let _ = writeln!(text, "not identifiable: {open}");
         }
         for remark in &self.remarks {
             let _ = writeln!(text, "remark    {remark}");
@@ -268,10 +268,10 @@ impl Outcome {
         let open: Vec<String> = self.open.iter().map(|open| escape(open)).collect();
         section(
             page,
-            "What the readings cannot tell",
+            "What the readings do not identify",
             &items(
                 &open,
-                "Every combination of the parameters is told to within its sensible size.",
+                "Every combination of the parameters is identified to within its sensible size.",
             ),
         );
     }
@@ -359,7 +359,7 @@ fn row((parameter, estimate): &(Parameter, Estimate)) -> Vec<Cell> {
 }
 
 /// Value, deviation, interval and their unit; none that would look confident
-/// where nothing is told.
+/// where nothing is identified.
 fn shown(estimate: &Estimate, unit: &str) -> [String; 4] {
     let (unit, size) = prefixed(estimate.value, unit);
     let [value, deviation] = [estimate.value, estimate.deviation].map(|x| digits(x / size));

@@ -163,7 +163,7 @@ fn one_run_says_that_it_is_one_and_leaves_the_gain_free() {
             .join("\n")
     };
     assert!(remarks(&one).contains("one run does not show how runs differ"));
-    assert!(remarks(&two).contains("each of 2 runs was foretold from the others"));
+    assert!(remarks(&two).contains("each of 2 runs was predicted from the others"));
     let [one, two] = [one, two].map(|outcome| coverage(&calibrated(&sensor, &outcome), 1.0, 40));
     // Two runs that agree say that runs differ less than usual.
     assert!(two[1] < 0.9 * one[1], "{one:?} {two:?}");

@@ -402,7 +402,7 @@ fn runs_that_tell_no_force_are_named() {
     };
     check(
         &run(&folder, "force", still, noise),
-        "the channels do not tell the force",
+        "the channels do not determine the force",
     );
     // Beside a run with contact it is left out.
     let pressed = excerpt();

@@ -6,7 +6,7 @@ use crate::hysteresis::{Loops, Named, identify, samples};
 use taxel::transduction::InPlaneModel;
 
 /// The hysteresis of the sensor that reads as `model` does on loading, from
-/// readings in their order; `None` when they tell none. `moved` are models with
+/// readings in their order; `None` when they identify none. `moved` are models with
 /// their constants at the steps of the fit; `held` says which readings are held
 /// out.
 pub(super) fn of_sensor(

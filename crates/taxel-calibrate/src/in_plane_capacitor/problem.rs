@@ -66,7 +66,7 @@ pub(super) struct Bench<'a> {
     models: &'a [InPlaneModel],
     readings: &'a [Reading],
     law: CapacitanceLaw,
-    /// For each reading; `None` where the force tells the compression.
+    /// For each reading; `None` where the compression follows from the force.
     motions: Vec<Option<Motion>>,
     /// Standard deviations of force and capacitance of each reading.
     pub(super) noise: Vec<[f64; 2]>,
@@ -219,7 +219,7 @@ impl<'a> Bench<'a> {
     }
 
     /// How compression and capacitance follow modulus and factor where the
-    /// force tells the compression: dC/dE and dC/dχ.
+    /// compression follows from the force: dC/dE and dC/dχ.
     fn slopes_through_force(&self, at: &[f64], reading: &Reading) -> Option<[f64; 2]> {
         let here = self.motion_of_force(at, reading)?;
         let model = &self.models[reading.sensor];

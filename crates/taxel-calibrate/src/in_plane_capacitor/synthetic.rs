@@ -16,8 +16,7 @@ use taxel_numerics::Noise;
 /// unloading by `hysteresis`; capacitances drift along a straight line.
 pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
-    let mut text =
-        String::from("# synthetic: readings of a bench that exists in the computer only\n");
+    let mut text = String::from("# synthetic calibration data\n");
     let _ = writeln!(
         text,
         "# seed {}, noise {}, hysteresis {}, drift {}, tilt {} rad",

@@ -1,9 +1,9 @@
-//! What readings of crossing channels may name.
+//! What readings of crossing microchannels may name.
 
 use crate::clock::sensor_clock;
-use crate::readings::{column, required};
+use crate::readings::{hold_out, number, quantity, required, size};
 use taxel::predict::{LoadColumn, LoadKind};
-use taxel::quantity::{self, AREA, FORCE, STRESS, TIME};
+use taxel::quantity::{self as units, AREA, FORCE, STRESS, TIME};
 
 /// Pressure, force and its area.
 pub(super) const LOAD_AT: [usize; 3] = [2, 3, 4];
@@ -11,56 +11,39 @@ pub(super) const VOLTAGE: usize = 6;
 pub(super) const RESISTANCE: usize = 7;
 
 pub(super) static COLUMNS: [LoadColumn; 11] = [
-    column(
-        "time",
-        LoadKind::Quantity(&TIME, [-1e12, 1e12]),
-        "clock of the readings",
-    ),
-    required(
-        CHANNEL,
-        LoadKind::Number([0.0, 1e6]),
-        "which one, rows first, from 0",
-    ),
-    column(
+    quantity("time", &TIME, 1e12, "clock of the readings"),
+    required(number(CHANNEL, [0.0, 1e6], "which one, rows first, from 0")),
+    quantity(
         "pressure",
-        LoadKind::Quantity(&STRESS, [-1e9, 1e9]),
+        &STRESS,
+        1e9,
         "on the surface above the loaded part",
     ),
-    column(
-        "force_z",
-        LoadKind::Quantity(&FORCE, [-1e6, 1e6]),
-        "pressing force, with area",
-    ),
-    column(
+    quantity("force_z", &FORCE, 1e6, "pressing force, with area"),
+    crate::readings::column(
         "area",
         LoadKind::Quantity(&AREA, [1e-12, 1.0]),
         "under the force",
     ),
-    column(
+    number(
         "loaded_share",
-        LoadKind::Number([1e-6, 1.0]),
+        [1e-6, 1.0],
         "share of the channel's length under the load; 1 without it",
     ),
-    column(
-        "voltage",
-        LoadKind::Quantity(&quantity::VOLTAGE, [-1e6, 1e6]),
-        "of the divider",
-    ),
-    column(
+    quantity("voltage", &units::VOLTAGE, 1e6, "of the divider"),
+    size(
         "resistance",
-        LoadKind::Quantity(&quantity::RESISTANCE, [0.0, 1e12]),
+        &units::RESISTANCE,
+        1e12,
         "of the channel with its leads, in place of the voltage",
     ),
-    column(
+    size(
         "voltage_deviation",
-        LoadKind::Quantity(&quantity::VOLTAGE, [0.0, 1e3]),
+        &units::VOLTAGE,
+        1e3,
         "standard deviation of the voltage",
     ),
-    column(
-        "hold_out",
-        LoadKind::Number([0.0, 1.0]),
-        "1 where a reading is held out",
-    ),
+    hold_out(),
     sensor_clock(),
 ];
 /// The column that says of which channel a row is.

@@ -6,8 +6,8 @@ use super::{ChannelCalibrator, Fitted, checks};
 use crate::hysteresis::{Loops, Named, Sample, identify, samples, steps};
 use taxel_numerics::roots;
 
-/// The hysteresis that the readings of all channels in their order tell, those
-/// of unloading included; `None` when they tell none.
+/// The hysteresis from the readings of all channels in their order, those of
+/// unloading included; `None` when they identify none.
 pub(super) fn of_array(
     calibrator: &ChannelCalibrator<'_>,
     fitted: &Fitted,

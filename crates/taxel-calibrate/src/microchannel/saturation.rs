@@ -13,8 +13,8 @@ pub(super) const SATURATION: &str = "saturation_voltage";
 const LEAST: usize = 6;
 /// Chances on one side that a reading of a plateau is taken for none: where it is
 /// looked for, two in a row end it; of the others a single one that is taken for
-/// no plateau spoils the curve, and a few too many do not matter. A scatter that
-/// few readings tell is often too small: hence Student's quantiles.
+/// no plateau spoils the curve, and a few too many do not matter. The scatter
+/// of few readings is often too small: hence Student's quantiles.
 const IN_A_ROW: f64 = 1e-4;
 const ALONE: f64 = 1e-6;
 /// The same for its slope.
@@ -46,7 +46,7 @@ impl Plateau {
     /// down until two readings in a row are out, or all so far rise.
     ///
     /// The last quarter of these may be of the curve before, which joins it little
-    /// by little where loads are close to one another: the others tell it.
+    /// by little where loads are close to one another: the others determine it.
     pub(super) fn find(of: &[Reading]) -> Option<Self> {
         let mut points: Vec<[f64; 2]> = of
             .iter()

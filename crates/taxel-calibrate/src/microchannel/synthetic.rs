@@ -20,8 +20,7 @@ use taxel_numerics::Noise;
 /// change and no further. The tilt has no meaning here.
 pub(super) fn table(calibrator: &ChannelCalibrator<'_>, options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
-    let mut text =
-        String::from("# synthetic: readings of a bench that exists in the computer only\n");
+    let mut text = String::from("# synthetic calibration data\n");
     let _ = writeln!(
         text,
         "# seed {}, noise {}, hysteresis {}, drift {}",

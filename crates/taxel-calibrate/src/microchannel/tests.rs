@@ -396,9 +396,8 @@ fn a_loop_is_found_and_undone_live() {
     let (outcome, sensor) = calibrated(&bench(&looping, &ALL));
     let said: Vec<String> = outcome.remarks.iter().map(ToString::to_string).collect();
     assert!(
-        said.iter().any(
-            |remark| remark.contains("unloading carries less; without hysteresis the pressure")
-        ),
+        said.iter()
+            .any(|remark| remark.contains("hysteresis: without it the pressure")),
         "{said:?}"
     );
     let model = sensor.channels().unwrap().calibration().unwrap();

@@ -201,8 +201,8 @@ impl<'a> Places<'a> {
         };
         if wrong.len() > NAMED.max(self.pressed.len() / 2) || wrong.len() == self.pressed.len() {
             let message = format!(
-                "the places do not belong to these signals: {} of {} do not follow their elements, and the centres of \
-                 the signals lie {:.2} mm (root mean square) from the places",
+                "the positions do not belong to these signals: {} of {} do not follow their elements, and the centres of \
+                 the signals lie {:.2} mm (root mean square) from the positions",
                 wrong.len(),
                 self.pressed.len(),
                 1e3 * off(calibrator, presses)

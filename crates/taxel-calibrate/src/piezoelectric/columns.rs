@@ -3,15 +3,12 @@
 use std::sync::LazyLock;
 
 use crate::clock::sensor_clock;
-use crate::readings::column;
+use crate::readings::{column, hold_out, number, quantity, size};
 use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::{CHARGE, FORCE, LENGTH, TIME, VOLTAGE};
 
-const ANY_TIME: LoadKind = LoadKind::Quantity(&TIME, [-1e12, 1e12]);
-const DURATION: LoadKind = LoadKind::Quantity(&TIME, [0.0, 1e3]);
 const ANY_VOLTAGE: LoadKind = LoadKind::Quantity(&VOLTAGE, [-1e6, 1e6]);
 const ANY_CHARGE: LoadKind = LoadKind::Quantity(&CHARGE, [-1.0, 1.0]);
-const ANY_PLACE: LoadKind = LoadKind::Quantity(&LENGTH, [-10.0, 10.0]);
 
 pub(super) const TIME_AT: usize = 0;
 pub(super) const DISPLACEMENT: usize = 1;
@@ -44,7 +41,7 @@ fn numbered(name: &str) -> Vec<String> {
 
 pub(super) static COLUMNS: LazyLock<Vec<LoadColumn>> = LazyLock::new(|| {
     let of = |names: &'static [String], kind| {
-        let about = "peak of this element's output, or its charge, in a press";
+        let about = "peak of this element's output, or its charge, in an indentation";
         names.iter().map(move |name| column(name, kind, about))
     };
     let mut columns = OWN_COLUMNS.to_vec();
@@ -54,52 +51,54 @@ pub(super) static COLUMNS: LazyLock<Vec<LoadColumn>> = LazyLock::new(|| {
 });
 
 static OWN_COLUMNS: [LoadColumn; VOLTAGES] = [
-    column("time", ANY_TIME, "clock of the bench"),
-    column(
+    quantity("time", &TIME, 1e12, "clock of the gauge"),
+    quantity(
         "displacement",
-        LoadKind::Quantity(&LENGTH, [-1e-2, 1e-2]),
+        &LENGTH,
+        1e-2,
         "of the surface over the element; of a peak that at the top",
     ),
-    column(
+    quantity(
         "force_z",
-        LoadKind::Quantity(&FORCE, [-1e3, 1e3]),
+        &FORCE,
+        1e3,
         "force on the element, in place of the displacement",
     ),
-    column("ramp", DURATION, "duration of a ramp of a test load"),
-    column("dwell", DURATION, "time at the top: an impact"),
-    column("period", DURATION, "period of a cyclic load"),
-    column(
+    size("ramp", &TIME, 1e3, "duration of a ramp of a test load"),
+    size("dwell", &TIME, 1e3, "time at the top: an impact"),
+    size("period", &TIME, 1e3, "period of a cyclic load"),
+    number(
         "cycles",
-        LoadKind::Number([1.0, 1000.0]),
+        [1.0, 1000.0],
         "cycles; the peaks are those of the last one",
     ),
-    column(
+    quantity(
         "a1",
-        ANY_VOLTAGE,
+        &VOLTAGE,
+        1e6,
         "peak of the output in the direction of loading",
     ),
-    column("a2", ANY_VOLTAGE, "peak in the other direction"),
-    column(
+    quantity("a2", &VOLTAGE, 1e6, "peak in the other direction"),
+    quantity(
         "voltage",
-        ANY_VOLTAGE,
+        &VOLTAGE,
+        1e6,
         "output at the moment, in place of peaks",
     ),
-    column(
+    quantity(
         "voltage_deviation",
-        ANY_VOLTAGE,
+        &VOLTAGE,
+        1e6,
         "standard deviation of a voltage",
     ),
-    column(
-        "hold_out",
-        LoadKind::Number([0.0, 1.0]),
-        "1 where a reading is held out",
+    hold_out(),
+    quantity("x", &LENGTH, 10.0, "centre of the probe along the rows"),
+    quantity(
+        "y",
+        &LENGTH,
+        10.0,
+        "centre of the probe, up from the last row",
     ),
-    column("x", ANY_PLACE, "centre of the probe along the rows"),
-    column("y", ANY_PLACE, "centre of the probe, up from the last row"),
-    column(
-        "radius",
-        LoadKind::Quantity(&LENGTH, [0.0, 1.0]),
-        "of the contact of the probe",
-    ),
+    size("radius", &LENGTH, 1.0, "of the contact of the probe"),
     sensor_clock(),
 ];

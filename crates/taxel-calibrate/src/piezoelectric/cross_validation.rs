@@ -152,7 +152,7 @@ pub(super) fn trusted<'a>(
     }
 }
 
-/// Presses of a radius that tell a factor on the deviations.
+/// Least indentations of a radius for a factor on the deviations.
 const FEWEST_FOR_FACTOR: usize = 20;
 
 /// Nine in ten samples: normal deviate of that confidence.

@@ -66,7 +66,7 @@ pub(super) fn read(
     let count = presses.len();
     if !(LEAST..=MOST).contains(&count) {
         let message = format!("there are {count} usable presses; must be from {LEAST} to {MOST}");
-        return Err(data.error("x", message, "press at places 0.5 to 1 mm apart"));
+        return Err(data.error("x", message, "press at positions 0.5 to 1 mm apart"));
     }
     spanned(calibrator, data, &presses)?;
     // The weak ones, too: over an element whose signal is wrong all may be.

@@ -75,7 +75,7 @@ impl Model {
     const ALL: [Self; 2] = [Self::Dynamic, Self::Gain];
 
     /// The viscosity delays the signal by μ/E of the silicone: a peak, where the
-    /// signal stands still, does not tell it, a recording does.
+    /// signal stands still, does not identify it, a recording does.
     fn frees(self, place: usize, table: &Table) -> bool {
         match place {
             GAIN => true,

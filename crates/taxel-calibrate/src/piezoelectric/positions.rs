@@ -97,7 +97,7 @@ fn score<'a>(found: impl Iterator<Item = &'a Found>) -> Score {
 
 fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
     let mut remark = format!(
-        "places, {}. by held-out likelihood: {name}, {:.3} mm rms, log likelihood {:.2}",
+        "positions, {}. by held-out likelihood: {name}, {:.3} mm rms, log likelihood {:.2}",
         rank + 1,
         // Of both coordinates together.
         1e3 * score.rms * 2.0_f64.sqrt(),
@@ -138,18 +138,18 @@ fn used(candidate: &Candidate, radii: &[f64], several: bool) -> Remark {
     let in_words: Vec<String> = radii.iter().map(|a| format!("{:.2}", 1e3 * a)).collect();
     Remark::whole(match (radii, several) {
         ([], _) => format!(
-            "places are found by {name}, judged for the probe of these presses alone; its size is not known"
+            "positions are found by {name}, judged for the probe of these indentations alone; its size is not known"
         ),
         ([radius], _) => format!(
-            "places are found by {name}, judged for contacts of {:.2} mm radius alone",
+            "positions are found by {name}, judged for contacts of {:.2} mm radius alone",
             1e3 * radius
         ),
         (_, false) => format!(
-            "places are found by {name}, judged for contacts of {} mm radius",
+            "positions are found by {name}, judged for contacts of {} mm radius",
             in_words.join(", ")
         ),
         (_, true) => format!(
-            "places are found by {name}, judged for contacts of a radius that the presses did not have, beside those of {} mm",
+            "positions are found by {name}, judged for contacts of a radius that the indentations did not have, beside those of {} mm",
             in_words.join(", ")
         ),
     })

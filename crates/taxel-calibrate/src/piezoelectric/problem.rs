@@ -290,7 +290,7 @@ pub(super) struct Indentation {
     pub(super) radius: Option<f64>,
 }
 
-/// An indentation whose highest signal is below this many deviations tells nothing.
+/// An indentation whose highest signal is below this many deviations is of no use.
 const LEAST_PEAK: f64 = 6.0;
 
 impl Indentation {

@@ -48,8 +48,7 @@ pub(super) fn table(sensor: &Sensor, options: &SyntheticOptions) -> String {
     let largest = largest(sensor, options.compression, most);
     let deviation = options.noise * most * largest;
     let mut noise = Noise::seeded(options.seed);
-    let mut text =
-        String::from("# synthetic: readings of a bench that exists in the computer only\n");
+    let mut text = String::from("# synthetic calibration data\n");
     let _ = writeln!(
         text,
         "# seed {}, noise {}, drift {}",
@@ -110,8 +109,7 @@ pub(super) fn indentations(
     let positions = model.centroid().positions;
     let gains = array.description.fabricate(positions.len());
     let mut noise = Noise::seeded(options.seed);
-    let mut text =
-        String::from("# synthetic: readings of a bench that exists in the computer only\n");
+    let mut text = String::from("# synthetic calibration data\n");
     let _ = writeln!(text, "# seed {}, noise {}", options.seed, options.noise);
     for (element, gain) in gains.iter().enumerate() {
         let _ = writeln!(text, "# truth gain_{} = {gain:.6}", element + 1);

@@ -1,14 +1,9 @@
 //! What readings of three-axis units may name.
 
 use crate::clock::sensor_clock;
-use crate::readings::{column, required};
-use taxel::predict::{LoadColumn, LoadKind};
+use crate::readings::{hold_out, number, quantity, required};
+use taxel::predict::LoadColumn;
 use taxel::quantity::{CAPACITANCE, FORCE, TIME};
-
-const ANY_FORCE: LoadKind = LoadKind::Quantity(&FORCE, [-1e6, 1e6]);
-const ANY_CAPACITANCE: LoadKind = LoadKind::Quantity(&CAPACITANCE, [-1.0, 1.0]);
-const COUNTS: LoadKind = LoadKind::Number([0.0, 4_294_967_295.0]);
-const YES: LoadKind = LoadKind::Number([0.0, 1.0]);
 
 pub(super) const TAXEL: usize = 1;
 pub(super) const FORCE_AT: [usize; 3] = [2, 3, 4];
@@ -22,68 +17,59 @@ pub(super) const PARALLEL_AT: [usize; 4] = [16, 17, 18, 19];
 pub(super) const PARALLEL_DEVIATION: usize = 20;
 pub(super) const HOLD_OUT: usize = 21;
 
+const fn force(name: &'static str, about: &'static str) -> LoadColumn {
+    quantity(name, &FORCE, 1e6, about)
+}
+
+const fn capacitance(name: &'static str, about: &'static str) -> LoadColumn {
+    quantity(name, &CAPACITANCE, 1.0, about)
+}
+
+const fn counts(name: &'static str) -> LoadColumn {
+    number(
+        name,
+        [0.0, 4_294_967_295.0],
+        "code in place of the capacitance",
+    )
+}
+
+const fn parallel(name: &'static str) -> LoadColumn {
+    capacitance(name, "measured otherwise")
+}
+
 pub(super) static COLUMNS: [LoadColumn; 23] = [
-    column(
-        "time",
-        LoadKind::Quantity(&TIME, [-1e12, 1e12]),
-        "clock of the bench",
-    ),
-    column(
+    quantity("time", &TIME, 1e12, "clock of the gauge"),
+    number(
         "taxel",
-        LoadKind::Number([0.0, 1e6]),
+        [0.0, 1e6],
         "number of the taxel, row by row from 0",
     ),
-    column("force_x", ANY_FORCE, "side force along x"),
-    column("force_y", ANY_FORCE, "side force along y"),
-    required("force_z", ANY_FORCE, "pressing force"),
-    column("capacitance_11", ANY_CAPACITANCE, "at -x, +y"),
-    column("capacitance_12", ANY_CAPACITANCE, "at +x, +y"),
-    column("capacitance_21", ANY_CAPACITANCE, "at -x, -y"),
-    column("capacitance_22", ANY_CAPACITANCE, "at +x, -y"),
-    column("counts_11", COUNTS, "code in place of the capacitance"),
-    column("counts_12", COUNTS, "code in place of the capacitance"),
-    column("counts_21", COUNTS, "code in place of the capacitance"),
-    column("counts_22", COUNTS, "code in place of the capacitance"),
-    column(
+    force("force_x", "side force along x"),
+    force("force_y", "side force along y"),
+    required(force("force_z", "pressing force")),
+    capacitance("capacitance_11", "at -x, +y"),
+    capacitance("capacitance_12", "at +x, +y"),
+    capacitance("capacitance_21", "at -x, -y"),
+    capacitance("capacitance_22", "at +x, -y"),
+    counts("counts_11"),
+    counts("counts_12"),
+    counts("counts_21"),
+    counts("counts_22"),
+    number(
         "rest",
-        YES,
+        [0.0, 1.0],
         "1 where nothing touches: the force is then zero",
     ),
-    column(
-        "force_deviation",
-        ANY_FORCE,
-        "standard deviation of the gauge",
-    ),
-    column(
+    force("force_deviation", "standard deviation of the gauge"),
+    capacitance(
         "capacitance_deviation",
-        ANY_CAPACITANCE,
         "standard deviation of a capacitance",
     ),
-    column(
-        "parallel_capacitance_11",
-        ANY_CAPACITANCE,
-        "measured otherwise",
-    ),
-    column(
-        "parallel_capacitance_12",
-        ANY_CAPACITANCE,
-        "measured otherwise",
-    ),
-    column(
-        "parallel_capacitance_21",
-        ANY_CAPACITANCE,
-        "measured otherwise",
-    ),
-    column(
-        "parallel_capacitance_22",
-        ANY_CAPACITANCE,
-        "measured otherwise",
-    ),
-    column(
-        "parallel_capacitance_deviation",
-        ANY_CAPACITANCE,
-        "their standard deviation",
-    ),
-    column("hold_out", YES, "1 where a reading is held out"),
+    parallel("parallel_capacitance_11"),
+    parallel("parallel_capacitance_12"),
+    parallel("parallel_capacitance_21"),
+    parallel("parallel_capacitance_22"),
+    capacitance("parallel_capacitance_deviation", "their standard deviation"),
+    hold_out(),
     sensor_clock(),
 ];

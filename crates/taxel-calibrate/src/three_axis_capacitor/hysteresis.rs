@@ -38,7 +38,7 @@ fn along(of: &[Reading], axis: usize) -> Vec<f64> {
     of.iter().map(|reading| reading.force[axis]).collect()
 }
 
-/// The hysteresis along each axis that all readings of the taxels tell, those
+/// The hysteresis along each axis from all readings of the taxels, those
 /// of unloading included.
 pub(super) fn of_array(
     calibrator: &ThreeAxisCalibrator<'_>,

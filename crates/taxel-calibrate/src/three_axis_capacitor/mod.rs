@@ -84,7 +84,7 @@ impl Model {
     /// Whether a parameter is free where a gauge moved the axes `moved`.
     ///
     /// Under a normal force alone cross-talk is not: four closings of their
-    /// own would take from the shared stiffness what tells the parallel
+    /// own would take from the shared stiffness what identifies the parallel
     /// capacitances.
     fn frees(self, place: usize, moved: [bool; 3]) -> bool {
         let sides = moved[0] || moved[1];

@@ -1,8 +1,8 @@
-//! Deviations of gauge and capacitances: given, or told by the residuals.
+//! Deviations of gauge and capacitances: given, or estimated from the residuals.
 //!
 //! The gauge's error moves four capacitances in at most three directions; what
-//! lies across them is noise of the capacitances alone, and tells the two
-//! apart.
+//! lies across them is noise of the capacitances alone, and separates
+//! the two.
 
 use super::checks;
 use super::problem::{Reading, Whitening};

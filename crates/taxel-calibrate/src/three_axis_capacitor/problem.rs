@@ -329,7 +329,7 @@ impl Problem for Bench<'_> {
     }
 }
 
-/// What tells parallel capacitance and gap apart.
+/// What separates parallel capacitance and gap.
 pub(super) fn far_enough(drawn: &UnitModel) -> String {
     let air = drawn
         .plates
@@ -345,5 +345,5 @@ pub(super) fn far_enough(drawn: &UnitModel) -> String {
     )
 }
 
-/// Share of the air after which the bend of 1/gap tells it from a constant.
+/// Share of the air after which the bend of 1/gap separates it from a constant.
 const CLOSED: f64 = 0.64;

@@ -117,7 +117,7 @@ impl ThreeAxisCalibrator<'_> {
         summaries
     }
 
-    /// What the readings do not tell: first in short, then each combination.
+    /// What the readings do not identify: first in short, then each combination.
     pub(super) fn open(&self, fits: &[Fitted]) -> Vec<String> {
         let mut open = Vec::new();
         for fitted in fits {
@@ -130,7 +130,7 @@ impl ThreeAxisCalibrator<'_> {
                     estimates[places].iter().map(|e| e.deviation).sum::<f64>() / count
                 };
                 open.push(format!(
-                    "{PREFIX}{}: parallel capacitance, gap and stiffness are not identifiable apart: sigma {:.2} fF, {:.2} um \
+                    "{PREFIX}{}: parallel capacitance, gap and stiffness cannot be identified separately: sigma {:.2} fF, {:.2} um \
                      and {:.0} N/m; {} fix it",
                     taxel(&fitted.readings),
                     mean(0..GAP) * 1e15,
@@ -269,7 +269,7 @@ fn forces(unit: &UnitModel, of: &[Reading]) -> Chart {
 }
 
 /// How much less force unloading carries along an axis, as a share of
-/// loading; `None` where it cannot be told from noise.
+/// loading; `None` where it is within the noise.
 fn lost(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<f64> {
     let sizes: Vec<f64> = of.iter().map(|r| r.force[axis].abs()).collect();
     let [_, most] = range(sizes.iter().copied());

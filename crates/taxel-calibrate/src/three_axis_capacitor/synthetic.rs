@@ -38,8 +38,7 @@ pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
         .fold(0.0, f64::max);
     let gauge = options.noise * most.into_iter().fold(0.0, f64::max);
     let mut noise = Noise::seeded(options.seed);
-    let mut text =
-        String::from("# synthetic: readings of a bench that exists in the computer only\n");
+    let mut text = String::from("# synthetic calibration data\n");
     let _ = writeln!(
         text,
         "# seed {}, noise {}, hysteresis {}, drift {}, tilt {} rad",

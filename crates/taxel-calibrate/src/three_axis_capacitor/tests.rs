@@ -186,7 +186,7 @@ fn a_short_sweep_says_that_it_cannot_tell_the_parallel_capacitance() {
             }
             let words = outcome.open.first();
             let is_told =
-                words.is_none_or(|words| !words.contains("are not identifiable apart: sigma"));
+                words.is_none_or(|words| !words.contains("cannot be identified separately: sigma"));
             assert_eq!(is_told, told, "{last} {gauge}: {:?}", outcome.open);
         }
         let text = normal_sweep(calibrator, 15, 0.29);
@@ -525,7 +525,7 @@ fn loops_are_found_along_each_axis_and_undone_live() {
         let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
         let said: Vec<String> = outcome.remarks.iter().map(ToString::to_string).collect();
         for axis in AXES {
-            let found = format!("force_{axis}: unloading carries less");
+            let found = format!("force_{axis}: hysteresis: without it");
             assert!(
                 said.iter().any(|remark| remark.contains(&found)),
                 "{said:?}"

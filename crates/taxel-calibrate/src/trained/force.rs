@@ -14,15 +14,15 @@ use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::{ForceMap, MemoryLaw, Polynomial};
 use taxel_recording::InputError;
 
-/// Readings of a scale that tell a map: ten for each fifth that is held out.
+/// Readings of a scale that determine a map: ten for each fifth that is held out.
 const LEAST_READINGS: usize = 50;
-/// Runs shorter than this tell little of how the body creeps, s.
+/// Runs shorter than this show little of how the body creeps, s.
 const SHORT: f64 = 60.0;
 /// Frames this many times farther apart than those of the device have times in
 /// another unit.
 const OTHER_UNIT: f64 = 300.0;
 /// A map whose held-out errors exceed this share of the spread of the forces
-/// leaves half of their variance: it does not tell the force.
+/// leaves half of their variance: it does not determine the force.
 const USELESS: f64 = 0.7;
 /// An error without memory above this share of the spread may come from clocks.
 const SUSPECT: f64 = 0.1;
@@ -74,8 +74,8 @@ pub(super) fn train(
     Ok(Some(chosen.map))
 }
 
-/// Runs with a scale, without those in which nothing touches: they tell nothing
-/// of a force, and a map of them alone foretells no other run.
+/// Runs with a scale, without those in which nothing touches: they say nothing
+/// of a force, and a map of them alone predicts no other run.
 fn touched<'a>(runs: &'a [Run], found: &mut Found) -> Result<Vec<&'a Run>, InputError> {
     let runs: Vec<&Run> = weighed(runs).collect();
     let peaks = runs.iter().map(|run| run.session.peak_force());
@@ -181,14 +181,14 @@ fn same_clock(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), I
     )))
 }
 
-/// Refuses a map that foretells held-out forces hardly better than their mean.
+/// Refuses a map that predicts held-out forces hardly better than their mean.
 fn tells_force(name: &str, chosen: &AcrossRuns) -> Result<(), InputError> {
     let (rms, spread) = (chosen.score().rms, spread(&chosen.held_out));
     if rms <= USELESS * spread {
         return Ok(());
     }
     let message = format!(
-        "the channels do not tell the force: held-out readings are foretold to {rms:.3} N rms, and they spread by {spread:.3} N themselves"
+        "the channels do not determine the force: held-out readings are predicted to {rms:.3} N rms, and they spread by {spread:.3} N themselves"
     );
     Err(InputError::whole(name, message).key("force_z").help(
         "check that the probe touches, and that both files are of one recording with one clock",
@@ -254,7 +254,7 @@ fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
     let between = &chosen.map.between_runs;
     Remark::whole(if runs > 1 {
         format!(
-            "force: each of {runs} runs was foretold from the others; from run to run the gain differs by {:.1} % and the \
+            "force: each of {runs} runs was predicted from the others; from run to run the gain differs by {:.1} % and the \
              offset by {:.2} N (standard deviations, in the intervals)",
             100.0 * between.gain,
             between.offset
@@ -362,6 +362,6 @@ fn figure(chosen: &AcrossRuns, runs: usize) -> Figure {
     Figure {
         title: "Force of held-out rows, last run".into(),
         charts: vec![over_time, over_force],
-        caption: "Estimates of a map that has not seen these rows.".into(),
+        caption: "Estimates of a map that was trained without these rows.".into(),
     }
 }

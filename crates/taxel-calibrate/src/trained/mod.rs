@@ -1,5 +1,5 @@
-//! Training of a device without a physical model, from recordings of presses of
-//! known place and force.
+//! Training of a device without a physical model, from recordings of indentations of
+//! known position and force.
 
 mod force;
 mod place;
@@ -43,8 +43,8 @@ struct Found {
     figures: Vec<Figure>,
 }
 
-/// Trains the maps that the recordings tell: places on an area give a map of
-/// the place, readings of a scale one of the force. Files of one group lie
+/// Trains the maps that the recordings determine: positions on an area give a map of
+/// the position, readings of a scale one of the force. Files of one group lie
 /// together; a recording without a header is joined with the stage's of its
 /// group that has the same times.
 ///
@@ -79,9 +79,9 @@ pub fn train(
     let position = place::train(&runs, &array.area(), &mut found)?;
     let force = force::train(&runs, named.sensor.electronics.frame_rate, &mut found)?;
     if position.is_none() && force.is_none() {
-        let message = "the recordings have neither places all over an area nor forces: there is nothing to train";
+        let message = "the recordings have neither positions all over an area nor forces: there is nothing to train";
         return Err(InputError::whole(file, message).help(
-            "press at many places, or record a scale; a table needs columns x and y, or force_z",
+            "press at many positions, or record a scale; a table needs columns x and y, or force_z",
         ));
     }
     let maps = TrainedMaps {
@@ -199,7 +199,7 @@ fn failed(run: &str, error: &TrainingError) -> InputError {
     InputError::whole(run, error.to_string()).help(match error {
         TrainingError::TooFew { .. } => "give longer recordings",
         TrainingError::NoSignal => "check that the sensor was read: all its channels are constant",
-        TrainingError::NoArea(..) => "press at places all over the area, not along a line",
+        TrainingError::NoArea(..) => "press at positions all over the area, not along a line",
         _ => "give more varied presses",
     })
 }

@@ -1,4 +1,4 @@
-//! Which runs tell places, and the map of the place.
+//! Which runs determine positions, and the map of the position.
 
 use super::readings::Run;
 use super::{Found, compared, failed};
@@ -17,7 +17,7 @@ const SAME: f64 = 1e-4;
 /// A run of places is of one depth when its height changes by less than this
 /// share of its way.
 const ONE_DEPTH: f64 = 0.05;
-/// Where forces tell the depth, presses above this share of the peak count.
+/// Where forces show the depth, indentations above this share of the peak count.
 const PRESSED: f64 = 0.5;
 /// The last quarter is held out unless more than this share of it presses
 /// beyond the rest: there nothing could foretell it.
@@ -34,7 +34,7 @@ struct Presses {
     times: Vec<f64>,
 }
 
-/// The map of the place, where runs tell one.
+/// The map of the position, where runs determine one.
 pub(super) fn train(
     runs: &[Run],
     area: &TrainedArea,
@@ -45,7 +45,7 @@ pub(super) fn train(
     for run in runs.iter().filter(|run| run.placed && has_places(run)) {
         name = &run.name;
         if run.session.force.is_none() && !one_depth(run) {
-            let message = "the height changes between the presses: its places are not used";
+            let message = "the height changes between the presses: its positions are not used";
             found
                 .remarks
                 .push(Remark::whole(format!("{name}: {message}")));
@@ -80,8 +80,8 @@ pub(super) fn train(
         .max_by(|a, b| a.score.log_likelihood.total_cmp(&b.score.log_likelihood));
     if best.is_some_and(|best| best.name != "inverted surface") {
         found.remarks.push(Remark::whole(
-            "place: the inverted surface is kept although another map foretells these rows better, because it alone tells \
-             frames unlike all presses from the others; more presses help it most",
+            "place: the inverted surface is kept although another map predicts these rows better, because it alone \
+             recognises frames unlike all indentations; more indentations help it most",
         ));
     }
     found

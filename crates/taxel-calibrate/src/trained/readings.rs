@@ -1,5 +1,5 @@
-//! Recordings of a device that is to be trained: what the files hold is told
-//! by their shape.
+//! Recordings of a device that is to be trained: their shape shows what
+//! the files hold.
 
 use std::sync::LazyLock;
 
@@ -19,7 +19,7 @@ pub struct TrainingFile {
     pub text: String,
 }
 
-/// One run with what its files tell.
+/// One run with what its files hold.
 #[derive(Debug)]
 pub(super) struct Run {
     pub(super) name: String,
@@ -128,7 +128,8 @@ fn pairs(
         let best = (0..stages.len())
             .max_by(|a, b| overlap(&stages[*a].1).total_cmp(&overlap(&stages[*b].1)));
         let Some(best) = best else {
-            let message = "there is no file with the places or forces of this recording beside it";
+            let message =
+                "there is no file with the positions or forces of this recording beside it";
             return Err(InputError::whole(&file.name, message).help(
                 "a stage's file has the time [s], x, y, z [mm] and, with a scale, its reading [g]",
             ));

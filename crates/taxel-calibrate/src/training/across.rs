@@ -66,7 +66,7 @@ impl AcrossRuns {
     /// prior that gains next to nothing on a run loses much on the next.
     ///
     /// Least error is the likelihood with one deviation for all readings. The one
-    /// with the deviations of each candidate would not tell them apart: with few
+    /// with the deviations of each candidate would not separate them: with few
     /// runs they are mostly what is usual between runs, and wider than the errors.
     ///
     /// # Errors
@@ -266,7 +266,7 @@ mod tests {
     use super::*;
     use taxel_numerics::Noise;
 
-    /// Two runs tell the interval of a third where gains differ as is usual; where
+    /// Two runs give the interval of a third where gains differ as is usual; where
     /// they differ more, what is usual is not quite forgotten.
     #[test]
     fn two_runs_cover_the_gain_of_a_third() {

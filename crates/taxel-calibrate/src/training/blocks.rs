@@ -2,7 +2,7 @@
 //!
 //! Neighbouring frames are nearly the same measurement. A random split puts
 //! one of them into training and the other into the test, and flatters; only
-//! whole blocks of time that training has not seen tell what a map is worth.
+//! whole blocks of time outside the training show what a map is worth.
 
 use serde::Serialize;
 

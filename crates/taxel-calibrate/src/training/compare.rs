@@ -132,7 +132,7 @@ impl Split<'_> {
         Ok(compared("five nearest neighbours", &errors, &deviations))
     }
 
-    /// `None` for more products than rows tell.
+    /// `None` for more products than rows determine.
     fn polynomial(
         &self,
         degree: u8,

@@ -35,7 +35,7 @@ const MISFIT_MARGIN: f64 = 2.0;
 const ROWS_PER_COEFFICIENT: f64 = 3.0;
 
 /// Trains on frames in the order of time with the place of each (m), with
-/// that of `candidates` which best foretells the last quarter from the
+/// that of `candidates` which best predicts the last quarter from the
 /// rows before it. Returns the map and the score of each candidate there.
 ///
 /// # Errors
@@ -140,7 +140,7 @@ fn held_out(
 }
 
 /// Intervals along x and y: those of the grid that the places lie on, or as
-/// many as scattered places can tell.
+/// many as scattered positions determine.
 fn intervals(places: &[[f64; 2]]) -> [usize; 2] {
     let distinct = |axis: usize| {
         let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();

@@ -85,7 +85,7 @@ impl Session {
             .collect()
     }
 
-    /// Those frames. Without a stage the force tells when contact begins, and
+    /// Those frames. Without a stage the force shows when contact begins, and
     /// shows it late: then they are the first half of the frames before.
     pub fn rest_frames(&self) -> &[Vec<f64>] {
         let start = &self.place.rows()[0];

@@ -61,11 +61,11 @@ fn peaks_of_other_loads_or_columns_are_named() {
             ),
             (
                 changed(&text, "a2", |_, v| 1e3 * v),
-                "a2\nthe voltages are about 1000",
+                "a2\nthe readings are about 1000",
             ),
             (
                 changed(&text, "a2", |_, v| 1e-3 * v),
-                "a2\nthe voltages are about a thou",
+                "a2\nthe readings are about a thou",
             ),
             (changed(&text, "a2", |_, _| 1.0), "a2 is always 1.0000 mV"),
             (changed(&text, "a2", |_, _| 0.0), "a2 is always 0.0000 mV"),
