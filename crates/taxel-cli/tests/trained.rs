@@ -16,7 +16,7 @@ const SENSOR: &str = "eflesh-lattice";
 
 /// Excerpts of recordings of five magnetometers under a lattice.
 fn excerpt() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/tests/data/eflesh")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel-calibrate/tests/data/eflesh")
 }
 
 /// The run whose files are those of the excerpt called `kind`, changed.

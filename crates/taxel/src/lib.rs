@@ -22,7 +22,7 @@ pub mod sensor;
 pub mod summary;
 pub mod svg;
 pub mod table;
-mod toml_input;
+pub mod toml_input;
 pub mod trained;
 pub mod transduction;
 

@@ -75,7 +75,7 @@ dimensions! {
 }
 
 /// All dimensions that files know.
-pub(crate) fn dimensions() -> impl Iterator<Item = &'static Dimension> {
+pub fn dimensions() -> impl Iterator<Item = &'static Dimension> {
     ALL.iter().copied()
 }
 
