@@ -10,6 +10,7 @@ pub mod calibration;
 pub mod design;
 pub mod device;
 pub mod drawing;
+mod editor_schema;
 pub mod electronics;
 pub mod estimation;
 pub mod figure;

@@ -12,6 +12,7 @@ mod trained_body;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::editor_schema;
 use crate::electronics::Electronics;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
@@ -194,10 +195,7 @@ impl Sensor {
     /// The JSON schema of the sensor file, as committed beside the shipped
     /// files; editors complete and check with it.
     pub fn json_schema() -> String {
-        let schema = schemars::schema_for!(Self);
-        let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();
-        text.push('\n');
-        text
+        editor_schema::text::<Self>()
     }
 
     /// The reference of the sensor file, Markdown: every key with its meaning,
