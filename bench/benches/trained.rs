@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use taxel::trained::{
-    ForceEstimator, ForceMap, ForceOptions, PositionEstimator, PositionMap, PositionOptions,
-    Series, Session,
+use taxel::trained::{ForceEstimator, PositionEstimator};
+use taxel_calibrate::training::{
+    ForceOptions, PositionOptions, Series, Session, train_force, train_position,
 };
 
 /// A recording that the tests keep.
@@ -17,7 +17,7 @@ fn session(sensor: &str, stage: &str) -> Session {
 
 macro_rules! recorded {
     ($name:literal) => {
-        include_str!(concat!("../../crates/taxel/tests/data/eflesh/", $name))
+        include_str!(concat!("../../crates/taxel-calibrate/tests/data/eflesh/", $name))
     };
 }
 
@@ -32,7 +32,7 @@ fn place(criterion: &mut Criterion) {
         smoothing: 1e-4,
         run_in: 0.0,
     }];
-    let (map, _) = PositionMap::train(run.sensor.rows(), &places, &options).expect("trains");
+    let (map, _) = train_position(run.sensor.rows(), &places, &options).expect("trains");
     let mut estimator = PositionEstimator::new(map).expect("sound");
     let mut next = run.sensor.rows().iter().cycle();
     criterion.bench_function("15 channels to place", |bencher| {
@@ -43,7 +43,7 @@ fn place(criterion: &mut Criterion) {
 fn force(criterion: &mut Criterion) {
     let run = session(recorded!("force_sensor.csv"), recorded!("force_states.csv"));
     let runs = [run];
-    let (map, _) = ForceMap::train(&runs, &ForceOptions::default()).expect("trains");
+    let (map, _) = train_force(&runs, &ForceOptions::default()).expect("trains");
     let run = &runs[0];
     let mut estimator = ForceEstimator::new(map, run.baseline()).expect("fits");
     let mut next = run.sensor.rows().iter().cycle();

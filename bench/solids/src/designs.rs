@@ -61,7 +61,7 @@ pub(crate) fn run(count: &str) -> Result<(), Box<dyn Error>> {
 fn from_rest(solver: &mut Solver, aim: &[f64]) -> Result<(), Box<dyn Error>> {
     let rest = State::rest(solver.problem());
     solver.restart(rest, vec![0.0; aim.len()]);
-    Ok(solver.go(aim, |_, _| Continue::Yes)?)
+    Ok(solver.load_to(aim, |_, _| Continue::Yes)?)
 }
 
 /// Factors of the three lengths; neighbours differ in one of them, by one value.

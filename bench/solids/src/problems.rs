@@ -61,7 +61,7 @@ impl Steps {
         match self {
             Self::Fixed => Settings {
                 first_step: size,
-                greatest_step: size,
+                largest_step: size,
                 extrapolate: false,
                 ..Settings::default()
             },
@@ -128,8 +128,8 @@ pub(crate) fn problem(case: Case, mesh: Mesh) -> Result<Problem, Box<dyn Error>>
     problem.clamp("bottom")?;
     match case {
         Case::A => {
-            problem.support("left", 0, Motion::Held)?;
-            problem.support("right", 0, Motion::Held)?;
+            problem.support("left", 0, Motion::Fixed)?;
+            problem.support("right", 0, Motion::Fixed)?;
             let outside = problem.parameter("pressure", Rule::Given);
             let inside = problem.parameter("inside", Rule::Given);
             problem.pressures.push(Pressure {
@@ -144,8 +144,8 @@ pub(crate) fn problem(case: Case, mesh: Mesh) -> Result<Problem, Box<dyn Error>>
             });
         }
         Case::B => {
-            problem.support("top", 0, Motion::Held)?;
-            problem.support("top", 1, Motion::Held)?;
+            problem.support("top", 0, Motion::Fixed)?;
+            problem.support("top", 1, Motion::Fixed)?;
             let travel = problem.parameter("travel", Rule::Given);
             problem.support("top", 2, Motion::Driven(travel, 1.0))?;
         }
@@ -174,7 +174,7 @@ pub(crate) fn solve(
     let mut solver = Solver::new(problem(case, mesh)?)?;
     solver.settings = steps.settings(case);
     let mut count = 0;
-    solver.go(&targets(case, pressure), |_, _| {
+    solver.load_to(&targets(case, pressure), |_, _| {
         count += 1;
         Continue::Yes
     })?;

@@ -12,11 +12,11 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use taxel::calibration::{
-    BenchData, BenchOptions, CalibrateOptions, HoldOut, NamedSensor, calibrator,
-};
 use taxel::mechanics::LayerKinematics;
 use taxel::sensor::Sensor;
+use taxel_calibrate::{
+    CalibrateOptions, HoldOut, NamedSensor, ReadingTable, SyntheticOptions, calibrator,
+};
 use taxel_numerics::least_squares::{FitOptions, Parameter, Problem, fit};
 
 const ROUNDS: usize = 21;
@@ -40,18 +40,18 @@ fn run() -> Result<bool, Box<dyn Error>> {
         .iter()
         .map(|sensor| NamedSensor {
             name: &sensor.name,
-            hash: "",
+            text: "",
             sensor,
         })
         .collect();
     let calibrator = calibrator(&named)?;
-    let text = calibrator.bench(&BenchOptions {
+    let text = calibrator.synthetic(&SyntheticOptions {
         cycles: 1,
         readings: 400,
         noise: 0.002,
-        ..BenchOptions::default()
+        ..SyntheticOptions::default()
     });
-    let data = BenchData::parse("bench", &text, calibrator.columns(), calibrator.group())?;
+    let data = ReadingTable::parse("bench", &text, calibrator.columns(), calibrator.group())?;
     let three = Three::new(&sensors, &data)?;
     let parameters = three.parameters();
     let options = FitOptions::default();
@@ -188,7 +188,7 @@ struct Row {
 struct Three(Vec<One>);
 
 impl Three {
-    fn new(sensors: &[Sensor], data: &BenchData) -> Result<Self, Box<dyn Error>> {
+    fn new(sensors: &[Sensor], data: &ReadingTable) -> Result<Self, Box<dyn Error>> {
         let one = |sensor: &Sensor| -> Result<One, Box<dyn Error>> {
             let model = sensor.in_plane()?.model();
             let layer = model.layer;

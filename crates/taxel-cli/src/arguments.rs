@@ -31,10 +31,10 @@ pub(crate) enum Command {
     Predict(Predict),
     /// One question to many drawings: a table, and a map of it
     Sweep(Sweep),
-    /// Readings of a bench to the constants of one device, with what they
-    /// cannot tell
+    /// Fit the constants of a sensor to calibration data, with their
+    /// uncertainty and what the data do not identify
     Calibrate(Calibrate),
-    /// Readings of a bench that exists in the computer only
+    /// Write synthetic calibration data of a sensor
     Twin(Twin),
     /// Every published number of the four papers beside ours
     Reproduce(Reproduce),
@@ -208,15 +208,15 @@ pub(crate) struct Calibrate {
     /// Sensor file, or the name of a shipped one
     pub(crate) sensor: PathBuf,
     /// Readings (CSV): columns with their units, such as force_z [N],
-    /// displacement [um], capacitance [fF]; a wrong one is answered with all.
-    /// For a piezoelectric array also presses at known places (x, y, radius,
-    /// voltage_1 ...), alone or beside it. For a device that is trained: tables
+    /// displacement [um], capacitance [fF]; a message about a wrong one lists all.
+    /// For a piezoelectric array also indentations at known positions (x, y,
+    /// radius, voltage_1 ...), alone or beside it. For a device that is trained: tables
     /// (time, x, y, force_z, channel_1 ...) or folders of recordings, one or
     /// more for each run
     #[arg(required = true)]
     pub(crate) data: Vec<PathBuf>,
-    /// Another sensor whose readings are in the same table, told apart by
-    /// their column (gap); may be repeated
+    /// Another sensor whose readings are in the same table, separated by its
+    /// column (gap); may be repeated
     #[arg(long, value_name = "SENSOR")]
     pub(crate) with: Vec<PathBuf>,
     /// Write the calibration file (TOML) to this file
@@ -226,7 +226,7 @@ pub(crate) struct Calibrate {
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     /// Readings held out to judge the fit: 20% (the last of each sensor in
-    /// time), random:20%, column (the column hold_out), none
+    /// time), random:20%, random:20%:SEED, column (the column hold_out), none
     #[arg(long, value_name = "WHICH", default_value = "20%")]
     pub(crate) hold_out: String,
     /// Model that is wanted; without it the usual one of the device
@@ -236,7 +236,7 @@ pub(crate) struct Calibrate {
     /// model is curved
     #[arg(long)]
     pub(crate) profile: bool,
-    /// Forget wrong readings (Huber's loss)
+    /// Give outliers little weight (Huber's loss)
     #[arg(long)]
     pub(crate) robust: bool,
     /// How the result is written
@@ -257,10 +257,10 @@ pub(crate) enum CalibrateFormat {
 pub(crate) struct Twin {
     /// Sensor file, or the name of a shipped one
     pub(crate) sensor: PathBuf,
-    /// Readings of a bench, as `taxel calibrate` reads them
+    /// Synthetic calibration data, as `taxel calibrate` reads them
     #[arg(long, required = true)]
     pub(crate) bench: bool,
-    /// Another sensor on the same bench; may be repeated
+    /// Another sensor in the same table; may be repeated
     #[arg(long, value_name = "SENSOR")]
     pub(crate) with: Vec<PathBuf>,
     /// Write the readings to this file instead of the standard output
@@ -294,11 +294,11 @@ pub(crate) struct Twin {
     /// no more
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share::<100>)]
     pub(crate) saturation: f64,
-    /// Presses on a grid by a probe with a contact of this radius in mm, in
-    /// place of loads; may be repeated
+    /// Indentations on a grid by a probe with a contact of this radius in mm,
+    /// in place of loads; may be repeated
     #[arg(long, value_name = "MM", value_parser = millimetres)]
     pub(crate) probe: Vec<f64>,
-    /// Distance of these presses in mm
+    /// Distance of these indentations in mm
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = millimetres)]
     pub(crate) grid: f64,
 }
@@ -333,6 +333,10 @@ pub(crate) struct Reproduce {
     /// Write the report to this file
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Also write the rows of each paper into its page, p1.md to p4.md, of
+    /// this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) ledger: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

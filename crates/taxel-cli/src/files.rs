@@ -5,9 +5,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use taxel::calibration::TrainingFile;
 use taxel::device::Device;
 use taxel::sensor::Sensor;
+use taxel_calibrate::TrainingFile;
 
 use crate::{Done, Stop};
 
@@ -17,9 +17,12 @@ const LARGEST: u64 = 1 << 28;
 /// A sensor with what is said of it in files.
 #[derive(Clone)]
 pub(crate) struct NamedSensor {
+    /// Name of the file, or of a shipped sensor.
+    pub(crate) name: String,
     pub(crate) sensor: Sensor,
     /// SHA-256 of the text.
     pub(crate) hash: String,
+    pub(crate) text: String,
 }
 
 /// Reads a sensor file, or a shipped one when no such file exists.
@@ -31,7 +34,23 @@ pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
     };
     let sensor = Sensor::parse(&name, &text)?;
     let hash = sha256(text.as_bytes());
-    Ok(NamedSensor { sensor, hash })
+    Ok(NamedSensor {
+        name: name.into_owned(),
+        sensor,
+        hash,
+        text,
+    })
+}
+
+impl NamedSensor {
+    /// The sensor as calibrations take it.
+    pub(crate) fn described(&self) -> taxel_calibrate::NamedSensor<'_> {
+        taxel_calibrate::NamedSensor {
+            name: &self.name,
+            text: &self.text,
+            sensor: &self.sensor,
+        }
+    }
 }
 
 /// The device that a sensor describes.

@@ -52,7 +52,7 @@ fn readings_become_a_calibration_that_predicts_and_feels() {
     assert!(
         fs::read_to_string(&page)
             .unwrap()
-            .contains("What the readings cannot tell")
+            .contains("What the readings do not identify")
     );
     // The readings are of the drawn device, so its prediction is the truth.
     let predict = |more: &[&str]| -> Value {
@@ -88,8 +88,8 @@ fn readings_become_a_calibration_that_predicts_and_feels() {
 
 #[test]
 fn the_shipped_readings_are_fitted_for_three_gaps_together() {
-    let data =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/sensors/bench/in-plane-synthetic.csv");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../taxel-calibrate/data/in-plane-synthetic.csv");
     let text = done(&[
         "calibrate",
         "in-plane-20um",
@@ -133,11 +133,15 @@ fn a_calibration_of_another_file_is_refused() {
             _ => vec!["--headless", "--frames", "2"],
         });
         let message = refused(&arguments);
-        assert!(message.contains("not of this sensor file"), "{message}");
+        assert!(
+            message.contains("electrodes.gap was 50 um, is 100 um"),
+            "{message}"
+        );
     }
     let text = fs::read_to_string(&file).unwrap();
     for (from, to, message) in [
-        ("schema = 1", "schema = 9", "schema 9 is not known"),
+        ("schema = 2", "schema = 9", "schema 9 is not known"),
+        ("schema = 2", "schema = 1", "of an older taxel"),
         ("first = 0", "first = 1", "must begin with parameter 0"),
         (
             "name = \"youngs_modulus\"",
@@ -156,6 +160,48 @@ fn a_calibration_of_another_file_is_refused() {
         ]);
         assert!(refusal.contains(message), "{refusal}");
     }
+}
+
+/// Comments, order and units of a sensor file may change; its values may not.
+#[test]
+fn a_calibration_is_bound_to_the_values_of_the_sensor_file() {
+    let bench = Bench::new("values");
+    let (sensor, file) = (bench.path("mine.toml"), bench.path("c.toml"));
+    let shipped = taxel::sensor::Sensor::shipped_text(SENSOR).unwrap();
+    bench.calibrate(&["-o", &file]);
+    let predict = [
+        "predict",
+        &sensor,
+        "--load",
+        "fz=1 N",
+        "--calibration",
+        &file,
+    ];
+    let spelled = shipped.replace("\"50 um\"", "\"0.05 mm\"");
+    fs::write(&sensor, format!("# Mine.\n{spelled}")).unwrap();
+    done(&predict);
+    fs::write(&sensor, shipped.replace("\"50 um\"", "\"51 um\"")).unwrap();
+    let message = refused(&predict);
+    assert!(message.contains("gap was 50 um, is 51 um"), "{message}");
+}
+
+/// A model that cannot be fitted beside the asked one is a remark.
+#[test]
+fn few_readings_stop_no_model_that_they_determine() {
+    let bench = Bench::new("few");
+    let data = bench.path("data.csv");
+    let text = fs::read_to_string(&data).unwrap();
+    let mut rows = text.lines().filter(|line| !line.starts_with('#'));
+    let mut few = format!("{},hold_out\n", rows.next().unwrap());
+    // Of nine readings of loading three are fitted, six held out.
+    for (row, line) in rows.take(50).step_by(5).take(9).enumerate() {
+        few.push_str(&format!("{line},{}\n", u8::from(row % 3 > 0)));
+    }
+    fs::write(&data, few).unwrap();
+    let found = bench.calibrate(&["--model", "first-principles", "--hold-out", "column"]);
+    let remarks = found["remarks"].to_string();
+    assert!(remarks.contains("model-1 was not fitted"), "{remarks}");
+    assert!(found["models"][0]["relative_hold_out"].is_number());
 }
 
 #[test]
@@ -279,7 +325,7 @@ fn presses_at_places_teach_where_a_contact_is() {
         "place.kernel.radius_3.60mm:",
         "place.centroid.radius_2.50mm_not_trained:",
         "1. by held-out likelihood",
-        "places are found by",
+        "positions are found by",
     ] {
         assert!(text.contains(word), "{word}: {text}");
         let found = fs::read_to_string(&page).unwrap();

@@ -16,7 +16,7 @@ const SENSOR: &str = "eflesh-lattice";
 
 /// Excerpts of recordings of five magnetometers under a lattice.
 fn excerpt() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/tests/data/eflesh")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel-calibrate/tests/data/eflesh")
 }
 
 /// The run whose files are those of the excerpt called `kind`, changed.
@@ -402,7 +402,7 @@ fn runs_that_tell_no_force_are_named() {
     };
     check(
         &run(&folder, "force", still, noise),
-        "the channels do not tell the force",
+        "the channels do not determine the force",
     );
     // Beside a run with contact it is left out.
     let pressed = excerpt();

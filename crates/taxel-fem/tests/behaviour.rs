@@ -45,20 +45,22 @@ fn a_held_body_relaxes_by_its_series() {
     .unwrap();
     let mut problem = rectangle([1.0, 1.0], [2, 2]);
     problem.relaxations = vec![Some(relaxation.clone())];
-    problem.support("left", 0, Motion::Held).unwrap();
-    problem.support("bottom", 1, Motion::Held).unwrap();
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    problem.support("bottom", 1, Motion::Fixed).unwrap();
     let pull = problem.parameter("pull", Rule::Given);
     problem
         .support("top", 1, Motion::Driven(pull, 1.0))
         .unwrap();
     let mut solver = Solver::new(problem).unwrap();
-    solver.go(&[0.5], |_, _| Continue::Yes).unwrap();
+    solver.load_to(&[0.5], |_, _| Continue::Yes).unwrap();
     // Plane strain, stretch 1.5: P = l - l^-3.
     let sudden = solver.evaluate().unwrap().along[0];
     assert!((sudden - (1.5 - 1.5_f64.powi(-3))).abs() < 1e-8, "{sudden}");
     let mut time = 0.0;
     for wait in [0.1, 0.9, 4.0, 30.0] {
-        solver.go_in(wait, &[0.5], |_, _| Continue::Yes).unwrap();
+        solver
+            .load_over(wait, &[0.5], |_, _| Continue::Yes)
+            .unwrap();
         time += wait;
         let force = solver.evaluate().unwrap().along[0];
         let exact = sudden * relaxation.remaining(time);
@@ -90,12 +92,12 @@ fn a_block_sticks_and_then_slides_on_a_rough_plane() {
         overlap_limit: 1e-3,
     }));
     let mut solver = Solver::new(problem).unwrap();
-    solver.go(&[0.05, 0.0], |_, _| Continue::Yes).unwrap();
+    solver.load_to(&[0.05, 0.0], |_, _| Continue::Yes).unwrap();
     let mut last = 0.0;
     let mut pulls = Vec::new();
     for step in 1..=4 {
         solver
-            .go(&[0.05, 0.2 * f64::from(step)], |_, _| Continue::Yes)
+            .load_to(&[0.05, 0.2 * f64::from(step)], |_, _| Continue::Yes)
             .unwrap();
         let along = solver.evaluate().unwrap().along;
         let ratio = along[1] / along[0];
@@ -126,8 +128,8 @@ fn balloon(thickness: f64) -> Problem {
     }
     let mut problem = Problem::new(mesh, Kinematics::Axisymmetric).unwrap();
     problem.materials.push(RUBBER);
-    problem.support("bottom", 1, Motion::Held).unwrap();
-    problem.support("top", 0, Motion::Held).unwrap();
+    problem.support("bottom", 1, Motion::Fixed).unwrap();
+    problem.support("top", 0, Motion::Fixed).unwrap();
     problem
 }
 
@@ -150,15 +152,15 @@ fn arc_length_and_volume_go_over_the_limit_point_of_a_balloon() {
         } else {
             Quantity::Volume(0)
         };
-        problem.set_rule(inside, Rule::Brings(quantity));
+        problem.set_rule(inside, Rule::Prescribes(quantity));
         let mut solver = Solver::new(problem).unwrap();
         solver.settings.first_step = 0.02;
-        solver.settings.greatest_step = 0.05;
+        solver.settings.largest_step = 0.05;
         let rest = solver.targets()[0];
         let goal = if by_arc { 6.0 } else { 6.0 * rest };
         let mut path = Vec::new();
         solver
-            .go(&[goal], |state, _| {
+            .load_to(&[goal], |state, _| {
                 path.push(state.parameters[0] / thickness);
                 Continue::Yes
             })
@@ -187,7 +189,7 @@ fn a_load_beyond_the_limit_fails_with_its_reason_and_keeps_what_was_reached() {
         pressure: inside,
     });
     let mut solver = Solver::new(problem).unwrap();
-    let failure = solver.go(&[0.013], |_, _| Continue::Yes).unwrap_err();
+    let failure = solver.load_to(&[0.013], |_, _| Continue::Yes).unwrap_err();
     assert!(
         failure.fraction > 0.9 && failure.fraction < 0.96,
         "{failure}"
@@ -202,7 +204,7 @@ fn a_load_beyond_the_limit_fails_with_its_reason_and_keeps_what_was_reached() {
     let reached = solver.state().parameters[0];
     assert!((reached / 0.013 - failure.fraction).abs() < 1e-9);
     let back = [0.5 * reached];
-    solver.go(&back, |_, _| Continue::Yes).unwrap();
+    solver.load_to(&back, |_, _| Continue::Yes).unwrap();
 }
 
 #[test]
@@ -211,7 +213,7 @@ fn a_restart_from_an_accepted_step_ends_at_the_same_state() {
         let mut problem = rectangle([2.0, 1.0], [4, 2]);
         problem.clamp("bottom").unwrap();
         let push = problem.parameter("push", Rule::Given);
-        problem.support("top", 0, Motion::Held).unwrap();
+        problem.support("top", 0, Motion::Fixed).unwrap();
         problem
             .support("top", 1, Motion::Driven(push, -1.0))
             .unwrap();
@@ -220,7 +222,7 @@ fn a_restart_from_an_accepted_step_ends_at_the_same_state() {
     let mut whole = pose();
     let mut kept = None;
     whole
-        .go(&[0.3], |state, step| {
+        .load_to(&[0.3], |state, step| {
             if step.fraction < 0.6 {
                 kept = Some((state.clone(), 0.3 * step.fraction));
             }
@@ -230,7 +232,7 @@ fn a_restart_from_an_accepted_step_ends_at_the_same_state() {
     let (state, reached) = kept.unwrap();
     let mut second = pose();
     second.restart(state, vec![reached]);
-    second.go(&[0.3], |_, _| Continue::Yes).unwrap();
+    second.load_to(&[0.3], |_, _| Continue::Yes).unwrap();
     for (a, b) in whole
         .state()
         .displacement
@@ -242,7 +244,7 @@ fn a_restart_from_an_accepted_step_ends_at_the_same_state() {
     // Stopping keeps the steps so far.
     let mut third = pose();
     third
-        .go(&[0.3], |_, step| {
+        .load_to(&[0.3], |_, step| {
             if step.fraction > 0.3 {
                 Continue::Stop
             } else {
@@ -259,7 +261,7 @@ fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
     let failure = Solver::new(loose).err().unwrap();
     assert_eq!(
         failure.reason,
-        Reason::Problem(ProblemError::NotHeld(0)),
+        Reason::Problem(ProblemError::NotFixed(0)),
         "{failure}"
     );
 
@@ -278,12 +280,12 @@ fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
 
     // Held against one motion only: the matrix is singular, and it is said.
     let mut sliding = rectangle([1.0, 1.0], [1, 1]);
-    sliding.support("bottom", 1, Motion::Held).unwrap();
+    sliding.support("bottom", 1, Motion::Fixed).unwrap();
     sliding.mesh.node_sets.insert("corner".into(), Vec::new());
-    sliding.support("corner", 0, Motion::Held).unwrap();
+    sliding.support("corner", 0, Motion::Fixed).unwrap();
     let failure = match Solver::new(sliding) {
         Err(failure) => failure,
-        Ok(mut solver) => solver.go(&[], |_, _| Continue::Yes).unwrap_err(),
+        Ok(mut solver) => solver.load_to(&[], |_, _| Continue::Yes).unwrap_err(),
     };
     assert!(failure.to_string().contains("support"), "{failure}");
 }
@@ -293,8 +295,8 @@ fn a_dead_load_and_its_control_by_force_agree() {
     // Uniform tension on the top of a free-sided block, found by displacement.
     let pose = |rule: Rule| {
         let mut problem = rectangle([1.0, 1.0], [2, 2]);
-        problem.support("left", 0, Motion::Held).unwrap();
-        problem.support("bottom", 1, Motion::Held).unwrap();
+        problem.support("left", 0, Motion::Fixed).unwrap();
+        problem.support("bottom", 1, Motion::Fixed).unwrap();
         let load = problem.parameter("load", rule);
         let surface = problem.surface("top").unwrap();
         let forces = traction(&problem.mesh, problem.kinematics, &surface, |_| {
@@ -309,11 +311,11 @@ fn a_dead_load_and_its_control_by_force_agree() {
     let stretch = 1.4_f64;
     let nominal = stretch - stretch.powi(-3);
     let mut by_load = pose(Rule::Given);
-    by_load.go(&[nominal], |_, _| Continue::Yes).unwrap();
+    by_load.load_to(&[nominal], |_, _| Continue::Yes).unwrap();
     let top = by_load.problem().mesh.nodes_of("top").unwrap()[0];
     let rise = by_load.state().displacement[top as usize][1];
     assert!((rise - 0.4).abs() < 1e-8, "{rise}");
-    let mut by_motion = pose(Rule::Brings(Quantity::Displacement(top, 1)));
-    by_motion.go(&[0.4], |_, _| Continue::Yes).unwrap();
+    let mut by_motion = pose(Rule::Prescribes(Quantity::Displacement(top, 1)));
+    by_motion.load_to(&[0.4], |_, _| Continue::Yes).unwrap();
     assert!((by_motion.state().parameters[0] - nominal).abs() < 1e-8);
 }

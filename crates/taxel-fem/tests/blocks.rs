@@ -81,8 +81,8 @@ fn void_under_pressure(k: i32, pressure: f64, steps: usize) -> (f64, usize) {
     let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
     problem.materials.push(rubber());
     problem.clamp("bottom").unwrap();
-    problem.support("left", 0, Motion::Held).unwrap();
-    problem.support("right", 0, Motion::Held).unwrap();
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    problem.support("right", 0, Motion::Fixed).unwrap();
     let top = problem.parameter("pressure", Rule::Given);
     let inside = problem.parameter("inside", Rule::Given);
     problem.pressures.push(Pressure {
@@ -98,13 +98,15 @@ fn void_under_pressure(k: i32, pressure: f64, steps: usize) -> (f64, usize) {
     let mut solver = Solver::new(problem).unwrap();
     solver.settings = Settings {
         first_step: 1.0 / steps as f64,
-        greatest_step: 1.0 / steps as f64,
+        largest_step: 1.0 / steps as f64,
         extrapolate: false,
         ..Settings::default()
     };
     let rest = solver.evaluate().unwrap().volumes[0];
     assert!((rest - 8000.0).abs() < 1e-9, "{rest}");
-    solver.go(&[pressure, 0.0], |_, _| Continue::Yes).unwrap();
+    solver
+        .load_to(&[pressure, 0.0], |_, _| Continue::Yes)
+        .unwrap();
     (
         solver.evaluate().unwrap().volumes[0] / rest,
         solver.iterations,
@@ -128,17 +130,17 @@ fn squeezed_block(n: i32) -> f64 {
     let mut problem = Problem::new(mesh, Kinematics::Solid).unwrap();
     problem.materials.push(rubber());
     problem.clamp("bottom").unwrap();
-    problem.support("top", 0, Motion::Held).unwrap();
-    problem.support("top", 1, Motion::Held).unwrap();
+    problem.support("top", 0, Motion::Fixed).unwrap();
+    problem.support("top", 1, Motion::Fixed).unwrap();
     let travel = problem.parameter("travel", Rule::Given);
     problem
         .support("top", 2, Motion::Driven(travel, 1.0))
         .unwrap();
     let mut solver = Solver::new(problem).unwrap();
     solver.settings.first_step = 0.5;
-    solver.settings.greatest_step = 0.5;
+    solver.settings.largest_step = 0.5;
     solver.settings.extrapolate = false;
-    solver.go(&[-0.1], |_, _| Continue::Yes).unwrap();
+    solver.load_to(&[-0.1], |_, _| Continue::Yes).unwrap();
     solver.evaluate().unwrap().along[0]
 }
 

@@ -31,8 +31,8 @@ fn solver(mesh: Mesh) -> Solver {
     problem.clamp("bottom").unwrap();
     // Between planes of symmetry the tangent of a follower pressure is symmetric, and
     // the iteration quadratic.
-    problem.support("left", 0, Motion::Held).unwrap();
-    problem.support("right", 0, Motion::Held).unwrap();
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    problem.support("right", 0, Motion::Fixed).unwrap();
     let pressure = problem.parameter("pressure", Rule::Given);
     let inside = problem.parameter("inside", Rule::Given);
     problem.pressures.push(Pressure {
@@ -52,7 +52,7 @@ fn solver(mesh: Mesh) -> Solver {
 fn a_moved_body_settles_where_a_new_one_ends() {
     let aim = [0.3, 0.1];
     let mut kept = solver(drawn());
-    kept.go(&aim, |_, _| Continue::Yes).unwrap();
+    kept.load_to(&aim, |_, _| Continue::Yes).unwrap();
     let points = drawn().points;
     for factor in [1.02, 1.05, 0.98] {
         kept.place_nodes(|node| moved(points[node], factor));
@@ -65,7 +65,7 @@ fn a_moved_body_settles_where_a_new_one_ends() {
         let mut fresh = solver(mesh);
         let rest = fresh.evaluate().unwrap().volumes[0];
         assert!((rest - factor).abs() < 1e-12, "{rest}");
-        fresh.go(&aim, |_, _| Continue::Yes).unwrap();
+        fresh.load_to(&aim, |_, _| Continue::Yes).unwrap();
         assert!(step.iterations <= 5, "{step:?}");
         // Newton's last step is the square of a change of 1e-7 of the first.
         for (a, b) in kept

@@ -3,7 +3,9 @@
 
 use std::fmt::Write as _;
 
-use crate::svg::{Anchor, Svg, escape};
+use crate::svg::{Anchor, Svg};
+
+pub use crate::svg::escape;
 
 /// One or more charts under one title.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -75,7 +75,7 @@ dimensions! {
 }
 
 /// All dimensions that files know.
-pub(crate) fn dimensions() -> impl Iterator<Item = &'static Dimension> {
+pub fn dimensions() -> impl Iterator<Item = &'static Dimension> {
     ALL.iter().copied()
 }
 
@@ -323,6 +323,18 @@ fn limit(value: f64) -> String {
     }
 }
 
+/// Numbers before a unit as far as a pattern can tell them: their form and their sign.
+fn number_pattern<R: Rule>() -> String {
+    let sign_and_digits = if R::LOWEST < 0.0 {
+        r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)"
+    } else if R::OPEN || R::LOWEST > 0.0 {
+        r"\+?(0*[1-9][0-9]*\.?[0-9]*|0*\.0*[1-9][0-9]*)"
+    } else {
+        r"(\+?([0-9]+\.?[0-9]*|\.[0-9]+)|-(0+\.?0*|\.0+))"
+    };
+    format!("{sign_and_digits}([eE][-+]?[0-9]+)?")
+}
+
 /// One value of a file under the rule `R`, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checked<R>(pub f64, PhantomData<R>);
@@ -406,10 +418,24 @@ impl<R: Rule> JsonSchema for Checked<R> {
             range => format!("{kind}, {range}"),
         };
         let Some(dimension) = R::DIMENSION else {
-            return json_schema!({"type": "number", "description": range_text::<R>(), VALUE: value});
+            let mut schema =
+                json_schema!({"type": "number", "description": range_text::<R>(), VALUE: value});
+            let lowest = if R::OPEN {
+                "exclusiveMinimum"
+            } else {
+                "minimum"
+            };
+            for (keyword, limit) in [(lowest, R::LOWEST), ("maximum", R::HIGHEST)] {
+                if limit.is_finite() {
+                    schema.insert(keyword.into(), limit.into());
+                }
+            }
+            return schema;
         };
         let units: Vec<_> = dimension.units.iter().map(|(symbol, _)| *symbol).collect();
-        let pattern = format!(r"^\s*[-+0-9.eE]+\s*({})\s*$", units.join("|"));
+        // A file may write the micro sign.
+        let symbols = units.join("|").replace('u', "[uµμ]");
+        let pattern = format!(r"^\s*{}\s*({symbols})\s*$", number_pattern::<R>());
         let text = format!(
             "{} with its unit ({}), {}",
             dimension.name,

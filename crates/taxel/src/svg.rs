@@ -123,7 +123,7 @@ fn short(value: f64) -> String {
 }
 
 /// Text inside XML.
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

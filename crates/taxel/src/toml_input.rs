@@ -12,12 +12,12 @@ use taxel_recording::InputError;
 const LARGEST: usize = 1 << 20;
 
 /// Parses a description.
-pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
+pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
     parse_up_to(LARGEST, file, text)
 }
 
 /// Parses a file of at most `largest` bytes.
-pub(crate) fn parse_up_to<T: DeserializeOwned>(
+pub fn parse_up_to<T: DeserializeOwned>(
     largest: usize,
     file: &str,
     text: &str,
@@ -44,13 +44,7 @@ pub(crate) fn parse_up_to<T: DeserializeOwned>(
 
 /// An error of a rule between fields, shown at the value of the key `path`
 /// (segments; a number is an index), or at the nearest parent that exists.
-pub(crate) fn at_key(
-    file: &str,
-    text: &str,
-    path: &[&str],
-    message: &str,
-    help: &str,
-) -> InputError {
+pub fn at_key(file: &str, text: &str, path: &[&str], message: &str, help: &str) -> InputError {
     let span = DeTable::parse(text).map_or(0..0, |table| find(table.get_ref(), path));
     InputError::at(file, text, span, message)
         .key(path.join("."))

@@ -3,20 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use taxel::calibration::{
-    BenchData, CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated,
-    Provenance, TrainedOutcome, calibrator, civil_date, train,
-};
 use taxel::predict::Predictor;
 use taxel::sensor::{Element, Sensor};
 use taxel::table;
+use taxel_calibrate::{
+    CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated, Provenance,
+    ReadingTable, TrainedOutcome, calibrator, civil_date, train,
+};
 
 use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
-    let sensors = sensors(&named);
+    let sensors: Vec<_> = named.iter().map(files::NamedSensor::described).collect();
     let options = CalibrateOptions {
         hold_out: HoldOut::parse(&arguments.hold_out)
             .map_err(|message| Stop::WrongInput(format!("--hold-out: {message}")))?,
@@ -74,7 +74,7 @@ fn fitted(
     let (mut tables, mut names, mut texts) = (Vec::new(), Vec::new(), String::new());
     for path in &arguments.data {
         let (file, text) = (path.to_string_lossy(), files::text(path)?);
-        let table = BenchData::parse(&file, &text, calibrator.columns(), calibrator.group())?;
+        let table = ReadingTable::parse(&file, &text, calibrator.columns(), calibrator.group())?;
         tables.push(table);
         names.push(file);
         texts.push_str(&text);
@@ -117,22 +117,9 @@ fn trained(
 pub(crate) fn read_sensors(
     first: &Path,
     others: &[PathBuf],
-) -> Result<Vec<(String, files::NamedSensor)>, Stop> {
+) -> Result<Vec<files::NamedSensor>, Stop> {
     let paths = std::iter::once(first).chain(others.iter().map(PathBuf::as_path));
-    paths
-        .map(|path| Ok((path.to_string_lossy().into_owned(), files::sensor(path)?)))
-        .collect()
-}
-
-pub(crate) fn sensors(named: &[(String, files::NamedSensor)]) -> Vec<NamedSensor<'_>> {
-    named
-        .iter()
-        .map(|(name, named)| NamedSensor {
-            name,
-            hash: &named.hash,
-            sensor: &named.sensor,
-        })
-        .collect()
+    paths.map(files::sensor).collect()
 }
 
 fn today() -> String {
@@ -161,7 +148,7 @@ pub(crate) fn applied(
         return Ok(named);
     };
     let read = read(path)?;
-    let sensor = read.file.apply(&read.name, &named.sensor, &named.hash)?;
+    let sensor = read.file.apply(&read.name, &named.described())?;
     Ok(files::NamedSensor { sensor, ..named })
 }
 
@@ -176,7 +163,7 @@ pub(crate) fn propagated(
     let read = read(calibration)?;
     let sides = read
         .file
-        .spread(&read.name, &drawn.sensor, &drawn.hash)?
+        .spread(&read.name, &drawn.described())?
         .iter()
         .map(|[below, above]| Ok([make(below)?, make(above)?]))
         .collect::<Result<_, Stop>>()?;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 use taxel::InputError;
-use taxel::device::NoModel;
 use taxel::mechanics::Mechanics;
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
+use taxel::sensor::NoModel;
 use taxel::sensor::Sensor;
 
 use crate::arguments::{COMMIT, Predict, VERSION};

@@ -1,7 +1,9 @@
 //! `taxel reproduce`: published numbers beside ours.
 
-use taxel::reproduce::{self, Ledger, Paper};
+use std::path::Path;
+
 use taxel::table;
+use taxel_papers::{self as reproduce, Ledger, Paper};
 
 use crate::arguments::{COMMIT, PaperName, ReportFormat, Reproduce, VERSION};
 use crate::{Done, Stop, files};
@@ -17,6 +19,9 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
     };
     let format = format(arguments)?;
     let ledgers: Vec<Ledger> = papers.into_iter().map(Paper::ledger).collect();
+    if let Some(folder) = &arguments.ledger {
+        write_pages(folder, &ledgers)?;
+    }
     let about = [("version", VERSION), ("commit", COMMIT)];
     let report = match format {
         Some(ReportFormat::Html) => reproduce::html(&ledgers, &about),
@@ -29,6 +34,19 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
         files::write(None, &reproduce::text(&ledgers))?;
     }
     Ok(Done::Complete)
+}
+
+/// Rows of each ledger into its page of the folder.
+fn write_pages(folder: &Path, ledgers: &[Ledger]) -> Result<(), Stop> {
+    for ledger in ledgers {
+        let path = folder.join(format!("{}.md", ledger.paper.name().to_lowercase()));
+        let prose = files::text(&path)?;
+        let page = reproduce::page(&prose, ledger).ok_or_else(|| {
+            Stop::WrongInput(format!("{}: no marks for the ledger", path.display()))
+        })?;
+        files::write(Some(&path), &page)?;
+    }
+    Ok(())
 }
 
 /// What the format or the name of the file asks for; none for the counts.

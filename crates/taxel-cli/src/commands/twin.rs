@@ -1,33 +1,33 @@
-//! `taxel twin --bench`: readings of a bench that exists in the computer only.
+//! `taxel twin --bench`: synthetic calibration data.
 
-use taxel::calibration::{BenchOptions, Calibrator, PressOptions, calibrator};
+use taxel_calibrate::{Calibrator, IndentationOptions, SyntheticOptions, calibrator};
 
 use crate::arguments::Twin;
-use crate::commands::calibrate::{read_sensors, sensors};
+use crate::commands::calibrate::read_sensors;
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
-    let sensors = sensors(&named);
+    let sensors: Vec<_> = named.iter().map(files::NamedSensor::described).collect();
     let calibrator = calibrator(&sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
     let text = if arguments.probe.is_empty() {
         readings(arguments, calibrator.as_ref())
     } else {
-        let options = PressOptions {
+        let options = IndentationOptions {
             seed: arguments.seed,
             radii: arguments.probe.iter().map(|radius| radius * 1e-3).collect(),
             grid: arguments.grid * 1e-3,
             noise: arguments.noise,
         };
-        let message = "--probe: nothing is learned from presses at places on this device";
-        let presses = calibrator.press_bench(&options);
+        let message = "--probe: this device learns nothing from indentations at known positions";
+        let presses = calibrator.synthetic_indentations(&options);
         presses.ok_or_else(|| Stop::WrongInput(message.into()))?
     };
     files::write(arguments.output.as_deref(), &text)
 }
 
 fn readings(arguments: &Twin, calibrator: &dyn Calibrator) -> String {
-    calibrator.bench(&BenchOptions {
+    calibrator.synthetic(&SyntheticOptions {
         seed: arguments.seed,
         readings: arguments.readings as usize,
         cycles: arguments.cycles as usize,

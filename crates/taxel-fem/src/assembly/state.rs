@@ -58,7 +58,7 @@ impl Carried {
                 self.cells.push((1.0, Vec::new()));
                 continue;
             };
-            // Durations are not negative: `go_in` refuses those that are.
+            // Durations are not negative: `load_over` refuses those that are.
             let factor = history.begin_step(duration).unwrap_or(1.0);
             let points = (0..history.points()).map(|point| *history.carried(point));
             self.cells.push((factor, points.collect()));

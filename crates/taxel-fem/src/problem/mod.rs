@@ -22,18 +22,18 @@ pub use load::{DeadLoad, Pressure};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Parameter(pub usize);
 
-/// Where the value of a parameter comes from.
+/// What determines a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
-    /// A step gives it.
+    /// The step prescribes its value.
     Given,
-    /// A step gives a quantity, and the parameter is found with it.
-    Brings(Quantity),
+    /// The step prescribes a quantity, and the parameter is solved for.
+    Prescribes(Quantity),
     /// It follows a law of the volume of a cavity, by the number of the cavity.
     Follows(usize, CavityLaw),
 }
 
-/// A quantity that a step can ask for.
+/// A quantity that a step can prescribe.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Quantity {
     /// Volume of a cavity (area in plane strain), by its number.
@@ -48,11 +48,11 @@ pub enum Quantity {
     Arc(f64),
 }
 
-/// How a held component moves.
+/// Motion of a component that is not free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
-    /// Not at all.
-    Held,
+    /// Fixed.
+    Fixed,
     /// By a factor times a parameter.
     Driven(Parameter, f64),
 }
@@ -79,7 +79,7 @@ pub struct Problem {
     pub materials: Vec<Material>,
     /// Relaxation of each region, for solids with memory; may be shorter.
     pub relaxations: Vec<Option<Relaxation>>,
-    /// Held components.
+    /// Fixed components.
     pub supports: Vec<Support>,
     /// Follower pressures.
     pub pressures: Vec<Pressure>,
@@ -132,7 +132,7 @@ pub enum ProblemError {
     },
     /// Nothing keeps the body from moving in a direction.
     #[error("nothing holds the body against motion in component {0}: add a support or a contact")]
-    NotHeld(usize),
+    NotFixed(usize),
 }
 
 impl Problem {
@@ -214,7 +214,7 @@ impl Problem {
     /// When the mesh has no such name.
     pub fn clamp(&mut self, name: &str) -> Result<(), ProblemError> {
         (0..self.kinematics.components())
-            .try_for_each(|component| self.support(name, component, Motion::Held))
+            .try_for_each(|component| self.support(name, component, Motion::Fixed))
     }
 
     /// Facets of a named surface.
@@ -268,7 +268,7 @@ impl Problem {
                 .iter()
                 .any(|support| support.component == component && !support.nodes.is_empty());
             if !hoop && !held && self.contacts.is_empty() {
-                return Err(ProblemError::NotHeld(component));
+                return Err(ProblemError::NotFixed(component));
             }
         }
         Ok(())

@@ -67,7 +67,7 @@ impl Solver {
                     by_parameters: unit(parameters, k),
                 }
             }
-            Rule::Brings(quantity) => {
+            Rule::Prescribes(quantity) => {
                 let (value, slope, by_parameters) = self.quantity(quantity, k, trial, assembled);
                 Equation {
                     value: value - target,

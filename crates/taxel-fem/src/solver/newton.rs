@@ -12,7 +12,7 @@ use crate::problem::{Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
 
-/// How a solution is sought. The defaults suit rubber.
+/// Settings of the solution. The defaults suit rubber.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The iteration ends when `sqrt(|R . du|)` has fallen to this fraction of the
@@ -20,12 +20,13 @@ pub struct Settings {
     pub tolerance: f64,
     /// Iterations after which a step is given up.
     pub iterations: usize,
-    /// A step that took at most so many iterations lets the next one grow.
-    pub easy: usize,
-    /// First step as a fraction of the way.
+    /// After a step of at most this many iterations the next step grows; after more than twice as
+    /// many it shrinks.
+    pub easy_iterations: usize,
+    /// First step as a fraction of the path.
     pub first_step: f64,
-    /// Greatest step.
-    pub greatest_step: f64,
+    /// Largest step.
+    pub largest_step: f64,
     /// Smallest step; below it the solution fails.
     pub smallest_step: f64,
     /// Starts each step on the straight line through the last two states.
@@ -33,18 +34,18 @@ pub struct Settings {
     /// How far along that line, as a share of the step: where contacts change, the whole
     /// line leads too far.
     pub reach: f64,
-    /// Iterations after which the energy norm must have fallen to a tenth, may not have
-    /// doubled before, and half of which may not pass without a new least one; none gives a step
-    /// up by `iterations` alone. For bodies that fold: a shorter step costs less than an iteration
-    /// that wanders.
-    pub patience: Option<usize>,
+    /// Gives up a stalled step: after this many iterations the energy norm must have fallen to a
+    /// tenth; before, it may not double; and half of them may not pass without a new minimum. `None`
+    /// gives up a step by `iterations` alone. For bodies that fold, where a shorter step costs less
+    /// than a stalled iteration.
+    pub stall_iterations: Option<usize>,
     /// Rounds of contact multipliers and bounds of friction in a step.
     pub rounds: usize,
     /// Under given loads only stable equilibria are accepted: beyond a limit point the
     /// iteration may find another one far away.
     pub stable: bool,
     /// Bulk over shear modulus by which pressures are eliminated where a solid keeps its
-    /// volume. The result does not hang on it: the more, the fewer iterations; the less,
+    /// volume. The result does not depend on it: the more, the fewer iterations; the less,
     /// the less rounding in the pressure (1e-15 of a shear modulus times this).
     pub elimination: f64,
 }
@@ -54,13 +55,13 @@ impl Default for Settings {
         Self {
             tolerance: 1e-7,
             iterations: 14,
-            easy: 5,
+            easy_iterations: 5,
             first_step: 0.1,
-            greatest_step: 1.0,
+            largest_step: 1.0,
             smallest_step: 1e-4,
             extrapolate: true,
             reach: 1.0,
-            patience: None,
+            stall_iterations: None,
             rounds: 8,
             stable: true,
             elimination: ELIMINATION_RATIO,
@@ -79,7 +80,7 @@ pub struct Step {
     pub fraction: f64,
 }
 
-/// Whether to go on after an accepted step.
+/// Whether to continue after an accepted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continue {
     /// Go on.
@@ -122,10 +123,10 @@ struct Previous {
 
 impl Previous {
     /// How many times the step from here to `now` has to be repeated to come from
-    /// `now` to `aim`; none when the way turns.
-    fn ratio(&self, now: &[f64], aim: &[f64]) -> Option<f64> {
+    /// `now` to `target`; none when the path turns.
+    fn ratio(&self, now: &[f64], target: &[f64]) -> Option<f64> {
         let last = (0..now.len()).map(|k| now[k] - self.targets[k]);
-        let next = (0..now.len()).map(|k| aim[k] - now[k]);
+        let next = (0..now.len()).map(|k| target[k] - now[k]);
         let mut ratio: Option<f64> = None;
         for (last, next) in last.zip(next) {
             if last == 0.0 && next == 0.0 {
@@ -273,32 +274,32 @@ impl Solver {
             .enumerate()
             .map(|(number, rule)| match rule {
                 Rule::Given | Rule::Follows(..) => self.state.parameters[number],
-                Rule::Brings(quantity) => {
+                Rule::Prescribes(quantity) => {
                     self.quantity(quantity, number, &self.state, &assembled).0
                 }
             })
             .collect())
     }
 
-    /// Goes from the present targets to these, in steps that adapt themselves; `seen`
-    /// hears of every accepted step and may stop the way.
+    /// Loads from the present targets to these in adaptive steps; `seen` is called after every
+    /// accepted step and may stop the loading.
     ///
     /// # Errors
     /// When a step of the smallest size does not converge. The accepted steps stay.
-    pub fn go(
+    pub fn load_to(
         &mut self,
         targets: &[f64],
         seen: impl FnMut(&State, &Step) -> Continue,
     ) -> Result<(), Failure> {
-        self.go_in(0.0, targets, seen)
+        self.load_over(0.0, targets, seen)
     }
 
-    /// The same at constant pace in a time in s, for solids with memory; [`Self::go`]
-    /// takes no time at all.
+    /// The same at a constant rate over a duration in s, for viscoelastic solids;
+    /// [`Self::load_to`] loads instantaneously.
     ///
     /// # Errors
-    /// As [`Self::go`].
-    pub fn go_in(
+    /// As [`Self::load_to`].
+    pub fn load_over(
         &mut self,
         duration: f64,
         targets: &[f64],
@@ -307,16 +308,16 @@ impl Solver {
         let duration = duration.max(0.0);
         let start = self.targets.clone();
         let mut gone = 0.0;
-        // A way that goes straight on keeps its pace.
+        // A path that continues in the same direction keeps its step size.
         let pace = self
             .previous
             .as_ref()
             .and_then(|previous| previous.ratio(&start, targets))
             .map_or(self.settings.first_step, |ratio| 1.5 / ratio);
-        let mut size = pace.min(self.settings.greatest_step);
+        let mut size = pace.min(self.settings.largest_step);
         while gone < 1.0 {
             let left = 1.0 - gone;
-            // No crumbs at the end.
+            // No tiny last step.
             let fraction = if size > 0.99 * left {
                 left
             } else if size > 0.5 * left {
@@ -329,7 +330,7 @@ impl Solver {
             } else {
                 gone + fraction
             };
-            let aim: Vec<f64> = start
+            let target: Vec<f64> = start
                 .iter()
                 .zip(targets)
                 .map(|(start, target)| {
@@ -340,13 +341,13 @@ impl Solver {
                     }
                 })
                 .collect();
-            match self.step(&aim, duration * (end - gone)) {
+            match self.step(&target, duration * (end - gone)) {
                 Ok(mut step) => {
                     gone = end;
                     step.fraction = gone;
-                    if step.iterations <= self.settings.easy {
-                        size = (1.5 * fraction).min(self.settings.greatest_step).max(size);
-                    } else if step.iterations > 2 * self.settings.easy {
+                    if step.iterations <= self.settings.easy_iterations {
+                        size = (1.5 * fraction).min(self.settings.largest_step).max(size);
+                    } else if step.iterations > 2 * self.settings.easy_iterations {
                         size = 0.6 * fraction;
                     } else {
                         size = size.min(1.2 * fraction);
@@ -514,14 +515,20 @@ impl Solver {
         Err(self.why_not(trial, &energies))
     }
 
-    /// Whether an iteration goes nowhere, as far as patience says.
+    /// Whether the iteration has stalled.
     fn wanders(&self, energies: &[f64]) -> bool {
-        let (Some(patience), [first, second, .., last]) = (self.settings.patience, energies) else {
+        let (Some(allowed_iterations), [first, second, .., last]) =
+            (self.settings.stall_iterations, energies)
+        else {
             return false;
         };
         // A start on the last state has little energy before it moves.
-        let allowed = if energies.len() < patience { 2.0 } else { 0.1 };
-        *last > allowed * first.max(*second) || since_least(&energies[1..]) > patience / 2
+        let allowed = if energies.len() < allowed_iterations {
+            2.0
+        } else {
+            0.1
+        };
+        *last > allowed * first.max(*second) || since_least(&energies[1..]) > allowed_iterations / 2
     }
 
     /// Shortens a change that turns a cell inside out or overshoots, and assembles.

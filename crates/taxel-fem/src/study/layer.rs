@@ -276,7 +276,7 @@ impl LayerStudy {
         let mut targets = self.solver.targets().to_vec();
         targets[self.travel.0] = compression * self.layer.thickness;
         if targets != self.solver.targets() {
-            self.solver.go(&targets, |_, _| Continue::Yes)?;
+            self.solver.load_to(&targets, |_, _| Continue::Yes)?;
         }
         self.pressed()
     }
@@ -322,11 +322,11 @@ fn pose(
         .map(|name| if name == "bar" { bar } else { material })
         .collect();
     problem.clamp("bottom")?;
-    problem.support("left", 0, Motion::Held)?;
+    problem.support("left", 0, Motion::Fixed)?;
     let travel = problem.parameter("travel of the top", Rule::Given);
     problem.support("pressed", 1, Motion::Driven(travel, -1.0))?;
     if layer.gripped {
-        problem.support("pressed", 0, Motion::Held)?;
+        problem.support("pressed", 0, Motion::Fixed)?;
     }
     if layer.side == SideFace::OnBase {
         let surface = problem.surface("right")?;

@@ -1,7 +1,7 @@
 //! B5 and B6: layers bonded to stiff plates, in large and in small compression.
 
 use super::tools::{
-    UNIT_RUBBER, body, eager, from_start, go, mapped, node_near, plane, towards_end,
+    UNIT_RUBBER, body, eager, from_start, load_to, mapped, node_near, plane, towards_end,
 };
 use super::{Case, Effort};
 use crate::material::{Material, Volumetric};
@@ -31,7 +31,7 @@ fn strip(half_length: f64, cells: usize) -> Result<Problem, Failure> {
     });
     let mut problem = body(mesh, Kinematics::PlaneStrain, UNIT_RUBBER)?;
     problem.clamp("bottom")?;
-    problem.support("left", 0, Motion::Held)?;
+    problem.support("left", 0, Motion::Fixed)?;
     let travel = problem.parameter("compression", Rule::Given);
     problem.support("top", 1, Motion::Driven(travel, -1.0))?;
     Ok(problem)
@@ -58,7 +58,7 @@ pub(super) fn compressed(case: &mut Case, effort: Effort) -> Result<(), Failure>
         // The ends lose their stability on the way to the last row; the middle does not
         // feel them.
         solver.settings.stable = *compression < 0.08;
-        go(&mut solver, &[*compression])?;
+        load_to(&mut solver, &[*compression])?;
         let ours = 1.0 + solver.state().displacement[node][0] / place;
         let what = format!("stretch where no shear acts, compression {compression}");
         case.relative(what, *stretch, ours, 1e-4);
@@ -88,9 +88,9 @@ fn modulus(
         ..UNIT_RUBBER
     };
     let mut problem = body(plane(along, up)?, kinematics, material)?;
-    problem.support("left", 0, Motion::Held)?;
-    problem.support("bottom", 1, Motion::Held)?;
-    problem.support("top", 0, Motion::Held)?;
+    problem.support("left", 0, Motion::Fixed)?;
+    problem.support("bottom", 1, Motion::Fixed)?;
+    problem.support("top", 0, Motion::Fixed)?;
     let travel = problem.parameter("travel", Rule::Given);
     problem.support("top", 1, Motion::Driven(travel, -1.0))?;
     let mut solver = eager(problem)?;
@@ -99,7 +99,7 @@ fn modulus(
     // the rounding of thin cells. The force is in error by the square of the tolerance.
     let strain = 3e-3 / (shape_factor * shape_factor);
     solver.settings.tolerance = 3e-5;
-    go(&mut solver, &[strain * half])?;
+    load_to(&mut solver, &[strain * half])?;
     let area = match kinematics {
         Kinematics::Axisymmetric => std::f64::consts::PI,
         _ => 1.0,

@@ -2,7 +2,7 @@
 //!
 //! Three sets of data with their own answers; lengths in mm, stresses in N/mm^2.
 
-use super::tools::{body, eager, go, mapped, node_near, plane};
+use super::tools::{body, eager, load_to, mapped, node_near, plane};
 use super::{Case, Effort, Tolerance};
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, Grading, Growth};
@@ -74,7 +74,7 @@ impl Panel {
         let mut solver = eager(problem)?;
         solver.settings.first_step = 0.25;
         case.sized(&solver);
-        go(&mut solver, &[self.force])?;
+        load_to(&mut solver, &[self.force])?;
         let u = &solver.state().displacement;
         Ok(Found {
             middle: u[middle][1],

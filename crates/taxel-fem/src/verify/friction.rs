@@ -8,7 +8,7 @@
 //! `1 - (1 - s)^(5/3)` below a sphere. On a body that keeps its volume the pull does not
 //! change the pressure, as the formulas assume.
 
-use super::tools::{UNIT_RUBBER, body, from_start, go, plane, towards_end};
+use super::tools::{UNIT_RUBBER, body, from_start, load_to, plane, towards_end};
 use super::{Case, Effort};
 use crate::mesh::{Axis, Grading, Grid3, Mesh};
 use crate::problem::Kinematics;
@@ -71,11 +71,11 @@ impl Pulled {
         for side in &sides[..=kinematics.components()] {
             problem.support(side, 0, Motion::Driven(slide, 1.0))?;
             for component in 1..kinematics.components() {
-                problem.support(side, component, Motion::Held)?;
+                problem.support(side, component, Motion::Fixed)?;
             }
         }
         if kinematics == Kinematics::Solid {
-            problem.support("front", 1, Motion::Held)?;
+            problem.support("front", 1, Motion::Fixed)?;
         }
         let along = |x: f64| std::array::from_fn(|d| if d == height { x } else { 0.0 });
         problem.contacts.push(Contact::Obstacle(Obstacle {
@@ -94,7 +94,7 @@ impl Pulled {
         solver.settings.tolerance = 1e-4;
         solver.settings.iterations = 30;
         solver.settings.first_step = 1.0;
-        go(&mut solver, &[0.0, depth])?;
+        load_to(&mut solver, &[0.0, depth])?;
         Ok(Self {
             solver,
             slide,
@@ -105,7 +105,7 @@ impl Pulled {
     /// Goes to a slide at the depth that was reached.
     fn pull(&mut self, slide: f64) -> Result<Found, Failure> {
         let depth = self.solver.state().parameters[self.depth.0];
-        go(&mut self.solver, &[slide, depth])?;
+        load_to(&mut self.solver, &[slide, depth])?;
         let forces = self.solver.evaluate()?.along;
         let probe = self.solver.contact(0);
         let mut moments = [0.0; 2];

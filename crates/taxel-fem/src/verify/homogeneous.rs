@@ -1,6 +1,6 @@
 //! A: homogeneous states of a cube of cells, for every law.
 
-use super::tools::{body, drive, eager, go, unit_body};
+use super::tools::{body, drive, eager, load_to, unit_body};
 use super::{Case, Effort};
 use crate::material::homogeneous::Mode;
 use crate::material::{Law, Material, OgdenTerm, Volumetric};
@@ -86,7 +86,7 @@ fn cube() -> Result<Mesh, Failure> {
 fn cornered(material: Material) -> Result<Problem, Failure> {
     let mut problem = body(cube()?, Kinematics::Solid, material)?;
     for (axis, side) in ["x0", "y0", "z0"].into_iter().enumerate() {
-        problem.support(side, axis, Motion::Held)?;
+        problem.support(side, axis, Motion::Fixed)?;
     }
     Ok(problem)
 }
@@ -106,14 +106,14 @@ fn pulled(case: &mut Case, law: Law, mode: Mode, stretch: f64) -> Result<f64, Fa
             2.0
         }
         Mode::PureShear => {
-            problem.support("y1", 1, Motion::Held)?;
+            problem.support("y1", 1, Motion::Fixed)?;
             1.0
         }
     };
     let mut solver = eager(problem)?;
     solver.settings.tolerance = 1e-10;
     solver.settings.first_step = 0.25;
-    go(&mut solver, &[stretch - 1.0])?;
+    load_to(&mut solver, &[stretch - 1.0])?;
     case.sized(&solver);
     Ok(solver.evaluate()?.along[0] / faces)
 }
@@ -132,12 +132,12 @@ fn sheared(law: Law, amount: f64) -> Result<[f64; 2], Failure> {
         drive(&mut problem, &nodes, shear, |x| [amount * x[1], 0.0, 0.0]);
     }
     for side in ["z0", "z1"] {
-        problem.support(side, 2, Motion::Held)?;
+        problem.support(side, 2, Motion::Fixed)?;
     }
     problem.support("y1", 0, Motion::Driven(shear, amount))?;
     let mut solver = eager(problem)?;
     solver.settings.tolerance = 1e-10;
-    go(&mut solver, &[1.0])?;
+    load_to(&mut solver, &[1.0])?;
     let points: Vec<_> = stress_points(solver.problem(), solver.state()).collect();
     let s = points[0].cauchy;
     Ok([s[3], s[0] - s[1]])
@@ -153,7 +153,7 @@ fn grown(volumetric: Volumetric, factor: f64) -> Result<f64, Failure> {
     }
     let mut solver = eager(problem)?;
     solver.settings.tolerance = 1e-10;
-    go(&mut solver, &[factor - 1.0])?;
+    load_to(&mut solver, &[factor - 1.0])?;
     Ok(solver.evaluate()?.along[0] / (3.0 * factor * factor))
 }
 

@@ -1,6 +1,6 @@
 //! C1 to C3: punch and sphere on a half space and on a bonded layer, without friction.
 
-use super::tools::{body, eager, from_start, go, plane, towards_end, with_poisson};
+use super::tools::{body, eager, from_start, load_to, plane, towards_end, with_poisson};
 use super::{Case, Effort};
 use crate::mesh::{Axis, Grading, Mesh};
 use crate::problem::Kinematics;
@@ -56,16 +56,16 @@ fn punched(case: &mut Case, radius: f64, poisson: f64, smallest: f64) -> Result<
     let mesh = layer.mesh(towards_end(smallest, 1.5, largest), smallest, largest)?;
     let mut problem = body(mesh, Kinematics::Axisymmetric, with_poisson(poisson))?;
     problem.clamp("bottom")?;
-    problem.support("left", 0, Motion::Held)?;
+    problem.support("left", 0, Motion::Fixed)?;
     let depth = problem.parameter("depth", Rule::Given);
     problem.support("contact", 1, Motion::Driven(depth, -1.0))?;
     let mut solver = eager(problem)?;
     case.sized(&solver);
     // Small strain: the mean of pushing and pulling has no term of second order.
     let travel = 1e-4 * radius.min(1.0);
-    go(&mut solver, &[travel])?;
+    load_to(&mut solver, &[travel])?;
     let pushed = solver.evaluate()?.along[0];
-    go(&mut solver, &[-travel])?;
+    load_to(&mut solver, &[-travel])?;
     let force = 0.5 * (pushed - solver.evaluate()?.along[0]);
     Ok(force * (1.0 - poisson) / (4.0 * radius * travel))
 }
@@ -118,7 +118,7 @@ fn pressed(case: &mut Case, layer: &Layer, product: f64, cells: usize) -> Result
     )?;
     let mut problem = body(mesh, Kinematics::Axisymmetric, with_poisson(layer.poisson))?;
     problem.clamp("bottom")?;
-    problem.support("left", 0, Motion::Held)?;
+    problem.support("left", 0, Motion::Fixed)?;
     let travel = problem.parameter("depth", Rule::Given);
     problem.contacts.push(Contact::Obstacle(Obstacle {
         surface: problem.surface("contact")?,
@@ -141,7 +141,7 @@ fn pressed(case: &mut Case, layer: &Layer, product: f64, cells: usize) -> Result
     solver.settings.rounds = 2;
     solver.settings.iterations = 30;
     case.sized(&solver);
-    go(&mut solver, &[depth])?;
+    load_to(&mut solver, &[depth])?;
     let force = solver.evaluate()?.along[0].abs();
     let modulus = 2.0 / (1.0 - layer.poisson);
     Ok(force / (4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5)))

@@ -52,7 +52,7 @@ fn held(shape: CellShape, count: usize, bulk: f64) -> Result<Problem, Failure> {
         problem.supports.push(Support {
             nodes: nodes.clone(),
             component,
-            motion: Motion::Held,
+            motion: Motion::Fixed,
         });
     }
     Ok(problem)

@@ -6,7 +6,9 @@
 use std::f64::consts::PI;
 
 use super::patch::nominal;
-use super::tools::{SHAPES, body, drive, eager, go, interpolated, kinematics, place_in, unit_body};
+use super::tools::{
+    SHAPES, body, drive, eager, interpolated, kinematics, load_to, place_in, unit_body,
+};
 use super::{Case, Effort, Refinement};
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::CellShape;
@@ -134,7 +136,7 @@ fn solved(case: &mut Case, shape: CellShape, count: usize) -> Result<[f64; 3], F
     });
     let mut solver = eager(problem)?;
     solver.settings.first_step = 0.5;
-    go(&mut solver, &[1.0])?;
+    load_to(&mut solver, &[1.0])?;
     case.sized(&solver);
     Ok(errors(&solver, dimension))
 }

@@ -1,6 +1,6 @@
 //! B10: a constant stress at finite stretch on distorted meshes of every shape.
 
-use super::tools::{SHAPES, body, drive, eager, go, kinematics, unit_body};
+use super::tools::{SHAPES, body, drive, eager, kinematics, load_to, unit_body};
 use super::{Case, Effort};
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::CellShape;
@@ -108,11 +108,11 @@ fn solved(case: &mut Case, problem: Problem) -> Result<Solver, Failure> {
     solver.settings.elimination = 1e2;
     // Slow is not difficult: steps stay large, so that rounding stays small beside them.
     solver.settings.iterations = 40;
-    solver.settings.easy = 40;
+    solver.settings.easy_iterations = 40;
     solver.settings.tolerance = 1e-13;
     solver.settings.extrapolate = false;
     solver.settings.first_step = 0.5;
-    go(&mut solver, &[1.0])?;
+    load_to(&mut solver, &[1.0])?;
     case.sized(&solver);
     Ok(solver)
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::tools::{UNIT_RUBBER, body, go, mapped, node_near, plane};
+use super::tools::{UNIT_RUBBER, body, load_to, mapped, node_near, plane};
 use super::{Case, Effort, Refinement};
 use crate::material::{Law, Material};
 use crate::mesh::Axis;
@@ -31,8 +31,8 @@ impl Ring {
             [r * angle.cos(), r * angle.sin(), 0.0]
         });
         let mut problem = body(mesh, self.kinematics, self.material)?;
-        problem.support("bottom", 1, Motion::Held)?;
-        problem.support("top", 0, Motion::Held)?;
+        problem.support("bottom", 1, Motion::Fixed)?;
+        problem.support("top", 0, Motion::Fixed)?;
         let pressure = problem.parameter("pressure", rule);
         let wall = problem.surface("left")?;
         problem.cavities.push(Cavity {
@@ -56,14 +56,14 @@ impl Ring {
 
 /// Pressures over the shear modulus at these stretches of the inner wall.
 fn pressures(case: &mut Case, ring: &Ring, stretches: &[f64]) -> Result<Vec<f64>, Failure> {
-    let (problem, _) = ring.posed(Rule::Brings(Quantity::Volume(0)))?;
+    let (problem, _) = ring.posed(Rule::Prescribes(Quantity::Volume(0)))?;
     let mut solver = Solver::new(problem)?;
     solver.settings.first_step = 0.25;
     case.sized(&solver);
     let rest = solver.evaluate()?.volumes[0];
     let mut found = Vec::new();
     for stretch in stretches {
-        go(&mut solver, &[rest * stretch.powi(ring.power())])?;
+        load_to(&mut solver, &[rest * stretch.powi(ring.power())])?;
         found.push(solver.state().parameters[0]);
     }
     Ok(found)
@@ -232,13 +232,13 @@ fn along_the_arc(case: &mut Case, ring: &Ring) -> Result<Vec<[f64; 2]>, Failure>
     let mut solver = Solver::new(problem)?;
     case.sized(&solver);
     // A first step by the pressure shows the way; the length then leads past the limit.
-    go(&mut solver, &[0.2 * THICKNESS])?;
-    solver.set_rule(pressure, Rule::Brings(Quantity::Arc(1.0)))?;
+    load_to(&mut solver, &[0.2 * THICKNESS])?;
+    solver.set_rule(pressure, Rule::Prescribes(Quantity::Arc(1.0)))?;
     let target = solver.targets()[0] + count.sqrt();
     solver.settings.first_step = 0.01;
-    solver.settings.greatest_step = 0.01;
+    solver.settings.largest_step = 0.01;
     let mut points = Vec::new();
-    solver.go(&[target], |state, _| {
+    solver.load_to(&[target], |state, _| {
         let stretch = middle_stretch(1.0 + state.displacement[node][0] / inner);
         points.push([stretch, state.parameters[0] / THICKNESS]);
         if stretch > 1.6 {

@@ -25,13 +25,13 @@ pub(super) fn solve(case: &mut Case, _effort: Effort) -> Result<(), Failure> {
         volumetric: Volumetric::Incompressible,
     });
     for (side, component) in [("left", 0), ("front", 1), ("bottom", 2)] {
-        problem.support(side, component, Support::Held)?;
+        problem.support(side, component, Support::Fixed)?;
     }
     let press = problem.parameter("press", Rule::Given);
     problem.support("top", 2, Support::Driven(press, -1.0))?;
     let mut solver = Solver::new(problem)?;
     for thickness in [0.9_f64, 0.8, 0.7] {
-        solver.go(&[1.0 - thickness], |_, _| Continue::Yes)?;
+        solver.load_to(&[1.0 - thickness], |_, _| Continue::Yes)?;
         case.sized(&solver);
         let mesh = &solver.problem().mesh;
         let moved = &solver.state().displacement;

@@ -3,7 +3,7 @@
 //! The faces move apart (or together, under a pressure from outside) by an ellipse of
 //! the height `2 (1 - nu^2) w p / E`; the area changes by `pi/4` of height times width.
 
-use super::tools::{body, eager, from_start, go, node_near, plane, towards_end, with_poisson};
+use super::tools::{body, eager, from_start, load_to, node_near, plane, towards_end, with_poisson};
 use super::{Case, Effort};
 use crate::mesh::Axis;
 use crate::problem::Kinematics;
@@ -25,8 +25,8 @@ fn opened(case: &mut Case, poisson: f64, smallest: f64) -> Result<[f64; 2], Fail
     mesh.name_boundary("slit", |x| x[1] == 0.0 && x[0] <= 1.0);
     mesh.name_boundary("ahead", |x| x[1] == 0.0 && x[0] >= 1.0);
     let mut problem = body(mesh, Kinematics::PlaneStrain, with_poisson(poisson))?;
-    problem.support("left", 0, Motion::Held)?;
-    problem.support("ahead", 1, Motion::Held)?;
+    problem.support("left", 0, Motion::Fixed)?;
+    problem.support("ahead", 1, Motion::Fixed)?;
     let pressure = problem.parameter("pressure", Rule::Given);
     let wall = problem.surface("slit")?;
     problem.cavities.push(Cavity {
@@ -43,7 +43,7 @@ fn opened(case: &mut Case, poisson: f64, smallest: f64) -> Result<[f64; 2], Fail
     // Small strain: the mean of opening and closing has no term of second order.
     let mut found = [0.0; 2];
     for sign in [0.5, -0.5] {
-        go(&mut solver, &[2.0 * sign * PRESSURE])?;
+        load_to(&mut solver, &[2.0 * sign * PRESSURE])?;
         found[0] += sign * solver.state().displacement[middle][1];
         found[1] += sign * solver.evaluate()?.volumes[0];
     }

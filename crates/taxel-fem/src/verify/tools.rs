@@ -157,8 +157,8 @@ pub(super) fn drive(
 }
 
 /// Goes to these targets.
-pub(super) fn go(solver: &mut Solver, targets: &[f64]) -> Result<(), Failure> {
-    solver.go(targets, |_, _| Continue::Yes)
+pub(super) fn load_to(solver: &mut Solver, targets: &[f64]) -> Result<(), Failure> {
+    solver.load_to(targets, |_, _| Continue::Yes)
 }
 
 /// A solver with a first step that takes the whole way when it can.

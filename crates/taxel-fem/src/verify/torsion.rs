@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use super::tools::{body, drive, go};
+use super::tools::{body, drive, load_to};
 use super::{Case, Effort, Refinement};
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, CellShape, Grid3, Mesh};
@@ -89,7 +89,7 @@ fn twisted(case: &mut Case, count: usize, twist: f64) -> Result<[f64; 2], Failur
     });
     let mut solver = Solver::new(problem)?;
     solver.settings.first_step = 0.5;
-    go(&mut solver, &[1.0])?;
+    load_to(&mut solver, &[1.0])?;
     case.sized(&solver);
     let forces = solver.evaluate()?.forces;
     let places = solver.state().places(&solver.problem().mesh);

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::slider::Slider;
+use crate::editor_schema;
 use crate::layout::Layout;
 use crate::quantity::{
     self, AnyForce, AnyLength, Checked, NonNegativeCapacitance, NonNegativeTime, PositiveLength,
@@ -216,10 +217,7 @@ impl Stimulus {
 
     /// The JSON schema of the script.
     pub fn json_schema() -> String {
-        let mut text =
-            serde_json::to_string_pretty(&schemars::schema_for!(Self)).unwrap_or_default();
-        text.push('\n');
-        text
+        editor_schema::text::<Self>()
     }
 
     fn check(&self, file: &str, text: &str) -> Result<(), InputError> {

@@ -3,8 +3,8 @@
 
 use super::stimulus::Script;
 use super::{Frame, Stimulus, Stream};
-use crate::device::NoModel;
 use crate::layout::Layout;
+use crate::sensor::NoModel;
 use crate::sensor::Sensor;
 use taxel_numerics::Noise;
 

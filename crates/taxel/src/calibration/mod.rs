@@ -1,51 +1,14 @@
 //! What is known of one device: the model that estimation inverts.
 
-mod bench_data;
-mod channel_bench;
 mod channels;
-mod clock;
-mod devices;
-mod file;
 mod in_plane;
-mod in_plane_bench;
-mod loops;
-mod outcome;
-mod piezoelectric_bench;
-mod propagated;
-mod remark;
-mod report;
-
-mod split;
-mod stiffness;
-mod sweep;
-#[cfg(test)]
-mod testing;
-mod three_axis_bench;
-mod trained_bench;
 
 use crate::layout::Layout;
 use crate::mechanics::{ForceHysteresis, RelaxationTerm};
 use crate::transduction::UnitModel;
 
-pub use bench_data::{BenchData, TIME};
 pub use channels::{ChannelCalibration, ChannelModel, ChannelSignal, DividerScale};
-pub use devices::{NoCalibrator, calibrator};
-pub use file::{
-    CALIBRATION_SCHEMA, CalibrationFile, DataOf, HeldOut, ParameterOf, Provenance, ResidualOf,
-    STEP, ScopeOf, SensorOf, civil_date,
-};
 pub use in_plane::InPlaneCalibration;
-pub use outcome::{
-    BenchOptions, CalibrateOptions, CalibratedSensor, Calibrator, CovarianceBlock, Derived,
-    ModelComparison, NamedSensor, Outcome, PressOptions, ResidualSummary, Scope,
-};
-pub use propagated::Propagated;
-pub use remark::Remark;
-
-pub use split::{Branch, HoldOut, branches, turns};
-pub use stiffness::{EvenTerms, Observation, StiffnessFit, fit_stiffness};
-pub use sweep::{SweepFit, SweepNoise, SweepPoint, SweepStart, fit_normal_sweep};
-pub use trained_bench::{TrainedOutcome, TrainingFile, train};
 
 /// All that estimation needs to know of an array of three-axis units.
 #[derive(Debug, Clone, PartialEq)]

@@ -159,7 +159,7 @@ fn solve(
     study.solver.settings.smallest_step = 0.03;
     // Folds grow all the time: half the line, and shorter steps instead of long iterations.
     study.solver.settings.reach = 0.5;
-    study.solver.settings.patience = Some(8);
+    study.solver.settings.stall_iterations = Some(8);
     // Far below what the mesh leaves: areas change by less than 1e-5.
     study.solver.settings.tolerance = 1e-5;
     for &pressure in &pressures {

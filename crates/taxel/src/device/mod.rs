@@ -7,6 +7,7 @@
 
 mod crossed_channels;
 mod in_plane_capacitor;
+mod of_sensor;
 mod piezoelectric;
 mod three_axis_capacitor;
 mod trained;
@@ -46,7 +47,7 @@ pub trait Device {
     fn facts(&self) -> Vec<Fact>;
 
     /// Loads in, electrical response out; none for a device of which nothing
-    /// follows ([`NoModel`]).
+    /// follows ([`crate::sensor::NoModel`]).
     fn predictor(&self) -> Option<Box<dyn Predictor>>;
 
     /// The same by finite elements of the drawing; none for a device whose
@@ -84,18 +85,6 @@ pub trait Device {
 
     /// Top view and cross-section to scale.
     fn drawing(&self) -> Drawing;
-}
-
-/// A device of which nothing can be computed, because its drawing says nothing
-/// of its mechanics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with places in \
-     the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels of a place"
-)]
-pub struct NoModel {
-    /// Key of the element.
-    pub element: &'static str,
 }
 
 /// Refuses frames that carry anything but counts.

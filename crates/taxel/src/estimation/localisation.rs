@@ -179,7 +179,7 @@ pub struct ProfileModel {
 
 impl ProfileModel {
     /// The cover below a round contact of this radius, m.
-    pub(crate) fn cover(&self, radius: f64) -> SoftCover {
+    pub fn cover(&self, radius: f64) -> SoftCover {
         SoftCover {
             thickness: self.thickness,
             base: Base::Rigid,

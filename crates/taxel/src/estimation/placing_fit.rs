@@ -3,8 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::localisation::{Located, Method, Place, Placing, ProfileModel, flat_position, peak};
-use super::placing_several::several;
+use super::localisation::{Method, Place, ProfileModel, flat_position, peak};
 
 /// Place, size and force of a contact by least squares on the profile of the
 /// soft cover, averaged by how well each place and size of a grid fits.
@@ -306,17 +305,6 @@ impl ProfileFit {
             method: Method::Profile,
         };
         Some((place, place.misfit / freedom))
-    }
-}
-
-impl Placing for ProfileFit {
-    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
-        let (place, _) = self.search(forces, deviations)?;
-        place.is_known(self.model.pitch).then_some(place)
-    }
-
-    fn places(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
-        several(self, forces, deviations)
     }
 }
 

@@ -7,7 +7,7 @@ mod raster;
 use population::{Population, Spread};
 use taxel_numerics::dense::{cholesky, cholesky_solve, dot};
 
-use super::localisation::{Located, Method, Place, flat_position};
+use super::localisation::{Located, Method, Place, Placing, flat_position};
 use super::placing_fit::{NEAR, OFFSETS, ProfileFit, STEPS, WINDOW};
 
 /// More contacts than this are not looked for.
@@ -27,6 +27,17 @@ const COARSE: [usize; 2] = [8, 4];
 const ROUNDS: usize = 2;
 /// Steps of the joint fit.
 const ITERATIONS: usize = 15;
+
+impl Placing for ProfileFit {
+    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
+        let (place, _) = self.search(forces, deviations)?;
+        place.is_known(self.model.pitch).then_some(place)
+    }
+
+    fn places(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
+        several(self, forces, deviations)
+    }
+}
 
 /// Contacts of all sizes on the elements, as far as the forces need them.
 ///

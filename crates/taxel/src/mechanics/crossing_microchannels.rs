@@ -74,7 +74,7 @@ impl CrossingStudy {
         problem.materials = vec![material; problem.mesh.regions.len()];
         problem.clamp("bottom")?;
         for (side, component) in [("left", 0), ("right", 0), ("front", 1), ("back", 1)] {
-            problem.support(side, component, Motion::Held)?;
+            problem.support(side, component, Motion::Fixed)?;
         }
         let top = problem.parameter("pressure on the top", Rule::Given);
         problem.pressures.push(Pressure {
@@ -112,7 +112,7 @@ impl CrossingStudy {
     pub fn press(&mut self, pressure: f64) -> Result<Crossing, Failure> {
         let mut targets = self.solver.targets().to_vec();
         targets[self.top.0] = pressure;
-        self.solver.go(&targets, |_, _| Continue::Yes)?;
+        self.solver.load_to(&targets, |_, _| Continue::Yes)?;
         self.crossing()
     }
 
@@ -179,7 +179,7 @@ pub(super) fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
                 rest,
             },
         ),
-        Filling::Sealed => Rule::Brings(taxel_fem::problem::Quantity::Volume(cavity)),
+        Filling::Sealed => Rule::Prescribes(taxel_fem::problem::Quantity::Volume(cavity)),
     }
 }
 

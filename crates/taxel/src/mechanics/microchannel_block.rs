@@ -156,7 +156,7 @@ impl BlockStudy {
         value: f64,
         heard: &mut dyn FnMut(f64),
     ) -> Result<BlockState, Failure> {
-        self.go(Rule::Given, value, heard)?;
+        self.load_to(Rule::Given, value, heard)?;
         self.state()
     }
 
@@ -179,25 +179,30 @@ impl BlockStudy {
     ) -> Result<BlockState, Failure> {
         if self.solver.state().parameters[self.drive.0] == 0.0 {
             // Before it touches, no depth answers to a force.
-            self.go(
+            self.load_to(
                 Rule::Given,
                 FIRST_TOUCH * self.block.voids.upper,
                 &mut |_| {},
             )?;
             heard(0.0);
         }
-        let by_force = Rule::Brings(Quantity::Force(self.drive));
-        self.go(by_force, force / self.copies(), heard)?;
+        let by_force = Rule::Prescribes(Quantity::Force(self.drive));
+        self.load_to(by_force, force / self.copies(), heard)?;
         self.state()
     }
 
-    fn go(&mut self, rule: Rule, target: f64, heard: &mut dyn FnMut(f64)) -> Result<(), Failure> {
+    fn load_to(
+        &mut self,
+        rule: Rule,
+        target: f64,
+        heard: &mut dyn FnMut(f64),
+    ) -> Result<(), Failure> {
         if self.solver.problem().rules()[self.drive.0] != rule {
             self.solver.set_rule(self.drive, rule)?;
         }
         let mut targets = self.solver.targets().to_vec();
         targets[self.drive.0] = target;
-        self.solver.go(&targets, |_, step| {
+        self.solver.load_to(&targets, |_, step| {
             heard(step.fraction);
             Continue::Yes
         })
@@ -301,8 +306,8 @@ fn patient() -> Settings {
     Settings {
         tolerance: 1e-6,
         iterations: 40,
-        easy: 9,
-        patience: Some(12),
+        easy_iterations: 9,
+        stall_iterations: Some(12),
         first_step: 1.0,
         smallest_step: 0.03,
         ..Settings::default()
@@ -324,10 +329,10 @@ fn hold(problem: &mut Problem, block: &VoidBlock, sides: Sides) -> Result<(), Pr
         .enumerate()
     {
         if sides == Sides::Mirrored || block.is_half(axis) {
-            problem.support(near, axis, Motion::Held)?;
+            problem.support(near, axis, Motion::Fixed)?;
         }
         if sides == Sides::Mirrored {
-            problem.support(far, axis, Motion::Held)?;
+            problem.support(far, axis, Motion::Fixed)?;
         }
     }
     Ok(())

@@ -103,8 +103,8 @@ impl VoidStudy {
         problem.materials = vec![material; problem.mesh.regions.len()];
         let mut pose = || {
             problem.clamp("bottom")?;
-            problem.support("left", 0, Motion::Held)?;
-            problem.support("right", 0, Motion::Held)?;
+            problem.support("left", 0, Motion::Fixed)?;
+            problem.support("right", 0, Motion::Fixed)?;
             let top = problem.parameter("pressure on the top", Rule::Given);
             let inside = problem.parameter("pressure in the void", Rule::Given);
             problem.pressures.push(Pressure {
@@ -140,7 +140,7 @@ impl VoidStudy {
                         rest,
                     },
                 ),
-                Filling::Sealed => Rule::Brings(Quantity::Volume(0)),
+                Filling::Sealed => Rule::Prescribes(Quantity::Volume(0)),
             },
         );
         let shear = material.law.shear_modulus();
@@ -175,7 +175,7 @@ impl VoidStudy {
     /// When the solution fails on the way.
     pub fn press(&mut self, pressure: f64) -> Result<Closure, Failure> {
         self.control(Rule::Given)?;
-        self.go(pressure)
+        self.load_to(pressure)
     }
 
     /// Finds the pressure on the top that brings an area ratio.
@@ -183,8 +183,8 @@ impl VoidStudy {
     /// # Errors
     /// When the solution fails on the way.
     pub fn close(&mut self, area_ratio: f64) -> Result<Closure, Failure> {
-        self.control(Rule::Brings(Quantity::Volume(0)))?;
-        self.go(area_ratio * self.rest)
+        self.control(Rule::Prescribes(Quantity::Volume(0)))?;
+        self.load_to(area_ratio * self.rest)
     }
 
     fn control(&mut self, rule: Rule) -> Result<(), Failure> {
@@ -194,10 +194,10 @@ impl VoidStudy {
         self.solver.set_rule(self.top, rule)
     }
 
-    fn go(&mut self, target: f64) -> Result<Closure, Failure> {
+    fn load_to(&mut self, target: f64) -> Result<Closure, Failure> {
         let mut targets = self.solver.targets().to_vec();
         targets[self.top.0] = target;
-        self.solver.go(&targets, |_, _| Continue::Yes)?;
+        self.solver.load_to(&targets, |_, _| Continue::Yes)?;
         self.closure()
     }
 

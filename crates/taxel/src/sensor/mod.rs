@@ -12,14 +12,10 @@ mod trained_body;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::device::{
-    ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray, TrainedArray,
-};
+use crate::editor_schema;
 use crate::electronics::Electronics;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
-use crate::toml_input;
-use taxel_recording::InputError;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use liquid_metal_channel::{
@@ -31,12 +27,13 @@ pub use piezoelectric::{
     CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
 };
 pub use three_axis_capacitor::{CalibratedUnit, Fabrication, Outline, ThreeAxisCapacitor};
-pub(crate) use trained_body::MOST_CHANNELS;
-pub use trained_body::{ChannelGroup, TrainedBody};
+
+pub use trained_body::{ChannelGroup, MOST_CHANNELS, TrainedBody};
 
 pub use checks::Broken;
 pub(crate) use checks::{
-    SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
+    SAME_LENGTH, check as check_keys, check_scan_time, micrometres, require, rounded_down,
+    rounded_up,
 };
 pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
@@ -135,6 +132,18 @@ pub struct Unreadable {
     pub allowed: &'static str,
 }
 
+/// A device of which nothing can be computed, because its drawing says nothing
+/// of its mechanics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with places in \
+     the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels of a place"
+)]
+pub struct NoModel {
+    /// Key of the element.
+    pub element: &'static str,
+}
+
 impl Element {
     /// Name of the shipped script that shows the element in use.
     pub fn usual_script(&self) -> &'static str {
@@ -160,33 +169,6 @@ impl Element {
 }
 
 impl Sensor {
-    /// Reads a sensor file; `file` is its name for messages.
-    ///
-    /// # Errors
-    /// The first mistake, with its place, key path, allowed range and unit.
-    ///
-    /// # Example
-    /// ```
-    /// # let text = taxel::sensor::Sensor::shipped_text("three-axis-8x8").unwrap();
-    /// let sensor = taxel::sensor::Sensor::parse("three-axis-8x8.toml", text)?;
-    /// assert_eq!(sensor.array.rows, 8);
-    /// # Ok::<(), taxel::InputError>(())
-    /// ```
-    ///
-    /// # Example: a wrong unit is shown under the very word
-    /// ```
-    /// # let text = taxel::sensor::Sensor::shipped_text("three-axis-8x8").unwrap();
-    /// let text = text.replace("pitch = \"2 mm\"", "pitch = \"2 mN\"");
-    /// let error = taxel::sensor::Sensor::parse("bad.toml", &text).unwrap_err();
-    /// assert_eq!(error.key, "array.pitch");
-    /// assert!(error.to_string().contains("\"mN\" is a unit of force; a length is needed here"));
-    /// ```
-    pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let sensor: Self = toml_input::parse(file, text)?;
-        checks::check(&sensor).map_err(|broken| broken.at(file, text))?;
-        Ok(sensor)
-    }
-
     /// Names of the shipped sensor files.
     pub fn shipped_names() -> impl Iterator<Item = &'static str> {
         SHIPPED.iter().map(|(name, _)| *name)
@@ -210,92 +192,10 @@ impl Sensor {
         Layout::new(&self.array)
     }
 
-    /// What taxel can do with this kind of device.
-    ///
-    /// # Errors
-    /// [`Unreadable`] when the board cannot read the element; never after
-    /// [`Self::parse`].
-    pub fn device(&self) -> Result<Box<dyn Device + '_>, Unreadable> {
-        match &self.element {
-            Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
-            Element::InPlaneCapacitor(_) => Ok(Box::new(self.in_plane()?)),
-            Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
-            Element::LiquidMetalChannel(_) => Ok(Box::new(self.channels()?)),
-            Element::Trained(_) => Ok(Box::new(self.trained()?)),
-        }
-    }
-
-    /// The array of three-axis units with its board, if it is one.
-    ///
-    /// # Errors
-    /// [`Unreadable`] for another element or another board.
-    pub fn three_axis(&self) -> Result<ThreeAxisArray<'_>, Unreadable> {
-        let Element::ThreeAxisCapacitor(element) = &self.element else {
-            return Err(self.unreadable("charge_amplifier"));
-        };
-        ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
-    }
-
-    /// The array of piezoelectric elements with its board, if it is one.
-    ///
-    /// # Errors
-    /// [`Unreadable`] for another element or another board.
-    pub fn piezoelectric(&self) -> Result<PiezoelectricArray<'_>, Unreadable> {
-        let allowed = "voltage_amplifier, charge_mode";
-        let Element::Piezoelectric(element) = &self.element else {
-            return Err(self.unreadable(allowed));
-        };
-        PiezoelectricArray::new(self, element).ok_or_else(|| self.unreadable(allowed))
-    }
-
-    /// The array of in-plane capacitors with its board, if it is one.
-    ///
-    /// # Errors
-    /// [`Unreadable`] for another element or another board.
-    pub fn in_plane(&self) -> Result<InPlaneArray<'_>, Unreadable> {
-        let Element::InPlaneCapacitor(element) = &self.element else {
-            return Err(self.unreadable("charge_amplifier"));
-        };
-        InPlaneArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
-    }
-
-    /// The crossing channels with their board, if it is such an array.
-    ///
-    /// # Errors
-    /// [`Unreadable`] for another element or another board.
-    pub fn channels(&self) -> Result<ChannelArray<'_>, Unreadable> {
-        let Element::LiquidMetalChannel(element) = &self.element else {
-            return Err(self.unreadable("voltage_divider"));
-        };
-        ChannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
-    }
-
-    /// The body whose channels are learned, if it is one.
-    ///
-    /// # Errors
-    /// [`Unreadable`] for another element or another board.
-    pub fn trained(&self) -> Result<TrainedArray<'_>, Unreadable> {
-        let Element::Trained(element) = &self.element else {
-            return Err(self.unreadable("digital"));
-        };
-        TrainedArray::new(self, element).ok_or_else(|| self.unreadable("digital"))
-    }
-
-    fn unreadable(&self, allowed: &'static str) -> Unreadable {
-        Unreadable {
-            element: self.element.key(),
-            readout: self.electronics.readout.key(),
-            allowed,
-        }
-    }
-
     /// The JSON schema of the sensor file, as committed beside the shipped
     /// files; editors complete and check with it.
     pub fn json_schema() -> String {
-        let schema = schemars::schema_for!(Self);
-        let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();
-        text.push('\n');
-        text
+        editor_schema::text::<Self>()
     }
 
     /// The reference of the sensor file, Markdown: every key with its meaning,

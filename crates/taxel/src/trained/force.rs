@@ -8,43 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::memory::Memory;
-use super::{
-    BetweenRuns, Estimate, MemoryLaw, Moments, Polynomial, Ridge, Score, Series, Session, Standard,
-    Support, TrainingError, blocks_of_time, interval_factor,
-};
-
-/// What is tried: the form of a force map.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ForceOptions {
-    /// Largest number of channels in a product, 1 to 3.
-    pub polynomial: Polynomial,
-    /// Memory of each channel.
-    pub memory: MemoryLaw,
-    /// Strength λ of the prior (see [`Ridge`]).
-    pub prior: f64,
-    /// By how much the scale comes after the sensor, s.
-    pub offset: f64,
-    /// Blocks of time of each run that are held out in turn.
-    pub blocks: usize,
-    /// Whether whole runs are held out in turn instead, if there are several.
-    pub whole_runs: bool,
-}
-
-impl Default for ForceOptions {
-    fn default() -> Self {
-        Self {
-            polynomial: Polynomial { degree: 2 },
-            memory: MemoryLaw {
-                creep_times: vec![1.0, 10.0, 100.0],
-                play_thresholds: Vec::new(),
-            },
-            prior: 1.0,
-            offset: 0.0,
-            blocks: 5,
-            whole_runs: false,
-        }
-    }
-}
+use super::{Estimate, MemoryLaw, Polynomial, Ridge, Standard, Support, TrainingError};
 
 /// Factors on the deviation by the level of the estimate, from held-out errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,34 +20,30 @@ pub struct Intervals {
     pub factors: Vec<f64>,
 }
 
-/// Ranges of equal numbers of held-out estimates.
-const RANGES: usize = 4;
-
 impl Intervals {
-    /// Factors after which 95 % of `errors` are covered in each quarter of the
-    /// estimates.
-    pub fn of(estimates: &[f64], errors: &[f64], deviations: &[f64]) -> Self {
-        let mut sorted = estimates.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let quantile = |i: usize| sorted.get(i * sorted.len() / RANGES).copied();
-        let mut levels: Vec<f64> = (1..RANGES).filter_map(quantile).collect();
-        levels.dedup();
-        let range_of = |estimate: f64| levels.partition_point(|level| *level <= estimate);
-        let factors = (0..=levels.len()).map(|range| {
-            let members = (0..estimates.len()).filter(|i| range_of(estimates[*i]) == range);
-            let (e, d): (Vec<_>, Vec<_>) = members.map(|i| (errors[i], deviations[i])).unzip();
-            interval_factor(&e, &d)
-        });
-        Self {
-            factors: factors.collect(),
-            levels,
-        }
-    }
-
     /// The factor at an estimate.
     pub fn at(&self, estimate: f64) -> f64 {
         let range = self.levels.partition_point(|level| *level <= estimate);
         self.factors.get(range).copied().unwrap_or(1.0)
+    }
+}
+
+/// How the force of one run differs from that of others under one map.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BetweenRuns {
+    /// Deviation of an offset, N.
+    pub offset: f64,
+    /// Relative deviation of the gain.
+    pub gain: f64,
+    /// Runs that told both; with one they are the usual ones of soft bodies.
+    pub runs: usize,
+}
+
+impl BetweenRuns {
+    /// Deviation at a force, N.
+    pub fn at(&self, force: f64) -> f64 {
+        self.offset.hypot(self.gain * force)
     }
 }
 
@@ -115,104 +75,7 @@ pub struct ForceMap {
     pub offset: f64,
 }
 
-/// One run, as features at the times of its readings.
-#[derive(Debug, Clone)]
-pub struct TrainingRun {
-    /// Features, one row per reading.
-    pub features: Vec<Vec<f64>>,
-    /// Force, N.
-    pub force: Vec<f64>,
-    /// Times of the readings, s.
-    pub times: Vec<f64>,
-}
-
-/// Held-out estimates in the order of runs and time.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct HeldOutForce {
-    /// Number of the run of each.
-    pub runs: Vec<usize>,
-    /// Time, s.
-    pub times: Vec<f64>,
-    /// Estimate, N.
-    pub estimates: Vec<f64>,
-    /// Estimate less reading, N.
-    pub errors: Vec<f64>,
-    /// Deviation of the estimate, N.
-    pub deviations: Vec<f64>,
-    leverage: f64,
-}
-
-/// A leverage this much above the largest that was seen when held out is outside.
-const LEVERAGE_MARGIN: f64 = 2.0;
-
 impl ForceMap {
-    /// Trains on whole runs, each beginning without contact.
-    ///
-    /// # Errors
-    /// [`TrainingError`].
-    pub fn train(runs: &[Session], options: &ForceOptions) -> Result<(Self, Score), TrainingError> {
-        let (map, held_out) = Self::trained(runs, options)?;
-        Ok((map, Score::of(&held_out.errors, &held_out.deviations)))
-    }
-
-    /// The map with its held-out estimates, whose deviations have no factors.
-    pub(super) fn trained(
-        runs: &[Session],
-        options: &ForceOptions,
-    ) -> Result<(Self, HeldOutForce), TrainingError> {
-        let mut map = Self::untrained(runs, options)?;
-        let runs: Vec<TrainingRun> = runs
-            .iter()
-            .map(|run| map.features_of(run))
-            .collect::<Result<_, _>>()?;
-        let rows = runs.iter().flat_map(|run| &run.features);
-        let count = rows.clone().count().max(1) as f64;
-        let first = map.products();
-        map.memory_spread = (first..first + map.standard.used.len() * map.memory.creep_times.len())
-            .map(|j| (rows.clone().map(|row| row[j].powi(2)).sum::<f64>() / count).sqrt())
-            .collect();
-        let forces = || runs.iter().flat_map(|run| run.force.iter().copied());
-        map.range = [
-            forces().fold(f64::INFINITY, f64::min),
-            forces().fold(f64::NEG_INFINITY, f64::max),
-        ];
-        let held_out = map.fit(&runs, options)?;
-        map.intervals = Intervals::of(&held_out.estimates, &held_out.errors, &held_out.deviations);
-        map.largest_leverage = LEVERAGE_MARGIN * held_out.leverage;
-        Ok((map, held_out))
-    }
-
-    /// Everything but the weights and what follows from them.
-    fn untrained(runs: &[Session], options: &ForceOptions) -> Result<Self, TrainingError> {
-        let tared: Vec<Vec<f64>> = runs
-            .iter()
-            .flat_map(|run| {
-                let baseline = run.baseline();
-                let rows = run.sensor.rows().iter();
-                rows.map(move |row| row.iter().zip(&baseline).map(|(x, b)| x - b).collect())
-            })
-            .collect();
-        let mut standard = Standard::of(&tared)?;
-        standard.centre.fill(0.0);
-        let longest = runs.iter().map(|run| run.sensor.longest_step());
-        Ok(Self {
-            standard,
-            polynomial: options.polynomial,
-            memory: options.memory.clone(),
-            memory_spread: Vec::new(),
-            ridge: Ridge::fit(&Moments::of(&[vec![1.0], vec![1.0]], &[0.0, 0.0])?, 1.0)?,
-            intervals: Intervals {
-                levels: Vec::new(),
-                factors: Vec::new(),
-            },
-            between_runs: BetweenRuns::default(),
-            range: [0.0; 2],
-            largest_leverage: f64::INFINITY,
-            longest_step: longest.fold(0.0, f64::max),
-            offset: options.offset,
-        })
-    }
-
     /// Whether the parts of a map from a file belong together.
     pub(super) fn check(&self) -> Result<(), TrainingError> {
         let channels = self.standard.used.len();
@@ -253,52 +116,15 @@ impl ForceMap {
     }
 
     /// Number of products, the constant among them.
-    fn products(&self) -> usize {
+    pub fn products(&self) -> usize {
         let mut features = Vec::new();
         self.polynomial
             .expand(&vec![0.0; self.standard.used.len()], &mut features);
         features.len()
     }
 
-    /// Features of a session at the times of its force readings, brought to
-    /// the sensor's time. Readings far from any frame are left out.
-    ///
-    /// # Errors
-    /// [`TrainingError`] for other channels than those of the map.
-    pub fn features_of(&self, run: &Session) -> Result<TrainingRun, TrainingError> {
-        let mut states = FeatureStream::new(self, run.baseline());
-        let mut times = Vec::new();
-        let mut rows = Vec::new();
-        for (time, frame) in run.sensor.times().iter().zip(run.sensor.rows()) {
-            // A frame with a missing reading is no training frame.
-            if states.push(self, *time, frame).is_ok() {
-                times.push(*time);
-                rows.push(states.linear.clone());
-            }
-        }
-        let none = || TrainingError::TooFew {
-            found: 0,
-            needed: 2,
-        };
-        let linear = Series::new(times, rows).ok_or_else(none)?;
-        let force = run.force.as_ref().ok_or_else(none)?;
-        let mut found = TrainingRun {
-            features: Vec::new(),
-            force: Vec::new(),
-            times: Vec::new(),
-        };
-        for (time, reading) in force.times().iter().zip(force.rows()) {
-            if let Some(row) = linear.at(time - self.offset, self.longest_step) {
-                found.features.push(self.complete(&row));
-                found.force.push(reading[0]);
-                found.times.push(*time);
-            }
-        }
-        Ok(found)
-    }
-
     /// Products of the channels, then the memory features.
-    fn complete(&self, linear: &[f64]) -> Vec<f64> {
+    pub fn complete(&self, linear: &[f64]) -> Vec<f64> {
         let (channels, memory) = linear.split_at(self.standard.used.len());
         let mut features = Vec::new();
         self.polynomial.expand(channels, &mut features);
@@ -306,54 +132,8 @@ impl ForceMap {
         features
     }
 
-    /// Fits the weights, and estimates each block of time without itself.
-    fn fit(
-        &mut self,
-        runs: &[TrainingRun],
-        options: &ForceOptions,
-    ) -> Result<HeldOutForce, TrainingError> {
-        let whole = options.whole_runs && runs.len() > 1;
-        let count = if whole { 1 } else { options.blocks };
-        let of = |(number, run): (usize, &TrainingRun)| {
-            let blocks = blocks_of_time(run.force.len(), count).into_iter();
-            blocks.map(move |rows| (number, rows)).collect::<Vec<_>>()
-        };
-        let blocks = runs.iter().enumerate().flat_map(of);
-        let blocks: Vec<_> = blocks.filter(|(_, rows)| !rows.is_empty()).collect();
-        let parts: Vec<Moments> = blocks
-            .iter()
-            .map(|(run, rows)| {
-                let run = &runs[*run];
-                Moments::of(&run.features[rows.clone()], &run.force[rows.clone()])
-            })
-            .collect::<Result<_, _>>()?;
-        let Some((first, rest)) = parts.split_first() else {
-            return Err(TrainingError::TooFew {
-                found: 0,
-                needed: 2,
-            });
-        };
-        let all = rest.iter().fold(first.clone(), |sum, part| sum.with(part));
-        let mut held_out = HeldOutForce::default();
-        for ((number, rows), part) in blocks.iter().zip(&parts) {
-            self.ridge = Ridge::fit(&all.without(part), options.prior)?;
-            let run = &runs[*number];
-            for row in rows.clone() {
-                let (estimate, variance, leverage) = self.raw(&run.features[row]);
-                held_out.runs.push(*number);
-                held_out.times.push(run.times[row]);
-                held_out.estimates.push(estimate);
-                held_out.errors.push(estimate - run.force[row]);
-                held_out.deviations.push(variance.sqrt());
-                held_out.leverage = held_out.leverage.max(leverage);
-            }
-        }
-        self.ridge = Ridge::fit(&all, options.prior)?;
-        Ok(held_out)
-    }
-
     /// Estimate, variance without the factors, and leverage.
-    fn raw(&self, features: &[f64]) -> (f64, f64, f64) {
+    pub fn raw(&self, features: &[f64]) -> (f64, f64, f64) {
         let leverage = self.ridge.leverage(features);
         let variance = self.ridge.noise_variance() * (1.0 + leverage);
         // A scale that never showed less than zero will not do so now.
@@ -363,7 +143,7 @@ impl ForceMap {
 
     /// Deviation of an estimate whose variance within its run is `variance`
     /// before the factors.
-    pub(super) fn deviation(&self, estimate: f64, variance: f64) -> f64 {
+    pub fn deviation(&self, estimate: f64, variance: f64) -> f64 {
         let within = variance.sqrt() * self.intervals.at(estimate);
         within.hypot(self.between_runs.at(estimate))
     }
@@ -386,7 +166,7 @@ impl ForceMap {
 
 /// Scaled channels and their memory, frame by frame.
 #[derive(Debug, Clone)]
-struct FeatureStream {
+pub struct FeatureStream {
     baseline: Vec<f64>,
     memory: Memory,
     last: Option<f64>,
@@ -394,7 +174,8 @@ struct FeatureStream {
 }
 
 impl FeatureStream {
-    fn new(map: &ForceMap, baseline: Vec<f64>) -> Self {
+    /// A stream of a device at rest with the readings `baseline`.
+    pub fn new(map: &ForceMap, baseline: Vec<f64>) -> Self {
         Self {
             memory: Memory::at_rest(&map.memory, map.standard.used.len()),
             baseline,
@@ -403,7 +184,17 @@ impl FeatureStream {
         }
     }
 
-    fn push(&mut self, map: &ForceMap, time: f64, frame: &[f64]) -> Result<(), TrainingError> {
+    /// Scaled channels and their memory, after the last frame.
+    pub fn linear(&self) -> &[f64] {
+        &self.linear
+    }
+
+    /// Takes the frame at `time`, s.
+    ///
+    /// # Errors
+    /// [`TrainingError`] for a frame of another length or with a missing
+    /// reading; the frame then leaves no trace.
+    pub fn push(&mut self, map: &ForceMap, time: f64, frame: &[f64]) -> Result<(), TrainingError> {
         let expected = map.standard.channels;
         let found = frame.len().min(self.baseline.len());
         if found != expected {

@@ -15,41 +15,27 @@
 //! memory of a creeping body. `docs/theory/trained-maps.md` has the equations
 //! and what the maps reach on real recordings.
 
-mod across;
-mod blocks;
-mod compare;
 mod force;
 mod gaussian_process;
 mod hysteresis;
 mod maps;
 mod memory;
-mod nearest;
 mod place_map;
 mod polynomial;
 mod position;
 mod ridge;
-mod series;
-mod session;
 mod surface;
 
-pub use across::{AcrossRuns, BetweenRuns, usual_candidates};
-pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
-pub use compare::{Compared, compared_forces, compared_places};
-pub use force::{ForceEstimator, ForceMap, ForceOptions, HeldOutForce, Intervals, TrainingRun};
+pub use force::{BetweenRuns, FeatureStream, ForceEstimator, ForceMap, Intervals};
 pub use gaussian_process::{GaussianProcess, Kernel};
-pub use hysteresis::{HysteresisOperator, Play, PrandtlIshlinskii};
+pub use hysteresis::Play;
 pub use maps::{Rest, TrainedMaps};
 pub use memory::MemoryLaw;
-pub use nearest::Nearest;
 pub(crate) use place_map::FEWEST_PRESSES;
 pub use place_map::{PlaceFinder, PlaceMap};
 pub use polynomial::{Polynomial, Standard};
-pub(crate) use position::HELD_OUT;
-pub use position::{PositionEstimate, PositionEstimator, PositionMap, PositionOptions};
+pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
 pub use ridge::{Moments, Ridge};
-pub use series::Series;
-pub(crate) use session::CONTACT_SHARE;
-pub use session::{STANDARD_GRAVITY, Session};
 pub use surface::Surface;
 
 use serde::Serialize;
@@ -93,12 +79,6 @@ pub enum TrainingError {
     Dependent {
         /// Number of features.
         features: usize,
-    },
-    /// A sum of weights that is not positive.
-    #[error("hysteresis of slope {slope} has no inverse: all slopes must be positive")]
-    NoInverse {
-        /// The slope.
-        slope: f64,
     },
     /// Frames of another number of channels.
     #[error("a frame has {found} channels, the map was trained with {expected}")]

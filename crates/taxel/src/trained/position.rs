@@ -8,21 +8,9 @@
 //! model. Drift that moves channels together stands in Σ and weighs little,
 //! which a map straight from channels to place cannot know.
 
-use faer::{Mat, Side};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Score, Standard, Support, Surface, TrainingError, interval_factor};
-
-/// What is tried: the form of a position map.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PositionOptions {
-    /// Smoothing of the surface (see [`Surface::fit`]).
-    pub smoothing: f64,
-    /// Share of the rows that is left out at the beginning: a new body
-    /// settles in its first presses.
-    pub run_in: f64,
-}
+use super::{Standard, Support, Surface, TrainingError};
 
 /// A trained map from channels to place.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,101 +48,7 @@ impl PositionEstimate {
     }
 }
 
-/// What a map makes of the rows that it has not seen.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct HeldOutPlaces {
-    /// Score before the factor on the deviations.
-    pub(crate) score: Score,
-    /// Estimated places, m.
-    pub(crate) estimates: Vec<[f64; 2]>,
-    factor: f64,
-    misfit: f64,
-}
-
-/// Share of the rows that the choice of options holds out, at the end.
-pub(crate) const HELD_OUT: f64 = 0.25;
-/// A misfit this much above the largest held-out one is outside.
-const MISFIT_MARGIN: f64 = 2.0;
-/// Distinct readings per coefficient when the presses are on no grid.
-const ROWS_PER_COEFFICIENT: f64 = 3.0;
-
 impl PositionMap {
-    /// Trains on frames in the order of time with the place of each (m), with
-    /// that of `candidates` which best foretells the last quarter from the
-    /// rows before it. Returns the map and the score of each candidate there.
-    ///
-    /// # Errors
-    /// [`TrainingError`].
-    pub fn train(
-        frames: &[Vec<f64>],
-        places: &[[f64; 2]],
-        candidates: &[PositionOptions],
-    ) -> Result<(Self, Vec<Score>), TrainingError> {
-        let (map, scores, _) = Self::trained(frames, places, candidates)?;
-        Ok((map, scores))
-    }
-
-    /// The same with the held-out estimates of the candidate that was chosen.
-    pub(crate) fn trained(
-        frames: &[Vec<f64>],
-        places: &[[f64; 2]],
-        candidates: &[PositionOptions],
-    ) -> Result<(Self, Vec<Score>, HeldOutPlaces), TrainingError> {
-        let begin = ((1.0 - HELD_OUT) * frames.len() as f64) as usize;
-        let mut tried: Vec<HeldOutPlaces> = candidates
-            .par_iter()
-            .map(|options| {
-                let map = Self::fit(&frames[..begin], &places[..begin], *options)?;
-                map.held_out(&frames[begin..], &places[begin..])
-            })
-            .collect::<Result<_, TrainingError>>()?;
-        let order = |a: &usize, b: &usize| {
-            let likelihood = |i: &usize| tried[*i].score.log_likelihood;
-            likelihood(a).total_cmp(&likelihood(b))
-        };
-        let Some(best) = (0..tried.len()).max_by(order) else {
-            return Err(TrainingError::TooFew {
-                found: 0,
-                needed: 1,
-            });
-        };
-        let mut map = Self::fit(frames, places, candidates[best])?;
-        map.interval_factor = tried[best].factor;
-        map.largest_misfit = MISFIT_MARGIN * tried[best].misfit;
-        let scores = tried.iter().map(|held_out| held_out.score).collect();
-        Ok((map, scores, tried.swap_remove(best)))
-    }
-
-    fn fit(
-        frames: &[Vec<f64>],
-        places: &[[f64; 2]],
-        options: PositionOptions,
-    ) -> Result<Self, TrainingError> {
-        let begin = (options.run_in.clamp(0.0, 0.9) * frames.len() as f64) as usize;
-        let (frames, places) = (&frames[begin..], &places[begin..]);
-        let standard = Standard::of(frames)?;
-        let (rows, places): (Vec<_>, Vec<_>) = frames
-            .iter()
-            .zip(places)
-            .filter_map(|(frame, place)| Some((standard.apply(frame).ok()?, *place)))
-            .unzip();
-        let intervals = intervals(&places);
-        let mut surface = Surface::fit(&places, &rows, intervals, options.smoothing)?;
-        let whitening = whitening(&surface, &places, &rows)?;
-        let width = surface.width;
-        for row in surface.coefficients.chunks_exact_mut(width) {
-            let white = whiten(&whitening, row);
-            row.copy_from_slice(&white);
-        }
-        Ok(Self {
-            standard,
-            surface,
-            whitening,
-            interval_factor: 1.0,
-            largest_misfit: f64::INFINITY,
-        })
-    }
-
     /// Readings of the channels in use of a press at `place` (m).
     pub fn answer(&self, place: [f64; 2]) -> Vec<f64> {
         let mut scaled = self.surface.at(place);
@@ -203,96 +97,10 @@ impl PositionMap {
         }
         Ok(())
     }
-
-    /// Score of the estimates of held-out rows, the factor on their
-    /// deviations, and the largest misfit among them.
-    fn held_out(
-        &self,
-        frames: &[Vec<f64>],
-        places: &[[f64; 2]],
-    ) -> Result<HeldOutPlaces, TrainingError> {
-        let mut estimator = PositionEstimator::new(self.clone())?;
-        let (mut errors, mut deviations) = (Vec::new(), Vec::new());
-        let mut estimates = Vec::new();
-        let mut misfit = 0.0f64;
-        for (frame, place) in frames.iter().zip(places) {
-            let estimate = estimator.estimate(frame)?;
-            misfit = misfit.max(estimate.misfit);
-            estimates.push(estimate.place);
-            for (axis, truth) in place.iter().enumerate() {
-                errors.push(estimate.place[axis] - truth);
-                deviations.push(estimate.deviation()[axis]);
-            }
-        }
-        let factor = interval_factor(&errors, &deviations);
-        Ok(HeldOutPlaces {
-            score: Score::of(&errors, &deviations),
-            estimates,
-            factor,
-            misfit,
-        })
-    }
 }
 
-/// Intervals along x and y: those of the grid that the places lie on, or as
-/// many as scattered places can tell.
-fn intervals(places: &[[f64; 2]]) -> [usize; 2] {
-    let distinct = |axis: usize| {
-        let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        let span = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
-        // A stage returns to a place within a thousandth of its way.
-        values.dedup_by(|a, b| *a - *b <= 1e-3 * span);
-        values.len()
-    };
-    let grid = [distinct(0), distinct(1)];
-    if grid[0] * grid[1] <= places.len() {
-        return grid.map(|count| count.saturating_sub(1).max(1));
-    }
-    let side = (places.len() as f64 / ROWS_PER_COEFFICIENT).sqrt();
-    [(side as usize).saturating_sub(3).max(1); 2]
-}
-
-/// L⁻¹ of the covariance of the rows about the surface, by rows.
-fn whitening(
-    surface: &Surface,
-    places: &[[f64; 2]],
-    rows: &[Vec<f64>],
-) -> Result<Vec<f64>, TrainingError> {
-    let width = surface.width;
-    let residuals: Vec<Vec<f64>> = places
-        .iter()
-        .zip(rows)
-        .map(|(place, row)| {
-            let fitted = surface.at(*place);
-            row.iter().zip(fitted).map(|(r, f)| r - f).collect()
-        })
-        .collect();
-    // Each coefficient takes one reading; half of them are always left.
-    let freedom = (rows.len() as f64 - surface.unknowns() as f64).max(0.5 * rows.len() as f64);
-    let covariance = Mat::from_fn(width, width, |i, j| {
-        let sum: f64 = residuals.iter().map(|row| row[i] * row[j]).sum();
-        // The channels have unit deviation; a thousandth of it is the least
-        // that two presses at one place may differ.
-        sum / freedom + if i == j { 1e-6 } else { 0.0 }
-    });
-    let factor = covariance
-        .llt(Side::Lower)
-        .map_err(|_| TrainingError::Dependent { features: width })?;
-    let lower = factor.L();
-    let mut inverse: Vec<Vec<f64>> = vec![vec![0.0; width]; width];
-    for j in 0..width {
-        inverse[j][j] = 1.0 / lower[(j, j)];
-        for i in j + 1..width {
-            let sum: f64 = (j..i).map(|k| lower[(i, k)] * inverse[k][j]).sum();
-            inverse[i][j] = -sum / lower[(i, i)];
-        }
-    }
-    Ok((0..width).flat_map(|i| inverse[i][..=i].to_vec()).collect())
-}
-
-/// L⁻¹ r.
-fn whiten(whitening: &[f64], row: &[f64]) -> Vec<f64> {
+/// L⁻¹ r, with the rows of the lower triangle of L⁻¹ one after the other.
+pub fn whiten(whitening: &[f64], row: &[f64]) -> Vec<f64> {
     let mut rest = whitening;
     (1..=row.len())
         .map(|count| {

@@ -3,8 +3,9 @@
 use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 
 use super::ChannelArray;
+use super::loads::{LOADS, is_local};
 use super::local::{self, Place};
-use super::predict::{ChannelPredictor, LOADS};
+use super::predict::ChannelPredictor;
 use crate::electronics::DividerBoard;
 use crate::mechanics::{LocalLoad, SolvedBlock};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
@@ -199,7 +200,7 @@ impl Predictor for ChannelFieldPredictor {
         loads: &Loads,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
-        if local::is_local(&loads.given.columns) {
+        if is_local(&loads.given.columns) {
             self.solve(loads, progress)
         } else {
             self.whole_top.prepare(loads, progress)
@@ -211,7 +212,7 @@ impl Predictor for ChannelFieldPredictor {
     }
 
     fn combination(&self, given: &[bool]) -> Result<(), String> {
-        if local::is_local(given) {
+        if is_local(given) {
             local::combination(given)
         } else {
             self.whole_top.combination(given)

@@ -3,15 +3,12 @@
 use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 
 use super::ChannelArray;
-use super::predict::{
+use super::loads::{
     AREA_COLUMN, CENTRE_X, CENTRE_Y, FORCE_Z, LOADED_SHARE, PATCH_X, PATCH_Y, PRESSURE, PUNCH,
 };
 use crate::mechanics::{ChannelBlock, LocalLoad};
 use crate::predict::{Curve, Load, LoadRefused};
 use crate::sensor::micrometres;
-
-/// Columns that place a load on the block.
-const PLACE: [usize; 5] = [PATCH_X, PATCH_Y, PUNCH, CENTRE_X, CENTRE_Y];
 
 /// The block of an array: all its taxels with one wall around them, its sides free.
 #[derive(Debug, Clone)]
@@ -168,11 +165,6 @@ impl Place {
     }
 }
 
-/// Whether these columns place a load on a part of the top.
-pub(super) fn is_local(given: &[bool]) -> bool {
-    PLACE.iter().any(|column| given.get(*column) == Some(&true))
-}
-
 /// Whether what is given makes one patch or one punch.
 pub(super) fn combination(given: &[bool]) -> Result<(), String> {
     let has = |column: usize| given.get(column) == Some(&true);
@@ -218,6 +210,7 @@ pub(super) fn curves() -> Vec<Curve> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::crossed_channels::loads::is_local;
     use crate::predict::Loads;
     use crate::sensor::Sensor;
 
@@ -228,7 +221,7 @@ mod tests {
     }
 
     fn read(place: &Place, load: &str) -> Result<(LocalLoad, f64), LoadRefused> {
-        let loads = Loads::one(load, &super::super::predict::LOADS).unwrap();
+        let loads = Loads::one(load, &super::super::loads::LOADS).unwrap();
         assert!(is_local(&loads.given.columns));
         combination(&loads.given.columns).unwrap();
         place.read(&loads.load(0))
@@ -325,7 +318,7 @@ mod tests {
             "p=1 kPa, punch=0.5 mm",
             "p=1 kPa, cx=0.1 mm",
         ] {
-            let loads = Loads::one(load, &super::super::predict::LOADS).unwrap();
+            let loads = Loads::one(load, &super::super::loads::LOADS).unwrap();
             assert!(combination(&loads.given.columns).is_err(), "{load}");
         }
     }

@@ -4,6 +4,7 @@ mod check;
 mod drawing;
 mod facts;
 mod field;
+mod loads;
 mod local;
 mod predict;
 mod simulated;

@@ -2,14 +2,14 @@
 
 use std::borrow::Cow;
 
+use super::loads::{AREA_COLUMN, FORCE_Z, LOADED_SHARE, LOADS, PRESSURE, is_local, pressure_of};
 use super::{ChannelArray, LAYERS};
 use crate::electronics::{Code, DividerBoard};
 use crate::mechanics::{
     ChannelClosed, ChannelError, ChannelSection, ClosingState, LinearElastic, SectionClosure,
     SolvedLayer, SolvedVoids, Stretch, VoidStack,
 };
-use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Loads, Predictor};
-use crate::quantity::{AREA, FORCE, LENGTH, STRESS};
+use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::ChannelLayer;
 
@@ -232,103 +232,6 @@ impl ChannelPredictor {
     }
 }
 
-/// Largest loads that are taken for loads on a soft sheet, Pa, N and m².
-const HIGHEST_PRESSURE: f64 = 100e6;
-const LARGEST_FORCE: f64 = 1e3;
-const LARGEST_AREA: f64 = 1.0;
-/// Smallest area, m²: 1 um².
-const SMALLEST_AREA: f64 = 1e-12;
-
-pub(super) const PRESSURE: usize = 0;
-pub(super) const FORCE_Z: usize = 1;
-pub(super) const AREA_COLUMN: usize = 2;
-pub(super) const LOADED_SHARE: usize = 3;
-pub(super) const PATCH_X: usize = 4;
-pub(super) const PATCH_Y: usize = 5;
-pub(super) const PUNCH: usize = 6;
-pub(super) const CENTRE_X: usize = 7;
-pub(super) const CENTRE_Y: usize = 8;
-
-/// The pressure of a load in Pa, and the column that names it.
-fn pressure_of(load: &Load<'_>) -> (usize, f64) {
-    match (load.number(FORCE_Z), load.number(AREA_COLUMN)) {
-        (Some(force), Some(area)) => (FORCE_Z, force / area),
-        _ => (PRESSURE, load.number(PRESSURE).unwrap_or(0.0)),
-    }
-}
-
-/// Largest length of a place on a sheet, m.
-const LARGEST_LENGTH: f64 = 1.0;
-
-const fn length(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        name,
-        short,
-        kind: LoadKind::Quantity(&LENGTH, [0.0, LARGEST_LENGTH]),
-        required: false,
-        about,
-    }
-}
-
-const fn place(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        kind: LoadKind::Quantity(&LENGTH, [-LARGEST_LENGTH, LARGEST_LENGTH]),
-        ..length(name, short, about)
-    }
-}
-
-pub(super) static LOADS: [LoadColumn; 9] = [
-    LoadColumn {
-        name: "pressure",
-        short: "p",
-        kind: LoadKind::Quantity(&STRESS, [0.0, HIGHEST_PRESSURE]),
-        required: false,
-        about: "pressure on the surface",
-    },
-    LoadColumn {
-        name: "force_z",
-        short: "fz",
-        kind: LoadKind::Quantity(&FORCE, [0.0, LARGEST_FORCE]),
-        required: false,
-        about: "pressing force, with area",
-    },
-    LoadColumn {
-        name: "area",
-        short: "area",
-        kind: LoadKind::Quantity(&AREA, [SMALLEST_AREA, LARGEST_AREA]),
-        required: false,
-        about: "area under the force",
-    },
-    LoadColumn {
-        name: "loaded_share",
-        short: "share",
-        kind: LoadKind::Number([1e-6, 1.0]),
-        required: false,
-        about: "share of the channel's length under the pressure; 1 without it",
-    },
-    length(
-        "patch_x",
-        "px",
-        "length along x of a pressed patch, with fem",
-    ),
-    length(
-        "patch_y",
-        "py",
-        "length along y of a pressed patch, with fem",
-    ),
-    length(
-        "punch_diameter",
-        "punch",
-        "diameter of a flat punch under the force, with fem",
-    ),
-    place(
-        "centre_x",
-        "cx",
-        "middle of patch or punch along x, from that of the taxels; 0 without it",
-    ),
-    place("centre_y", "cy", "the same along y"),
-];
-
 impl Predictor for ChannelPredictor {
     fn prepare(
         &mut self,
@@ -351,7 +254,7 @@ impl Predictor for ChannelPredictor {
     }
 
     fn combination(&self, given: &[bool]) -> Result<(), String> {
-        if super::local::is_local(given) {
+        if is_local(given) {
             return Err(String::from(
                 "only finite elements know what a patch or a punch on a part of the sheet does: add --mechanics fem, \
                  or give a pressure with the loaded_share of the channels",

@@ -6,7 +6,7 @@
 //! the mesh is blended into a circle, outside of which all space is mapped inside
 //! ([`taxel_fem::field::exterior`]).
 
-use super::tied::{Node, Outline, Sewn, between, joined, reversed};
+use super::tied::{Node, Outline, Tied, between, joined, reversed};
 use super::{BarCapacitance, Media};
 use std::collections::BTreeMap;
 use taxel_fem::field::FieldError;
@@ -64,12 +64,12 @@ impl Section {
         }
         let cut = cut_at(solid, &bottom, layer);
         let kept = |node: u32| solid.points[node as usize][0] <= cut;
-        let mut sewn = Sewn::default();
+        let mut tied = Tied::default();
         for cell in 0..solid.cell_count() {
             let nodes = solid.cell(cell);
             if nodes.iter().all(|&node| kept(node)) {
                 let region = &solid.regions[solid.region_of(cell)];
-                sewn.cell(CellShape::Quad9, region, &at(&places, nodes));
+                tied.cell(CellShape::Quad9, region, &at(&places, nodes));
             }
         }
         let mut across = named(solid, &|p| p[0] == cut);
@@ -97,8 +97,8 @@ impl Section {
             .iter()
             .fold(0.0_f64, |most, at| most.max(at[0].max(at[1].abs())));
         let size = BOX * extent;
-        let base = sewn.surround(&outline, size)?;
-        let mut mesh = sewn.mesh;
+        let base = tied.surround(&outline, size)?;
+        let mut mesh = tied.mesh;
         mesh.name_boundary("box", |p| p[0] == size || p[1].abs() == size);
         let ball = Ball {
             centre: [0.0; 3],

@@ -1,4 +1,4 @@
-//! Triangles round a layer, sewn to its cells.
+//! Triangles round a layer, tied to its cells.
 
 use std::collections::HashMap;
 use taxel_fem::field::FieldError;
@@ -31,14 +31,14 @@ pub(super) struct Outline {
 /// A part to be filled: region and closed line that runs round it in the positive sense.
 type Part = (&'static str, Vec<Node>);
 
-/// A plane mesh sewn together from parts that share the digits of their places.
+/// A plane mesh tied together from parts that share the digits of their places.
 #[derive(Default)]
-pub(super) struct Sewn {
+pub(super) struct Tied {
     pub(super) mesh: Mesh,
     known: HashMap<[u64; 2], u32>,
 }
 
-impl Sewn {
+impl Tied {
     pub(super) fn cell(&mut self, shape: CellShape, region: &str, at: &[[f64; 2]]) {
         let nodes: Vec<u32> = at.iter().map(|&place| self.node(place)).collect();
         let region = self.mesh.region(region);
@@ -170,13 +170,13 @@ impl Middles {
 
     /// Middle of an edge: as the cells of the layer have it, where they share it, else as near
     /// to its own place as there is room.
-    fn of(&self, edge: [Node; 2], sewn: &Sewn) -> Node {
+    fn of(&self, edge: [Node; 2], tied: &Tied) -> Node {
         let straight = between(edge[0], edge[1]);
         let Some(&Middle { place, room }) = self.0.get(&Self::key(edge)) else {
             return straight;
         };
         let off = distance(place, straight);
-        if off <= room || sewn.known.contains_key(&key(place)) {
+        if off <= room || tied.known.contains_key(&key(place)) {
             place
         } else {
             blend(straight, place, room / off)

@@ -1,0 +1,124 @@
+//! Which devices can be calibrated: a device is added here.
+
+use taxel::sensor::{Element, Sensor};
+
+use crate::driver::Calibrator;
+use crate::in_plane_capacitor::{self, InPlaneCalibrator};
+use crate::microchannel::{self, ChannelCalibrator};
+use crate::options::NamedSensor;
+use crate::piezoelectric::{self, PiezoelectricCalibrator};
+use crate::three_axis_capacitor::{self, ThreeAxisCalibrator};
+
+/// Sensors that cannot be calibrated together from readings.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NoCalibrator {
+    /// Not this kind.
+    #[error("a {element} of this sensor file cannot be calibrated from readings")]
+    Kind {
+        /// Key of the element.
+        element: &'static str,
+    },
+    /// Learned, not fitted.
+    #[error(
+        "an array with the element `{element}` has no physical model and no synthetic calibration data; train it alone with `taxel calibrate`"
+    )]
+    Learned {
+        /// Key of the element.
+        element: &'static str,
+    },
+    /// The sensors are not of one kind.
+    #[error("{name} is a {element}, the others are not; calibrate them apart")]
+    Mixed {
+        /// The first one that differs.
+        name: String,
+        /// Key of its element.
+        element: &'static str,
+    },
+    /// One sensor at a time.
+    #[error("a {element} is calibrated alone: give the readings of each sensor a table of its own")]
+    Alone {
+        /// Key of the element.
+        element: &'static str,
+    },
+    /// There is none.
+    #[error("there is no sensor to calibrate")]
+    None,
+}
+
+/// What calibrates these sensors together.
+///
+/// # Errors
+/// [`NoCalibrator`].
+pub fn calibrator<'a>(
+    sensors: &'a [NamedSensor<'a>],
+) -> Result<Box<dyn Calibrator + 'a>, NoCalibrator> {
+    let first = sensors.first().ok_or(NoCalibrator::None)?;
+    let element = first.sensor.element.key();
+    if let Some(other) = sensors
+        .iter()
+        .find(|other| other.sensor.element.key() != element)
+    {
+        return Err(NoCalibrator::Mixed {
+            name: other.name.to_owned(),
+            element: other.sensor.element.key(),
+        });
+    }
+    match first.sensor.element {
+        Element::InPlaneCapacitor(_) => match InPlaneCalibrator::new(sensors) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+        Element::ThreeAxisCapacitor(_) | Element::Piezoelectric(_) if sensors.len() > 1 => {
+            Err(NoCalibrator::Alone { element })
+        }
+        Element::ThreeAxisCapacitor(_) => match ThreeAxisCalibrator::new(first) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+        Element::Piezoelectric(_) => match PiezoelectricCalibrator::new(first) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+        Element::Trained(_) => Err(NoCalibrator::Learned { element }),
+        Element::LiquidMetalChannel(_) => match ChannelCalibrator::new(sensors) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Kind { element }),
+        },
+    }
+}
+
+/// Puts calibrated values in the place of a sensor file's constants.
+///
+/// # Errors
+/// The name of a parameter that is missing.
+pub(crate) fn apply(
+    sensor: &mut Sensor,
+    model: &str,
+    prefix: &str,
+    value: &dyn Fn(&str) -> Option<f64>,
+) -> Result<(), String> {
+    match sensor.element {
+        Element::InPlaneCapacitor(_) => in_plane_capacitor::apply(sensor, model, prefix, value),
+        Element::ThreeAxisCapacitor(_) => three_axis_capacitor::apply(sensor, prefix, value),
+        Element::Piezoelectric(_) => piezoelectric::apply(sensor, prefix, value),
+        Element::LiquidMetalChannel(_) => microchannel::apply(sensor, value),
+        // Its maps are tables, and no parameters.
+        Element::Trained(_) => Ok(()),
+    }
+}
+
+/// Columns of the answers of `taxel predict` that get a standard deviation.
+pub(crate) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
+    match sensor.element {
+        Element::InPlaneCapacitor(_) => &["force_z", "capacitance"],
+        Element::ThreeAxisCapacitor(_) => &[
+            "capacitance_11",
+            "capacitance_12",
+            "capacitance_21",
+            "capacitance_22",
+        ],
+        Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
+        Element::LiquidMetalChannel(_) => &microchannel::UNCERTAIN,
+        Element::Trained(_) => &[],
+    }
+}

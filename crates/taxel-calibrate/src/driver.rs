@@ -1,0 +1,348 @@
+//! The one way from a table of readings to an outcome, for every device.
+
+use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Status, profile_interval};
+use taxel_recording::InputError;
+
+use crate::clock::{one_clock, same_moment};
+use crate::device_model::{Calibratable, DeviceModel, FittedOf, Model};
+use crate::options::CalibrateOptions;
+use crate::outcome::{CovarianceBlock, ModelComparison, Outcome, paired, search_in_words};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{HoldOut, by_series, picked};
+
+/// Calibrates one kind of device.
+pub trait Calibrator: Calibratable {
+    /// Fits the readings of one table.
+    ///
+    /// # Errors
+    /// What the readings cannot be: of other sensors, of other units, too few.
+    fn calibrate(
+        &self,
+        table: &ReadingTable,
+        options: &CalibrateOptions,
+    ) -> Result<Outcome, InputError> {
+        self.calibrate_all(std::slice::from_ref(table), options)
+    }
+
+    /// Fits the readings of one table, and learns from the indentations of another
+    /// where the device learns from them.
+    ///
+    /// # Errors
+    /// As [`Self::calibrate`].
+    fn calibrate_all(
+        &self,
+        tables: &[ReadingTable],
+        options: &CalibrateOptions,
+    ) -> Result<Outcome, InputError>;
+}
+
+impl<D: DeviceModel> Calibrator for D {
+    fn calibrate_all(
+        &self,
+        tables: &[ReadingTable],
+        options: &CalibrateOptions,
+    ) -> Result<Outcome, InputError> {
+        let (indentations, readings): (Vec<_>, Vec<_>) = tables
+            .iter()
+            .partition(|table| self.has_indentations(table));
+        if let Some(table) = [&indentations, &readings]
+            .into_iter()
+            .find_map(|of| of.get(1))
+        {
+            let message = "a second table of the same kind";
+            return Err(InputError::whole(&table.file, message).help(
+                "put the readings into one table, and indentations at positions into another",
+            ));
+        }
+        let mut outcome = match (readings.first(), self.as_drawn()) {
+            (Some(table), _) => constants(self, table, options)?,
+            (None, Some(drawn)) => drawn,
+            (None, None) => return Err(InputError::whole("readings", "there is no table")),
+        };
+        if let Some(table) = indentations.first() {
+            self.learn(&mut outcome, table)?;
+        }
+        Ok(outcome)
+    }
+}
+
+/// Place among `models` of the one that is asked for, by default the first.
+fn wanted(models: &[Model], options: &CalibrateOptions) -> Result<usize, InputError> {
+    let Some(name) = &options.model else {
+        return Ok(0);
+    };
+    let found = models.iter().position(|known| known.name == name);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = models.iter().map(|model| model.name).collect();
+        InputError::whole("--model", format!("\"{name}\" is no model of this device"))
+            .help(format!("use one of: {}", names.join(", ")))
+    })
+}
+
+/// The constants of the asked model, with the other models beside it.
+fn constants<D: DeviceModel>(
+    device: &D,
+    table: &ReadingTable,
+    options: &CalibrateOptions,
+) -> Result<Outcome, InputError> {
+    let wanted = wanted(device.models(), options)?;
+    one_clock(table, device.columns())?;
+    same_moment(table, device.columns(), device.group())?;
+    let mut remarks = table.remarks.clone();
+    let (context, all) = device.readings(table, &mut remarks)?;
+    let series = by_series(&all);
+    let loading = device.loading(&context, &series, &mut remarks);
+    for readings in &loading {
+        for loads in device.loads(&context, readings) {
+            loads.enough(table)?;
+        }
+    }
+    extrapolations(device, &context, &loading, options.hold_out, &mut remarks);
+    let run = Run {
+        device,
+        context: &context,
+        table,
+        options,
+        wanted,
+        bodies: if D::SEPARATE {
+            loading
+        } else {
+            vec![loading.concat()]
+        },
+    };
+    let mut candidates = run.candidates(&mut remarks)?;
+    let (models, hold_out) = run.compared(&candidates, &mut remarks)?;
+    device.explained(&context, table, &candidates[0])?;
+    if options.profile {
+        for fitted in &mut candidates[0] {
+            run.profiled(fitted)?;
+        }
+    }
+    let best = &candidates[0];
+    let constants = device.beside(&context, best, &series, &mut remarks);
+    let held: Vec<Vec<bool>> = series.iter().map(|of| options.hold_out.of(of)).collect();
+    let loops = device.hysteresis(&context, best, &series, &held);
+    for one in &loops {
+        remarks.push(Remark::whole(one.about.clone()));
+    }
+    let bodies: Vec<Vec<D::Reading>> = best.iter().map(|one| one.readings.clone()).collect();
+    let parameters = best
+        .iter()
+        .flat_map(|one| paired(&one.parameters, &one.fit));
+    let mut outcome = Outcome {
+        parameters: parameters.collect(),
+        covariance: CovarianceBlock::of(best.iter().map(|one| &one.fit)),
+        open: device.open(best),
+        derived: device.derived(&context, best),
+        noise: noise_in_words(device, best),
+        search: searches_in_words(device, best),
+        residuals: device.residuals(&context, best, &bodies, &run.bodies),
+        hold_out,
+        held_out: options.hold_out.words(),
+        models,
+        scope: device.scope(&context, best, &series),
+        remarks,
+        figures: device.figures(&context, &candidates),
+        ..Outcome::new(
+            device.element(),
+            device.models()[wanted].name,
+            device.sensors(),
+        )
+    };
+    if !constants.is_empty() {
+        let covariance = diagonal(&constants);
+        outcome.add_constants(constants, covariance);
+    }
+    outcome.add_loops(loops);
+    Ok(outcome)
+}
+
+/// Remarks where readings held out lie beyond the others.
+fn extrapolations<D: DeviceModel>(
+    device: &D,
+    context: &D::Context,
+    loading: &[Vec<D::Reading>],
+    hold_out: HoldOut,
+    remarks: &mut Vec<Remark>,
+) {
+    for readings in loading {
+        let held = hold_out.of(readings);
+        let loads = |wanted| {
+            let part = picked(readings, &held, wanted);
+            device.loads(context, &part).into_iter().next()
+        };
+        if let (Some(inside), Some(outside)) = (loads(false), loads(true))
+            && let Some(message) = inside.beyond(&outside)
+        {
+            remarks.push(Remark::whole(message));
+        }
+    }
+}
+
+/// One calibration on its way.
+struct Run<'a, D: DeviceModel> {
+    device: &'a D,
+    context: &'a D::Context,
+    table: &'a ReadingTable,
+    options: &'a CalibrateOptions,
+    /// Place of the model that is asked for.
+    wanted: usize,
+    /// Readings of loading of each body.
+    bodies: Vec<Vec<D::Reading>>,
+}
+
+impl<D: DeviceModel> Run<'_, D> {
+    fn name(&self, model: usize) -> &'static str {
+        self.device.models()[model].name
+    }
+
+    fn refused(&self, model: usize, note: &str, error: &FitError) -> InputError {
+        let help = if note.is_empty() {
+            "check the units and the sensor file, take more readings, or choose another --model"
+        } else {
+            "hold out fewer readings, or take more"
+        };
+        let message = format!("{}{note}: {error}", self.name(model));
+        self.table.error("", message, help)
+    }
+
+    /// The fits of all models that have an answer, those of the asked one first.
+    fn candidates(&self, remarks: &mut Vec<Remark>) -> Result<Vec<Vec<FittedOf<D>>>, InputError> {
+        let mut candidates = Vec::new();
+        for model in 0..self.device.models().len() {
+            let fits =
+                self.device
+                    .fit_bodies(self.context, model, &self.bodies, self.options, None);
+            match fits {
+                Ok(fits) if model == self.wanted => candidates.insert(0, fits),
+                Ok(fits) => candidates.push(fits),
+                Err(error) if model == self.wanted => return Err(self.refused(model, "", &error)),
+                Err(error) => {
+                    let message = format!("{} was not fitted: {error}", self.name(model));
+                    remarks.push(Remark::whole(message));
+                }
+            }
+        }
+        Ok(candidates)
+    }
+
+    /// The models beside each other, with their errors at readings that a second
+    /// fit does not see; of the asked one all residuals there.
+    fn compared(
+        &self,
+        candidates: &[Vec<FittedOf<D>>],
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Vec<ModelComparison>, Vec<crate::outcome::ResidualSummary>), InputError> {
+        let (mut models, mut hold_out) = (Vec::new(), Vec::new());
+        for (place, fits) in candidates.iter().enumerate() {
+            let model = fits.first().map_or(self.wanted, |fitted| fitted.model);
+            let used: Vec<Vec<D::Reading>> = fits.iter().map(|one| one.readings.clone()).collect();
+            let mut comparison = ModelComparison {
+                name: self.name(model),
+                about: self.device.models()[model].about,
+                unknowns: fits.iter().map(FittedOf::<D>::unknowns).sum(),
+                residual: self
+                    .device
+                    .relative(self.context, fits, &used, &self.bodies),
+                hold_out: None,
+            };
+            let part = |wanted: bool| -> Vec<Vec<D::Reading>> {
+                let of = |readings: &Vec<D::Reading>| {
+                    picked(readings, &self.options.hold_out.of(readings), wanted)
+                };
+                used.iter().map(of).collect()
+            };
+            let (seen, unseen) = (part(false), part(true));
+            if unseen.iter().any(|readings| !readings.is_empty()) {
+                let others =
+                    self.device
+                        .fit_bodies(self.context, model, &seen, self.options, Some(fits));
+                match others {
+                    Ok(others) => {
+                        let error =
+                            self.device
+                                .relative(self.context, &others, &unseen, &self.bodies);
+                        comparison.hold_out = Some(error);
+                        if place == 0 {
+                            hold_out =
+                                self.device
+                                    .residuals(self.context, &others, &unseen, &self.bodies);
+                        }
+                    }
+                    Err(error) if place == 0 => {
+                        return Err(self.refused(model, " without the readings held out", &error));
+                    }
+                    Err(error) => remarks.push(Remark::whole(format!(
+                        "{} was not fitted without the readings held out: {error}",
+                        self.name(model)
+                    ))),
+                }
+            }
+            models.push(comparison);
+        }
+        Ok((models, hold_out))
+    }
+
+    /// Intervals of what is identified from profiles of the likelihood.
+    fn profiled(&self, fitted: &mut FittedOf<D>) -> Result<(), InputError> {
+        let identified = |j: &usize| fitted.fit.estimates[*j].status == Status::Identified;
+        let places: Vec<usize> = (0..fitted.parameters.len()).filter(identified).collect();
+        let Some(problem) = self.device.problem(self.context, fitted) else {
+            return Ok(());
+        };
+        let mut intervals = Vec::with_capacity(places.len());
+        for j in &places {
+            let interval = profile_interval(
+                problem.as_ref(),
+                &fitted.parameters,
+                &fitted.options,
+                &fitted.fit,
+                *j,
+            );
+            intervals.push(interval.map_err(|error| self.refused(self.wanted, "", &error))?);
+        }
+        drop(problem);
+        for (j, interval) in places.into_iter().zip(intervals) {
+            fitted.fit.estimates[j].interval = interval;
+        }
+        Ok(())
+    }
+}
+
+/// Covariance of independent constants.
+fn diagonal(constants: &[(Parameter, Estimate)]) -> Vec<Vec<f64>> {
+    let row = |i: usize| {
+        let mut row = vec![0.0; constants.len()];
+        row[i] = constants[i].1.deviation.powi(2);
+        row
+    };
+    (0..constants.len()).map(row).collect()
+}
+
+/// How the noise is known.
+fn noise_in_words<D: DeviceModel>(device: &D, fits: &[FittedOf<D>]) -> String {
+    if !fits.iter().all(|one| one.given) {
+        return format!("estimated from the residuals{}", device.noise(fits));
+    }
+    let scale = fits.iter().map(|one| one.fit.scale).fold(0.0, f64::max);
+    if scale <= 1.0 {
+        return "given with each reading; chi-square agrees".into();
+    }
+    format!(
+        "given with each reading, but chi-square refutes it: deviations and intervals are inflated by {}{scale:.2}",
+        if fits.len() > 1 { "up to " } else { "" }
+    )
+}
+
+/// How the searches ended.
+fn searches_in_words<D: DeviceModel>(device: &D, fits: &[FittedOf<D>]) -> String {
+    let of = |one: &FittedOf<D>| {
+        let ended = search_in_words(&one.fit, one.given);
+        match device.body(one) {
+            Some(body) => format!("{body}: {ended}"),
+            None => ended,
+        }
+    };
+    fits.iter().map(of).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,279 @@
+//! What readings of in-plane sensors can and cannot be.
+
+use super::columns::{CAPACITANCE_DEVIATION, FORCE_DEVIATION};
+use super::problem::Reading;
+use super::{InPlaneCalibrator, InputError, OWN, ReadingTable, Remark};
+use crate::loads::{self, right_prefix};
+use crate::split::Branch;
+use taxel::mechanics::LARGEST_COMPRESSION;
+use taxel::transduction::{CapacitanceLaw, InPlaneModel};
+use taxel_numerics::least_squares::Fit;
+
+/// A row belongs to the sensor whose drawn gap is as near as this share.
+const SAME_GAP: f64 = 0.2;
+/// A rest capacitance off by more than this factor is of another sensor.
+const OTHER: f64 = 3.0;
+/// Least readings of a sensor: its own parameters and three more.
+pub(super) const LEAST: usize = OWN + 3;
+/// Noise that is not given starts at this share of the range.
+const FIRST_NOISE: f64 = 0.01;
+
+/// The readings of `data` with their sensors, checked.
+pub(super) fn readings(
+    calibrator: &InPlaneCalibrator<'_>,
+    data: &ReadingTable,
+    remarks: &mut Vec<Remark>,
+) -> Result<Vec<Reading>, InputError> {
+    let mut readings = Vec::with_capacity(data.len());
+    let mut beyond = Vec::new();
+    for row in 0..data.len() {
+        let sensor = sensor_of(calibrator, data, row)?;
+        let (Some(force), Some(capacitance)) = (data.number(row, 2), data.number(row, 4)) else {
+            continue;
+        };
+        let reading = Reading {
+            sensor,
+            line: data.line(row),
+            time: data.number(row, 0),
+            force,
+            displacement: data.number(row, 3),
+            capacitance,
+            deviation: [FORCE_DEVIATION, CAPACITANCE_DEVIATION].map(|column| {
+                data.number(row, column)
+                    .filter(|deviation| *deviation > 0.0)
+            }),
+            marked: data.number(row, 8).is_some_and(|mark| mark != 0.0),
+        };
+        let thickness = calibrator.models[sensor].layer.thickness;
+        if reading
+            .displacement
+            .is_some_and(|u| u > LARGEST_COMPRESSION * thickness)
+        {
+            beyond.push(reading.line);
+        } else {
+            readings.push(reading);
+        }
+    }
+    if data.given[3] && 2 * beyond.len() > data.len() {
+        let message = format!(
+            "{} of {} displacements are more than {LARGEST_COMPRESSION} of the layer",
+            beyond.len(),
+            data.len()
+        );
+        let help = "is the unit of the column right, and the sensor file?";
+        return Err(data.error("displacement", message, help));
+    }
+    if let Some(first) = beyond.first() {
+        let message = format!(
+            "{} readings beyond a compression of {LARGEST_COMPRESSION} are left out, from here on",
+            beyond.len()
+        );
+        remarks.push(Remark::at(*first, &message));
+    }
+    let full = |reading: &&Reading| reading.displacement.is_none();
+    if data.given[3] && readings.iter().any(|reading| full(&reading)) {
+        let without = readings.iter().filter(full).count();
+        remarks.push(Remark::whole(format!(
+            "{without} readings without a displacement take their force as exact"
+        )));
+    }
+    for sensor in 0..calibrator.models.len() {
+        units(calibrator, data, &readings, sensor)?;
+    }
+    Ok(readings)
+}
+
+fn sensor_of(
+    calibrator: &InPlaneCalibrator<'_>,
+    data: &ReadingTable,
+    row: usize,
+) -> Result<usize, InputError> {
+    let gaps = calibrator.models.iter().map(|model| model.electrodes.gap);
+    let Some(gap) = data.number(row, 5) else {
+        if calibrator.models.len() == 1 {
+            return Ok(0);
+        }
+        let message = format!("line {} does not say of which sensor it is", data.line(row));
+        return Err(data.error(
+            "gap",
+            message,
+            "add a column gap with the drawn gap of each row",
+        ));
+    };
+    let near = |drawn: &f64| (gap / drawn - 1.0).abs() <= SAME_GAP;
+    gaps.clone().position(|drawn| near(&drawn)).ok_or_else(|| {
+        let drawn: Vec<String> = gaps
+            .map(|gap| format!("{} um", (gap * 1e9).round() / 1e3))
+            .collect();
+        let message = format!(
+            "line {}: a gap of {:.4} um is that of none of the sensors ({})",
+            data.line(row),
+            gap * 1e6,
+            drawn.join(", ")
+        );
+        data.error(
+            "gap",
+            message,
+            "name the other sensors with --with, or remove these rows",
+        )
+    })
+}
+
+/// Whether forces and capacitances can be of this sensor.
+fn units(
+    calibrator: &InPlaneCalibrator<'_>,
+    data: &ReadingTable,
+    readings: &[Reading],
+    sensor: usize,
+) -> Result<(), InputError> {
+    let model = &calibrator.models[sensor];
+    let of: Vec<&Reading> = readings.iter().filter(|r| r.sensor == sensor).collect();
+    if of.is_empty() {
+        let gap = model.electrodes.gap * 1e6;
+        let message = format!("no reading is of the sensor with a gap of {gap:.4} um");
+        return Err(data.error("gap", message, "leave this sensor out, or add its readings"));
+    }
+    let most = of.iter().map(|r| r.force).fold(f64::NEG_INFINITY, f64::max);
+    if most <= 0.0 {
+        let message = "no force is above zero; pressing is positive";
+        return Err(data.error("force_z", message, "turn the sign of the column"));
+    }
+    let rest = rest_of(readings, sensor);
+    let drawn = model.rest_capacitance();
+    let expected = format!(", {:.3} fF at rest", drawn * 1e15);
+    right_prefix(data, "capacitance", rest / drawn, &expected)?;
+    if !(drawn / OTHER..=drawn * OTHER).contains(&rest) {
+        let message = format!(
+            "{:.1} fF at rest; the sensor file says {:.1} fF",
+            rest * 1e15,
+            drawn * 1e15
+        );
+        return Err(data.error(
+            "capacitance",
+            message,
+            "name the sensor file of this device",
+        ));
+    }
+    match expected_force(model, &of, rest) {
+        Some((force, at)) => right_prefix(data, "force_z", at / force, &format!(", {force:.3} N")),
+        None => Ok(()),
+    }
+}
+
+/// The largest force by the drawing, and as read: from the displacement, or
+/// from the fall of the capacitance.
+fn expected_force(model: &InPlaneModel, readings: &[&Reading], rest: f64) -> Option<(f64, f64)> {
+    let most = readings.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;
+    let expected = if let Some(displacement) = most.displacement {
+        let compression = displacement / model.layer.thickness;
+        model.layer.compress(compression.max(0.0)).ok()?.force
+    } else {
+        let mut drawn = *model;
+        drawn.law = CapacitanceLaw::Mechanics;
+        let fall = rest - most.capacitance;
+        drawn.inverse().ok()?.force_from_change(fall)
+    };
+    (expected > 0.0).then_some((expected, most.force))
+}
+
+/// Capacitance at rest: the mean of a sensor's readings at its least loads.
+pub(super) fn rest_of(readings: &[Reading], sensor: usize) -> f64 {
+    let mut of: Vec<&Reading> = readings.iter().filter(|r| r.sensor == sensor).collect();
+    of.sort_by(|a, b| a.load().total_cmp(&b.load()));
+    let few = (of.len() / 50).max(1);
+    let least = of.iter().take(few).map(|r| r.capacitance);
+    least.sum::<f64>() / few.min(of.len().max(1)) as f64
+}
+
+/// Range of a quantity over the readings of a sensor.
+pub(super) fn range(readings: &[Reading], sensor: usize, of: impl Fn(&Reading) -> f64) -> f64 {
+    let [low, high] = loads::range(readings.iter().filter(|r| r.sensor == sensor).map(of));
+    (high - low).max(0.0)
+}
+
+/// Standard deviations of force and capacitance of each reading, and whether
+/// the bench gives them all.
+pub(super) fn noise(readings: &[Reading], sensors: usize) -> (Vec<[f64; 2]>, bool) {
+    let ranges: Vec<[f64; 2]> = (0..sensors)
+        .map(|sensor| {
+            [
+                range(readings, sensor, |r| r.force),
+                range(readings, sensor, |r| r.capacitance),
+            ]
+        })
+        .collect();
+    let with_displacement = readings.iter().any(|r| r.displacement.is_some());
+    let given = readings
+        .iter()
+        .all(|r| r.deviation[1].is_some() && (r.deviation[0].is_some() || !with_displacement));
+    let of = |r: &Reading| {
+        std::array::from_fn(|kind| {
+            let first = (FIRST_NOISE * ranges[r.sensor][kind]).max(f64::MIN_POSITIVE);
+            r.deviation[kind].unwrap_or(first)
+        })
+    };
+    (readings.iter().map(of).collect(), given)
+}
+
+/// Replaces each noise that is not given by what the residuals show, of each
+/// sensor and kind of reading; the largest relative change.
+pub(super) fn weigh_again(readings: &[Reading], found: &Fit, noise: &mut [[f64; 2]]) -> f64 {
+    let sensors = readings.iter().map(|r| r.sensor + 1).max().unwrap_or(0);
+    let count = readings.len();
+    let mut changed = 0.0_f64;
+    for sensor in 0..sensors {
+        for kind in 0..2 {
+            // Residuals of the capacitance come first.
+            let offset = if kind == 1 { 0 } else { count };
+            let mut square = 0.0;
+            let mut freedom = 0.0;
+            for (index, reading) in readings.iter().enumerate() {
+                let unknown = reading.sensor == sensor && reading.deviation[kind].is_none();
+                let read = kind == 1 || reading.displacement.is_some();
+                if let (true, true, Some(residual)) =
+                    (unknown, read, found.residuals.get(offset + index))
+                {
+                    square += residual * residual;
+                    freedom += 1.0 - found.leverage[offset + index];
+                }
+            }
+            if freedom < 1.0 || square <= 0.0 {
+                continue;
+            }
+            let factor = (square / freedom).sqrt();
+            changed = changed.max((factor - 1.0).abs());
+            for (reading, noise) in readings.iter().zip(noise.iter_mut()) {
+                if reading.sensor == sensor && reading.deviation[kind].is_none() {
+                    noise[kind] *= factor;
+                }
+            }
+        }
+    }
+    changed
+}
+
+/// How much less force unloading carries at the same displacement, mean over
+/// the displacements; `None` without displacements.
+pub(super) fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f64> {
+    let curve = |wanted: Branch| -> Option<Vec<(f64, f64)>> {
+        let pairs = readings.iter().zip(branches);
+        let of = pairs.filter(|(_, branch)| **branch == wanted);
+        let points = of.map(|(r, _)| Some((r.displacement?, r.force)));
+        let mut points: Vec<(f64, f64)> = points.collect::<Option<_>>()?;
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Some(points)
+    };
+    let (up, down) = (curve(Branch::Loading)?, curve(Branch::Unloading)?);
+    let places: Vec<f64> = up.iter().map(|point| point.0).collect();
+    let forces: Vec<f64> = up.iter().map(|point| point.1).collect();
+    let inside = down
+        .iter()
+        .filter(|(u, _)| places.first() <= Some(u) && Some(u) <= places.last());
+    let (mut lost, mut whole) = (0.0, 0.0);
+    for (displacement, force) in inside {
+        let loading = taxel_numerics::table::interpolate(&places, &forces, *displacement);
+        lost += loading - force;
+        whole += loading;
+    }
+    (whole > 0.0).then_some(lost / whole)
+}

@@ -1,0 +1,462 @@
+//! Calibration of in-plane capacitive sensors (P1) from a bench: force,
+//! displacement if there is one, and capacitance, for one gap or several.
+//!
+//! Modulus and scale of the end factor are shared by all gaps; rest capacitance, q, γ,
+//! t_min and n are each gap's own, as in P1 Table 1.
+
+mod checks;
+mod columns;
+mod hysteresis;
+mod problem;
+mod result;
+mod synthetic;
+
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo};
+use crate::hysteresis::{Loops, law_of, loss_in_words, on_loading, steps};
+use crate::loads::{LEAST_SPAN, Loads};
+use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, Derived, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{Branch, branches, turns};
+use taxel::figure::Figure;
+use taxel::predict::LoadColumn;
+use taxel::sensor::{InPlaneCapacitor, Sensor};
+use taxel::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
+use taxel_numerics::least_squares::{Fit, FitError, Parameter, Prior, Problem, fit};
+use taxel_recording::InputError;
+
+use crate::device_model::Model as NamedModel;
+use columns::COLUMNS;
+use problem::{Bench, END_SCALE, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
+
+/// Calibrates in-plane sensors that share a layer.
+pub(super) struct InPlaneCalibrator<'a> {
+    sensors: &'a [NamedSensor<'a>],
+    models: Vec<InPlaneModel>,
+    prefixes: Vec<String>,
+}
+
+/// Without displacements modulus and end condition are taken from the drawing
+/// with these deviations: 10 % of a cast elastomer's modulus, and the spread of
+/// the end conditions.
+const MODULUS_PRIOR: f64 = 0.1;
+const END_PRIOR: f64 = 0.1;
+/// Rates n at which searches start, beside that of the sensor file.
+const RATES: [f64; 3] = [10.0, 4.0, 25.0];
+/// Noise that is not given is found by weighing again until it settles.
+const MOST_ROUNDS: usize = 8;
+const SETTLED: f64 = 1e-3;
+
+static MODELS: [NamedModel; 3] = [
+    NamedModel {
+        name: "model-1",
+        about: "change of parallel plates times q (U/D)^gamma, thickness by t_min and n",
+    },
+    NamedModel {
+        name: "model-2",
+        about: "change of parallel plates, thickness by t_min and n",
+    },
+    NamedModel {
+        name: "first-principles",
+        about: "mechanics and field of the drawing; no fitted change",
+    },
+];
+
+/// Which parameters are free under which law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Model {
+    /// P1 Eqs. 7 and 8.
+    One,
+    /// Parallel plates with the published thickness: q = 1, γ = 0.
+    Two,
+    /// Mechanics and fields; only the rest capacitance is free.
+    FirstPrinciples,
+}
+
+impl Model {
+    const ALL: [Self; 3] = [Self::One, Self::Two, Self::FirstPrinciples];
+
+    fn law(self) -> CapacitanceLaw {
+        match self {
+            Self::FirstPrinciples => CapacitanceLaw::Mechanics,
+            _ => CapacitanceLaw::Published,
+        }
+    }
+}
+
+/// One fitted model, with the standard deviations of force and capacitance of each
+/// reading.
+type Fitted = FittedTo<Reading, Vec<[f64; 2]>>;
+
+/// The law of a fit.
+fn law(fitted: &Fitted) -> CapacitanceLaw {
+    Model::ALL[fitted.model].law()
+}
+
+impl<'a> InPlaneCalibrator<'a> {
+    /// `None` when a sensor is of another kind.
+    pub(super) fn new(sensors: &'a [NamedSensor<'a>]) -> Option<Self> {
+        let element = |named: &NamedSensor<'a>| Some(named.sensor.in_plane().ok()?.element);
+        let elements: Vec<&InPlaneCapacitor> =
+            sensors.iter().map(element).collect::<Option<_>>()?;
+        let models: Vec<InPlaneModel> = elements.iter().map(|element| element.model()).collect();
+        let prefix = |model: &InPlaneModel| {
+            let micrometres = (model.electrodes.gap * 1e9).round() / 1e3;
+            format!("gap_{}um.", micrometres.to_string().replace('.', "_"))
+        };
+        Some(Self {
+            sensors,
+            prefixes: models.iter().map(prefix).collect(),
+            models,
+        })
+    }
+
+    fn parameters(&self, model: Model, at: &[f64], with_displacement: bool) -> Vec<Parameter> {
+        let drawn = self.models[0].layer;
+        let prior =
+            |value: f64, deviation: f64| (!with_displacement).then_some(Prior { value, deviation });
+        let modulus = drawn.youngs_modulus;
+        let mut parameters = vec![
+            Parameter {
+                unit: "Pa",
+                bounds: [0.05 * modulus, 20.0 * modulus],
+                size: 0.1 * modulus,
+                prior: prior(modulus, MODULUS_PRIOR * modulus),
+                ..Parameter::new(MODULUS, at[0])
+            },
+            Parameter {
+                bounds: FACTOR_BOUNDS.map(|factor| factor / self.largest_factor()),
+                size: 0.1,
+                prior: prior(1.0, END_PRIOR),
+                ..Parameter::new(END_SCALE, at[1])
+            },
+        ];
+        for (sensor, drawn) in self.models.iter().enumerate() {
+            let at = &at[own(sensor)..own(sensor) + OWN];
+            let rest = drawn.rest_capacitance();
+            // Least and largest value, and a difference that matters.
+            let ranges = [
+                ([0.1 * rest, 10.0 * rest], 0.01 * rest),
+                ([1e-3, 100.0], 0.3 * at[1]),
+                ([-0.95, 3.0], 0.1),
+                ([0.05, 1.0], 0.1),
+                ([0.05, 100.0], 0.3 * at[4]),
+            ];
+            for (k, (bounds, size)) in ranges.into_iter().enumerate() {
+                let held = match model {
+                    Model::One => false,
+                    Model::Two => k == 1 || k == 2,
+                    Model::FirstPrinciples => k > 0,
+                };
+                parameters.push(Parameter {
+                    unit: if k == 0 { "F" } else { "" },
+                    bounds: if held { [at[k]; 2] } else { bounds },
+                    size,
+                    ..Parameter::new(format!("{}{}", self.prefixes[sensor], NAMES[k]), at[k])
+                });
+            }
+        }
+        parameters
+    }
+
+    /// The largest χ of the drawing.
+    fn largest_factor(&self) -> f64 {
+        let layer = &self.models[0].layer;
+        let at = |e: &f64| layer.end_condition.factor(layer.aspect(), *e).ok();
+        let found = [0.01, 0.1, 0.2, 0.3, 0.4].iter().filter_map(at);
+        found.reduce(f64::max).unwrap_or(1.0)
+    }
+
+    /// Starts of a search: as in the sensor file, and plain ones.
+    fn starts(&self, model: Model, readings: &[Reading]) -> Vec<Vec<f64>> {
+        let start = |own: &dyn Fn(&InPlaneModel) -> [f64; OWN - 1]| {
+            let modulus = self.models[0].layer.youngs_modulus;
+            let mut at = vec![modulus, 1.0];
+            for (sensor, drawn) in self.models.iter().enumerate() {
+                at.push(checks::rest_of(readings, sensor));
+                at.extend(own(drawn));
+            }
+            at
+        };
+        let plain = |rate: f64| start(&move |_| [1.0, 0.0, 0.8, rate]);
+        let published = |model: &InPlaneModel| match model.published_fit {
+            Some(PublishedFit { thinning, fringe }) => {
+                let [least, rate] = [thinning.least_thickness, thinning.rate];
+                [fringe.scale, fringe.exponent, least, rate.max(0.1)]
+            }
+            None => [1.0, 0.0, 0.8, RATES[0]],
+        };
+        match model {
+            Model::One => {
+                let mut starts = vec![start(&published)];
+                starts.extend(RATES.map(plain));
+                starts
+            }
+            Model::Two => RATES.map(plain).to_vec(),
+            Model::FirstPrinciples => vec![plain(RATES[0])],
+        }
+    }
+
+    /// The best fit over all starts, with the noise that the readings show.
+    fn fit(
+        &self,
+        model: Model,
+        readings: &[Reading],
+        options: &CalibrateOptions,
+        starts: &[Vec<f64>],
+    ) -> Result<Fitted, FitError> {
+        let with_displacement = readings.iter().any(|r| r.displacement.is_some());
+        let (mut noise, given) = checks::noise(readings, self.models.len());
+        let fit_options = options.fitting(given);
+        let once = |at: &[f64], noise: &[[f64; 2]]| {
+            let parameters = self.parameters(model, at, with_displacement);
+            let bench = Bench::new(&self.models, readings, model.law(), noise.to_vec());
+            fit(&bench, &parameters, &fit_options).map(|fit| (parameters, fit))
+        };
+        let mut best: Option<(Vec<Parameter>, Fit)> = None;
+        let mut failure = None;
+        for start in starts {
+            match once(start, &noise) {
+                Ok(found)
+                    if best
+                        .as_ref()
+                        .is_none_or(|best| found.1.chi_square < best.1.chi_square) =>
+                {
+                    best = Some(found);
+                }
+                Ok(_) => {}
+                Err(error) => failure = Some(error),
+            }
+        }
+        let Some((_, mut found)) = best else {
+            return Err(failure.unwrap_or(FitError::TooFew {
+                readings: readings.len(),
+                unknowns: SHARED + OWN * self.models.len(),
+            }));
+        };
+        let mut parameters = Vec::new();
+        for _ in 0..MOST_ROUNDS {
+            let changed = checks::weigh_again(readings, &found, &mut noise);
+            // Again from here, with sizes that fit the values.
+            (parameters, found) = once(&found.values(), &noise)?;
+            if changed < SETTLED {
+                break;
+            }
+        }
+        Ok(Fitted {
+            model: model as usize,
+            parameters,
+            fit: found,
+            readings: readings.to_vec(),
+            options: fit_options,
+            given,
+            noise,
+        })
+    }
+
+    /// The problem of `readings` at the noise 1, for what a fit predicts.
+    fn bench_of<'b>(&'b self, fitted: &Fitted, readings: &'b [Reading]) -> Bench<'b> {
+        let noise = vec![[1.0; 2]; readings.len()];
+        Bench::new(&self.models, readings, law(fitted), noise)
+    }
+}
+
+impl Calibratable for InPlaneCalibrator<'_> {
+    fn columns(&self) -> &'static [LoadColumn] {
+        &COLUMNS
+    }
+
+    fn group(&self) -> &'static str {
+        "gap"
+    }
+
+    fn models(&self) -> &'static [NamedModel] {
+        &MODELS
+    }
+
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
+        synthetic::table(&self.models, options)
+    }
+}
+
+impl DeviceModel for InPlaneCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = Vec<[f64; 2]>;
+    type Context = ();
+
+    fn element(&self) -> &'static str {
+        "in_plane_capacitor"
+    }
+
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        let pairs = self.sensors.iter().zip(&self.prefixes);
+        pairs
+            .map(|(named, prefix)| CalibratedSensor::of(named, prefix))
+            .collect()
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<((), Vec<Reading>), InputError> {
+        Ok(((), checks::readings(self, table, remarks)?))
+    }
+
+    fn loading(
+        &self,
+        (): &(),
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        let of = |of: &Vec<Reading>| {
+            let name = self.prefixes[of[0].sensor].trim_end_matches('.');
+            let loads: Vec<f64> = of.iter().map(Reading::load).collect();
+            let branches = branches(&loads);
+            if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
+                let message = "the rows are in no order of loading; all are used as one branch";
+                remarks.push(Remark::whole(format!("{name}: {message}")));
+                return of.clone();
+            }
+            let note = checks::hysteresis(of, &branches).map_or_else(String::new, |share| {
+                format!("; {}", loss_in_words(share, "force"))
+            });
+            let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
+            on_loading(name, of, &unloading, &note, remarks)
+        };
+        series.iter().map(of).collect()
+    }
+
+    fn loads(&self, (): &(), readings: &[Reading]) -> Vec<Loads> {
+        let sensor = readings.first().map_or(0, |r| r.sensor);
+        vec![Loads {
+            name: self.prefixes[sensor].trim_end_matches('.').to_owned(),
+            column: "force_z",
+            unit: ("N", 1.0),
+            values: readings.iter().map(|r| r.force).collect(),
+            least: checks::LEAST,
+            span: LEAST_SPAN,
+            from_rest: true,
+        }]
+    }
+
+    fn fit_bodies(
+        &self,
+        (): &(),
+        model: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        from: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let model = Model::ALL[model];
+        let one = |readings: &Vec<Reading>| {
+            let starts = match from.and_then(<[_]>::first) {
+                Some(found) => vec![found.fit.values()],
+                None => self.starts(model, readings),
+            };
+            self.fit(model, readings, options, &starts)
+        };
+        bodies.iter().map(one).collect()
+    }
+
+    fn problem<'b>(&'b self, (): &'b (), fitted: &'b Fitted) -> Option<Box<dyn Problem + 'b>> {
+        let noise = fitted.noise.clone();
+        let bench = Bench::new(&self.models, &fitted.readings, law(fitted), noise);
+        Some(Box::new(bench))
+    }
+
+    fn relative(
+        &self,
+        (): &(),
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(&fits[0], &readings[0], &all[0])
+    }
+
+    fn residuals(
+        &self,
+        (): &(),
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(&fits[0], &readings[0], &all[0])
+    }
+
+    fn hysteresis(
+        &self,
+        (): &(),
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        held: &[Vec<bool>],
+    ) -> Vec<Loops> {
+        let best = &fits[0];
+        let of = |(of, held): (&Vec<Reading>, &Vec<bool>)| {
+            let sensor = of.first()?.sensor;
+            let model = |at: Vec<f64>| {
+                let values = std::array::from_fn(|k| at[own(sensor) + k]);
+                problem::calibrated(&self.models[sensor], law(best), [at[0], at[1]], values)
+            };
+            let mut moved = steps(&best.fit).into_iter().map(model);
+            let here = model(best.fit.values());
+            hysteresis::of_sensor(&here, &mut moved, of, held, &self.prefixes[sensor])
+        };
+        series.iter().zip(held).filter_map(of).collect()
+    }
+
+    fn derived(&self, (): &(), fits: &[Fitted]) -> Vec<Derived> {
+        self.derived(&fits[0])
+    }
+
+    fn noise(&self, _: &[Fitted]) -> String {
+        ", of each sensor's forces and capacitances apart".into()
+    }
+
+    fn scope(&self, (): &(), fits: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
+        self.scope(&fits[0])
+    }
+
+    fn figures(&self, (): &(), candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(candidates)
+    }
+}
+
+/// Puts calibrated values in the place of a sensor file's constants; `value`
+/// looks a parameter up, `prefix` is that of the sensor.
+///
+/// # Errors
+/// The name of a parameter that is missing.
+pub(super) fn apply(
+    sensor: &mut Sensor,
+    model: &str,
+    prefix: &str,
+    value: &dyn Fn(&str) -> Option<f64>,
+) -> Result<(), String> {
+    let find = |name: String| value(&name).ok_or(name);
+    let shared = [find(MODULUS.into())?, find(END_SCALE.into())?];
+    let mut own = [0.0; OWN];
+    for (place, name) in own.iter_mut().zip(NAMES) {
+        *place = find(format!("{prefix}{name}"))?;
+    }
+    let place = MODELS.iter().position(|known| known.name == model);
+    let law = Model::ALL[place.ok_or("model")?].law();
+    if let taxel::sensor::Element::InPlaneCapacitor(element) = &mut sensor.element {
+        let found = problem::calibrated(&element.model(), law, shared, own);
+        element.layer = found.layer;
+        element.electrodes = found.electrodes;
+        element.law = found.law;
+        // The published constants stay those of the drawing beside mechanics.
+        if law == CapacitanceLaw::Published {
+            element.published_fit = found.published_fit;
+        }
+        element.stray_capacitance = found.stray_capacitance;
+        element.hysteresis = law_of(prefix, value);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

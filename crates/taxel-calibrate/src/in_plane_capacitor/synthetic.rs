@@ -1,0 +1,76 @@
+//! A bench for in-plane sensors that exists in the computer only: its truth is
+//! known.
+
+use std::fmt::Write as _;
+
+use crate::options::SyntheticOptions;
+use taxel::mechanics::CompressedLayer;
+use taxel::transduction::InPlaneModel;
+use taxel_numerics::Noise;
+
+/// Readings of all `models`, one after the other, as CSV.
+///
+/// The displacement goes up and down as a triangle over time and is read
+/// without error. Forces follow from the layer pressed flat, or by a tilted
+/// probe from the mean over its two Gauss points; loading carries more than
+/// unloading by `hysteresis`; capacitances drift along a straight line.
+pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> String {
+    let mut noise = Noise::seeded(options.seed);
+    let mut text = String::from("# synthetic calibration data\n");
+    let _ = writeln!(
+        text,
+        "# seed {}, noise {}, hysteresis {}, drift {}, tilt {} rad",
+        options.seed, options.noise, options.hysteresis, options.drift, options.tilt
+    );
+    text.push_str("time [s],gap [um],displacement [um],force_z [N],capacitance [fF]\n");
+    for model in models {
+        let states: Vec<[f64; 3]> = (0..options.readings)
+            .filter_map(|i| state(model, options, i))
+            .collect();
+        let largest = |column: usize, zero: f64| {
+            let sizes = states.iter().map(|state| (state[column] - zero).abs());
+            sizes.fold(0.0, f64::max)
+        };
+        let rest = model.rest_capacitance();
+        let full = [largest(1, 0.0), largest(2, rest)];
+        for (i, [displacement, force, capacitance]) in states.iter().enumerate() {
+            let time = 0.1 * i as f64;
+            let drift = options.drift * full[1] * i as f64 / options.readings as f64;
+            let _ = writeln!(
+                text,
+                "{time:.1},{},{:.4},{:.6},{:.5}",
+                (model.electrodes.gap * 1e9).round() / 1e3,
+                displacement * 1e6,
+                force + options.noise * full[0] * noise.normal(),
+                (capacitance + drift + options.noise * full[1] * noise.normal()) * 1e15
+            );
+        }
+    }
+    text
+}
+
+/// Displacement, force and capacitance of a reading without noise; `None`
+/// beyond the models.
+fn state(model: &InPlaneModel, options: &SyntheticOptions, index: usize) -> Option<[f64; 3]> {
+    let phase = options.cycles as f64 * index as f64 / options.readings as f64;
+    let turn = 2.0 * phase.fract();
+    let (share, sign) = if turn < 1.0 {
+        (turn, 1.0)
+    } else {
+        (2.0 - turn, -1.0)
+    };
+    let compression = share * options.compression;
+    let force = tilted_force(&model.layer, compression, options.tilt)?;
+    let capacitance = model.respond(compression).ok()?.capacitance;
+    Some([
+        compression * model.layer.thickness,
+        force * (1.0 + 0.5 * sign * options.hysteresis),
+        capacitance,
+    ])
+}
+
+fn tilted_force(layer: &CompressedLayer, compression: f64, tilt: f64) -> Option<f64> {
+    let lift = tilt.abs() * layer.contact_half_length / (3.0_f64.sqrt() * layer.thickness);
+    let at = |compression: f64| Some(layer.compress(compression.max(0.0)).ok()?.force);
+    Some(0.5 * (at(compression - lift)? + at(compression + lift)?))
+}

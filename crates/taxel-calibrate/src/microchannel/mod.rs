@@ -1,0 +1,507 @@
+//! Calibration of crossing liquid-metal channels (P4) from a bench: pressure,
+//! or force on an area, and the voltage or resistance of one channel or several.
+//!
+//! Lead resistance, expansion of the liquid's law and force bias are shared by
+//! all channels, a stiffness by those of one layer; each channel has its own
+//! resistance at rest.
+
+mod checks;
+mod columns;
+mod hysteresis;
+mod problem;
+mod result;
+mod saturation;
+mod synthetic;
+
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model};
+use crate::hysteresis::{Loops, law_of, on_loading};
+use crate::loads::{LEAST_SPAN, Loads};
+use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{Branch, branches, by_series};
+use taxel::calibration::ChannelModel;
+use taxel::electronics::{DividerBoard, Readout};
+use taxel::figure::Figure;
+use taxel::mechanics::PressureLaw;
+use taxel::predict::LoadColumn;
+use taxel::sensor::{Element, FoundChannels, Sensor};
+use taxel::transduction::ChannelLayer;
+use taxel_numerics::least_squares::{Estimate, Fit, FitError, Parameter, Problem, fit};
+use taxel_recording::InputError;
+
+use columns::{CHANNEL, COLUMNS};
+use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
+use saturation::{Plateau, SATURATION};
+
+static MODELS: [Model; 1] = [Model {
+    name: "cell",
+    about: "closing curve of the drawing times a stiffness, law of the liquid, leads",
+}];
+const NAMES: [&str; SHARED] = [
+    "lead_resistance",
+    "row.stiffness",
+    "column.stiffness",
+    "expansion",
+    "force_bias",
+];
+const REST: &str = "rest_resistance";
+
+/// Columns of answers that the uncertainty reaches.
+pub(super) static UNCERTAIN: [&str; 4] = [
+    "row_resistance",
+    "row_voltage",
+    "column_resistance",
+    "column_voltage",
+];
+
+/// Calibrates one array of crossing channels.
+pub(super) struct ChannelCalibrator<'a> {
+    named: &'a NamedSensor<'a>,
+    layers: [ChannelLayer; 2],
+    /// Channels of the row and of the column layer.
+    counts: [usize; 2],
+    board: DividerBoard,
+    /// Largest pressure that each layer's closing curve knows, Pa.
+    highest: [f64; 2],
+    all: Vec<usize>,
+}
+
+/// One fit; its noise are the readings beyond the end of the closing curves.
+type Fitted = FittedTo<Reading, Beyond>;
+
+/// Readings beyond the end of the closing curves.
+pub(crate) struct Beyond(usize);
+
+/// Searches start at these stiffnesses, and at these shares of the largest
+/// force as bias.
+const STIFFNESSES: [f64; 3] = [1.0, 3.0, 10.0];
+const BIASES: [f64; 3] = [0.0, 0.1, 0.25];
+/// Readings beyond the curves change with the fit: a few rounds settle them.
+const MOST_ROUNDS: usize = 4;
+
+impl<'a> ChannelCalibrator<'a> {
+    /// `None` for anything but one such array.
+    pub(super) fn new(sensors: &'a [NamedSensor<'a>]) -> Option<Self> {
+        let [named] = sensors else { return None };
+        let array = named.sensor.channels().ok()?;
+        let highest = |layer: usize| {
+            let model = ChannelModel::new(&array.layers[layer], 1.0, 0.0, f64::INFINITY).ok()?;
+            Some(model.highest_pressure())
+        };
+        Some(Self {
+            highest: [highest(0)?, highest(1)?],
+            all: (0..array.counts().iter().sum()).collect(),
+            named,
+            counts: array.counts(),
+            board: array.board,
+            layers: array.layers,
+        })
+    }
+
+    fn layer_of(&self, channel: usize) -> usize {
+        usize::from(channel >= self.counts[0])
+    }
+
+    /// Parameters of the drawing, all channels read.
+    fn drawn(&self) -> Vec<f64> {
+        let expansion = match &self.layers[0].liquid {
+            PressureLaw::Paper(law) => law.expansion,
+            _ => 1.0,
+        };
+        let mut at = vec![self.board.divider.lead, 1.0, 1.0, expansion, 0.0];
+        at.extend(self.all.iter().map(|channel| self.drawn_rest(*channel)));
+        at
+    }
+
+    fn drawn_rest(&self, channel: usize) -> f64 {
+        self.layers[self.layer_of(channel)]
+            .conductor
+            .rest_resistance()
+    }
+
+    fn bench_of<'b>(&'b self, channels: &[usize], readings: &'b [Reading]) -> Bench<'b> {
+        let usual = self.board.deviation();
+        Bench {
+            layers: &self.layers,
+            divider: self.board.divider,
+            channels: channels.to_vec(),
+            readings,
+            noise: readings
+                .iter()
+                .map(|r| r.deviation.unwrap_or(usual))
+                .collect(),
+        }
+    }
+
+    fn parameters(&self, channels: &[usize], readings: &[Reading], at: &[f64]) -> Vec<Parameter> {
+        let rest = self.drawn_rest(0);
+        let force = checks::largest_force(readings);
+        let read = |layer: usize| readings.iter().any(|r| r.layer == layer);
+        let trapped = matches!(self.layers[0].liquid, PressureLaw::Paper(_));
+        // Unit, least and largest value, a difference that matters, and whether
+        // the readings can say anything of it.
+        let shared = [
+            ("ohm", [0.0, 10.0 * rest], 0.1 * rest, true),
+            ("", [0.02, 50.0], 0.2 * at[1], read(0)),
+            ("", [0.02, 50.0], 0.2 * at[2], read(1)),
+            ("", [0.005, 20.0], 0.1, trapped),
+            (
+                "N",
+                [-0.5 * force, 0.9 * force],
+                (0.1 * force).max(f64::MIN_POSITIVE),
+                force > 0.0,
+            ),
+        ];
+        let places = shared.into_iter().enumerate();
+        let shared = places.map(|(j, (unit, bounds, size, free))| Parameter {
+            unit,
+            bounds: if free { bounds } else { [at[j]; 2] },
+            size,
+            ..Parameter::new(NAMES[j], at[j])
+        });
+        let own = channels.iter().zip(&at[SHARED..]).map(|(channel, at)| {
+            let drawn = self.drawn_rest(*channel);
+            Parameter {
+                unit: "ohm",
+                bounds: [0.05 * drawn, 20.0 * drawn],
+                size: 0.1 * drawn,
+                ..Parameter::new(format!("{CHANNEL}_{channel}.{REST}"), *at)
+            }
+        });
+        shared.chain(own).collect()
+    }
+
+    /// Starts of a search.
+    fn starts(&self, readings: &[Reading]) -> Vec<Vec<f64>> {
+        let divider = self.board.divider;
+        let force = checks::largest_force(readings);
+        let biases = if force > 0.0 {
+            &BIASES[..]
+        } else {
+            &BIASES[..1]
+        };
+        let mut starts = Vec::new();
+        for stiffness in STIFFNESSES {
+            for bias in biases {
+                let mut at = self.drawn();
+                at.truncate(SHARED);
+                // Off the bound, where nothing would be learned of it.
+                at[LEAD] = at[LEAD].max(0.05 * self.drawn_rest(0));
+                at[STIFFNESS[0]] = stiffness;
+                at[STIFFNESS[1]] = stiffness;
+                at[BIAS] = bias * force;
+                for channel in checks::channels(readings) {
+                    let voltage = checks::rest_voltage(readings, channel);
+                    let sum = divider.reference * voltage / (divider.supply - voltage);
+                    let rest = (sum - at[LEAD]).max(0.5 * sum);
+                    at.push(if rest.is_finite() {
+                        rest
+                    } else {
+                        self.drawn_rest(channel)
+                    });
+                }
+                starts.push(at);
+            }
+        }
+        starts
+    }
+
+    fn fit(
+        &self,
+        readings: &[Reading],
+        options: &CalibrateOptions,
+        starts: &[Vec<f64>],
+    ) -> Result<Fitted, FitError> {
+        let channels = checks::channels(readings);
+        let given = readings.iter().all(|r| r.deviation.is_some());
+        let fit_options = options.fitting(given);
+        let once = |at: &[f64], kept: &[Reading]| {
+            let parameters = self.parameters(&channels, kept, at);
+            let bench = self.bench_of(&channels, kept);
+            fit(&bench, &parameters, &fit_options).map(|found| (parameters, found))
+        };
+        let mut best: Option<(Vec<Parameter>, Fit)> = None;
+        let mut failure = FitError::TooFew {
+            readings: readings.len(),
+            unknowns: SHARED + channels.len(),
+        };
+        for start in starts {
+            match once(start, readings) {
+                Ok(found) => {
+                    let better = |best: &(_, Fit)| found.1.chi_square < best.1.chi_square;
+                    if best.as_ref().is_none_or(better) {
+                        best = Some(found);
+                    }
+                }
+                Err(error) => failure = error,
+            }
+        }
+        let (mut parameters, mut found) = best.ok_or(failure)?;
+        let mut kept = readings.to_vec();
+        for _ in 0..MOST_ROUNDS {
+            let before = kept.len();
+            let at = found.values();
+            let bench = self.bench_of(&channels, readings);
+            kept = readings
+                .iter()
+                .filter(|r| bench.ratio(&at, r).is_some_and(|at| !at.beyond))
+                .copied()
+                .collect();
+            if kept.len() == before {
+                break;
+            }
+            (parameters, found) = once(&at, &kept)?;
+        }
+        Ok(Fitted {
+            model: 0,
+            parameters,
+            fit: found,
+            noise: Beyond(readings.len() - kept.len()),
+            readings: kept,
+            options: fit_options,
+            given,
+        })
+    }
+
+    /// The readings of loading of one channel that are not saturated; remarks on
+    /// those of unloading.
+    fn loading_of(&self, of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+        let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
+        // Saturated readings say which way the load goes, too.
+        let pairs = of.iter().zip(branches(&loads));
+        let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
+            .filter(|(r, _)| !r.saturated)
+            .map(|(r, branch)| (*r, branch == Branch::Unloading))
+            .unzip();
+        let Some(first) = of.first() else {
+            return Vec::new();
+        };
+        let name = format!("{CHANNEL}_{}", first.channel);
+        on_loading(&name, &of, &unloading, "", remarks)
+    }
+
+    /// The readings of loading of all channels, one after the other.
+    fn loading(&self, all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+        let series = by_series(all);
+        let loading = series.iter().map(|of| self.loading_of(of, remarks));
+        loading.collect::<Vec<_>>().concat()
+    }
+
+    /// The plateau of each channel that reached one; marks its readings.
+    fn plateaus(&self, all: &mut [Reading]) -> Vec<Option<Plateau>> {
+        let loading = self.loading(all, &mut Vec::new());
+        let plateau = |channel: &usize| {
+            let of = loading.iter().filter(|r| r.channel == *channel);
+            Plateau::find(&of.copied().collect::<Vec<_>>())
+        };
+        let plateaus: Vec<Option<Plateau>> = self.all.iter().map(plateau).collect();
+        for reading in all {
+            let plateau = plateaus[reading.channel];
+            reading.saturated |= plateau.is_some_and(|plateau| plateau.holds(reading));
+        }
+        plateaus
+    }
+}
+
+impl Calibratable for ChannelCalibrator<'_> {
+    fn columns(&self) -> &'static [LoadColumn] {
+        &COLUMNS
+    }
+
+    fn group(&self) -> &'static str {
+        CHANNEL
+    }
+
+    fn models(&self) -> &'static [Model] {
+        &MODELS
+    }
+
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
+        synthetic::table(self, options)
+    }
+}
+
+impl DeviceModel for ChannelCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = Beyond;
+    /// The plateau of each channel that reached one.
+    type Context = Vec<Option<Plateau>>;
+
+    fn element(&self) -> &'static str {
+        self.named.sensor.element.key()
+    }
+
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        vec![CalibratedSensor::of(self.named, "")]
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Self::Context, Vec<Reading>), InputError> {
+        let mut all = checks::readings(self, table, remarks)?;
+        Ok((self.plateaus(&mut all), all))
+    }
+
+    fn loading(
+        &self,
+        _: &Self::Context,
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        let loading = series.iter().map(|of| self.loading_of(of, remarks));
+        loading.filter(|of| !of.is_empty()).collect()
+    }
+
+    fn loads(&self, _: &Self::Context, readings: &[Reading]) -> Vec<Loads> {
+        vec![Loads {
+            name: format!("{CHANNEL} {}", readings.first().map_or(0, |r| r.channel)),
+            column: "pressure",
+            unit: ("kPa", 1e3),
+            values: readings.iter().map(|r| r.load.pressure(0.0)).collect(),
+            least: checks::LEAST,
+            span: LEAST_SPAN,
+            from_rest: true,
+        }]
+    }
+
+    fn fit_bodies(
+        &self,
+        _: &Self::Context,
+        _: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        from: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let one = |readings: &Vec<Reading>| {
+            let starts = match from.and_then(<[_]>::first) {
+                Some(found) => vec![found.fit.values()],
+                None => self.starts(readings),
+            };
+            self.fit(readings, options, &starts)
+        };
+        bodies.iter().map(one).collect()
+    }
+
+    fn problem<'b>(
+        &'b self,
+        _: &'b Self::Context,
+        fitted: &'b Fitted,
+    ) -> Option<Box<dyn Problem + 'b>> {
+        let channels = checks::channels(&fitted.readings);
+        Some(Box::new(self.bench_of(&channels, &fitted.readings)))
+    }
+
+    fn relative(
+        &self,
+        _: &Self::Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(&fits[0], &readings[0])
+    }
+
+    fn residuals(
+        &self,
+        _: &Self::Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(&fits[0], &readings[0])
+    }
+
+    fn beside(
+        &self,
+        plateaus: &Self::Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<(Parameter, Estimate)> {
+        let Beyond(beyond) = fits[0].noise;
+        if beyond > 0 {
+            remarks.push(Remark::whole(format!(
+                "{beyond} readings lie beyond the end of the closing curves and are left out"
+            )));
+        }
+        let channels = checks::channels(&fits[0].readings);
+        saturation::parameters(self, &channels, plateaus, series, remarks)
+    }
+
+    fn hysteresis(
+        &self,
+        _: &Self::Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        held: &[Vec<bool>],
+    ) -> Vec<Loops> {
+        let found = hysteresis::of_array(self, &fits[0], series, held);
+        found.into_iter().collect()
+    }
+
+    fn noise(&self, _: &[Fitted]) -> String {
+        String::new()
+    }
+
+    fn scope(&self, _: &Self::Context, fits: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
+        result::scope(&fits[0])
+    }
+
+    fn figures(&self, _: &Self::Context, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(&candidates[0][0])
+    }
+}
+
+/// Puts calibrated values in the place of a sensor file's constants; `value`
+/// looks a parameter up. Channels that were not read stay as drawn.
+///
+/// # Errors
+/// The name of a parameter that is missing.
+pub(super) fn apply(
+    sensor: &mut Sensor,
+    value: &dyn Fn(&str) -> Option<f64>,
+) -> Result<(), String> {
+    let find = |place: usize| value(NAMES[place]).ok_or_else(|| NAMES[place].to_owned());
+    let stiffness = [find(STIFFNESS[0])?, find(STIFFNESS[1])?];
+    let (lead, expansion) = (find(LEAD)?, find(EXPANSION)?);
+    let array = sensor.channels().map_err(|error| error.to_string())?;
+    let rest = |(layer, count): (usize, usize)| {
+        let drawn = array.layers[layer].conductor.rest_resistance();
+        let first = layer * array.counts()[0];
+        (first..first + count)
+            .map(|channel| value(&format!("{CHANNEL}_{channel}.{REST}")).map_or(1.0, |r| r / drawn))
+            .collect::<Vec<f64>>()
+    };
+    let rest = array
+        .counts()
+        .into_iter()
+        .enumerate()
+        .flat_map(rest)
+        .collect();
+    let drawn = array.board.divider.saturation;
+    let saturation =
+        |channel: usize| value(&format!("{CHANNEL}_{channel}.{SATURATION}")).unwrap_or(drawn);
+    let saturation = (0..array.counts().iter().sum()).map(saturation).collect();
+    if let Element::LiquidMetalChannel(element) = &mut sensor.element {
+        element.found = Some(FoundChannels {
+            stiffness,
+            rest,
+            saturation,
+            hysteresis: law_of("", value),
+        });
+        if let PressureLaw::Paper(law) = &mut element.liquid.pressure {
+            law.expansion = expansion;
+        }
+    }
+    if let Readout::VoltageDivider(divider) = &mut sensor.electronics.readout {
+        divider.lead = lead;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,167 @@
+//! From which voltage on a channel says no more: the plateau at its largest
+//! loads, where there is one.
+
+use super::problem::Reading;
+use super::{CHANNEL, ChannelCalibrator};
+use crate::remark::Remark;
+use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
+
+/// Name of the parameter behind that of its channel.
+pub(super) const SATURATION: &str = "saturation_voltage";
+
+/// Fewer readings at the largest loads are no plateau.
+const LEAST: usize = 6;
+/// Chances on one side that a reading of a plateau is taken for none: where it is
+/// looked for, two in a row end it; of the others a single one that is taken for
+/// no plateau spoils the curve, and a few too many do not matter. The scatter
+/// of few readings is often too small: hence Student's quantiles.
+const IN_A_ROW: f64 = 1e-4;
+const ALONE: f64 = 1e-6;
+/// The same for its slope.
+const FLAT: f64 = 1e-5;
+/// The curve before a plateau would have risen along it by this many deviations
+/// of a reading.
+const RISING: f64 = 8.0;
+
+/// Readings of one channel that no longer change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Plateau {
+    /// Mean, V.
+    voltage: f64,
+    /// Of one reading, V.
+    scatter: f64,
+    /// Least load, Pa.
+    from: f64,
+    count: usize,
+}
+
+/// How far from the mean of `count` readings another one of theirs lies with no
+/// more than this chance, in their scatter.
+fn apart(chance: f64, count: usize) -> f64 {
+    student_quantile(1.0 - chance, count - 1) * (1.0 + 1.0 / count as f64).sqrt()
+}
+
+impl Plateau {
+    /// The plateau of readings of loading of one channel: from the largest load
+    /// down until two readings in a row are out, or all so far rise.
+    ///
+    /// The last quarter of these may be of the curve before, which joins it little
+    /// by little where loads are close to one another: the others determine it.
+    pub(super) fn find(of: &[Reading]) -> Option<Self> {
+        let mut points: Vec<[f64; 2]> = of
+            .iter()
+            .map(|reading| [reading.load.pressure(0.0), reading.voltage])
+            .collect();
+        points.sort_by(|a, b| b[0].total_cmp(&a[0]));
+        let mut count = LEAST;
+        points.get(..LEAST)?;
+        while let Some(next) = points.get(count) {
+            let [mean, scatter] = spread(&points[..count]);
+            let out = |point: &[f64; 2]| (point[1] - mean).abs() > apart(IN_A_ROW, count) * scatter;
+            let ends = out(next) && points.get(count + 1).is_none_or(out);
+            if ends || !is_flat(&points[..count]) {
+                break;
+            }
+            count += 1;
+        }
+        let rest = &points[count..];
+        let top = &points[..(3 * count / 4).max(LEAST)];
+        let [voltage, scatter] = spread(top);
+        let [before, _] = line(&rest[..rest.len().min(count)])?;
+        let length = top[0][0] - top[top.len() - 1][0];
+        let found = is_flat(top) && before * length > RISING * scatter;
+        found.then_some(Self {
+            voltage,
+            scatter,
+            from: points[count - 1][0],
+            count: top.len(),
+        })
+    }
+
+    /// Whether a reading belongs to it.
+    pub(super) fn holds(&self, reading: &Reading) -> bool {
+        reading.voltage > self.voltage - apart(ALONE, self.count) * self.scatter
+    }
+}
+
+/// Mean and standard deviation of the voltages.
+fn spread(points: &[[f64; 2]]) -> [f64; 2] {
+    let count = points.len() as f64;
+    let mean = points.iter().map(|point| point[1]).sum::<f64>() / count;
+    let squares: f64 = points.iter().map(|point| (point[1] - mean).powi(2)).sum();
+    [mean, (squares / (count - 1.0)).sqrt()]
+}
+
+/// Whether the voltages do not clearly change along the loads.
+fn is_flat(points: &[[f64; 2]]) -> bool {
+    line(points).is_some_and(|[slope, deviation]| {
+        slope.abs() <= student_quantile(1.0 - FLAT, points.len() - 2) * deviation
+    })
+}
+
+/// Slope of a straight line and its deviation.
+fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let freedom = points.len().checked_sub(2).filter(|left| *left > 0)?;
+    let count = points.len() as f64;
+    let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / count;
+    let [x, y] = [mean(0), mean(1)];
+    let square: f64 = points.iter().map(|point| (point[0] - x).powi(2)).sum();
+    let product: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
+    let slope = product / square;
+    let misfit = |point: &[f64; 2]| (point[1] - y - slope * (point[0] - x)).powi(2);
+    let variance = points.iter().map(misfit).sum::<f64>() / freedom as f64;
+    let deviation = (variance / square).sqrt();
+    (square > 0.0).then_some([slope, deviation])
+}
+
+/// The saturation of each channel that was read with its estimate, and what
+/// there is to say of it. A saturation that was not reached lies between the
+/// largest voltage that was read and the supply.
+pub(super) fn parameters(
+    calibrator: &ChannelCalibrator<'_>,
+    channels: &[usize],
+    plateaus: &[Option<Plateau>],
+    series: &[Vec<Reading>],
+    remarks: &mut Vec<Remark>,
+) -> Vec<(Parameter, Estimate)> {
+    let divider = calibrator.board.divider;
+    let one = |channel: &usize| {
+        let name = format!("{CHANNEL}_{channel}");
+        let of = series
+            .iter()
+            .flatten()
+            .filter(|reading| reading.channel == *channel && !reading.saturated);
+        let most = of.map(|reading| reading.voltage).fold(0.0, f64::max);
+        let parameter = Parameter {
+            unit: "V",
+            bounds: [most, divider.supply],
+            ..Parameter::new(format!("{name}.{SATURATION}"), divider.saturation)
+        };
+        let Some(plateau) = plateaus[*channel] else {
+            let message = format!("{name}: saturation was not reached: it is at least {most:.4} V");
+            remarks.push(Remark::whole(message));
+            let estimate = Estimate {
+                value: divider.saturation,
+                deviation: (divider.supply - most) / 12.0_f64.sqrt(),
+                interval: parameter.bounds,
+                status: Status::NotIdentified,
+            };
+            return (parameter, estimate);
+        };
+        let deviation = plateau.scatter / (plateau.count as f64).sqrt();
+        let half = student_quantile(0.975, plateau.count - 1) * deviation;
+        remarks.push(Remark::whole(format!(
+            "{name}: saturated from {:.4} kPa on, {} readings of loading",
+            plateau.from * 1e-3,
+            plateau.count
+        )));
+        let estimate = Estimate {
+            value: plateau.voltage,
+            deviation,
+            interval: [plateau.voltage - half, plateau.voltage + half],
+            status: Status::Identified,
+        };
+        (parameter, estimate)
+    };
+    channels.iter().map(one).collect()
+}

@@ -1,0 +1,75 @@
+//! A bench for crossing channels that exists in the computer only: its truth is
+//! known.
+
+use std::fmt::Write as _;
+
+use super::ChannelCalibrator;
+use super::problem::{Load, Reading};
+use crate::hysteresis;
+use crate::options::SyntheticOptions;
+use taxel::mechanics::{LARGEST_COMPRESSION, LoadHistory};
+use taxel_numerics::Noise;
+
+/// Readings of all channels, one after the other, as CSV.
+///
+/// The pressure, even along the channel, goes up and down as a triangle over
+/// time. The largest compression 0.4 of the options stands for the pressure at
+/// which the closing curve ends. A channel closes as the triangle says; the
+/// pressure that closes it so is larger on loading than on unloading by
+/// `hysteresis`. Its voltage rises to the share `saturation` of its largest
+/// change and no further. The tilt has no meaning here.
+pub(super) fn table(calibrator: &ChannelCalibrator<'_>, options: &SyntheticOptions) -> String {
+    let mut noise = Noise::seeded(options.seed);
+    let mut text = String::from("# synthetic calibration data\n");
+    let _ = writeln!(
+        text,
+        "# seed {}, noise {}, hysteresis {}, drift {}",
+        options.seed, options.noise, options.hysteresis, options.drift
+    );
+    text.push_str("time [s],channel,pressure [kPa],voltage [mV]\n");
+    let law = hysteresis::synthetic(options.hysteresis);
+    let at = calibrator.drawn();
+    for channel in calibrator.all.iter().copied() {
+        let layer = calibrator.layer_of(channel);
+        let highest = calibrator.highest[layer] * options.compression / LARGEST_COMPRESSION;
+        let voltage = |pressure: f64| {
+            let reading = Reading {
+                channel,
+                layer,
+                load: Load::Pressure(pressure),
+                share: 1.0,
+                voltage: 0.0,
+                deviation: None,
+                saturated: false,
+                marked: false,
+            };
+            calibrator
+                .bench_of(&calibrator.all, &[])
+                .predict(&at, &reading)
+        };
+        let (Some(rest), Some(most)) = (voltage(0.0), voltage(highest)) else {
+            continue;
+        };
+        let mut history = LoadHistory::default();
+        for index in 0..options.readings {
+            let phase = options.cycles as f64 * index as f64 / options.readings as f64;
+            let turn = 2.0 * phase.fract();
+            let share = if turn < 1.0 { turn } else { 2.0 - turn };
+            let Some(exact) = voltage(share * highest) else {
+                continue;
+            };
+            let drift = options.drift * index as f64 / options.readings as f64;
+            let change = (exact - rest).min(options.saturation * (most - rest));
+            let carried = share * highest * law.share(&history.push(share * highest));
+            let off = (drift + options.noise * noise.normal()) * (most - rest);
+            let _ = writeln!(
+                text,
+                "{:.1},{channel},{:.6},{:.6}",
+                0.1 * index as f64,
+                carried * 1e-3,
+                (rest + change + off) * 1e3
+            );
+        }
+    }
+    text
+}

@@ -1,0 +1,383 @@
+//! Calibration of piezoelectric elements (P3) from a bench: peaks of test
+//! loads over the load, or a voltage over time, driven by a displacement or a
+//! force.
+//!
+//! Charge per force, leak resistance and the silicone's viscosity are fitted.
+//! The modulus of the silicone stays that of the drawing: under a displacement
+//! it acts as the charge per force does.
+
+mod answers;
+mod checks;
+mod columns;
+mod cross_validation;
+mod indentations;
+mod peaks;
+mod positions;
+mod problem;
+mod result;
+mod synthetic;
+
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel};
+use crate::loads::Loads;
+use crate::options::{CalibrateOptions, IndentationOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, CovarianceBlock, Derived, Outcome, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use taxel::estimation::ProfileModel;
+use taxel::figure::Figure;
+use taxel::layout::Layout;
+use taxel::predict::LoadColumn;
+use taxel::sensor::Sensor;
+use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Problem, Status, fit};
+use taxel_recording::InputError;
+
+use columns::COLUMNS;
+use problem::Table;
+use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, UNITS, VISCOSITY};
+
+/// Calibrates one piezoelectric sensor.
+pub(super) struct PiezoelectricCalibrator<'a> {
+    named: &'a NamedSensor<'a>,
+    /// Least and greatest voltage that is not clipped, V.
+    span: [f64; 2],
+    /// Of a reading by the board's own figures, V.
+    deviation: f64,
+    /// Output per force in the middle of the band, V/N.
+    volt_per_newton: f64,
+    /// C/N.
+    charge_per_force: f64,
+    layout: Layout,
+    /// Profiles of contacts, as drawn.
+    profile: ProfileModel,
+}
+
+static MODELS: [NamedModel; 2] = [
+    NamedModel {
+        name: "dynamic",
+        about: "charge per force, leak and viscosity",
+    },
+    NamedModel {
+        name: "gain",
+        about: "charge per force; leak and viscosity of the drawing",
+    },
+];
+
+/// Which parameters are free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Model {
+    /// All three; the viscosity from a displacement that was recorded only.
+    Dynamic,
+    /// The charge per force alone.
+    Gain,
+}
+
+impl Model {
+    const ALL: [Self; 2] = [Self::Dynamic, Self::Gain];
+
+    /// The viscosity delays the signal by μ/E of the silicone: a peak, where the
+    /// signal stands still, does not identify it, a recording does.
+    fn frees(self, place: usize, table: &Table) -> bool {
+        match place {
+            GAIN => true,
+            LEAK => self == Self::Dynamic,
+            // A force reaches the element whole, however it came.
+            _ => {
+                let recorded = !table.path.is_empty();
+                self == Self::Dynamic && recorded && table.device.drive == Drive::Displacement
+            }
+        }
+    }
+}
+
+/// Share of each constant that matters: of the slope two hundredths, of the
+/// time constant a tenth, of the viscosity a quarter.
+const SIZES: [f64; OWN] = [0.02, 0.1, 0.25];
+/// Factors about the drawing between which each constant is searched.
+const WITHIN: [[f64; 2]; OWN] = [[0.01, 100.0], [1e-3, 1e3], [0.0, 1e3]];
+
+type Fitted = FittedTo<Reading, ()>;
+
+impl<'a> PiezoelectricCalibrator<'a> {
+    /// `None` when the sensor is of another kind.
+    pub(super) fn new(named: &'a NamedSensor<'a>) -> Option<Self> {
+        let array = named.sensor.piezoelectric().ok()?;
+        Some(Self {
+            named,
+            span: array.board.span(),
+            deviation: array.board.deviation(),
+            volt_per_newton: array.volt_per_newton(),
+            charge_per_force: array.element.charge_per_force,
+            layout: array.layout(),
+            profile: array.profile_model(),
+        })
+    }
+
+    fn problem<'b>(&self, table: &'b Table, readings: &'b [Reading]) -> Bench<'b> {
+        Bench {
+            device: &table.device,
+            profiles: &table.profiles,
+            readings,
+            path: &table.path,
+            deviation: self.deviation,
+        }
+    }
+
+    fn fit(
+        &self,
+        model: Model,
+        table: &Table,
+        readings: &[Reading],
+        options: &CalibrateOptions,
+    ) -> Result<Fitted, FitError> {
+        let drawn = table.device.drawn();
+        let bench = self.problem(table, readings);
+        let parameters: Vec<Parameter> = (0..OWN)
+            .map(|place| {
+                let at = drawn[place];
+                let start = match place {
+                    GAIN => at * problem::ratio(&bench, &drawn).clamp(0.02, 50.0),
+                    // A silicone without damping would have no size.
+                    VISCOSITY => at.max(1.0),
+                    _ => at,
+                };
+                let free = model.frees(place, table);
+                Parameter {
+                    unit: UNITS[place],
+                    bounds: if free {
+                        WITHIN[place].map(|factor| factor * start)
+                    } else {
+                        [at; 2]
+                    },
+                    size: SIZES[place] * start,
+                    ..Parameter::new(NAMES[place], if free { start } else { at })
+                }
+            })
+            .collect();
+        let given = readings.iter().all(|r| r.deviation.is_some());
+        let options = options.fitting(given);
+        Ok(Fitted {
+            model: model as usize,
+            fit: fit(&bench, &parameters, &options)?,
+            parameters,
+            readings: readings.to_vec(),
+            options,
+            given,
+            noise: (),
+        })
+    }
+}
+
+impl Calibratable for PiezoelectricCalibrator<'_> {
+    fn columns(&self) -> &'static [LoadColumn] {
+        &COLUMNS
+    }
+
+    fn group(&self) -> &'static str {
+        ""
+    }
+
+    fn models(&self) -> &'static [NamedModel] {
+        &MODELS
+    }
+
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
+        synthetic::table(self.named.sensor, options)
+    }
+
+    fn synthetic_indentations(&self, options: &IndentationOptions) -> Option<String> {
+        synthetic::indentations(self, options)
+    }
+}
+
+impl DeviceModel for PiezoelectricCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = ();
+    type Context = Table;
+
+    fn element(&self) -> &'static str {
+        self.named.sensor.element.key()
+    }
+
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        vec![CalibratedSensor::of(self.named, "")]
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Table, Vec<Reading>), InputError> {
+        let found = checks::table(self, table, remarks)?;
+        let readings = found.readings.clone();
+        Ok((found, readings))
+    }
+
+    fn loading(
+        &self,
+        _: &Table,
+        series: &[Vec<Reading>],
+        _: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        series.to_vec()
+    }
+
+    fn loads(&self, context: &Table, readings: &[Reading]) -> Vec<Loads> {
+        vec![context.loads(readings)]
+    }
+
+    fn fit_bodies(
+        &self,
+        context: &Table,
+        model: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        _: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let one = |readings: &Vec<Reading>| self.fit(Model::ALL[model], context, readings, options);
+        bodies.iter().map(one).collect()
+    }
+
+    fn problem<'b>(
+        &'b self,
+        context: &'b Table,
+        fitted: &'b Fitted,
+    ) -> Option<Box<dyn Problem + 'b>> {
+        Some(Box::new(self.problem(context, &fitted.readings)))
+    }
+
+    fn relative(
+        &self,
+        context: &Table,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(&fits[0], context, &readings[0])
+    }
+
+    fn residuals(
+        &self,
+        context: &Table,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        _: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(&fits[0], context, &readings[0])
+    }
+
+    fn explained(
+        &self,
+        context: &Table,
+        table: &ReadingTable,
+        fits: &[Fitted],
+    ) -> Result<(), InputError> {
+        peaks::explained(self, table, context, &fits[0])
+    }
+
+    fn beside(
+        &self,
+        context: &Table,
+        _: &[Fitted],
+        _: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<(Parameter, Estimate)> {
+        remarks.push(Remark::whole(match context.device.drive {
+            Drive::Displacement => {
+                "charge_per_force stands for its product with the silicone's stiffness, which stays that of the drawing"
+            }
+            Drive::Force => "the viscosity does not act between a force and its signal and stays that of the drawing",
+        }));
+        Vec::new()
+    }
+
+    fn derived(&self, context: &Table, fits: &[Fitted]) -> Vec<Derived> {
+        self.derived(&fits[0], context)
+    }
+
+    fn noise(&self, fits: &[Fitted]) -> String {
+        format!(": {:.4} mV", fits[0].fit.scale * self.deviation * 1e3)
+    }
+
+    fn scope(&self, context: &Table, _: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
+        result::scope(context)
+    }
+
+    fn figures(&self, context: &Table, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(&candidates[0][0], context)
+    }
+
+    fn has_indentations(&self, table: &ReadingTable) -> bool {
+        indentations::has(table)
+    }
+
+    fn as_drawn(&self) -> Option<Outcome> {
+        let drawn = problem::Device::new(self.named.sensor, Drive::Force).drawn();
+        let fixed = |place: usize| {
+            let at = drawn[place];
+            let parameter = Parameter {
+                unit: UNITS[place],
+                bounds: [at; 2],
+                ..Parameter::new(NAMES[place], at)
+            };
+            let estimate = Estimate {
+                value: at,
+                deviation: 0.0,
+                interval: [at; 2],
+                status: Status::Fixed,
+            };
+            (parameter, estimate)
+        };
+        Some(Outcome {
+            parameters: (0..OWN).map(fixed).collect(),
+            covariance: vec![CovarianceBlock {
+                first: 0,
+                rows: vec![vec![0.0; OWN]; OWN],
+            }],
+            noise: "of the indentations".into(),
+            search: "constants of the drawing; indentations identify positions alone".into(),
+            ..Outcome::new(DeviceModel::element(self), "as-drawn", self.sensors())
+        })
+    }
+
+    fn learn(&self, outcome: &mut Outcome, table: &ReadingTable) -> Result<(), InputError> {
+        outcome.remarks.extend_from_slice(&table.remarks);
+        let pressed = indentations::read(self, table, &mut outcome.remarks)?;
+        let learned = positions::learn(self, &pressed).map_err(|error| {
+            let help = "press at positions all over the elements, 0.5 to 1 mm apart";
+            table.error("x", error.to_string(), help)
+        })?;
+        outcome.places = Some(learned.map);
+        outcome.hold_out.extend(learned.hold_out);
+        outcome.scope.extend(learned.scope);
+        outcome.remarks.extend(learned.remarks);
+        outcome.figures.push(learned.figure);
+        let before = std::mem::take(&mut outcome.held_out);
+        outcome.held_out = if before.is_empty() {
+            learned.held_out
+        } else {
+            format!("{before}; {}", learned.held_out)
+        };
+        Ok(())
+    }
+}
+
+/// Puts calibrated values in the place of a sensor file's constants.
+///
+/// # Errors
+/// The name of a parameter that is missing.
+pub(super) fn apply(
+    sensor: &mut Sensor,
+    prefix: &str,
+    value: &dyn Fn(&str) -> Option<f64>,
+) -> Result<(), String> {
+    let found = NAMES.map(|name| {
+        let name = format!("{prefix}{name}");
+        value(&name).ok_or(name)
+    });
+    let at: Vec<f64> = found.into_iter().collect::<Result<_, _>>()?;
+    problem::put(sensor, &at);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

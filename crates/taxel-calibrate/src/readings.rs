@@ -1,0 +1,452 @@
+//! Readings of a bench: CSV with units in the header, as people save it.
+
+use crate::remark::Remark;
+use taxel::predict::{LoadColumn, LoadKind};
+use taxel::quantity::Dimension;
+use taxel_recording::{InputError, separator_of};
+
+/// A table of readings, with what was noticed while reading it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadingTable {
+    /// Name of the file for messages.
+    pub file: String,
+    /// For each column of the calibrator whether it is there.
+    pub given: Vec<bool>,
+    /// A number (SI) or none for each column of the calibrator, row by row.
+    rows: Vec<Vec<Option<f64>>>,
+    /// Line of each row in the file, from 1.
+    lines: Vec<usize>,
+    /// What was left out or put right.
+    pub remarks: Vec<Remark>,
+}
+
+/// Name of the column that orders the rows.
+pub const TIME: &str = "time";
+
+/// A column that a table may have.
+pub(crate) const fn column(name: &'static str, kind: LoadKind, about: &'static str) -> LoadColumn {
+    LoadColumn {
+        name,
+        short: name,
+        kind,
+        required: false,
+        about,
+    }
+}
+
+/// A column of a quantity of this size at most, of either sign.
+pub(crate) const fn quantity(
+    name: &'static str,
+    dimension: &'static Dimension,
+    largest: f64,
+    about: &'static str,
+) -> LoadColumn {
+    let range = [-largest, largest];
+    column(name, LoadKind::Quantity(dimension, range), about)
+}
+
+/// A column of a quantity that is not negative.
+pub(crate) const fn size(
+    name: &'static str,
+    dimension: &'static Dimension,
+    largest: f64,
+    about: &'static str,
+) -> LoadColumn {
+    column(name, LoadKind::Quantity(dimension, [0.0, largest]), about)
+}
+
+/// A column of a number without unit.
+pub(crate) const fn number(name: &'static str, range: [f64; 2], about: &'static str) -> LoadColumn {
+    column(name, LoadKind::Number(range), about)
+}
+
+/// The column that says which readings are held out.
+pub(crate) const fn hold_out() -> LoadColumn {
+    number("hold_out", [0.0, 1.0], "1 where a reading is held out")
+}
+
+/// A column that a table must have.
+pub(crate) const fn required(column: LoadColumn) -> LoadColumn {
+    LoadColumn {
+        required: true,
+        ..column
+    }
+}
+
+impl ReadingTable {
+    /// Reads a table; `file` is its name for messages. Commas, semicolons or
+    /// tabs part the fields; after the latter two a number may have a decimal
+    /// comma. Other columns than `columns` are left alone.
+    ///
+    /// Repeated header rows, rows without a required value, rows out of the
+    /// order of time, and second rows of one time (and one value of the column
+    /// `group`, if there is one) are put right and remarked.
+    ///
+    /// # Errors
+    /// What cannot be read, with its line and column.
+    pub fn parse(
+        file: &str,
+        text: &str,
+        columns: &[LoadColumn],
+        group: &str,
+    ) -> Result<Self, InputError> {
+        let text = text.trim_start_matches('\u{feff}');
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator_of(text))
+            .comment(Some(b'#'))
+            .has_headers(false)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let mut table = Table {
+            file,
+            text,
+            columns,
+            header: Vec::new(),
+            places: Vec::new(),
+            decimal_comma: separator_of(text) != b',',
+        };
+        let mut data = Self {
+            file: file.to_owned(),
+            given: vec![false; columns.len()],
+            rows: Vec::new(),
+            lines: Vec::new(),
+            remarks: Vec::new(),
+        };
+        for record in reader.records() {
+            let record = record.map_err(|error| InputError::whole(file, error.to_string()))?;
+            let begin = record.position().map_or(1, csv::Position::line) as usize;
+            let line = begin + notes_after(text, begin);
+            let fields: Vec<&str> = record.iter().collect();
+            if table.header.is_empty() {
+                table.head(line, &fields)?;
+                for place in table.places.iter().flatten() {
+                    data.given[place.column] = true;
+                }
+            } else if fields == table.header {
+                data.remark(line, "the header again; left out");
+            } else if !fields.iter().all(|field| field.is_empty()) {
+                data.take(&table, line, &fields)?;
+            }
+        }
+        if data.rows.is_empty() {
+            return Err(InputError::whole(file, "the table has no readings")
+                .help("add one row per reading below the header"));
+        }
+        data.put_in_order(columns, group);
+        Ok(data)
+    }
+
+    fn remark(&mut self, line: usize, message: &str) {
+        self.remarks.push(Remark::at(line, message));
+    }
+
+    fn take(&mut self, table: &Table<'_>, line: usize, fields: &[&str]) -> Result<(), InputError> {
+        if fields.len() != table.header.len() {
+            let message = format!(
+                "this row has {} fields; the header has {}",
+                fields.len(),
+                table.header.len()
+            );
+            return Err(table.error(line, None, message, ""));
+        }
+        let mut row = vec![None; table.columns.len()];
+        for (at, (field, place)) in fields.iter().zip(&table.places).enumerate() {
+            let Some(place) = place else { continue };
+            row[place.column] = table.number(line, at, field, place)?;
+        }
+        let missing = |(column, value): (&LoadColumn, &Option<f64>)| {
+            (column.required && value.is_none()).then_some(column.name)
+        };
+        if let Some(name) = table.columns.iter().zip(&row).find_map(missing) {
+            self.remark(line, &format!("no {name}; the row is left out"));
+            return Ok(());
+        }
+        self.rows.push(row);
+        self.lines.push(line);
+        Ok(())
+    }
+
+    fn put_in_order(&mut self, columns: &[LoadColumn], group: &str) {
+        let Some(time) = columns.iter().position(|column| column.name == TIME) else {
+            return;
+        };
+        let group = columns.iter().position(|column| column.name == group);
+        let key = |row: &[Option<f64>]| {
+            let of = |column: usize| row[column].unwrap_or(0.0);
+            [group.map_or(0.0, of), of(time)]
+        };
+        if !self.given[time] {
+            return;
+        }
+        let mut order: Vec<usize> = (0..self.rows.len()).collect();
+        order.sort_by(|a, b| {
+            let (a, b) = (key(&self.rows[*a]), key(&self.rows[*b]));
+            a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))
+        });
+        let back = self.back_in_time(key);
+        if let Some(first) = back.first() {
+            let message = format!(
+                "time goes back in the file at {} places; the rows were put in order",
+                back.len()
+            );
+            self.remarks.push(Remark::at(*first, &message));
+        }
+        let mut rows: Vec<Vec<Option<f64>>> = Vec::with_capacity(order.len());
+        let mut lines = Vec::with_capacity(order.len());
+        for index in order {
+            let row = &self.rows[index];
+            if row[time].is_some() && rows.last().is_some_and(|last| key(last) == key(row)) {
+                let message = "a second row of the same time; left out";
+                self.remarks.push(Remark::at(self.lines[index], message));
+                continue;
+            }
+            rows.push(row.clone());
+            lines.push(self.lines[index]);
+        }
+        self.rows = rows;
+        self.lines = lines;
+    }
+
+    /// Lines at which time goes back within a group; groups may alternate.
+    fn back_in_time(&self, key: impl Fn(&[Option<f64>]) -> [f64; 2]) -> Vec<usize> {
+        let mut latest: Vec<[f64; 2]> = Vec::new();
+        let mut back = Vec::new();
+        for (row, line) in self.rows.iter().zip(&self.lines) {
+            let [group, time] = key(row);
+            match latest.iter_mut().find(|latest| latest[0] == group) {
+                None => latest.push([group, time]),
+                Some(latest) if time < latest[1] => back.push(*line),
+                Some(latest) => latest[1] = time,
+            }
+        }
+        back
+    }
+
+    /// Number of readings.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// The number in a column of a row, SI.
+    pub fn number(&self, row: usize, column: usize) -> Option<f64> {
+        self.rows[row][column]
+    }
+
+    /// Line of a row in the file, from 1.
+    pub fn line(&self, row: usize) -> usize {
+        self.lines[row]
+    }
+
+    /// An error about the file as a whole, at a column.
+    pub fn error(&self, column: &str, message: impl Into<String>, help: &str) -> InputError {
+        InputError::whole(&self.file, message)
+            .key(column)
+            .help(help)
+    }
+}
+
+/// The file while it is read.
+struct Table<'a> {
+    file: &'a str,
+    text: &'a str,
+    columns: &'a [LoadColumn],
+    header: Vec<String>,
+    /// For each field of a row the column that it is, if it is one.
+    places: Vec<Option<Place>>,
+    decimal_comma: bool,
+}
+
+struct Place {
+    column: usize,
+    /// SI value of its unit; 1 for a plain number.
+    scale: f64,
+}
+
+impl Table<'_> {
+    fn head(&mut self, line: usize, fields: &[&str]) -> Result<(), InputError> {
+        self.header = fields.iter().map(|&field| field.to_owned()).collect();
+        for (at, title) in fields.iter().enumerate() {
+            let place = self
+                .place(title)
+                .map_err(|(message, help)| self.error(line, Some(at), message, &help))?;
+            let twice = place.as_ref().is_some_and(|place| {
+                let same = |other: &Place| other.column == place.column;
+                self.places.iter().flatten().any(same)
+            });
+            if twice {
+                return Err(self.error(line, Some(at), "this column appears twice".into(), ""));
+            }
+            self.places.push(place);
+        }
+        let there = |name: &str| {
+            let named = |place: &Place| self.columns[place.column].name == name;
+            self.places.iter().flatten().any(named)
+        };
+        let missing = self.columns.iter().find(|c| c.required && !there(c.name));
+        if let Some(column) = missing {
+            let all: Vec<String> = self.columns.iter().map(LoadColumn::title).collect();
+            let help = format!("columns of this device are: {}", all.join(", "));
+            let message = format!("column {} is missing", column.title());
+            return Err(self.error(line, None, message, &help));
+        }
+        Ok(())
+    }
+
+    /// The column that a title names; what is wrong with it and what to do.
+    fn place(&self, title: &str) -> Result<Option<Place>, (String, String)> {
+        let (name, rest) = title.split_once('[').unwrap_or((title, ""));
+        let unit = rest.trim_end().trim_end_matches(']').trim();
+        let name = name.trim();
+        let Some(column) = self.columns.iter().position(|column| column.name == name) else {
+            return Ok(None);
+        };
+        let scale = match (self.columns[column].kind, unit) {
+            (LoadKind::Quantity(dimension, _), "") => {
+                let help = format!(
+                    "write {name} [{}]; units: {}",
+                    dimension.si,
+                    dimension.symbols()
+                );
+                return Err(("this column has no unit".into(), help));
+            }
+            (LoadKind::Quantity(dimension, _), unit) => scale(dimension, unit)?,
+            (_, "") => 1.0,
+            (_, _) => {
+                return Err(("this column has no unit".into(), format!("write {name}")));
+            }
+        };
+        Ok(Some(Place { column, scale }))
+    }
+
+    fn number(
+        &self,
+        line: usize,
+        at: usize,
+        field: &str,
+        place: &Place,
+    ) -> Result<Option<f64>, InputError> {
+        if field.is_empty() || field == "-" || field.eq_ignore_ascii_case("nan") {
+            return Ok(None);
+        }
+        let plain = if self.decimal_comma && !field.contains('.') {
+            field.replace(',', ".")
+        } else {
+            field.to_owned()
+        };
+        let value: Option<f64> = plain.parse().ok().filter(|value: &f64| value.is_finite());
+        let Some(value) = value else {
+            let message = format!("\"{field}\" is not a number");
+            let help = "write 1.5; after semicolons or tabs also 1,5; leave a gap empty";
+            return Err(self.error(line, Some(at), message, help));
+        };
+        // Dividing by a whole number is exact where multiplying by its
+        // reciprocal is not.
+        let value = if place.scale < 1.0 {
+            value / (1.0 / place.scale).round()
+        } else {
+            value * place.scale
+        };
+        let (range, unit) = match self.columns[place.column].kind {
+            LoadKind::Quantity(dimension, range) => (range, dimension.si),
+            LoadKind::Number(range) => (range, ""),
+            LoadKind::Word(_) => ([f64::NEG_INFINITY, f64::INFINITY], ""),
+        };
+        if !(range[0]..=range[1]).contains(&value) {
+            let [low, high] = range;
+            let message = format!("{field} is out of range: must be from {low} to {high} {unit}");
+            return Err(self.error(line, Some(at), message, "correct or remove it"));
+        }
+        Ok(Some(value))
+    }
+
+    fn error(&self, line: usize, at: Option<usize>, message: String, help: &str) -> InputError {
+        let text = self.text.lines().nth(line.saturating_sub(1)).unwrap_or("");
+        let title = at.and_then(|at| self.header.get(at));
+        InputError::on_line(self.file, line, text, 1, text.chars().count(), message)
+            .key(title.map_or("", String::as_str))
+            .help(help)
+    }
+}
+
+/// Comments and blank lines from line `begin` on: a record begins where the one
+/// before it has ended.
+fn notes_after(text: &str, begin: usize) -> usize {
+    let lines = text.lines().skip(begin.saturating_sub(1));
+    let note = |line: &&str| line.starts_with('#') || line.is_empty();
+    lines.take_while(note).count()
+}
+
+fn scale(dimension: &Dimension, unit: &str) -> Result<f64, (String, String)> {
+    dimension.unit(unit).ok_or_else(|| {
+        let what = dimension.name.trim_start_matches("a ");
+        let help = format!("use one of: {}", dimension.symbols());
+        (format!("\"{unit}\" is not a unit of {what}"), help)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taxel::quantity::{FORCE, LENGTH, TIME as SECONDS};
+
+    static COLUMNS: [LoadColumn; 3] = [
+        column("time", LoadKind::Quantity(&SECONDS, [-1e9, 1e9]), ""),
+        required(quantity("force_z", &FORCE, 1e3, "")),
+        column("gap", LoadKind::Quantity(&LENGTH, [0.0, 1.0]), ""),
+    ];
+
+    fn parse(text: &str) -> Result<ReadingTable, InputError> {
+        ReadingTable::parse("bench.csv", text, &COLUMNS, "gap")
+    }
+
+    #[test]
+    fn what_people_save_is_read() {
+        let text = "# note\ntime [s];note;force_z [mN]\n1,5;a;2,5\ntime [s];note;force_z [mN]\n\
+                    0,5;b;1\n2;c;\n;;\n0,5;d;9\n";
+        let data = parse(text).unwrap();
+        let forces: Vec<_> = (0..data.len()).map(|row| data.number(row, 1)).collect();
+        assert_eq!(forces, [Some(1e-3), Some(2.5e-3)]);
+        let lines: Vec<_> = data.remarks.iter().map(|remark| remark.line).collect();
+        // The header again, no force, out of order, twice.
+        assert_eq!(lines, [4, 6, 5, 8]);
+        assert_eq!(data.given, [true, true, false]);
+    }
+
+    #[test]
+    fn a_line_is_found_below_comments_and_blank_lines() {
+        let line = |text: &str| parse(text).unwrap_err().place.unwrap().line;
+        assert_eq!(line("# a\n# b\n\nforce_z [mm]\n1\n"), 4);
+        assert_eq!(line("# a\nforce_z [N]\n1\n# b\n\n# c\nx\n2\n"), 7);
+    }
+
+    #[test]
+    fn two_groups_may_have_the_same_times() {
+        let data =
+            parse("time [s],gap [um],force_z [N]\n0,20,1\n0,50,2\n1,20,3\n1,50,4\n").unwrap();
+        assert_eq!((data.len(), data.remarks.len()), (4, 0));
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        for (text, message) in [
+            ("", "no readings"),
+            ("force_z [N]\n", "no readings"),
+            ("time [s]\n1\n", "force_z [N] is missing"),
+            ("force_z\n1\n", "no unit"),
+            ("force_z [mm]\n1\n", "not a unit of force"),
+            ("force_z [N],force_z [mN]\n1,1\n", "twice"),
+            ("force_z [N]\nx\n", "\"x\" is not a number"),
+            ("force_z [N]\n1e9\n", "out of range"),
+            ("force_z [N],a\n1\n", "1 fields; the header has 2"),
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(error.message.contains(message), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! What the tests of several calibrators share.
+
+use rayon::prelude::*;
+
+use crate::hysteresis::{self, Loops};
+use crate::split::HoldOut;
+use crate::{CalibrateOptions, CalibrationFile, NamedSensor, Outcome, Provenance};
+use taxel::mechanics::REVERSALS;
+use taxel::sensor::Sensor;
+use taxel_numerics::least_squares::{Estimate, Status};
+
+pub(crate) fn no_hold_out() -> CalibrateOptions {
+    CalibrateOptions {
+        hold_out: HoldOut::None,
+        ..CalibrateOptions::default()
+    }
+}
+
+/// The calibration file of an outcome, read back from its text.
+pub(crate) fn file(outcome: &Outcome) -> CalibrationFile {
+    let about = Provenance {
+        version: "0",
+        date: "2000-01-01",
+        data: "bench.csv",
+        data_hash: "00",
+    };
+    CalibrationFile::parse("calibration.toml", &outcome.to_toml(&about)).unwrap()
+}
+
+/// A sensor without a file.
+pub(crate) fn unnamed(sensor: &Sensor) -> NamedSensor<'_> {
+    NamedSensor {
+        name: "sensor",
+        text: "",
+        sensor,
+    }
+}
+
+/// `sensor` after the calibration, by way of its file.
+pub(crate) fn calibrated(outcome: &Outcome, sensor: &Sensor) -> Sensor {
+    let file = file(outcome);
+    file.apply("calibration.toml", &unnamed(sensor)).unwrap()
+}
+
+/// How many of `runs` intervals hold each truth.
+pub(crate) fn covered(
+    runs: u64,
+    truth: &[f64],
+    run: impl Fn(u64) -> Vec<Estimate> + Sync,
+) -> Vec<usize> {
+    let held = |seed: u64| -> Vec<usize> {
+        let pairs = run(seed).into_iter().zip(truth);
+        pairs
+            .map(|(found, truth)| {
+                usize::from((found.interval[0]..=found.interval[1]).contains(truth))
+            })
+            .collect()
+    };
+    let add = |mut sum: Vec<usize>, held: Vec<usize>| {
+        sum.iter_mut().zip(held).for_each(|(sum, one)| *sum += one);
+        sum
+    };
+    let none = || vec![0; truth.len()];
+    (0..runs).into_par_iter().map(held).reduce(none, add)
+}
+
+/// What is left of a load at which the width of a loop is asked for: far enough
+/// from the turn that the noise of where it turned is small beside the way back.
+pub(crate) const LEFT: [f64; 3] = [0.7, 0.5, 0.3];
+
+/// Lags of the plays where a load has come back to this share of where it
+/// turned.
+fn lags(left: f64) -> [f64; REVERSALS.len()] {
+    REVERSALS.map(|width| (2.0 * width).min(-f64::ln(left)))
+}
+
+/// What a synthetic bench loses at each of [`LEFT`], as a share on the logarithm.
+pub(crate) fn lost_on_bench(hysteresis: f64) -> Vec<f64> {
+    let law = hysteresis::synthetic(hysteresis);
+    let lost = |left| -law.share(&lags(left)).ln();
+    LEFT.into_iter().map(lost).collect()
+}
+
+/// What the loops that were found lose there, with the 95 % interval that their
+/// covariance gives.
+pub(crate) fn lost(found: &Loops) -> Vec<Estimate> {
+    let lost = |left| {
+        let lags = lags(left);
+        let pairs = found.parameters.iter().zip(&lags);
+        let value: f64 = pairs.map(|((_, weight), lag)| weight.value * lag).sum();
+        let rows = found.covariance.iter().zip(&lags);
+        let row = |row: &Vec<f64>| row.iter().zip(&lags).map(|(c, lag)| c * lag).sum::<f64>();
+        let variance: f64 = rows.map(|(covariance, lag)| lag * row(covariance)).sum();
+        let half = 1.96 * variance.sqrt();
+        Estimate {
+            value,
+            deviation: variance.sqrt(),
+            interval: [value - half, value + half],
+            status: Status::Identified,
+        }
+    };
+    LEFT.into_iter().map(lost).collect()
+}

@@ -1,0 +1,540 @@
+//! Calibration of three-axis units (P2) from a bench: forces of a gauge and
+//! four capacitances or codes, for one taxel of an array or several.
+//!
+//! Rest, parallel capacitance, gap and the 3 × 3 compliance with its even
+//! terms are one fit of each taxel. The twist is no column of it: four
+//! capacitances are the readings, three displacements the model.
+
+mod checks;
+mod columns;
+mod hysteresis;
+mod noise;
+mod problem;
+mod result;
+mod stiffness;
+mod synthetic;
+
+use rayon::prelude::*;
+
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel};
+use crate::hysteresis::{Loops, law_of};
+use crate::loads::Loads;
+use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CalibratedSensor, Derived, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use taxel::calibration::ChannelScale;
+use taxel::figure::Figure;
+use taxel::predict::LoadColumn;
+use taxel::sensor::{CalibratedUnit, Element, Sensor};
+use taxel::transduction::UnitModel;
+use taxel_numerics::least_squares::{
+    Estimate, Fit, FitError, FitOptions, Parameter, Problem, fit, linear,
+};
+use taxel_recording::InputError;
+
+use columns::{COLUMNS, TIME_AT};
+use noise::Noise;
+use problem::{
+    Bench, COMPLIANCE, GAP, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
+};
+
+/// What the names of the parameters of a taxel begin with.
+const PREFIX: &str = "taxel_";
+
+/// Calibrates the units of one array.
+pub(super) struct ThreeAxisCalibrator<'a> {
+    named: &'a NamedSensor<'a>,
+    drawn: UnitModel,
+    made: Vec<UnitModel>,
+    channel: ChannelScale,
+    /// Of a reading by the board's own figures, F.
+    deviation: f64,
+}
+
+static MODELS: [NamedModel; 3] = [
+    NamedModel {
+        name: "matrix",
+        about: "parallel capacitances, gaps, a full 3 x 3 compliance and the sinking of the bump",
+    },
+    NamedModel {
+        name: "springs",
+        about: "the same without cross-talk",
+    },
+    NamedModel {
+        name: "as-drawn",
+        about: "parallel capacitances and stiffnesses of the drawing; only the gaps are fitted",
+    },
+];
+
+/// Which parameters are free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Model {
+    /// All nine compliances and both sinkings.
+    Matrix,
+    /// No cross-talk.
+    Springs,
+    /// Only the air gaps.
+    AsDrawn,
+}
+
+impl Model {
+    const ALL: [Self; 3] = [Self::Matrix, Self::Springs, Self::AsDrawn];
+
+    /// Whether a parameter is free where a gauge moved the axes `moved`.
+    ///
+    /// Under a normal force alone cross-talk is not: four closings of their
+    /// own would take from the shared stiffness what identifies the parallel
+    /// capacitances.
+    fn frees(self, place: usize, moved: [bool; 3]) -> bool {
+        let sides = moved[0] || moved[1];
+        match place {
+            0..GAP => self != Self::AsDrawn,
+            GAP..COMPLIANCE => true,
+            COMPLIANCE..SINKING => {
+                let [row, axis] = [(place - COMPLIANCE) / 3, (place - COMPLIANCE) % 3];
+                match self {
+                    Self::Matrix => moved[axis] && (sides || row == axis),
+                    Self::Springs => moved[axis] && row == axis,
+                    Self::AsDrawn => false,
+                }
+            }
+            _ => self != Self::AsDrawn && moved[place - SINKING],
+        }
+    }
+}
+
+/// A share of the rest capacitance, gap or stiffness that matters.
+const SIZE: f64 = 0.05;
+/// Rounds of weighing until noise and weights settle.
+const MOST_ROUNDS: usize = 12;
+const SETTLED: f64 = 1e-2;
+/// A start at which a tile touches is made stiffer by this factor, this often.
+const STIFFER: f64 = 1.1;
+const TRIES: usize = 20;
+
+/// One fitted model of one taxel.
+type Fitted = FittedTo<Reading, Noise>;
+
+impl<'a> ThreeAxisCalibrator<'a> {
+    /// `None` when the sensor is of another kind.
+    pub(super) fn new(named: &'a NamedSensor<'a>) -> Option<Self> {
+        let array = named.sensor.three_axis().ok()?;
+        Some(Self {
+            named,
+            drawn: array.unit_model(),
+            made: array.made(),
+            channel: array.calibration().channel,
+            deviation: array.board.deviation(),
+        })
+    }
+
+    fn parameters(
+        &self,
+        model: Model,
+        taxel: usize,
+        start: &UnitModel,
+        moved: [bool; 3],
+    ) -> Vec<Parameter> {
+        let rest = start.rest();
+        let compliance = self.drawn.suspension.compliance;
+        let of = |place: usize, at: f64| -> ([f64; 2], f64) {
+            match place {
+                0..GAP => ([-0.5 * rest[place], 0.95 * rest[place]], SIZE * rest[place]),
+                GAP..COMPLIANCE => {
+                    let air = self.drawn.plates.air_gap[place - GAP];
+                    ([0.02 * air, 20.0 * air], SIZE * air)
+                }
+                COMPLIANCE..SINKING => {
+                    let [row, axis] = [(place - COMPLIANCE) / 3, (place - COMPLIANCE) % 3];
+                    let own = (compliance[row][row] * compliance[axis][axis]).sqrt();
+                    let bounds = if row == axis {
+                        [0.01 * at, 100.0 * at]
+                    } else {
+                        [-own, own]
+                    };
+                    (bounds, SIZE * own)
+                }
+                _ => ([-1.0, 1.0], SIZE),
+            }
+        };
+        values(start)
+            .into_iter()
+            .enumerate()
+            .map(|(place, at)| {
+                let (bounds, size) = of(place, at);
+                Parameter {
+                    unit: unit(place),
+                    bounds: if model.frees(place, moved) {
+                        bounds
+                    } else {
+                        [at; 2]
+                    },
+                    size,
+                    ..Parameter::new(format!("{PREFIX}{taxel}.{}", name(place)), at)
+                }
+            })
+            .collect()
+    }
+
+    /// A unit near the readings for given parallel capacitances: gaps by its
+    /// rest, stiffness by straight lines through the published displacements.
+    fn start(&self, model: Model, of: &[Reading], parallel: [f64; 4]) -> Option<UnitModel> {
+        let mut unit = self.drawn;
+        unit.plates.parallel_capacitance = parallel;
+        let rest = checks::rest_of(of);
+        let mut unit = unit.at_rest(rest)?;
+        if model == Model::AsDrawn {
+            return Some(unit);
+        }
+        for axis in 0..3 {
+            let gauged: Vec<&Reading> = of.iter().filter(|r| r.gauged[axis]).collect();
+            let design: Vec<Vec<f64>> = gauged.iter().map(|r| vec![r.force[axis], 1.0]).collect();
+            let motion =
+                |r: &&Reading| unit.effective_motion(rest, r.capacitance).displacement[axis];
+            let target: Vec<f64> = gauged.iter().map(motion).collect();
+            if let Some(line) = linear::solve(&design, &target)
+                && line.coefficients[0] > 0.0
+            {
+                unit.suspension.compliance[axis][axis] = line.coefficients[0];
+            }
+        }
+        for _ in 0..TRIES {
+            if of.iter().all(|r| problem::misfit(&unit, r).is_some()) {
+                break;
+            }
+            for entry in unit.suspension.compliance.as_flattened_mut() {
+                *entry /= STIFFER;
+            }
+        }
+        Some(unit)
+    }
+
+    /// The best fit of one taxel over the starts, with the noise that its
+    /// readings show.
+    fn fit(
+        &self,
+        model: Model,
+        of: &[Reading],
+        measured: Measured,
+        options: &CalibrateOptions,
+    ) -> Result<Fitted, FitError> {
+        let drawn = self.drawn.plates.parallel_capacitance;
+        let mut parallels = vec![measured.map_or(drawn, |(parallel, _)| parallel)];
+        if model != Model::AsDrawn && measured.is_none() {
+            let rest = checks::rest_of(of);
+            parallels.extend([0.0, 0.15].map(|share| rest.map(|c| share * c)));
+        }
+        let mut best: Option<Fitted> = None;
+        let mut failure = FitError::NoStart {
+            name: name(0),
+            value: parallels[0][0],
+        };
+        for parallel in parallels {
+            let Some(start) = self.start(model, of, parallel) else {
+                continue;
+            };
+            match self.fit_from(model, &start, of, measured, options) {
+                Ok(found)
+                    if best.as_ref().is_none_or(|best| {
+                        found.noise.size(of, &found.fit) < best.noise.size(of, &best.fit)
+                    }) =>
+                {
+                    best = Some(found);
+                }
+                Ok(_) => {}
+                Err(error) => failure = error,
+            }
+        }
+        best.ok_or(failure)
+    }
+
+    fn fit_from(
+        &self,
+        model: Model,
+        start: &UnitModel,
+        of: &[Reading],
+        measured: Measured,
+        options: &CalibrateOptions,
+    ) -> Result<Fitted, FitError> {
+        let taxel = taxel(of);
+        let moved = std::array::from_fn(|axis| of.iter().any(|r| r.gauged[axis]));
+        let mut noise = Noise::first(of, self.deviation);
+        let given = noise::is_given(of);
+        let fit_options = options.fitting(given);
+        let mut at = *start;
+        let mut found: Option<(Vec<Parameter>, Fit)> = None;
+        for _ in 0..MOST_ROUNDS {
+            let parameters = self.parameters(model, taxel, &at, moved);
+            let bench =
+                Bench::new(self.drawn, &at, of, &noise.of(of), measured).ok_or_else(|| {
+                    FitError::NoStart {
+                        name: name(GAP),
+                        value: at.plates.air_gap[0],
+                    }
+                })?;
+            let next = fit(&bench, &parameters, &fit_options)?;
+            let step = moved_by(&next, &values(&at));
+            at = with_values(&self.drawn, &next.values());
+            let changed = noise.weigh_again(of, bench.whitening(), &next);
+            found = Some((parameters, next));
+            if changed.max(step) < SETTLED {
+                break;
+            }
+        }
+        let (parameters, fit) = found.ok_or(FitError::TooFew {
+            readings: of.len(),
+            unknowns: OWN,
+        })?;
+        Ok(Fitted {
+            model: model as usize,
+            parameters,
+            fit,
+            readings: of.to_vec(),
+            options: FitOptions::default(),
+            given,
+            noise,
+        })
+    }
+
+    /// The unit of a fit.
+    fn unit(&self, fitted: &Fitted) -> UnitModel {
+        with_values(&self.drawn, &fitted.fit.values())
+    }
+}
+
+/// The taxel of some readings.
+fn taxel(of: &[Reading]) -> usize {
+    of.first().map_or(0, |reading| reading.taxel)
+}
+
+/// The largest step of a fit from where its weights were made, in deviations.
+fn moved_by(found: &Fit, from: &[f64]) -> f64 {
+    let steps = found.estimates.iter().zip(from).map(|(estimate, from)| {
+        let step = (estimate.value - from).abs();
+        if step > 0.0 {
+            step / estimate.deviation
+        } else {
+            0.0
+        }
+    });
+    steps.fold(0.0, f64::max)
+}
+
+/// What a table says of all its readings.
+pub(crate) struct Context {
+    measured: Measured,
+    /// Whether the rows have times, which say which readings are of unloading.
+    in_time: bool,
+}
+
+impl Calibratable for ThreeAxisCalibrator<'_> {
+    fn columns(&self) -> &'static [LoadColumn] {
+        &COLUMNS
+    }
+
+    fn group(&self) -> &'static str {
+        "taxel"
+    }
+
+    fn models(&self) -> &'static [NamedModel] {
+        &MODELS
+    }
+
+    fn synthetic(&self, options: &SyntheticOptions) -> String {
+        let made = self.made.first().unwrap_or(&self.drawn);
+        synthetic::table(made, options)
+    }
+}
+
+impl DeviceModel for ThreeAxisCalibrator<'_> {
+    type Reading = Reading;
+    type Noise = Noise;
+    type Context = Context;
+
+    const SEPARATE: bool = true;
+
+    fn element(&self) -> &'static str {
+        self.named.sensor.element.key()
+    }
+
+    fn sensors(&self) -> Vec<CalibratedSensor> {
+        vec![CalibratedSensor::of(self.named, PREFIX)]
+    }
+
+    fn readings(
+        &self,
+        table: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Context, Vec<Reading>), InputError> {
+        let readings = checks::readings(self, table, remarks)?;
+        let context = Context {
+            measured: checks::measured(table)?,
+            in_time: table.given[TIME_AT],
+        };
+        Ok((context, readings))
+    }
+
+    fn loading(
+        &self,
+        context: &Context,
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Vec<Reading>> {
+        if !context.in_time {
+            let message = "without a column time all readings are fitted as of loading";
+            remarks.push(Remark::whole(message));
+            return series.to_vec();
+        }
+        let loading = |of: &Vec<Reading>| hysteresis::loading(of, remarks);
+        series.iter().map(loading).collect()
+    }
+
+    fn loads(&self, _: &Context, readings: &[Reading]) -> Vec<Loads> {
+        checks::loads(readings)
+    }
+
+    fn fit_bodies(
+        &self,
+        context: &Context,
+        model: usize,
+        bodies: &[Vec<Reading>],
+        options: &CalibrateOptions,
+        _: Option<&[Fitted]>,
+    ) -> Result<Vec<Fitted>, FitError> {
+        let one = |of: &Vec<Reading>| self.fit(Model::ALL[model], of, context.measured, options);
+        bodies.par_iter().map(one).collect()
+    }
+
+    fn problem<'b>(
+        &'b self,
+        context: &'b Context,
+        fitted: &'b Fitted,
+    ) -> Option<Box<dyn Problem + 'b>> {
+        let noise = fitted.noise.of(&fitted.readings);
+        let unit = self.unit(fitted);
+        let bench = Bench::new(
+            self.drawn,
+            &unit,
+            &fitted.readings,
+            &noise,
+            context.measured,
+        )?;
+        Some(Box::new(bench))
+    }
+
+    fn relative(
+        &self,
+        _: &Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> f64 {
+        self.relative(fits, readings, all)
+    }
+
+    fn residuals(
+        &self,
+        _: &Context,
+        fits: &[Fitted],
+        readings: &[Vec<Reading>],
+        all: &[Vec<Reading>],
+    ) -> Vec<ResidualSummary> {
+        self.residuals(fits, readings, all)
+    }
+
+    fn beside(
+        &self,
+        _: &Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<(Parameter, Estimate)> {
+        self.remark_on(fits, series, remarks);
+        Vec::new()
+    }
+
+    fn hysteresis(
+        &self,
+        context: &Context,
+        fits: &[Fitted],
+        series: &[Vec<Reading>],
+        held: &[Vec<bool>],
+    ) -> Vec<Loops> {
+        if !context.in_time {
+            return Vec::new();
+        }
+        hysteresis::of_array(self, fits, series, &held.concat())
+    }
+
+    fn body(&self, fitted: &Fitted) -> Option<String> {
+        Some(format!("{PREFIX}{}", taxel(&fitted.readings)))
+    }
+
+    fn open(&self, fits: &[Fitted]) -> Vec<String> {
+        self.open(fits)
+    }
+
+    fn derived(&self, _: &Context, fits: &[Fitted]) -> Vec<Derived> {
+        self.derived(fits)
+    }
+
+    fn noise(&self, fits: &[Fitted]) -> String {
+        let most = |kind: usize| {
+            let all = fits.iter().map(|fitted| fitted.noise.common[kind]);
+            all.fold(0.0, f64::max)
+        };
+        format!(
+            ": gauge {:.4} mN, capacitances {:.4} fF",
+            most(0) * 1e3,
+            most(1) * 1e15
+        )
+    }
+
+    fn scope(&self, _: &Context, _: &[Fitted], series: &[Vec<Reading>]) -> Vec<Scope> {
+        result::scope(series)
+    }
+
+    fn figures(&self, _: &Context, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+        self.figures(&candidates[0])
+    }
+}
+
+/// Puts the calibrated units beside a sensor file's drawing; `value` looks a
+/// parameter up.
+///
+/// # Errors
+/// The name of a parameter that is missing.
+pub(super) fn apply(
+    sensor: &mut Sensor,
+    prefix: &str,
+    value: &dyn Fn(&str) -> Option<f64>,
+) -> Result<(), String> {
+    let count = sensor.layout().taxels();
+    let Element::ThreeAxisCapacitor(element) = &mut sensor.element else {
+        return Err("element".into());
+    };
+    let drawn = element.unit_model();
+    let mut calibrated = Vec::new();
+    for taxel in 0..count {
+        let full = |place: usize| format!("{prefix}{taxel}.{}", name(place));
+        if value(&full(0)).is_none() {
+            continue;
+        }
+        let found = (0..OWN).map(|place| value(&full(place)).ok_or_else(|| full(place)));
+        let at: Vec<f64> = found.collect::<Result<_, _>>()?;
+        calibrated.push(CalibratedUnit {
+            taxel,
+            unit: with_values(&drawn, &at),
+        });
+    }
+    if calibrated.is_empty() {
+        return Err(format!("{prefix}0.{}", name(0)));
+    }
+    element.calibrated = calibrated;
+    element.hysteresis = std::array::from_fn(|axis| law_of(&hysteresis::prefix(axis), value));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,349 @@
+//! One three-axis unit under known forces as a problem of least squares.
+//!
+//! The gauge errs, too. With J = ∂C/∂F the misfit of the four capacitances of
+//! a reading has the covariance σ_C² I + σ_F² J Jᵀ; each reading is multiplied
+//! by the inverse of its Cholesky factor. To first order that is the fit in
+//! which the true forces are unknowns of their own.
+
+use crate::split::OfSeries;
+use taxel::mechanics::{SIDE_X, SIDE_Y};
+use taxel::transduction::UnitModel;
+use taxel_numerics::least_squares::{Parameter, Problem};
+
+/// Names of the four capacitors.
+pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
+/// Names of the axes.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// Parameters of a unit: four parallel capacitances, four air gaps, nine
+/// compliances by rows, two sinkings of the bump.
+pub(super) const OWN: usize = 19;
+/// Place of the first air gap.
+pub(super) const GAP: usize = 4;
+/// Place of the first compliance.
+pub(super) const COMPLIANCE: usize = 8;
+/// Place of the first sinking.
+pub(super) const SINKING: usize = 17;
+
+/// One reading of one taxel, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reading {
+    pub(super) taxel: usize,
+    pub(super) line: usize,
+    pub(super) force: [f64; 3],
+    /// Whether a gauge read the force along each axis; else it is exact.
+    pub(super) gauged: [bool; 3],
+    pub(super) capacitance: [f64; 4],
+    /// Of a force, of a capacitance, where the bench gives them.
+    pub(super) deviation: [Option<f64>; 2],
+    pub(super) marked: bool,
+}
+
+impl OfSeries for Reading {
+    fn series(&self) -> usize {
+        self.taxel
+    }
+
+    fn is_marked(&self) -> bool {
+        self.marked
+    }
+}
+
+/// Parallel capacitances measured otherwise, and their deviation, F.
+pub(crate) type Measured = Option<([f64; 4], f64)>;
+
+/// Name of a parameter of a unit.
+pub(super) fn name(place: usize) -> String {
+    match place {
+        0..GAP => format!("parallel_capacitance_{}", CAPACITORS[place]),
+        GAP..COMPLIANCE => format!("air_gap_{}", CAPACITORS[place - GAP]),
+        COMPLIANCE..SINKING => {
+            let [row, column] = [(place - COMPLIANCE) / 3, (place - COMPLIANCE) % 3];
+            format!("compliance_{}{}", AXES[row], AXES[column])
+        }
+        _ => format!("bump_sinking_{}", AXES[place - SINKING]),
+    }
+}
+
+/// SI unit of a parameter of a unit.
+pub(super) fn unit(place: usize) -> &'static str {
+    match place {
+        0..GAP => "F",
+        GAP..COMPLIANCE => "m",
+        COMPLIANCE..SINKING => "m/N",
+        _ => "",
+    }
+}
+
+/// The parameters of a unit.
+pub(super) fn values(unit: &UnitModel) -> Vec<f64> {
+    let (plates, suspension) = (&unit.plates, &unit.suspension);
+    let mut values = Vec::with_capacity(OWN);
+    values.extend(plates.parallel_capacitance);
+    values.extend(plates.air_gap);
+    values.extend(suspension.compliance.as_flattened());
+    values.extend(suspension.bump_sinking);
+    values
+}
+
+/// `drawn` with the parameters `at` in the place of its own.
+pub(super) fn with_values(drawn: &UnitModel, at: &[f64]) -> UnitModel {
+    let mut unit = *drawn;
+    unit.plates.parallel_capacitance.copy_from_slice(&at[..GAP]);
+    unit.plates.air_gap.copy_from_slice(&at[GAP..COMPLIANCE]);
+    for (k, compliance) in unit
+        .suspension
+        .compliance
+        .as_flattened_mut()
+        .iter_mut()
+        .enumerate()
+    {
+        *compliance = at[COMPLIANCE + k];
+    }
+    unit.suspension.bump_sinking = [at[SINKING], at[SINKING + 1]];
+    unit
+}
+
+/// A unit, its readings, and what each reading's misfits are multiplied by.
+pub(super) struct Bench<'a> {
+    drawn: UnitModel,
+    readings: &'a [Reading],
+    whitening: Vec<Whitening>,
+    /// Parallel capacitances measured otherwise: four more readings.
+    measured: Measured,
+}
+
+/// Misfits of four capacitances to four numbers of unit variance.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Whitening {
+    rows: [[f64; 4]; 4],
+    /// How many of the rows, the first ones, the gauge's errors reach.
+    pub(super) gauged: usize,
+}
+
+impl Whitening {
+    /// For a reading with deviations of force (N) and capacitance (F) of a
+    /// unit; `None` where a tile touches.
+    pub(super) fn new(unit: &UnitModel, reading: &Reading, deviation: [f64; 2]) -> Option<Self> {
+        let jacobian = unit.linearise(reading.force)?.jacobian;
+        let axes = (0..3).filter(|axis| reading.gauged[*axis]);
+        let reached: Vec<[f64; 4]> = axes
+            .map(|axis| std::array::from_fn(|i| jacobian[i][axis] * deviation[0]))
+            .collect();
+        let basis = basis(&reached);
+        let mut covariance = [[0.0; 4]; 4];
+        for a in 0..4 {
+            covariance[a][a] = deviation[1] * deviation[1];
+            for b in 0..4 {
+                let both = |v: &[f64; 4]| dot(v, &basis[a]) * dot(v, &basis[b]);
+                covariance[a][b] += reached.iter().map(both).sum::<f64>();
+            }
+        }
+        Some(Self {
+            rows: times_inverse_factor(covariance, basis)?,
+            gauged: reached.len(),
+        })
+    }
+
+    fn apply(&self, misfit: [f64; 4]) -> [f64; 4] {
+        self.rows.map(|row| dot(&row, &misfit))
+    }
+
+    /// Share of the capacitances' noise in the variance of each row.
+    pub(super) fn share(&self, deviation: f64) -> [f64; 4] {
+        self.rows.map(|row| deviation * deviation * dot(&row, &row))
+    }
+}
+
+fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+}
+
+/// Four directions at right angles, the first ones spanning `reached`.
+fn basis(reached: &[[f64; 4]]) -> [[f64; 4]; 4] {
+    let unit = |i: usize| std::array::from_fn(|k| f64::from(u8::from(i == k)));
+    let mut found: Vec<[f64; 4]> = Vec::with_capacity(4);
+    for candidate in reached.iter().copied().chain((0..4).map(unit)) {
+        let mut left: [f64; 4] = candidate;
+        // Twice is enough for right angles in rounding.
+        for _ in 0..2 {
+            for direction in &found {
+                let along = dot(direction, &left);
+                left = std::array::from_fn(|k| left[k] - along * direction[k]);
+            }
+        }
+        let length = dot(&left, &left).sqrt();
+        if found.len() < 4 && length > 1e-6 * dot(&candidate, &candidate).sqrt() {
+            found.push(left.map(|x| x / length));
+        }
+    }
+    std::array::from_fn(|k| found.get(k).copied().unwrap_or_default())
+}
+
+/// L⁻¹·basis with covariance = L·Lᵀ.
+fn times_inverse_factor(covariance: [[f64; 4]; 4], basis: [[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
+    let mut factor = [[0.0; 4]; 4];
+    let mut rows = basis;
+    for i in 0..4 {
+        for j in 0..i {
+            let sum: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+            factor[i][j] = (covariance[i][j] - sum) / factor[j][j];
+        }
+        let sum: f64 = (0..i).map(|k| factor[i][k] * factor[i][k]).sum();
+        factor[i][i] = (covariance[i][i] - sum).sqrt();
+        for j in 0..i {
+            let share = factor[i][j];
+            rows[i] = std::array::from_fn(|k| rows[i][k] - share * rows[j][k]);
+        }
+        rows[i] = rows[i].map(|x| x / factor[i][i]);
+    }
+    rows.as_flattened()
+        .iter()
+        .all(|x| x.is_finite())
+        .then_some(rows)
+}
+
+impl<'a> Bench<'a> {
+    /// `deviations` of force and capacitance of each reading; `None` where the
+    /// unit `at` which the whitening is made touches.
+    pub(super) fn new(
+        drawn: UnitModel,
+        at: &UnitModel,
+        readings: &'a [Reading],
+        deviations: &[[f64; 2]],
+        measured: Measured,
+    ) -> Option<Self> {
+        let pairs = readings.iter().zip(deviations);
+        Some(Self {
+            drawn,
+            readings,
+            measured,
+            whitening: pairs
+                .map(|(reading, deviation)| Whitening::new(at, reading, *deviation))
+                .collect::<Option<_>>()?,
+        })
+    }
+
+    pub(super) fn whitening(&self) -> &[Whitening] {
+        &self.whitening
+    }
+}
+
+/// Measured less modelled capacitances of a reading, F; `None` where a tile
+/// touches.
+pub(super) fn misfit(unit: &UnitModel, reading: &Reading) -> Option<[f64; 4]> {
+    let (_, response) = unit.predict(reading.force);
+    if response.touching().contains(&true) {
+        return None;
+    }
+    let model = response.capacitance();
+    Some(std::array::from_fn(|i| reading.capacitance[i] - model[i]))
+}
+
+impl Problem for Bench<'_> {
+    fn readings(&self) -> usize {
+        4 * (self.readings.len() + usize::from(self.measured.is_some()))
+    }
+
+    fn residuals(&self, at: &[f64], residuals: &mut [f64]) -> bool {
+        let unit = with_values(&self.drawn, at);
+        for (index, reading) in self.readings.iter().enumerate() {
+            let Some(misfit) = misfit(&unit, reading) else {
+                return false;
+            };
+            let whitened = self.whitening[index].apply(misfit);
+            residuals[4 * index..4 * index + 4].copy_from_slice(&whitened);
+        }
+        if let Some((parallel, deviation)) = self.measured {
+            let last = 4 * self.readings.len();
+            for i in 0..4 {
+                residuals[last + i] = (parallel[i] - at[i]) / deviation;
+            }
+        }
+        true
+    }
+
+    fn slopes(&self, _: &[Parameter], at: &[f64], columns: &mut [Vec<f64>]) -> bool {
+        let unit = with_values(&self.drawn, at);
+        let suspension = &unit.suspension;
+        let share = suspension.tile_tilt / suspension.centre_distance;
+        for (index, reading) in self.readings.iter().enumerate() {
+            let deformation = suspension.deform(reading.force);
+            let Some(plates) = unit.plates.respond_with_slopes(&deformation) else {
+                return false;
+            };
+            let closing = plates.by_closing;
+            // ∂C/∂d of the three displacements.
+            let [by_x, by_y] = [(0, SIDE_X), (1, SIDE_Y)].map(|(axis, side)| -> [f64; 4] {
+                std::array::from_fn(|i| {
+                    0.5 * side[i] * closing[i] + share * plates.by_slope[axis][i]
+                })
+            });
+            let by_motion = [by_x, by_y, closing];
+            let [x, y, z] = reading.force;
+            let sinking = suspension.bump_sinking;
+            let apparent = [x, y, z + sinking[0] * x.abs() + sinking[1] * y.abs()];
+            let mut write = |column: usize, slope: [f64; 4]| {
+                let whitened = self.whitening[index].apply(slope);
+                for (k, value) in whitened.into_iter().enumerate() {
+                    columns[column][4 * index + k] = -value;
+                }
+            };
+            for (i, closing) in closing.into_iter().enumerate() {
+                let only = |value: f64| std::array::from_fn(|k| if k == i { value } else { 0.0 });
+                write(i, only(1.0));
+                // A wider gap is as less closing.
+                write(GAP + i, only(-closing));
+            }
+            for (row, slope) in by_motion.iter().enumerate() {
+                for (axis, force) in apparent.iter().enumerate() {
+                    write(COMPLIANCE + 3 * row + axis, slope.map(|s| s * force));
+                }
+            }
+            for (axis, force) in [x, y].into_iter().enumerate() {
+                let slope = |i: usize| {
+                    let moved = (0..3).map(|row| by_motion[row][i] * suspension.compliance[row][2]);
+                    moved.sum::<f64>() * force.abs()
+                };
+                write(SINKING + axis, std::array::from_fn(slope));
+            }
+        }
+        if let Some((_, deviation)) = self.measured {
+            let last = 4 * self.readings.len();
+            for (j, column) in columns.iter_mut().enumerate() {
+                for i in 0..4 {
+                    column[last + i] = if i == j { -1.0 / deviation } else { 0.0 };
+                }
+            }
+        }
+        true
+    }
+
+    fn remedy(&self, together: &[usize]) -> String {
+        if together.iter().any(|place| *place < COMPLIANCE) {
+            return far_enough(&self.drawn);
+        }
+        if together.iter().any(|place| *place >= SINKING) {
+            return "push to both sides along each axis".into();
+        }
+        "push further along x and y, or use a finer gauge".into()
+    }
+}
+
+/// What separates parallel capacitance and gap.
+pub(super) fn far_enough(drawn: &UnitModel) -> String {
+    let air = drawn
+        .plates
+        .air_gap
+        .iter()
+        .copied()
+        .fold(f64::INFINITY, f64::min);
+    let closing = air / drawn.suspension.compliance[2][2];
+    format!(
+        "a sweep to {:.0} mN, which closes two thirds of the air, a finer gauge, or a measured \
+         parallel_capacitance would",
+        1e3 * CLOSED * closing
+    )
+}
+
+/// Share of the air after which the bend of 1/gap separates it from a constant.
+const CLOSED: f64 = 0.64;

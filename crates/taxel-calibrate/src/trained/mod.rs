@@ -1,0 +1,226 @@
+//! Training of a device without a physical model, from recordings of indentations of
+//! known position and force.
+
+mod force;
+mod place;
+mod readings;
+
+use crate::options::{CalibrateOptions, NamedSensor};
+use crate::outcome::{
+    CalibratedSensor, ModelComparison, Outcome, Provenance, ResidualSummary, Scope,
+};
+use crate::remark::Remark;
+use crate::toml_tables::{append, rounded};
+use taxel::figure::Figure;
+use taxel::trained::{Rest, Standard, TrainedMaps, TrainingError};
+use taxel_recording::InputError;
+
+use crate::training::{Compared, Session};
+
+use readings::Run;
+
+pub use readings::TrainingFile;
+
+/// What a training found: what any calibration finds, and the maps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainedOutcome {
+    /// Residuals of held-out rows, comparisons, remarks and figures; it has no
+    /// parameters.
+    pub outcome: Outcome,
+    /// The maps as the file keeps them, numbers of nine digits.
+    pub maps: TrainedMaps,
+}
+
+/// What one map adds to an outcome.
+#[derive(Default)]
+struct Found {
+    models: Vec<ModelComparison>,
+    residuals: Vec<ResidualSummary>,
+    held_out: String,
+    search: String,
+    scope: Vec<Scope>,
+    remarks: Vec<Remark>,
+    figures: Vec<Figure>,
+}
+
+/// Trains the maps that the recordings determine: positions on an area give a map of
+/// the position, readings of a scale one of the force. Files of one group lie
+/// together; a recording without a header is joined with the stage's of its
+/// group that has the same times.
+///
+/// # Errors
+/// What is wrong with a file, or with all of them.
+pub fn train(
+    named: &NamedSensor<'_>,
+    groups: &[Vec<TrainingFile>],
+    options: &CalibrateOptions,
+) -> Result<TrainedOutcome, InputError> {
+    let first = groups.iter().flatten().next();
+    let file = first.map_or("recordings", |file| file.name.as_str());
+    let array = named
+        .sensor
+        .trained()
+        .map_err(|unreadable| InputError::whole(named.name, unreadable.to_string()))?;
+    if options.model.is_some() || options.profile || options.robust {
+        let message = "maps that are learned have no model, profile or robust loss to choose";
+        return Err(InputError::whole(file, message).help("leave out --model, --profile, --robust"));
+    }
+    let channels = array.body.channels().len();
+    let mut remarks = Vec::new();
+    let runs = readings::runs(channels, groups, &mut remarks)?;
+    if runs.is_empty() {
+        return Err(InputError::whole(file, "there is no recording")
+            .help("give tables, or folders with the CSV files of the sensor and of the stage"));
+    }
+    let mut found = Found {
+        remarks,
+        ..Found::default()
+    };
+    let position = place::train(&runs, &array.area(), &mut found)?;
+    let force = force::train(&runs, named.sensor.electronics.frame_rate, &mut found)?;
+    if position.is_none() && force.is_none() {
+        let message = "the recordings have neither positions all over an area nor forces: there is nothing to train";
+        return Err(InputError::whole(file, message).help(
+            "press at many positions, or record a scale; a table needs columns x and y, or force_z",
+        ));
+    }
+    let maps = TrainedMaps {
+        channels,
+        rest: force.is_some().then(|| rest(&runs)),
+        position,
+        force,
+    };
+    let maps = rounded(maps).ok_or_else(|| {
+        InputError::whole(file, "the maps have no finite numbers").help("check the readings")
+    })?;
+    left_out(named, &maps, &mut found.remarks);
+    Ok(TrainedOutcome {
+        outcome: outcome(named, found),
+        maps,
+    })
+}
+
+impl TrainedOutcome {
+    /// The calibration file as text.
+    pub fn to_toml(&self, about: &Provenance<'_>) -> String {
+        let mut text = self.outcome.to_toml(about);
+        append(&mut text, &self.maps);
+        text
+    }
+}
+
+fn outcome(named: &NamedSensor<'_>, found: Found) -> Outcome {
+    Outcome {
+        noise: String::from("from held-out rows"),
+        search: found.search,
+        hold_out: found.residuals,
+        held_out: found.held_out,
+        models: found.models,
+        scope: found.scope,
+        remarks: found.remarks,
+        figures: found.figures,
+        ..Outcome::new(
+            named.sensor.element.key(),
+            "trained",
+            vec![CalibratedSensor::of(named, "")],
+        )
+    }
+}
+
+/// Runs of which a force is known.
+fn weighed(runs: &[Run]) -> impl Iterator<Item = &Run> {
+    runs.iter().filter(|run| run.session.force.is_some())
+}
+
+/// Readings without contact over all runs that begin so.
+fn rest(runs: &[Run]) -> Rest {
+    let baselines: Vec<Vec<f64>> = weighed(runs).map(|run| run.session.baseline()).collect();
+    let width = baselines.first().map_or(0, Vec::len);
+    let mean = |channel: usize| {
+        baselines.iter().map(|row| row[channel]).sum::<f64>() / baselines.len() as f64
+    };
+    let deviation = |channel: usize| {
+        let frames = weighed(runs).zip(&baselines).flat_map(|(run, baseline)| {
+            let rows = run.session.rest_frames().iter();
+            rows.map(move |row| (row[channel] - baseline[channel]).powi(2))
+        });
+        let (sum, count) = frames.fold((0.0, 0.0), |(sum, count), square| {
+            (sum + square, count + 1.0)
+        });
+        // A quiet channel steps by its least digit.
+        (sum / f64::max(count, 1.0))
+            .sqrt()
+            .max(least_step(runs, channel))
+            .max(f64::MIN_POSITIVE)
+    };
+    Rest {
+        mean: (0..width).map(mean).collect(),
+        deviation: (0..width).map(deviation).collect(),
+    }
+}
+
+/// Smallest change of a channel from frame to frame.
+fn least_step(runs: &[Run], channel: usize) -> f64 {
+    let pairs = weighed(runs).flat_map(|run| run.session.sensor.rows().windows(2));
+    let steps = pairs.map(|pair| (pair[1][channel] - pair[0][channel]).abs());
+    let least = steps
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+/// Says which channels the maps do without.
+fn left_out(named: &NamedSensor<'_>, maps: &TrainedMaps, remarks: &mut Vec<Remark>) {
+    let names = named
+        .sensor
+        .trained()
+        .map_or(Vec::new(), |array| array.body.channels());
+    let standards = [
+        maps.position.as_ref().map(|map| &map.standard),
+        maps.force.as_ref().map(|map| &map.standard),
+    ];
+    let mut out: Vec<usize> = standards
+        .into_iter()
+        .flatten()
+        .flat_map(Standard::left_out)
+        .collect();
+    out.sort_unstable();
+    out.dedup();
+    for channel in out {
+        let name = names.get(channel - 1).map_or("", String::as_str);
+        remarks.push(Remark::whole(format!(
+            "channel {channel} ({name}) does not change and is left out"
+        )));
+    }
+}
+
+/// A training that failed, about a run or all of them.
+fn failed(run: &str, error: &TrainingError) -> InputError {
+    InputError::whole(run, error.to_string()).help(match error {
+        TrainingError::TooFew { .. } => "give longer recordings",
+        TrainingError::NoSignal => "check that the sensor was read: all its channels are constant",
+        TrainingError::NoArea(..) => "press at positions all over the area, not along a line",
+        _ => "give more varied presses",
+    })
+}
+
+/// A comparison, the best first; shown scores are `scale` times SI.
+fn compared(what: &str, mut all: Vec<Compared>, unit: &str, scale: f64) -> Vec<Remark> {
+    all.sort_by(|a, b| b.score.log_likelihood.total_cmp(&a.score.log_likelihood));
+    let line = |(rank, one): (usize, Compared)| {
+        Remark::whole(format!(
+            "{what}, {}. of the maps by held-out likelihood: {}, {:.3} {unit} rms, log likelihood {:.2}, coverage {:.1} %",
+            rank + 1,
+            one.name,
+            one.score.rms * scale,
+            one.score.log_likelihood - scale.ln(),
+            100.0 * one.score.coverage
+        ))
+    };
+    all.into_iter().enumerate().map(line).collect()
+}
+
+/// Sessions of runs.
+fn sessions(runs: &[&Run]) -> Vec<Session> {
+    runs.iter().map(|run| run.session.clone()).collect()
+}

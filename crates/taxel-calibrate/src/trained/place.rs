@@ -1,0 +1,265 @@
+//! Which runs determine positions, and the map of the position.
+
+use super::readings::Run;
+use super::{Found, compared, failed};
+use crate::outcome::{ModelComparison, ResidualSummary, Scope};
+use crate::remark::Remark;
+use crate::training::{Compared, HELD_OUT, PositionOptions, compared_places, trained_position};
+use taxel::estimation::TrainedArea;
+use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
+use taxel::trained::PositionMap;
+use taxel_recording::InputError;
+
+/// A run of fewer distinct places has none to learn.
+const PLACES: usize = 9;
+/// Places this near are one, m.
+const SAME: f64 = 1e-4;
+/// A run of places is of one depth when its height changes by less than this
+/// share of its way.
+const ONE_DEPTH: f64 = 0.05;
+/// Where forces show the depth, indentations above this share of the peak count.
+const PRESSED: f64 = 0.5;
+/// The last quarter is held out unless more than this share of it presses
+/// beyond the rest: there nothing could foretell it.
+const BEYOND_REST: f64 = 0.1;
+/// Presses may reach this much beyond the area, as a share of it.
+const BEYOND: f64 = 0.05;
+const MILLIMETRES: f64 = 1e3;
+
+/// Frames with their places in the order of runs and time.
+#[derive(Default)]
+struct Presses {
+    frames: Vec<Vec<f64>>,
+    places: Vec<[f64; 2]>,
+    times: Vec<f64>,
+}
+
+/// The map of the position, where runs determine one.
+pub(super) fn train(
+    runs: &[Run],
+    area: &TrainedArea,
+    found: &mut Found,
+) -> Result<Option<PositionMap>, InputError> {
+    let mut presses = Presses::default();
+    let mut name = "";
+    for run in runs.iter().filter(|run| run.placed && has_places(run)) {
+        name = &run.name;
+        if run.session.force.is_none() && !one_depth(run) {
+            let message = "the height changes between the presses: its positions are not used";
+            found
+                .remarks
+                .push(Remark::whole(format!("{name}: {message}")));
+            continue;
+        }
+        presses.add(run);
+    }
+    if presses.frames.is_empty() {
+        return Ok(None);
+    }
+    found.remarks.push(presses.move_to(area, name)?);
+    let in_time = presses.last_within_rest();
+    if !in_time {
+        presses.every_fourth_last();
+    }
+    let smoothing = [1e-6, 1e-4, 1e-2];
+    let candidates: Vec<PositionOptions> = [0.0, 0.25, 0.5]
+        .iter()
+        .flat_map(|run_in| smoothing.map(|smoothing| (*run_in, smoothing)))
+        .map(|(run_in, smoothing)| PositionOptions { smoothing, run_in })
+        .collect();
+    let failed = |error| failed(name, &error);
+    let (map, _, held_out) =
+        trained_position(&presses.frames, &presses.places, &candidates).map_err(failed)?;
+    let mut all = compared_places(&presses.frames, &presses.places).map_err(failed)?;
+    all.push(Compared {
+        name: String::from("inverted surface"),
+        score: held_out.score,
+    });
+    let best = all
+        .iter()
+        .max_by(|a, b| a.score.log_likelihood.total_cmp(&b.score.log_likelihood));
+    if best.is_some_and(|best| best.name != "inverted surface") {
+        found.remarks.push(Remark::whole(
+            "place: the inverted surface is kept although another map predicts these rows better, because it alone \
+             recognises frames unlike all indentations; more indentations help it most",
+        ));
+    }
+    found
+        .remarks
+        .extend(compared("place", all, "mm along an axis", MILLIMETRES));
+    found.held_out = String::from(if in_time {
+        "the last 25 % of the presses in time"
+    } else {
+        "every fourth press, since the last 25 % in time press where none did before"
+    });
+    report(&presses, &held_out.estimates, found, &map);
+    Ok(Some(map))
+}
+
+fn has_places(run: &Run) -> bool {
+    let mut places: Vec<[i64; 2]> = run
+        .session
+        .place
+        .rows()
+        .iter()
+        .map(|row| [row[0], row[1]].map(|x| (x / SAME).round() as i64))
+        .collect();
+    places.sort_unstable();
+    places.dedup();
+    places.len() >= PLACES
+}
+
+fn one_depth(run: &Run) -> bool {
+    let span = |axis: usize| {
+        let values = || run.session.place.rows().iter().map(move |row| row[axis]);
+        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+    };
+    span(2) <= ONE_DEPTH * span(0).max(span(1))
+}
+
+impl Presses {
+    fn add(&mut self, run: &Run) {
+        let session = &run.session;
+        let reach = session.sensor.longest_step();
+        let least = PRESSED * session.peak_force();
+        let pressed = |time: f64| match &session.force {
+            Some(force) => force.at(time, reach).is_some_and(|f| f[0] > least),
+            None => true,
+        };
+        for (time, row) in session.place.times().iter().zip(session.place.rows()) {
+            if let Some(frame) = session.sensor.at(*time, reach).filter(|_| pressed(*time)) {
+                self.frames.push(frame);
+                self.places.push([row[0], row[1]]);
+                self.times.push(*time);
+            }
+        }
+    }
+
+    /// Whether the presses that are held out in time lie among those before.
+    fn last_within_rest(&self) -> bool {
+        let begin = ((1.0 - HELD_OUT) * self.places.len() as f64) as usize;
+        let (rest, last) = self.places.split_at(begin);
+        let ends = [0, 1].map(|axis| ends(rest, axis));
+        let beyond = |place: &&[f64; 2]| {
+            (0..2).any(|axis| {
+                let [low, high] = ends[axis];
+                place[axis] < low - SAME || place[axis] > high + SAME
+            })
+        };
+        last.iter().filter(beyond).count() as f64 <= BEYOND_REST * last.len() as f64
+    }
+
+    /// Moves every fourth press to the end, where it is held out.
+    fn every_fourth_last(&mut self) {
+        let of_time = 0..self.places.len();
+        let (last, first): (Vec<usize>, Vec<usize>) = of_time.partition(|row| row % 4 == 3);
+        let order = [first, last].concat();
+        self.frames = order.iter().map(|row| self.frames[*row].clone()).collect();
+        self.places = order.iter().map(|row| self.places[*row]).collect();
+        self.times = order.iter().map(|row| self.times[*row]).collect();
+    }
+
+    /// Brings places of the stage onto the area: as they are where all lie on
+    /// it, else with the middle of the presses in its middle.
+    fn move_to(&mut self, area: &TrainedArea, name: &str) -> Result<Remark, InputError> {
+        let half = area.half_sides();
+        let ends = [0, 1].map(|axis| ends(&self.places, axis));
+        let inside = |axis: usize| {
+            let most = half[axis] * (1.0 + BEYOND);
+            ends[axis].iter().all(|end| end.abs() <= most)
+        };
+        if inside(0) && inside(1) {
+            return Ok(Remark::whole(
+                "place: x and y count from the middle of the area, as given",
+            ));
+        }
+        let middle = ends.map(|[low, high]| 0.5 * (low + high));
+        for axis in 0..2 {
+            let span = ends[axis][1] - ends[axis][0];
+            if span > 2.0 * half[axis] * (1.0 + BEYOND) {
+                let message = format!(
+                    "the presses span {:.2} mm, the area of the sensor file has {:.2} mm",
+                    span * MILLIMETRES,
+                    2.0 * half[axis] * MILLIMETRES
+                );
+                return Err(InputError::whole(name, message)
+                    .key(["x", "y"][axis])
+                    .help("check the unit, or give the sensor file more rows or columns"));
+            }
+        }
+        for place in &mut self.places {
+            *place = [place[0] - middle[0], place[1] - middle[1]];
+        }
+        Ok(Remark::whole(format!(
+            "place: the middle of the presses, x = {:.3} mm and y = {:.3} mm of the stage, is taken as the middle of the area",
+            middle[0] * MILLIMETRES,
+            middle[1] * MILLIMETRES
+        )))
+    }
+}
+
+/// Least and largest coordinate.
+fn ends(places: &[[f64; 2]], axis: usize) -> [f64; 2] {
+    let values = || places.iter().map(move |place| place[axis]);
+    [
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    ]
+}
+
+/// Residuals, ranges and figures.
+fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Found, map: &PositionMap) {
+    let begin = presses.places.len() - estimates.len();
+    let truth = &presses.places[begin..];
+    for (axis, name) in ["place.x", "place.y"].into_iter().enumerate() {
+        let errors: Vec<f64> = estimates
+            .iter()
+            .zip(truth)
+            .map(|(e, t)| e[axis] - t[axis])
+            .collect();
+        let [low, high] = map.surface.range(axis);
+        let summary = ResidualSummary::of(name.into(), "m", &errors, high - low);
+        found.models.push(ModelComparison {
+            name: ["surface, x", "surface, y"][axis],
+            about: "place where the fitted answer of all channels is nearest to the frame",
+            unknowns: map.surface.unknowns() * map.surface.width,
+            residual: summary.root_mean_square / (high - low),
+            hold_out: Some(summary.root_mean_square / (high - low)),
+        });
+        found.residuals.push(summary);
+        found.scope.push(Scope {
+            name: name.into(),
+            unit: "m",
+            range: [low, high],
+        });
+    }
+    found.search = format!(
+        "{} presses, {} channels in use",
+        presses.places.len(),
+        map.surface.width
+    );
+    let start = presses.times.iter().copied().fold(f64::INFINITY, f64::min);
+    let chart = |axis: usize| {
+        let points = |of: &[[f64; 2]]| {
+            let times = presses.times[begin..].iter();
+            times
+                .zip(of)
+                .map(|(t, p)| [t - start, p[axis] * MILLIMETRES])
+                .collect()
+        };
+        Chart {
+            title: String::new(),
+            x: Axis::new("time", "s"),
+            y: Axis::new(["x", "y"][axis], "mm"),
+            series: vec![
+                Curve::new("truth", points(truth), Style::Line),
+                Curve::new("estimate", points(estimates), Style::Marks),
+            ],
+        }
+    };
+    found.figures.push(Figure {
+        title: "Place of held-out presses".into(),
+        charts: vec![chart(0), chart(1)],
+        caption: "Estimates of a map that was trained on the other presses.".into(),
+    });
+}

@@ -1,0 +1,26 @@
+//! Training of maps from recordings, for devices without a physical model.
+//!
+//! [`Series`] and [`Session`] bring recordings to one time, [`train_position`]
+//! learns where a probe of fixed depth presses, [`train_force`] how hard, with
+//! the memory of a creeping body. `docs/theory/trained-maps.md` has the equations
+//! and what the maps reach on real recordings.
+
+mod across;
+mod blocks;
+mod compare;
+mod force;
+mod nearest;
+mod position;
+mod series;
+mod session;
+
+pub use across::{AcrossRuns, usual_candidates};
+pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
+pub use compare::{Compared, compared_forces, compared_places};
+pub use force::{ForceOptions, HeldOutForce, TrainingRun, features_of, train_force};
+pub use nearest::Nearest;
+pub(crate) use position::{HELD_OUT, trained_position};
+pub use position::{PositionOptions, train_position};
+pub use series::Series;
+pub(crate) use session::CONTACT_SHARE;
+pub use session::{STANDARD_GRAVITY, Session};

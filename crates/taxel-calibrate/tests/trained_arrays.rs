@@ -1,0 +1,318 @@
+//! Training of arrays without a physical model on runs made here, whose truth
+//! is known.
+#![allow(clippy::unwrap_used)]
+
+use std::fmt::Write as _;
+
+use taxel::estimation::{ArrayEstimator, ChannelState, State, Why};
+use taxel::sensor::Sensor;
+use taxel_calibrate::{
+    CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
+};
+use taxel_numerics::Noise;
+use taxel_recording::{Frame, Quantity};
+
+const CHANNELS: usize = 6;
+
+fn sensor() -> Sensor {
+    let text = "schema = 1\nname = \"six channels\"\n\
+        [array]\nrows = 1\ncolumns = 1\npitch = \"20 mm\"\nmount = \"flat\"\n\
+        [element.trained]\nfull_scale = \"10 N\"\n\
+        groups = [{ name = \"chip\", channels = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\"] }]\n\
+        [electronics]\nframe_rate = \"25 Hz\"\nscan = \"simultaneous\"\nreadout = { digital = { unit = \"counts\" } }\n";
+    Sensor::parse("six.toml", text).unwrap()
+}
+
+/// Time (s), force (N) and channels of one run of a body whose stiffness is
+/// `gain` times the usual one.
+fn rows(gain: f64, seed: u64) -> Vec<(f64, f64, Vec<f64>)> {
+    let mut noise = Noise::seeded(seed);
+    (0..500)
+        .map(|k| {
+            let time = 0.04 * f64::from(k);
+            let press = if k < 25 {
+                0.0
+            } else {
+                (0.6 * (time - 1.0)).sin().powi(2)
+            };
+            let force = gain * (4.0 * press + 3.0 * press * press);
+            let channel = |c: usize| {
+                let c = c as f64;
+                200.0 * c + press * (80.0 - 9.0 * c) + press * press * 12.0 * c
+            };
+            let readings = (0..CHANNELS).map(|c| channel(c) + 0.3 * noise.normal());
+            (time, force, readings.collect())
+        })
+        .collect()
+}
+
+fn table(name: usize, gain: f64, seed: u64) -> Vec<TrainingFile> {
+    let mut text = String::from("time [s],force_z [N]");
+    (1..=CHANNELS).for_each(|c| write!(text, ",channel_{c}").unwrap());
+    text.push('\n');
+    for (time, force, readings) in rows(gain, seed) {
+        write!(text, "{time},{force}").unwrap();
+        for reading in readings {
+            write!(text, ",{reading}").unwrap();
+        }
+        text.push('\n');
+    }
+    let name = format!("run{name}.csv");
+    vec![TrainingFile { name, text }]
+}
+
+fn trained(sensor: &Sensor, gains: &[f64], seed: u64) -> TrainedOutcome {
+    let groups: Vec<_> = (0..)
+        .zip(gains)
+        .map(|(run, gain)| table(run, *gain, seed + run as u64))
+        .collect();
+    let named = NamedSensor {
+        name: "six.toml",
+        text: "",
+        sensor,
+    };
+    train(&named, &groups, &CalibrateOptions::default()).unwrap()
+}
+
+/// The calibrated sensor, through the text of the file.
+fn calibrated(sensor: &Sensor, outcome: &TrainedOutcome) -> Sensor {
+    let text = outcome.to_toml(&Provenance {
+        version: "0",
+        date: "2026-01-01",
+        data: "runs",
+        data_hash: "0",
+    });
+    let file = CalibrationFile::parse("c.toml", &text).unwrap();
+    assert_eq!(file.trained.as_ref(), Some(&outcome.maps));
+    let named = NamedSensor {
+        name: "six.toml",
+        text: "",
+        sensor,
+    };
+    file.apply("c.toml", &named).unwrap()
+}
+
+fn estimator(sensor: &Sensor) -> ArrayEstimator {
+    let array = sensor.trained().unwrap();
+    assert_eq!(array.stream().unit.quantity, Quantity::Counts);
+    let device = sensor.device().unwrap();
+    ArrayEstimator::new(device.reader(&array.stream()).unwrap())
+}
+
+/// Share of the true forces of a run within the 95 % intervals, and the mean
+/// deviation.
+fn coverage(sensor: &Sensor, gain: f64, seed: u64) -> [f64; 2] {
+    let mut estimator = estimator(sensor);
+    estimator.begin_rest_capture(50);
+    let (mut inside, mut deviations, mut count) = (0.0, 0.0, 0.0);
+    for (sequence, (time, truth, values)) in (0..).zip(rows(gain, seed)) {
+        let frame = Frame {
+            sequence,
+            time_ns: (time * 1e9) as u64,
+            values,
+        };
+        let (touch, ended) = estimator.push(&frame).unwrap();
+        assert_ne!(ended.map(|ended| ended.is_ok()), Some(false));
+        let [force, deviation] = touch.pressing_force().unwrap();
+        if truth > 0.5 {
+            inside += f64::from(u8::from((force - truth).abs() <= 1.96 * deviation));
+            deviations += deviation;
+            count += 1.0;
+        }
+    }
+    assert!(!estimator.capturing());
+    [inside / count, deviations / count]
+}
+
+/// The middles of twelve equal shares of the normal law: gains of bodies whose
+/// stiffness differs by 2 %, without the scatter of random ones.
+const NORMAL: [f64; 12] = [
+    -1.732, -1.150, -0.812, -0.549, -0.319, -0.105, 0.105, 0.319, 0.549, 0.812, 1.150, 1.732,
+];
+
+#[test]
+fn two_runs_foretell_the_interval_of_a_third() {
+    let sensor = sensor();
+    let gain = |k: usize| 1.0 + 0.02 * NORMAL[k % 12];
+    let (mut mean, mut count) = (0.0, 0.0);
+    for k in 0..12 {
+        // Each gain is the first of one pair and the second of another.
+        let seed = 100 * k as u64;
+        let outcome = trained(&sensor, &[gain(k), gain(5 * k + 3)], seed);
+        assert_eq!(outcome.maps.force.as_ref().unwrap().between_runs.runs, 2);
+        let calibrated = calibrated(&sensor, &outcome);
+        for third in (0..12).step_by(2) {
+            let [inside, _] = coverage(&calibrated, gain(third + k % 2), seed + 50 + third as u64);
+            (mean, count) = (mean + inside, count + 1.0);
+        }
+    }
+    mean /= count;
+    // Two runs tell little: their intervals are right in the mean over pairs.
+    assert!((0.90..=0.995).contains(&mean), "{mean}");
+}
+
+#[test]
+fn one_run_says_that_it_is_one_and_leaves_the_gain_free() {
+    let sensor = sensor();
+    let [one, two] = [&[1.0][..], &[1.0, 1.0]].map(|gains| trained(&sensor, gains, 3));
+    let remarks = |outcome: &TrainedOutcome| {
+        let remarks = outcome.outcome.remarks.iter();
+        remarks
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    assert!(remarks(&one).contains("one run does not show how runs differ"));
+    assert!(remarks(&two).contains("each of 2 runs was predicted from the others"));
+    let [one, two] = [one, two].map(|outcome| coverage(&calibrated(&sensor, &outcome), 1.0, 40));
+    // Two runs that agree say that runs differ less than usual.
+    assert!(two[1] < 0.9 * one[1], "{one:?} {two:?}");
+    // 4 % of the force at least, of 3 N in the mean of those above 0.5 N.
+    assert!(one[1] > 0.12, "{one:?}");
+}
+
+#[test]
+fn a_large_difference_of_runs_is_found() {
+    let sensor = sensor();
+    let gain = |gains: &[f64]| {
+        let maps = trained(&sensor, gains, 5).maps;
+        maps.force.unwrap().between_runs.gain
+    };
+    // Leaving one of 1 and 1.2 out errs by 18 %; the usual 2 % counts for half
+    // of the variance, which gives 11 % to 1.4 %.
+    assert!(gain(&[1.0, 1.2]) > 5.0 * gain(&[1.0, 1.0]));
+}
+
+/// A touch that begins slowly has begun before it ends the capture.
+#[test]
+fn a_slow_touch_during_the_rest_capture_leaves_no_trace() {
+    const RAMP: f64 = 0.15;
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.0], 3));
+    let mut estimator = estimator(&calibrated);
+    estimator.begin_rest_capture(50);
+    let mut noise = Noise::seeded(9);
+    for k in 0..50 {
+        let pressed = RAMP * f64::from(k - 20).max(0.0);
+        let values = (0..CHANNELS).map(|c| 200.0 * c as f64 + pressed + 0.3 * noise.normal());
+        let frame = Frame {
+            sequence: k as u64,
+            time_ns: k as u64 * 40_000_000,
+            values: values.collect(),
+        };
+        let (touch, ended) = estimator.push(&frame).unwrap();
+        let Some(ended) = ended else { continue };
+        assert_eq!(ended, Ok(()));
+        // 15 frames of a ramp over 35 are 0.5 counts; 18 frames of noise are
+        // known to 0.07.
+        for (channel, rest) in touch.channels.rest.iter().enumerate() {
+            assert!((rest - 200.0 * channel as f64).abs() < 0.28, "{rest}");
+        }
+    }
+    assert!(!estimator.capturing());
+}
+
+/// Half an hour of drift, a press of ten minutes, and the same again empty.
+#[test]
+fn what_is_empty_is_followed_and_what_presses_is_not() {
+    // Frames a second, and counts a second of each channel: half of what is
+    // followed with a noise of 0.3 counts.
+    const RATE: f64 = 25.0;
+    const DRIFT: f64 = 0.0015;
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.0], 3));
+    let mut estimator = estimator(&calibrated);
+    estimator.begin_rest_capture(20);
+    let [empty, pressed]: [Vec<_>; 2] = [false, true].map(|touched| {
+        let body = rows(1.0, 77).into_iter();
+        // At rest, or near the largest force.
+        let wanted =
+            body.filter(|(_, force, _)| if touched { *force > 6.9 } else { *force == 0.0 });
+        wanted.map(|(_, force, values)| (force, values)).collect()
+    });
+    let mut sequence = 0;
+    let mut last = |minutes: f64, pool: &[(f64, Vec<f64>)]| {
+        let mut errors = Vec::new();
+        for _ in 0..(60.0 * minutes * RATE) as u64 {
+            sequence += 1;
+            let time = sequence as f64 / RATE;
+            let (force, values) = &pool[sequence as usize % pool.len()];
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values: values.iter().map(|value| value + DRIFT * time).collect(),
+            };
+            let found = estimator.push(&frame).unwrap().0.pressing_force().unwrap();
+            errors.push([found[0] - force, found[1]]);
+        }
+        let tail = &errors[errors.len() - 100..];
+        tail.iter().fold([0.0; 2], |sum, one| {
+            [sum[0] + 0.01 * one[0], sum[1] + 0.01 * one[1]]
+        })
+    };
+    // The map errs by itself; the force of the drift not followed is 0.2 N.
+    let (fresh, [firm, _]) = (last(0.2, &empty), last(0.2, &pressed));
+    last(0.5, &empty);
+    let [error, deviation] = last(30.0, &empty);
+    assert!((error - fresh[0]).abs() < 0.02, "{fresh:?} {error}");
+    assert!(error < deviation, "{error} of {deviation} N");
+    let [error, _] = last(10.0, &pressed);
+    assert!((error - firm).abs() < 0.1, "{firm} {error}");
+    let [error, _] = last(1.0, &empty);
+    assert!((error - fresh[0]).abs() < 0.02, "{fresh:?} {error}");
+    let history = estimator.baseline().unwrap().history();
+    assert!(history.iter().any(|change| change.why == Why::Drift));
+    // 30 minutes of drift are nine deviations of each channel.
+    let level = estimator.baseline().unwrap().drift(0);
+    assert!((level / (DRIFT * 41.0 * 60.0) - 1.0).abs() < 0.1, "{level}");
+}
+
+/// As `tests/faults.rs` of the other devices: one channel gives no reading, or
+/// the same one again and again. The maps need it, so nothing is estimated, and
+/// that is said; the tare works.
+#[test]
+fn a_broken_channel_is_faulty_and_so_is_what_needs_it() {
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.0], 3));
+    for missing in [true, false] {
+        let mut estimator = estimator(&calibrated);
+        estimator.begin_rest_capture(20);
+        let (mut ended, mut stuck) = (None, None);
+        for (sequence, (time, _, mut values)) in (0..).zip(rows(1.0, 21)).take(80) {
+            values[2] = if missing {
+                f64::NAN
+            } else {
+                *stuck.get_or_insert(values[2])
+            };
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values,
+            };
+            ended = estimator.push(&frame).unwrap().1.or(ended);
+        }
+        assert_eq!(ended, Some(Ok(())));
+        let touch = estimator.touch();
+        assert_eq!(touch.channels.states[2], ChannelState::Faulty);
+        let well = touch.channels.states.iter().filter(|state| state.usable());
+        assert_eq!(well.count(), CHANNELS - 1);
+        assert_eq!(touch.taxels[0].state, State::Faulty);
+        assert_eq!(touch.pressing_force(), None);
+        assert!(touch.contacts.is_empty());
+    }
+    // The one cell of the picture can be masked, too.
+    let mut masked = calibrated.clone();
+    masked.mask = vec![taxel::sensor::Mask {
+        taxel: [0, 0],
+        capacitor: None,
+    }];
+    let mut estimator = estimator(&masked);
+    let (time, _, values) = rows(1.0, 21).swap_remove(0);
+    let frame = Frame {
+        sequence: 0,
+        time_ns: (time * 1e9) as u64,
+        values,
+    };
+    let touch = estimator.push(&frame).unwrap().0;
+    assert_eq!(touch.taxels[0].state, State::Masked);
+}

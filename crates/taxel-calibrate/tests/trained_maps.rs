@@ -1,0 +1,522 @@
+//! Trained maps against closed forms, brute force and invariances.
+#![allow(clippy::unwrap_used)]
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use taxel::trained::{
+    ForceEstimator, GaussianProcess, Kernel, MemoryLaw, Moments, Polynomial, PositionEstimator,
+    Ridge, Standard, Support, TrainingError,
+};
+use taxel_calibrate::training::{
+    AcrossRuns, ForceOptions, NORMAL_95, Nearest, PositionOptions, Series, Session, features_of,
+    train_force, train_position, usual_candidates,
+};
+
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(random)
+}
+
+/// Rows of features, the constant first, with targets of a linear law.
+fn linear_data(rows: usize, size: usize, noise: f64, seed: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let weights: Vec<f64> = (0..size).map(|_| normal(&mut random)).collect();
+    (0..rows)
+        .map(|_| {
+            let mut row: Vec<f64> = (0..size).map(|_| normal(&mut random)).collect();
+            row[0] = 1.0;
+            let mean: f64 = row.iter().zip(&weights).map(|(f, w)| f * w).sum();
+            let target = mean + noise * normal(&mut random);
+            (row, target)
+        })
+        .unzip()
+}
+
+#[test]
+fn the_ridge_posterior_is_that_of_its_dual_form() {
+    // The same law as a Gaussian process of covariance Σ φφ/(λ v), the
+    // constant with a prior of 1e10 noise variances instead of none.
+    let (rows, target) = linear_data(12, 5, 0.3, 1);
+    let ridge = Ridge::fit(&Moments::of(&rows, &target).unwrap(), 0.7).unwrap();
+    let count = rows.len() as f64;
+    let prior = |j: usize| {
+        let mean = rows.iter().map(|r| r[j]).sum::<f64>() / count;
+        let variance = rows.iter().map(|r| r[j] * r[j]).sum::<f64>() / count - mean * mean;
+        if j == 0 { 1e10 } else { 1.0 / (0.7 * variance) }
+    };
+    let covariance = |a: &[f64], b: &[f64]| -> f64 { (0..5).map(|j| prior(j) * a[j] * b[j]).sum() };
+    let size = rows.len();
+    let gram = Mat::from_fn(size, size, |i, j| {
+        covariance(&rows[i], &rows[j]) + f64::from(u8::from(i == j))
+    });
+    let factor = gram.llt(Side::Lower).unwrap();
+    let solution = factor.solve(Mat::from_fn(size, 1, |i, _| target[i]));
+    let query = [1.0, 0.3, -1.2, 2.0, 0.1];
+    let near = Mat::from_fn(size, 1, |i, _| covariance(&rows[i], &query));
+    let mean: f64 = (0..size).map(|i| near[(i, 0)] * solution[(i, 0)]).sum();
+    let known = factor.solve(&near);
+    let variance =
+        covariance(&query, &query) - (0..size).map(|i| near[(i, 0)] * known[(i, 0)]).sum::<f64>();
+    // The prior of 1e10 on the constant costs ten digits of the dual form.
+    assert!(
+        (ridge.mean(&query) - mean).abs() < 1e-5,
+        "{} {mean}",
+        ridge.mean(&query)
+    );
+    assert!((ridge.leverage(&query) - variance).abs() < 1e-4);
+}
+
+#[test]
+fn the_ridge_posterior_of_a_line_is_the_textbook_one() {
+    // y = a + b x without prior: Var of a prediction at x is
+    // σ² (1 + 1/n + (x − x̄)²/Sxx), σ² = rest/(n − 1) here.
+    let rows: Vec<Vec<f64>> = (0..5).map(|i| vec![1.0, f64::from(i)]).collect();
+    let target = [1.0, 2.9, 5.2, 7.1, 8.8];
+    let ridge = Ridge::fit(&Moments::of(&rows, &target).unwrap(), 0.0).unwrap();
+    assert!((ridge.weights()[1] - 1.98).abs() < 1e-10);
+    assert!((ridge.weights()[0] - 1.04).abs() < 1e-10);
+    let rest: f64 = [-0.04f64, -0.12, 0.2, 0.12, -0.16]
+        .iter()
+        .map(|e| e * e)
+        .sum();
+    assert!((ridge.noise_variance() - rest / 4.0).abs() < 1e-10);
+    // The factor is kept with seven digits.
+    assert!((ridge.leverage(&[1.0, 6.0]) - (0.2 + 16.0 / 10.0)).abs() < 1e-5);
+}
+
+#[test]
+fn a_process_of_two_observations_is_the_closed_form() {
+    let kernel = Kernel {
+        deviation: 1.3,
+        length: 0.8,
+        slope: 0.4,
+        noise: 0.2,
+    };
+    let inputs = [vec![0.0], vec![1.0]];
+    let process = GaussianProcess::observe(kernel, &inputs, &[vec![2.0], vec![-1.0]]).unwrap();
+    let k = |a: f64, b: f64| {
+        let r = 5f64.sqrt() * (a - b).abs() / 0.8;
+        1.69 * (1.0 + r + r * r / 3.0) * (-r).exp() + 0.16 * a * b
+    };
+    let (a, b, d) = (k(0.0, 0.0) + 0.04, k(0.0, 1.0), k(1.0, 1.0) + 0.04);
+    let determinant = a * d - b * b;
+    let inverse = [
+        [d / determinant, -b / determinant],
+        [-b / determinant, a / determinant],
+    ];
+    let near = [k(0.0, 0.3), k(1.0, 0.3)];
+    let weights = [0, 1].map(|i| inverse[i][0] * near[0] + inverse[i][1] * near[1]);
+    let (mean, variance) = process.estimate(&[0.3]);
+    assert!((mean[0] - (0.5 + 1.5 * weights[0] - 1.5 * weights[1])).abs() < 1e-12);
+    let known = weights[0] * near[0] + weights[1] * near[1];
+    assert!((variance - (k(0.3, 0.3) + 0.04 - known)).abs() < 1e-12);
+    let fit = 2.25 * (inverse[0][0] - 2.0 * inverse[0][1] + inverse[1][1]);
+    let expected = -0.5 * (fit + determinant.ln()) - (2.0 * std::f64::consts::PI).ln();
+    assert!((process.log_likelihood() - expected).abs() < 1e-12);
+}
+
+#[test]
+fn a_block_taken_away_is_a_block_never_seen() {
+    let (rows, target) = linear_data(60, 7, 0.5, 2);
+    let all = Moments::of(&rows, &target).unwrap();
+    for begin in [0, 20, 40] {
+        let block = begin..begin + 20;
+        let part = Moments::of(&rows[block.clone()], &target[block.clone()]).unwrap();
+        let keep: Vec<usize> = (0..60).filter(|i| !block.contains(i)).collect();
+        let kept: Vec<_> = keep.iter().map(|i| rows[*i].clone()).collect();
+        let kept_target: Vec<_> = keep.iter().map(|i| target[*i]).collect();
+        let brute = Ridge::fit(&Moments::of(&kept, &kept_target).unwrap(), 0.3).unwrap();
+        let quick = Ridge::fit(&all.without(&part), 0.3).unwrap();
+        for row in &rows[block] {
+            // Rounding of the moments.
+            assert!((quick.mean(row) - brute.mean(row)).abs() < 1e-10);
+            assert!((quick.noise_variance() - brute.noise_variance()).abs() < 1e-10);
+        }
+    }
+}
+
+#[test]
+fn intervals_of_the_ridge_cover_what_they_claim() {
+    let mut covered = 0;
+    for seed in 0..1000 {
+        let (rows, target) = linear_data(60, 6, 0.4, 100 + seed);
+        // Weights are drawn with unit variance: λ = σ² is their true prior.
+        let ridge = Ridge::fit(&Moments::of(&rows[..59], &target[..59]).unwrap(), 0.16).unwrap();
+        let variance = ridge.noise_variance() * (1.0 + ridge.leverage(&rows[59]));
+        let error = (ridge.mean(&rows[59]) - target[59]).abs();
+        covered += u32::from(error <= NORMAL_95 * variance.sqrt());
+    }
+    // 950 ± 7 by chance; three deviations to either side.
+    assert!((930..=970).contains(&covered), "{covered} of 1000");
+}
+
+#[test]
+fn order_and_repetition_of_rows_are_nothing() {
+    let (rows, target) = linear_data(40, 5, 0.3, 3);
+    let fit = |order: &[usize]| {
+        let r: Vec<_> = order.iter().map(|i| rows[*i].clone()).collect();
+        let t: Vec<_> = order.iter().map(|i| target[*i]).collect();
+        Ridge::fit(&Moments::of(&r, &t).unwrap(), 0.5).unwrap()
+    };
+    let forward = fit(&(0..40).collect::<Vec<_>>());
+    let backward = fit(&(0..40).rev().collect::<Vec<_>>());
+    let query = [1.0, 0.5, 0.2, -0.3, 2.0];
+    assert!((forward.mean(&query) - backward.mean(&query)).abs() < 1e-12);
+    // Twice the rows with twice the prior are the same mean.
+    let twice: Vec<usize> = (0..40).chain(0..40).collect();
+    let r: Vec<_> = twice.iter().map(|i| rows[*i].clone()).collect();
+    let t: Vec<_> = twice.iter().map(|i| target[*i]).collect();
+    let doubled = Ridge::fit(&Moments::of(&r, &t).unwrap(), 1.0).unwrap();
+    assert!((forward.mean(&query) - doubled.mean(&query)).abs() < 1e-12);
+}
+
+#[test]
+fn constant_features_and_equal_channels_do_not_break_it() {
+    let (mut rows, target) = linear_data(30, 4, 0.3, 4);
+    for row in &mut rows {
+        row.push(row[1]);
+        row.push(7.0);
+    }
+    let ridge = Ridge::fit(&Moments::of(&rows, &target).unwrap(), 0.5).unwrap();
+    // The prior shares a weight between equal features.
+    assert!((ridge.weights()[1] - ridge.weights()[4]).abs() < 1e-9);
+    assert!(ridge.weights().iter().all(|w| w.is_finite()));
+    assert!(Ridge::fit(&Moments::of(&rows[..1], &target[..1]).unwrap(), 1.0).is_err());
+}
+
+/// A body of two dimensions seen by `channels` smooth channels.
+fn answer(place: [f64; 2], channels: usize) -> Vec<f64> {
+    let centre = |c: usize| [(c % 3) as f64 * 5e-3, (c / 3) as f64 * 5e-3];
+    (0..channels)
+        .map(|c| {
+            let [x, y] = centre(c);
+            let r2 = (place[0] - x).powi(2) + (place[1] - y).powi(2);
+            100.0 + 40.0 * (-r2 / 7e-3f64.powi(2)).exp()
+        })
+        .collect()
+}
+
+/// Four passes over a grid of 1 mm, with noise of one unit in each channel.
+fn passes(noise: f64, seed: u64) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    (0..4 * 121)
+        .map(|k| {
+            let place = [f64::from(k / 11 % 11) * 1e-3, f64::from(k % 11) * 1e-3];
+            let frame = answer(place, 9);
+            let noisy = frame.iter().map(|v| v + noise * normal(&mut random));
+            (noisy.collect::<Vec<f64>>(), place)
+        })
+        .unzip()
+}
+
+const OPTIONS: [PositionOptions; 1] = [PositionOptions {
+    smoothing: 1e-2,
+    run_in: 0.0,
+}];
+
+#[test]
+fn places_between_those_of_training_are_found() {
+    let (frames, places) = passes(0.0, 1);
+    let (map, _) = train_position(
+        &frames,
+        &places,
+        &[PositionOptions {
+            smoothing: 1e-9,
+            run_in: 0.0,
+        }],
+    )
+    .unwrap();
+    let mut estimator = PositionEstimator::new(map).unwrap();
+    for place in [[2.3e-3, 7.6e-3], [5.5e-3, 5.5e-3], [9.7e-3, 0.4e-3]] {
+        let estimate = estimator.estimate(&answer(place, 9)).unwrap();
+        for (axis, truth) in place.iter().enumerate() {
+            // Cubic splines of 1 mm on bells of 7 mm: (1/7)⁴ of their height.
+            assert!((estimate.place[axis] - truth).abs() < 5e-6, "{estimate:?}");
+        }
+    }
+}
+
+#[test]
+fn intervals_of_places_cover_what_they_claim() {
+    let (frames, places) = passes(1.0, 2);
+    let (map, _) = train_position(&frames, &places, &OPTIONS).unwrap();
+    let mut estimator = PositionEstimator::new(map).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut covered = 0;
+    for _ in 0..1000 {
+        // Away from the edge, where the search stops at it.
+        let place = [0, 1].map(|_| 1e-3 + 8e-3 * random.random::<f64>());
+        let frame: Vec<f64> = answer(place, 9)
+            .iter()
+            .map(|v| v + normal(&mut random))
+            .collect();
+        let estimate = estimator.estimate(&frame).unwrap();
+        covered += (0..2)
+            .filter(|a| {
+                let error = (estimate.place[*a] - place[*a]).abs();
+                error <= NORMAL_95 * estimate.deviation()[*a]
+            })
+            .count();
+    }
+    // 1900 ± 10 by chance, and as much again from the factor, which is itself
+    // the quantile of 242 errors.
+    assert!((1860..=1940).contains(&covered), "{covered} of 2000");
+}
+
+#[test]
+fn a_frame_unlike_training_is_outside_and_uncertain() {
+    let (frames, places) = passes(1.0, 4);
+    let (map, _) = train_position(&frames, &places, &OPTIONS).unwrap();
+    let mut estimator = PositionEstimator::new(map).unwrap();
+    let inside = estimator.estimate(&frames[60]).unwrap();
+    assert_eq!(inside.support, Support::Trained);
+    let rest = estimator.estimate(&[100.0; 9]).unwrap();
+    assert_eq!(rest.support, Support::Outside);
+    assert!(rest.deviation()[0] > 3.0 * inside.deviation()[0]);
+    let far = estimator.estimate(&[1e12; 9]).unwrap();
+    // At most the size of the rectangle, and finite.
+    assert!(far.deviation()[0] <= 10.01e-3 && far.place[0].is_finite());
+}
+
+/// What `map` becomes as text and back, at rounding of the decimal numbers.
+fn through_text<T: serde::Serialize + serde::de::DeserializeOwned>(map: &T) -> T {
+    serde_json::from_str(&serde_json::to_string(map).unwrap()).unwrap()
+}
+
+#[test]
+fn maps_survive_a_file() {
+    let (frames, places) = passes(1.0, 5);
+    let (map, _) = train_position(&frames, &places, &OPTIONS).unwrap();
+    let again = PositionEstimator::new(through_text(&map))
+        .unwrap()
+        .estimate(&frames[17]);
+    let before = PositionEstimator::new(map)
+        .unwrap()
+        .estimate(&frames[17])
+        .unwrap();
+    let again = again.unwrap();
+    assert!((again.place[0] - before.place[0]).abs() < 1e-12);
+    assert!((again.deviation()[1] / before.deviation()[1] - 1.0).abs() < 1e-9);
+    let session = cycles(3, 0.0);
+    let runs = std::slice::from_ref(&session);
+    let (map, _) = train_force(runs, &ForceOptions::default()).unwrap();
+    let row = &features_of(&map, &session).unwrap().features[400];
+    let (again, before) = (through_text(&map).estimate(row), map.estimate(row));
+    assert!((again.value - before.value).abs() < 1e-9);
+    assert!((again.deviation / before.deviation - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_map_changed_by_hand_is_refused() {
+    let (frames, places) = passes(1.0, 8);
+    let (mut map, _) = train_position(&frames, &places, &OPTIONS).unwrap();
+    map.surface.intervals[0] = 0;
+    let found = PositionEstimator::new(map).err();
+    assert_eq!(found, Some(TrainingError::Unsound { table: "surface" }));
+    let session = cycles(3, 0.0);
+    let runs = std::slice::from_ref(&session);
+    let (mut map, _) = train_force(runs, &ForceOptions::default()).unwrap();
+    map.memory.creep_times.pop();
+    let found = ForceEstimator::new(map, session.baseline()).err();
+    assert_eq!(
+        found,
+        Some(TrainingError::Unsound {
+            table: "memory_spread"
+        })
+    );
+}
+
+#[test]
+fn a_dead_or_missing_channel_is_named() {
+    let (mut frames, places) = passes(1.0, 6);
+    for frame in &mut frames {
+        frame[4] = 100.0;
+    }
+    let (map, _) = train_position(&frames, &places, &OPTIONS).unwrap();
+    assert_eq!(map.standard.left_out(), [5]);
+    let mut estimator = PositionEstimator::new(map).unwrap();
+    let mut frame = frames[7].clone();
+    frame[4] = f64::NAN;
+    assert!(estimator.estimate(&frame).is_ok());
+    frame[2] = f64::NAN;
+    assert_eq!(
+        estimator.estimate(&frame),
+        Err(TrainingError::Dead { channel: 3 })
+    );
+    assert_eq!(
+        estimator.estimate(&frame[..8]),
+        Err(TrainingError::Channels {
+            found: 8,
+            expected: 9
+        })
+    );
+}
+
+#[test]
+fn nearest_neighbours_are_the_nearest() {
+    let frames: Vec<Vec<f64>> = (0..10).map(|i| vec![f64::from(i)]).collect();
+    let targets: Vec<Vec<f64>> = (0..10).map(|i| vec![f64::from(i * i)]).collect();
+    let nearest = Nearest::train(&frames, &targets, 3).unwrap();
+    let [mean, variance] = nearest.estimate(&[4.1]).unwrap()[0];
+    assert!((mean - 50.0 / 3.0).abs() < 1e-12);
+    // 9, 16, 25: sum of squares 386/3, over 2, times 4/3.
+    assert!((variance - 386.0 / 3.0 / 2.0 * 4.0 / 3.0).abs() < 1e-10);
+    assert!(Nearest::train(&frames[..2], &targets[..2], 3).is_err());
+}
+
+/// Cycles of a probe on a body that creeps: three channels, a scale.
+fn cycles(count: usize, delay: f64) -> Session {
+    let depth = |t: f64| (0.5 - 0.5 * (t * 0.3).cos()) * f64::from(u8::from(t > 0.0));
+    let (mut slow, mut last) = (0.0, 0.0);
+    let (mut sensor, mut stage) = (Vec::new(), Vec::new());
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let times: Vec<f64> = (0..count * 300).map(|i| i as f64 * 0.07 - 2.0).collect();
+    let mut forces = Vec::new();
+    for time in &times {
+        let z = depth(*time) * (1.0 + 0.1 * (time * 0.07).sin());
+        slow += (z - slow) * (1.0 - (-(time - last) / 3.0f64).exp());
+        last = *time;
+        forces.push(10.0 * z + 5.0 * z * z + 4.0 * (z - slow));
+        let channels = [100.0 * z, 50.0 * z * z, 20.0 * z - 30.0];
+        sensor.push(
+            channels
+                .iter()
+                .map(|c| c + 0.01 * normal(&mut random))
+                .collect(),
+        );
+    }
+    let force = Series::new(times.clone(), forces.iter().map(|f| vec![*f]).collect()).unwrap();
+    for time in &times {
+        let newtons = force.at(time - delay, 100.0).unwrap()[0];
+        let grams = newtons / 9.80665e-3;
+        stage.push(vec![1.0, 2.0, 10.0 - depth(*time), grams]);
+    }
+    let sensor = Series::new(times.clone(), sensor).unwrap();
+    Session::new("stage", sensor, &Series::new(times, stage).unwrap()).unwrap()
+}
+
+fn remembering(times: &[f64]) -> ForceOptions {
+    ForceOptions {
+        memory: MemoryLaw {
+            creep_times: times.to_vec(),
+            play_thresholds: Vec::new(),
+        },
+        prior: 1e-3,
+        polynomial: Polynomial { degree: 2 },
+        ..ForceOptions::default()
+    }
+}
+
+#[test]
+fn creep_of_the_body_is_learned() {
+    let session = cycles(6, 0.0);
+    let (_, without) = train_force(std::slice::from_ref(&session), &remembering(&[])).unwrap();
+    let (_, with) = train_force(std::slice::from_ref(&session), &remembering(&[3.0])).unwrap();
+    assert!(without.rms > 0.1, "{without:?}");
+    // Noise of 0.01 in channels of 0.1 N each unit.
+    assert!(with.rms < 0.01, "{with:?}");
+    let options = [remembering(&[]), remembering(&[3.0])];
+    let chosen = AcrossRuns::choose(&[session], &options).unwrap();
+    assert_eq!(chosen.map.memory.creep_times, [3.0]);
+}
+
+#[test]
+fn of_equal_maps_the_one_of_the_strongest_prior_is_taken() {
+    let session = cycles(6, 0.0);
+    let options = [1e-6, 1e-4, 1e6].map(|prior| ForceOptions {
+        prior,
+        ..remembering(&[3.0])
+    });
+    let chosen = AcrossRuns::choose(&[session], &options).unwrap();
+    // The last one holds the weights at nothing.
+    assert!(chosen.tried[2].1.rms > 2.0 * chosen.tried[0].1.rms);
+    assert_eq!(chosen.options.prior, 1e-4);
+}
+
+#[test]
+fn a_late_scale_is_noticed() {
+    let found = |delay| usual_candidates(&[cycles(6, delay)]).unwrap()[0].offset;
+    // The creep of the body turns the phase too, by the same time in both.
+    let (prompt, late) = (found(0.0), found(0.4));
+    // One step of the search to either side.
+    assert!((late - prompt - 0.4).abs() < 0.11, "{prompt} and {late}");
+}
+
+#[test]
+fn the_estimator_repeats_what_training_did() {
+    let session = cycles(4, 0.0);
+    let (map, _) = train_force(std::slice::from_ref(&session), &remembering(&[1.0, 3.0])).unwrap();
+    let run = features_of(&map, &session).unwrap();
+    let mut live = ForceEstimator::new(map.clone(), session.baseline()).unwrap();
+    for (i, (time, frame)) in session
+        .sensor
+        .times()
+        .iter()
+        .zip(session.sensor.rows())
+        .enumerate()
+    {
+        let estimate = live.push(*time, frame).unwrap();
+        let trained = map.estimate(&run.features[i]);
+        assert!((estimate.value - trained.value).abs() < 1e-9);
+        assert!((estimate.deviation - trained.deviation).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn after_an_outage_the_deviation_is_larger_until_it_has_faded() {
+    let session = cycles(6, 0.0);
+    let (map, _) = train_force(std::slice::from_ref(&session), &remembering(&[3.0])).unwrap();
+    let mut live = ForceEstimator::new(map, session.baseline()).unwrap();
+    let (times, frames) = (session.sensor.times(), session.sensor.rows());
+    let mut estimates = Vec::new();
+    for i in (0..500).chain(600..1500) {
+        estimates.push(live.push(times[i], &frames[i]).unwrap().deviation);
+    }
+    assert!(estimates[500] > 5.0 * estimates[499]);
+    // 60 s are twenty times the time of creep.
+    let same = |a: f64, b: f64| (a / b - 1.0).abs() < 0.5;
+    assert!(same(estimates[1390], estimates[499]), "{}", estimates[1390]);
+}
+
+#[test]
+fn a_force_beyond_training_is_outside() {
+    let session = cycles(4, 0.0);
+    let (map, _) = train_force(std::slice::from_ref(&session), &remembering(&[3.0])).unwrap();
+    let mut live = ForceEstimator::new(map, session.baseline()).unwrap();
+    assert_eq!(
+        live.push(0.0, &session.baseline()).unwrap().support,
+        Support::Trained
+    );
+    let estimate = live.push(0.1, &[900.0, -700.0, 3000.0]).unwrap();
+    assert_eq!(estimate.support, Support::Outside);
+    assert!(estimate.deviation > 1.0 && estimate.deviation.is_finite());
+    assert!(ForceEstimator::new(live.map().clone(), vec![0.0; 2]).is_err());
+}
+
+#[test]
+fn a_scale_of_one_kind_of_channel_only_is_no_matter() {
+    // The same frames in other units give the same map.
+    let (frames, places) = passes(1.0, 7);
+    let scaled: Vec<Vec<f64>> = frames
+        .iter()
+        .map(|f| {
+            f.iter()
+                .enumerate()
+                .map(|(c, v)| v * 10f64.powf(c as f64 - 4.0) - 3.0)
+                .collect()
+        })
+        .collect();
+    let estimate = |frames: &[Vec<f64>]| {
+        let (map, _) = train_position(frames, &places, &OPTIONS).unwrap();
+        PositionEstimator::new(map)
+            .unwrap()
+            .estimate(&frames[30])
+            .unwrap()
+            .place
+    };
+    let (a, b) = (estimate(&frames), estimate(&scaled));
+    assert!((a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-9);
+    assert_eq!(Standard::of(&frames).unwrap().used.len(), 9);
+}

@@ -1,0 +1,272 @@
+//! Values of ours beside the rows of a table, and the verdict that follows from both.
+
+use std::collections::BTreeMap;
+
+use taxel::figure::Figure;
+
+use crate::paper::Paper;
+use crate::table::{Kind, Printed, Row, Run, Table, Verdict};
+
+/// One printed statement beside ours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// What is printed and what is known of it.
+    pub row: &'static Row,
+    /// Ours in the printed unit; `None` where there is no number.
+    pub ours: Option<f64>,
+    /// (ours - printed)/printed; `None` without two numbers or where zero is printed.
+    pub difference: Option<f64>,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// The words of the row with their values; may be empty.
+    pub note: String,
+}
+
+impl Entry {
+    /// Whether ours is the printed number itself, taken over by a sensor file.
+    pub fn input(&self) -> bool {
+        self.row.kind == Kind::Input && self.verdict == Verdict::Reproduced
+    }
+}
+
+/// A figure of the paper, drawn from our model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PaperFigure {
+    /// Such as `Figure 5`.
+    pub place: String,
+    /// The figure; its caption says what is assumed.
+    pub figure: Figure,
+}
+
+/// All statements of one paper beside ours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ledger {
+    /// The paper.
+    pub paper: Paper,
+    /// Statements in the order of the table.
+    pub entries: Vec<Entry>,
+    /// Figures.
+    pub figures: Vec<PaperFigure>,
+}
+
+impl Ledger {
+    /// The ledger of `paper` with the values of `ours`.
+    pub(crate) fn new(paper: Paper, ours: Ours) -> Self {
+        let table = ours.table;
+        let entries = table.rows.iter().map(|row| {
+            let answer = ours.answers.get(&row.id);
+            entry(row, answer.unwrap_or(&Answer::default()), &table.runs)
+        });
+        Self {
+            paper,
+            entries: entries.collect(),
+            figures: ours.figures,
+        }
+    }
+
+    /// The entry of the row `id`.
+    pub fn entry(&self, id: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.row.id == id)
+    }
+
+    /// How many reproduced entries are inputs taken over from the paper.
+    pub fn inputs(&self) -> usize {
+        self.entries.iter().filter(|entry| entry.input()).count()
+    }
+
+    /// How many entries have each verdict, in the order of [`Verdict::ALL`].
+    pub fn counts(&self) -> [usize; Verdict::ALL.len()] {
+        Verdict::ALL.map(|verdict| {
+            let entries = self.entries.iter();
+            entries.filter(|entry| entry.verdict == verdict).count()
+        })
+    }
+}
+
+/// Values of ours for the rows of one table, by their id.
+#[derive(Debug)]
+pub(crate) struct Ours {
+    pub(crate) table: &'static Table,
+    answers: BTreeMap<String, Answer>,
+    figures: Vec<PaperFigure>,
+}
+
+/// Our value for one row, and the values that its words name.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Answer {
+    number: Option<f64>,
+    holds: Option<bool>,
+    words: Vec<(&'static str, f64)>,
+}
+
+impl Answer {
+    /// `value` stands for `{name}` in the words of the row.
+    pub(crate) fn with(&mut self, name: &'static str, value: f64) -> &mut Self {
+        self.words.push((name, value));
+        self
+    }
+}
+
+impl Ours {
+    pub(crate) fn new(table: &'static Table) -> Self {
+        Self {
+            table,
+            answers: BTreeMap::new(),
+            figures: Vec::new(),
+        }
+    }
+
+    /// Ours of a printed number, in the printed unit.
+    pub(crate) fn number(&mut self, id: &str, ours: f64) -> &mut Answer {
+        let answer = self.words(id);
+        answer.number = Some(ours);
+        answer
+    }
+
+    /// Whether an equation or a statement in words holds.
+    pub(crate) fn holds(&mut self, id: &str, holds: bool) -> &mut Answer {
+        let answer = self.words(id);
+        answer.holds = Some(holds);
+        answer
+    }
+
+    /// A row for which there is nothing to compute but values of its words.
+    pub(crate) fn words(&mut self, id: &str) -> &mut Answer {
+        self.answers.entry(id.to_owned()).or_default()
+    }
+
+    /// A figure, drawn from our model.
+    pub(crate) fn figure(&mut self, place: &str, figure: Figure) {
+        self.figures.push(PaperFigure {
+            place: place.to_owned(),
+            figure,
+        });
+    }
+
+    /// Printed number of the row `id` times 10 to `power`, as [`Table::number`].
+    pub(crate) fn printed(&self, id: &str, power: i32) -> f64 {
+        self.table.number(id, power)
+    }
+}
+
+fn entry(row: &'static Row, answer: &Answer, runs: &[Run]) -> Entry {
+    let printed = Printed::parse(&row.printed);
+    let holds = answer
+        .number
+        .map(|ours| printed.is_some_and(|printed| printed.agrees(ours)))
+        .or(answer.holds);
+    Entry {
+        row,
+        ours: answer.number,
+        difference: answer
+            .number
+            .zip(printed.filter(|printed| printed.value != 0.0))
+            .map(|(ours, printed)| ours / printed.value - 1.0),
+        verdict: verdict(row, holds == Some(true)),
+        note: fill(&row.words, |name| value(name, answer, runs)),
+    }
+}
+
+/// What holds is reproduced, or follows from what is printed. For what does not, the row must
+/// name a reason: a reason counts only there.
+fn verdict(row: &Row, holds: bool) -> Verdict {
+    match (holds, row.verdict) {
+        (true, _) if row.kind == Kind::Arithmetic => Verdict::Follows,
+        (true, _) => Verdict::Reproduced,
+        (false, Verdict::Reproduced | Verdict::Follows) => Verdict::Unexplained,
+        (false, reason) => reason,
+    }
+}
+
+/// A value that words name: computed with ours, or `run.name` of a long run.
+fn value(name: &str, answer: &Answer, runs: &[Run]) -> Option<f64> {
+    if let Some((run, name)) = name.split_once('.') {
+        let run = runs.iter().find(|candidate| candidate.id == run)?;
+        return run.values.get(name).copied();
+    }
+    let known = answer.words.iter().find(|(known, _)| *known == name);
+    known.map(|(_, value)| *value)
+}
+
+/// `words` with its values in the place of `{name}`, `{name:.2}` and `{name:.0e}`. What names
+/// no value stays as it is.
+fn fill(words: &str, value: impl Fn(&str) -> Option<f64>) -> String {
+    let mut text = String::new();
+    let mut rest = words;
+    while let Some((before, after)) = rest.split_once('{') {
+        text += before;
+        let filled = after.split_once('}').and_then(|(inside, behind)| {
+            let (name, form) = inside.split_once(':').unwrap_or((inside, ""));
+            Some((formatted(value(name)?, form), behind))
+        });
+        if let Some((number, behind)) = filled {
+            text += &number;
+            rest = behind;
+        } else {
+            text.push('{');
+            rest = after;
+        }
+    }
+    text + rest
+}
+
+/// A number with the digits that `form` asks for: `.2`, `.0e`, or nothing.
+fn formatted(value: f64, form: &str) -> String {
+    let (digits, exponent) = match form.strip_suffix('e') {
+        Some(digits) => (digits, true),
+        None => (form, false),
+    };
+    let digits = digits
+        .strip_prefix('.')
+        .and_then(|digits| digits.parse().ok());
+    match (digits, exponent) {
+        (Some(digits), true) => format!("{value:.digits$e}"),
+        (Some(digits), false) => format!("{value:.digits$}"),
+        (None, _) => value.to_string(),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_take_their_values() {
+        let value = |name: &str| match name {
+            "gap" => Some(4.7564),
+            "error" => Some(0.00083),
+            _ => None,
+        };
+        assert_eq!(
+            fill(
+                "{gap:.2} um, {error:.0e}, {gap}, mount = { cylinder }, {other}",
+                value
+            ),
+            "4.76 um, 8e-4, 4.7564, mount = { cylinder }, {other}"
+        );
+    }
+
+    #[test]
+    fn a_reason_counts_only_where_ours_differs() {
+        let row = |kind: &str, verdict: &str| -> Row {
+            let text = format!(
+                "id = 'a'\nplace = ''\nwhat = ''\nprinted = '1.0'\nkind = '{kind}'\nverdict = '{verdict}'"
+            );
+            toml::from_str(&text).unwrap()
+        };
+        for (kind, stated, holds, expected) in [
+            ("computed", "contradicts", true, Verdict::Reproduced),
+            ("computed", "contradicts", false, Verdict::Contradicts),
+            ("computed", "reproduced", false, Verdict::Unexplained),
+            ("arithmetic", "follows", true, Verdict::Follows),
+            ("none", "not_determined", false, Verdict::NotDetermined),
+        ] {
+            assert_eq!(
+                verdict(&row(kind, stated), holds),
+                expected,
+                "{kind} {stated}"
+            );
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Every printed number of the four papers beside ours.
+//!
+//! One table per paper, `papers/p1.toml` to `p4.toml`, holds what is printed: place, digits,
+//! unit, kind and verdict. The number stands there once. [`Paper::ledger`] computes ours beside
+//! each row; the report (`taxel reproduce`), the tests and the pages of `docs/papers` read the
+//! same ledger.
+//!
+//! ```
+//! use taxel_papers::{Paper, Verdict};
+//!
+//! let ledger = Paper::P4.ledger();
+//! let entry = ledger.entry("rest_resistance").expect("a row of papers/p4.toml");
+//! assert_eq!(entry.row.printed, "3.67 ohm");
+//! // Equation 3 with the printed supply and reference resistor says 3.378 ohm.
+//! assert!((entry.ours.expect("a number") - 3.378).abs() < 5e-4);
+//! assert_eq!(entry.verdict, Verdict::Contradicts);
+//! ```
+//!
+//! The verdict is derived: ours agrees when it rounds to the printed digits. Where it does not,
+//! the row names the reason. Values of runs that take minutes stand in the table as well, with
+//! the command that gave them and a test that repeats part of them ([`Run`]).
+
+mod ledger;
+mod p1;
+mod p2;
+mod p3;
+mod p4;
+mod page;
+mod paper;
+mod report;
+mod table;
+
+pub use ledger::{Entry, Ledger, PaperFigure};
+pub use page::page;
+pub use paper::Paper;
+pub use report::{html, json, text};
+pub use table::{Kind, Row, Run, Table, Verdict};
+
+impl Paper {
+    /// What the paper prints beside ours, computed now.
+    pub fn ledger(self) -> Ledger {
+        let mut ours = ledger::Ours::new(self.table());
+        match self {
+            Self::P1 => p1::fill(&mut ours),
+            Self::P2 => p2::fill(&mut ours),
+            Self::P3 => p3::fill(&mut ours),
+            Self::P4 => p4::fill(&mut ours),
+        }
+        Ledger::new(self, ours)
+    }
+}

@@ -1,0 +1,425 @@
+//! P4: the liquid-metal microchannel array.
+
+use crate::ledger::Ours;
+use taxel::design::Study;
+use taxel::device::{ChannelArray, ChannelPredictor};
+use taxel::electronics::VoltageDivider;
+use taxel::figure::{Axis, Chart, Figure, Series, Style};
+use taxel::mechanics::{
+    CellGeometry, ChannelSection, ClosingCurve, ClosingState, PaperLaw, PressureLaw,
+    SectionClosure, Stretch,
+};
+use taxel::sensor::Sensor;
+use taxel::transduction::mean_inverse_area_ratio;
+
+const KILOPASCAL: f64 = 1e3;
+
+pub(crate) fn fill(ours: &mut Ours) {
+    let Some(sensor) = Sensor::shipped("liquid-metal-2x4") else {
+        return;
+    };
+    let Ok(array) = sensor.channels() else {
+        return;
+    };
+    let predictor = ChannelPredictor::new(&array);
+    equations(ours, &array);
+    requirements(ours, &array);
+    simulation_inputs(ours, &array);
+    single_channel(ours);
+    two_layers(ours, &array, &predictor);
+    fabrication(ours, &array);
+    bench(ours, &array);
+    results(ours, &array, &predictor);
+    discussion(ours, &array, &predictor);
+    figures(ours, &array, &predictor);
+}
+
+/// A tabulated cell under Eq. 2 with the constants of the paper.
+struct Cell {
+    law: PaperLaw,
+    height: f64,
+    roof: f64,
+    curve: ClosingCurve,
+}
+
+impl Cell {
+    /// Height and roof in um; `None` when the design is not tabulated.
+    fn new(ours: &Ours, height: f64, roof: f64) -> Option<Self> {
+        let geometry = CellGeometry {
+            section: section(ours, height),
+            roof: roof * 1e-6,
+            thickness: ours.printed("largest_height", -6),
+            // A channel and a wall.
+            pitch: 600e-6,
+        };
+        let shear_modulus = 2.0 * (ours.printed("c10", 3) + ours.printed("c01", 3));
+        let curve = ClosingCurve::of_cell(&geometry, shear_modulus).ok()?;
+        Some(Self {
+            law: law(ours),
+            height,
+            roof,
+            curve,
+        })
+    }
+
+    /// The channel at a pressure in kPa.
+    fn at(&self, kilopascal: f64) -> SectionClosure {
+        let pressure = kilopascal * KILOPASCAL;
+        let load = [Stretch {
+            share: 1.0,
+            pressure,
+        }];
+        let settled = self.curve.settle(&PressureLaw::Paper(self.law), &load);
+        let internal = settled.map_or(0.0, |channel| channel.internal_pressure);
+        self.curve.at(pressure - internal)
+    }
+
+    /// Increase of the resistance in % at a pressure in kPa.
+    fn increase(&self, kilopascal: f64) -> f64 {
+        100.0 * (1.0 / self.at(kilopascal).area_ratio - 1.0)
+    }
+
+    /// Pressure in kPa at which the area is `ratio`.
+    fn pressure_at(&self, ratio: f64) -> f64 {
+        bisect(500.0, |kilopascal| self.at(kilopascal).area_ratio < ratio)
+    }
+
+    /// Pressure in kPa at which the roof touches the floor, where computed.
+    fn touch(&self) -> Option<f64> {
+        self.curve.touch()?;
+        Some(bisect(500.0, |kilopascal| {
+            self.at(kilopascal).state != ClosingState::Open
+        }))
+    }
+}
+
+/// Eq. 2 with the printed factor at the standard atmosphere, which is not printed.
+fn law(ours: &Ours) -> PaperLaw {
+    PaperLaw {
+        expansion: ours.printed("expansion", 0),
+        atmosphere: 101.325e3,
+    }
+}
+
+/// A channel of the printed width; height in um.
+fn section(ours: &Ours, height: f64) -> ChannelSection {
+    ChannelSection {
+        width: ours.printed("channel_width", -6),
+        height: height * 1e-6,
+    }
+}
+
+/// Where `reached` begins to hold between 0 and `high`.
+fn bisect(mut high: f64, reached: impl Fn(f64) -> bool) -> f64 {
+    let mut low = 0.0;
+    // 500 halved 60 times is below the rounding of the result.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if reached(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+/// Increase of the resistance in % for a loss of area in %.
+fn increase_of(loss: f64) -> f64 {
+    100.0 * (mean_inverse_area_ratio([(1.0, 1.0 - 0.01 * loss)]) - 1.0)
+}
+
+fn resistance(divider: &VoltageDivider, voltage: f64) -> f64 {
+    divider.resistance(voltage).unwrap_or(f64::INFINITY)
+}
+
+fn equations(ours: &mut Ours, array: &ChannelArray<'_>) {
+    let drawn = array.element.section();
+    let solid = array.element.closed_form;
+    let pressure = 10e3;
+    let x = 2.0 * (1.0 - solid.poisson_ratio.powi(2)) * drawn.width * pressure
+        / (solid.young_modulus * drawn.height);
+    let same = drawn
+        .published_area_ratio(&solid, pressure)
+        .is_ok_and(|ratio| ((1.0 / ratio) - 1.0 / (1.0 - x)).abs() < 1e-12);
+    let closed = drawn.published_area_ratio(&solid, 25e3).is_err();
+    let closing = |height: f64| section(ours, height).closing_pressure(&solid) / KILOPASCAL;
+    let [closing_60, closing_100, closing_200] = [60.0, 100.0, 200.0].map(closing);
+    ours.holds("eq_1", same && closed)
+        .with("closing_20", drawn.closing_pressure(&solid) / KILOPASCAL)
+        .with("closing_60", closing_60)
+        .with("closing_100", closing_100)
+        .with("closing_200", closing_200);
+    let law = law(ours);
+    let half = law.pressure(0.5);
+    ours.holds("eq_2", (half - law.expansion * law.atmosphere).abs() < 1e-9);
+    let divider = &array.board.divider;
+    let (supply, reference) = (
+        ours.printed("supply", 0),
+        ours.printed("reference_resistor", 0),
+    );
+    let voltage = supply * 5.0 / (reference + 5.0);
+    ours.holds("eq_3", (divider.voltage(5.0) - voltage).abs() < 1e-15);
+}
+
+fn requirements(ours: &mut Ours, array: &ChannelArray<'_>) {
+    ours.number("taxel_force", 1e3 / 10.0 / 4.0);
+    let width = array.element.section.width * 1e6;
+    let wall = array.layout().pitch[0] * 1e6 - width;
+    ours.number("channel_width", width);
+    ours.number("wall", wall);
+    ours.number("two_channels", (2.0 * width + wall) * 1e-3);
+    ours.number("largest_height", 0.5 * 1000.0);
+    let largest = ours.printed("largest_height", -6);
+    ours.holds("sensor_height", array.element.thickness() <= largest);
+    let [rows, columns] = array.counts();
+    ours.number("taxels", (rows * columns) as f64);
+    ours.number("microchannels", (rows + columns) as f64);
+}
+
+fn simulation_inputs(ours: &mut Ours, array: &ChannelArray<'_>) {
+    let modulus = array.element.material.shear_modulus() / KILOPASCAL;
+    ours.number("youngs_modulus", 3.0 * modulus);
+    ours.number("poisson_ratio", array.element.closed_form.poisson_ratio);
+    ours.number("shear_modulus", ours.printed("youngs_modulus", 0) / 3.0);
+    let taxel::mechanics::Hyperelastic::MooneyRivlin(solid) = array.element.material;
+    ours.number("c10", solid.c10 / KILOPASCAL);
+    ours.number("c01", solid.c01 / KILOPASCAL);
+    if let PressureLaw::Paper(law) = &array.element.liquid.pressure {
+        ours.number("expansion", law.expansion);
+    }
+    let side = 2.0 * ours.printed("channel_width", -3) + ours.printed("wall", -3);
+    ours.number("taxel_area", side.powi(2));
+    let Ok(study) = Study::parse(SWEEP, Study::shipped_text(SWEEP).unwrap_or_default()) else {
+        return;
+    };
+    let sections = &study.channel_sections;
+    ours.number("sweep_force", sections.pressures.from * 1e-6 / 1e-3);
+    ours.number("sweep_height", sections.heights.from * 1e6);
+}
+
+/// The study that repeats the sweep of the paper.
+const SWEEP: &str = "p4-sections";
+
+fn single_channel(ours: &mut Ours) {
+    let cells: Vec<Cell> = [
+        (20.0, 100.0),
+        (20.0, 140.0),
+        (40.0, 100.0),
+        (40.0, 140.0),
+        (60.0, 120.0),
+        (60.0, 160.0),
+        (60.0, 60.0),
+        (160.0, 200.0),
+    ]
+    .into_iter()
+    .filter_map(|(height, roof)| Cell::new(ours, height, roof))
+    .collect();
+    let (best, others): (Vec<&Cell>, Vec<&Cell>) = cells
+        .iter()
+        .partition(|cell| cell.height <= 60.0 && cell.roof >= 100.0);
+    let thin = others.iter().find(|cell| cell.roof == 60.0);
+    let same_height = best
+        .iter()
+        .find(|cell| cell.height == 60.0 && cell.roof == 120.0);
+    let thin_is_sensitive = thin.zip(same_height).is_some_and(|(thin, thick)| {
+        thin.curve.compliance() > thick.curve.compliance() && thin.touch() < thick.touch()
+    });
+    ours.holds("thin_surfaces", thin_is_sensitive);
+    let stiffest = others.iter().find(|cell| cell.height == 160.0);
+    if let Some(cell) = stiffest {
+        let pressure = cell.pressure_at(1.0 / (1.0 + 0.01 * ours.printed("least_change", 0)));
+        ours.number("least_change", cell.increase(25.0))
+            .with("pressure", pressure);
+    }
+    let changes: Vec<f64> = best.iter().map(|cell| cell.increase(25.0)).collect();
+    let (low, high) = ends(&changes);
+    let touches: Vec<f64> = best.iter().filter_map(|cell| cell.touch()).collect();
+    let (first, last) = ends(&touches);
+    ours.holds("adequate_range", low > 50.0 && first > 50.0)
+        .with("low", low)
+        .with("high", high)
+        .with("first", first)
+        .with("last", last);
+}
+
+/// Smallest and largest of some values.
+fn ends(values: &[f64]) -> (f64, f64) {
+    values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(*value), high.max(*value))
+        })
+}
+
+fn two_layers(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+    let element = array.element;
+    ours.number("channel_height", element.section.height * 1e6);
+    ours.number("surface_layer", element.columns.roof * 1e6);
+    let between = (element.rows.roof - element.columns.roof - element.section.height) * 1e6;
+    ours.number("lower_surface_layer", between);
+    ours.number("base", element.base * 1e6);
+    let loss = |layer: usize, pressure: f64| {
+        let answer = predictor.predict(pressure, 1.0);
+        answer.map_or(f64::NAN, |answer| {
+            100.0 * (1.0 - answer.layers[layer].volume_ratio)
+        })
+    };
+    let cell = Cell::new(ours, 20.0, 140.0);
+    let [upper, lower] = ["upper_loss", "lower_loss"].map(|id| ours.printed(id, 0));
+    let law = law(ours);
+    let needed = |loss: f64| law.pressure(1.0 - 0.01 * loss) / KILOPASCAL;
+    let plane = cell.map_or(f64::NAN, |cell| cell.pressure_at(1.0 - 0.01 * upper));
+    ours.number("upper_loss", loss(1, 50e3))
+        .with("plane", plane)
+        .with("needed", needed(upper));
+    ours.number("upper_increase", increase_of(upper));
+    ours.number("lower_loss", loss(0, 15e3))
+        .with("needed", needed(lower))
+        .with("upper", loss(1, 25e3))
+        .with("lower", loss(0, 24.99e3));
+    ours.number("lower_increase", increase_of(lower));
+}
+
+fn fabrication(ours: &mut Ours, array: &ChannelArray<'_>) {
+    ours.number("device_thickness", array.element.thickness() * 1e6);
+}
+
+fn bench(ours: &mut Ours, array: &ChannelArray<'_>) {
+    let divider = &array.board.divider;
+    ours.number("load_cell_limit", 10e3 / 250.0);
+    ours.number("reference_resistor", divider.reference);
+    ours.number("supply", divider.supply);
+}
+
+fn results(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+    let divider = &array.board.divider;
+    let [low, high] = ["rest_voltage", "pressed_voltage"].map(|id| ours.printed(id, 0));
+    let (rest, pressed) = (resistance(divider, low), resistance(divider, high));
+    let drawn = array.layers[1].conductor.rest_resistance();
+    ours.number("rest_voltage", divider.voltage(drawn));
+    let nominal = ours.printed("rest_resistance", 0);
+    ours.number("rest_resistance", rest)
+        .with("voltage", divider.voltage(nominal))
+        .with("per_length", drawn / array.layers[1].conductor.length);
+    ours.number("voltage_increase", 100.0 * (high / low - 1.0))
+        .with("rest", rest)
+        .with("pressed", pressed)
+        .with("increase", 100.0 * (pressed / rest - 1.0));
+    let voltage = |kilopascal: f64| {
+        let answer = predictor.predict(kilopascal * KILOPASCAL, 1.0);
+        answer.map_or(f64::NAN, |answer| answer.layers[1].voltage)
+    };
+    let end = bisect(60.0, |kilopascal| voltage(kilopascal) > high);
+    let worst = (1..20)
+        .map(|i| {
+            let share = f64::from(i) / 20.0;
+            let chord = voltage(0.0) + share * (voltage(end) - voltage(0.0));
+            (voltage(share * end) - chord).abs() / (voltage(end) - voltage(0.0))
+        })
+        .fold(0.0, f64::max);
+    ours.holds("linear_voltage", worst < 0.05)
+        .with("end", end)
+        .with("chord", 100.0 * worst);
+    let change = 100.0 * 0.01 * low / (divider.slope(rest) * rest);
+    ours.words("neighbour").with("change", change);
+    let lower_is_weaker = predictor
+        .predict(20e3, 1.0)
+        .is_ok_and(|answer| answer.layers[0].change < answer.layers[1].change);
+    ours.holds("lower_responds_less", lower_is_weaker);
+    saturation(ours, divider, rest);
+}
+
+fn saturation(ours: &mut Ours, divider: &VoltageDivider, rest: f64) {
+    let saturated = resistance(divider, ours.printed("collapsed_voltage", 0));
+    ours.number("collapsed_voltage", divider.voltage(f64::INFINITY))
+        .with("saturated", saturated)
+        .with("times", saturated / rest);
+    let radius = 0.5 * ours.printed("pads", -6);
+    let area = std::f64::consts::PI * radius * radius;
+    let [upper, lower] = ["upper_saturation", "lower_saturation"].map(|id| ours.printed(id, -3));
+    ours.words("upper_saturation")
+        .with("pressure", upper / area / KILOPASCAL);
+    ours.words("lower_saturation")
+        .with("pressure", lower / area * 1e-6);
+}
+
+fn discussion(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+    let pitch = array.layout().pitch[0] * 1e6;
+    ours.holds("place_resolution", (100.0..1000.0).contains(&pitch))
+        .with("pitch", pitch);
+    let (sensitive, insensitive) = (Cell::new(ours, 20.0, 100.0), Cell::new(ours, 100.0, 100.0));
+    let later = sensitive.zip(insensitive).is_some_and(|(soft, stiff)| {
+        stiff.curve.compliance() < soft.curve.compliance() && stiff.touch() > soft.touch()
+    });
+    ours.holds("insensitive_channels", later);
+    let published = predictor.predict(25e3, 1.0);
+    ours.holds(
+        "closed_form_limit",
+        published.is_ok_and(|answer| answer.closed_form.is_err()),
+    );
+}
+
+fn figures(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+    let voltage = |layer: usize, pressure: f64| {
+        let answer = predictor.predict(pressure, 1.0);
+        answer.map_or(f64::NAN, |answer| answer.layers[layer].voltage)
+    };
+    let [low, high] = ["rest_voltage", "pressed_voltage"].map(|id| ours.printed(id, 0));
+    // The pressure that stands for 100 mN.
+    let scale = bisect(60e3, |pressure| voltage(1, pressure) > high) / 100.0;
+    let curve = |layer: usize, last: u32| -> Vec<[f64; 2]> {
+        (0..=last)
+            .map(f64::from)
+            .map(|force| [force, voltage(layer, force * scale)])
+            .collect()
+    };
+    let chart = |series| Chart {
+        title: String::new(),
+        x: Axis::new("force, scaled", "mN"),
+        y: Axis::new("voltage", "V"),
+        series,
+    };
+    ours.figure(
+        "Figure 13",
+        Figure::of(
+            "Voltage of the pressed channel over force",
+            chart(vec![
+                Series::new("upper layer, model", curve(1, 100), Style::Line),
+                Series::new(
+                    "printed ends",
+                    vec![[0.0, low], [100.0, high]],
+                    Style::Marks,
+                ),
+            ]),
+            format!(
+                "Shape only. The model is loaded all over by a uniform pressure with Eq. 2; {scale:.0} Pa stand for 1 mN, \
+                 chosen so that 100 mN read the printed {high} V. The printed bias of ~20 mN is left out. The \
+                 model's own force scale is far below that of the bench.",
+            ),
+        ),
+    );
+    // Up to the end of the closing curve of the lower layer.
+    let known = bisect(100e3, |pressure| {
+        let answer = predictor.predict(pressure, 1.0);
+        answer.is_ok_and(|answer| answer.layers[0].state == taxel::device::LayerState::Beyond)
+    });
+    let last = (known / scale).floor() as u32;
+    ours.figure(
+        "Figure 14",
+        Figure::of(
+            "Voltage of both layers over force",
+            chart(vec![
+                Series::new("upper layer, model", curve(1, last), Style::Line),
+                Series::new("lower layer, model", curve(0, last), Style::Line),
+            ]),
+            format!(
+                "Shape only, with the force scale of figure 13, up to where the closing curve of the lower layer ends \
+                 ({:.0} kPa). Loaded all over, the layers differ little; the printed disparity is that of a point \
+                 load. Saturation at {} V, 180 and 1008 mN, is beyond the model.",
+                known / KILOPASCAL,
+                array.board.divider.saturation
+            ),
+        ),
+    );
+}

@@ -1,0 +1,238 @@
+//! The report as a page that needs nothing else, and as JSON.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value, json};
+
+use taxel::svg::escape;
+
+use crate::ledger::{Entry, Ledger, PaperFigure};
+use crate::table::Verdict;
+
+/// Counts of verdicts over all `ledgers`, in the order of [`Verdict::ALL`].
+fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
+    let mut sums = [0; Verdict::ALL.len()];
+    for ledger in ledgers {
+        for (sum, count) in sums.iter_mut().zip(ledger.counts()) {
+            *sum += count;
+        }
+    }
+    sums
+}
+
+/// The counts of `ledgers` as one line for people: `120 reproduced within the printed
+/// digits, 31 follow ...`.
+pub(crate) fn line(ledgers: &[Ledger]) -> String {
+    let inputs: usize = ledgers.iter().map(Ledger::inputs).sum();
+    let parts: Vec<String> = Verdict::ALL
+        .iter()
+        .zip(counts(ledgers))
+        .filter(|(verdict, count)| *count > 0 || **verdict != Verdict::Unexplained)
+        .map(|(verdict, count)| match verdict {
+            Verdict::Reproduced => {
+                format!("{count} {} ({inputs} of them inputs)", verdict.name())
+            }
+            _ => format!("{count} {}", verdict.name()),
+        })
+        .collect();
+    parts.join(", ")
+}
+
+/// The counts as text: over all, then of each paper.
+pub fn text(ledgers: &[Ledger]) -> String {
+    let mut text = format!("{}\n", line(ledgers));
+    for ledger in ledgers {
+        let _ = writeln!(
+            text,
+            "{}: {}",
+            ledger.paper.name(),
+            line(std::slice::from_ref(ledger))
+        );
+    }
+    text
+}
+
+/// The report as one HTML page with its figures inside. `about` is what made
+/// it: pairs of a name and a value.
+pub fn html(ledgers: &[Ledger], about: &[(&str, &str)]) -> String {
+    let mut page = String::from(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>Published numbers beside ours</title>\n<style>",
+    );
+    page += STYLE;
+    page += "</style>\n</head>\n<body>\n";
+    let _ = writeln!(page, "<p class=\"counts\">{}</p>", line(ledgers));
+    page += "<h1>Published numbers beside ours</h1>\n<p>";
+    for (name, value) in about {
+        let _ = write!(page, "{} <code>{}</code> ", escape(name), escape(value));
+    }
+    page += "</p>\n<p>Every value of ours is computed when this report is made. What runs of minutes gave stands in the \
+             notes; the ledgers in <code>docs/papers</code> name the command of each run. A printed number is \
+             reproduced when ours rounds to its digits; otherwise the note says why.</p>\n";
+    for ledger in ledgers {
+        section(ledger, &mut page);
+    }
+    page += "</body>\n</html>\n";
+    page
+}
+
+fn section(ledger: &Ledger, page: &mut String) {
+    let name = ledger.paper.name();
+    let _ = writeln!(
+        page,
+        "<section id=\"{name}\">\n<h2>{name}: {}</h2>\n<p class=\"counts\">{}</p>\n<table>\n\
+         <thead><tr><th>Place</th><th>What</th><th>Printed</th><th>Ours</th><th>Difference</th>\
+         <th>Verdict</th></tr></thead>\n<tbody>",
+        escape(ledger.paper.title()),
+        line(std::slice::from_ref(ledger))
+    );
+    for entry in &ledger.entries {
+        row(entry, page);
+    }
+    page.push_str("</tbody>\n</table>\n");
+    for figure in &ledger.figures {
+        let _ = writeln!(
+            page,
+            "<figure>\n{}<figcaption><b>{}.</b> {}</figcaption>\n</figure>",
+            scoped(&figure.figure.svg(), &figure_id(name, &figure.place)),
+            escape(&figure.place),
+            escape(&figure.figure.caption)
+        );
+    }
+    page.push_str("</section>\n");
+}
+
+fn figure_id(paper: &str, place: &str) -> String {
+    let mut id: String = format!("{paper}-{place}").to_lowercase();
+    id.retain(|c| c.is_ascii_alphanumeric() || c == '-');
+    id
+}
+
+/// All figures share one style sheet, so that inlining them is harmless; only
+/// the id is added, as a target of links.
+fn scoped(svg: &str, id: &str) -> String {
+    svg.replacen("<svg ", &format!("<svg id=\"{id}\" "), 1)
+}
+
+fn row(entry: &Entry, page: &mut String) {
+    let ours = entry.ours.map_or(String::new(), significant);
+    let difference = entry.difference.map_or(String::new(), percent);
+    let note = if entry.note.is_empty() {
+        String::new()
+    } else {
+        format!("<br><small>{}</small>", escape(&entry.note))
+    };
+    let verdict = if entry.input() {
+        "reproduced: an input of the sensor file"
+    } else {
+        entry.verdict.name()
+    };
+    let _ = writeln!(
+        page,
+        "<tr class=\"{}\"><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{ours}</td><td class=\"n\">{difference}</td>\
+         <td>{}{note}</td></tr>",
+        entry.verdict.key(),
+        escape(&entry.row.place),
+        escape(&entry.row.what),
+        escape(&entry.row.printed),
+        verdict
+    );
+}
+
+/// Five significant digits.
+pub(crate) fn significant(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{value:.4e}");
+    }
+    let decimals = (4 - size.log10().floor() as i32).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+fn percent(difference: f64) -> String {
+    let percent = 100.0 * difference;
+    if percent.abs() >= 1000.0 {
+        format!("{percent:+.1e} %")
+    } else {
+        format!("{percent:+.2} %")
+    }
+}
+
+/// The report as JSON: the counts, then each paper with its entries and the
+/// curves of its figures.
+pub fn json(ledgers: &[Ledger], about: &[(&str, &str)]) -> Value {
+    let keyed = |counts: [usize; Verdict::ALL.len()]| {
+        let pairs = Verdict::ALL.iter().zip(counts);
+        pairs
+            .map(|(verdict, count)| (verdict.key().to_owned(), Value::from(count)))
+            .collect::<Map<_, _>>()
+    };
+    let mut whole = Map::new();
+    whole.insert("verdicts".into(), keyed(counts(ledgers)).into());
+    for (name, value) in about {
+        whole.insert((*name).to_owned(), Value::from(*value));
+    }
+    for ledger in ledgers {
+        let entries: Vec<Value> = ledger.entries.iter().map(entry).collect();
+        let figures: Vec<Value> = ledger.figures.iter().map(figure).collect();
+        let paper = json!({
+            "title": ledger.paper.title(),
+            "verdicts": keyed(ledger.counts()),
+            "inputs": ledger.inputs(),
+            "entries": entries,
+            "figures": figures,
+        });
+        whole.insert(ledger.paper.name().to_lowercase(), paper);
+    }
+    whole.into()
+}
+
+fn entry(entry: &Entry) -> Value {
+    json!({
+        "place": entry.row.place,
+        "what": entry.row.what,
+        "printed": entry.row.printed,
+        "ours": entry.ours,
+        "relative_difference": entry.difference,
+        "verdict": entry.verdict.key(),
+        "input": entry.input(),
+        "note": entry.note,
+    })
+}
+
+fn figure(figure: &PaperFigure) -> Value {
+    let charts = figure.figure.charts.iter().map(|chart| {
+        let series: Vec<Value> = chart
+            .series
+            .iter()
+            .map(|series| json!({ "name": series.name, "points": series.points }))
+            .collect();
+        json!({
+            "title": chart.title,
+            "x": chart.x.label, "x_unit": chart.x.unit,
+            "y": chart.y.label, "y_unit": chart.y.unit,
+            "series": series,
+        })
+    });
+    json!({
+        "place": figure.place,
+        "title": figure.figure.title,
+        "caption": figure.figure.caption,
+        "charts": charts.collect::<Vec<_>>(),
+    })
+}
+
+const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:1100px;margin:1.5rem auto;padding:0 1rem;color:#111;background:#fff}\
+    .counts{font-weight:600}table{border-collapse:collapse;width:100%;font-size:.86rem}\
+    th,td{border-bottom:1px solid #ddd;padding:.3rem .5rem;text-align:left;vertical-align:top}\
+    th{border-bottom:2px solid #333}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
+    small{color:#444}td:last-child{border-left:5px solid transparent;min-width:15rem}\
+    tr.reproduced td:last-child{border-left-color:#009e73}tr.follows td:last-child{border-left-color:#56b4e9}\
+    tr.contradicts td:last-child{border-left-color:#d55e00}tr.not_determined td:last-child{border-left-color:#999}\
+    tr.awaits_field_solver td:last-child{border-left-color:#cc79a7}tr.unexplained td:last-child{border-left-color:#000}\
+    figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{max-width:720px;font-size:.9rem}\
+    tr{break-inside:avoid}@media print{body{max-width:none;font-size:10pt}section{break-before:page}}";

@@ -1,0 +1,273 @@
+//! The table of one paper: what is printed, what kind of number it is, and what became of it.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+/// Printed statements of one paper and what long runs gave, from `papers/pN.toml`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Title of the paper.
+    pub title: String,
+    /// Statements in the order of the report.
+    #[serde(rename = "row")]
+    pub rows: Vec<Row>,
+    /// Values of runs that are too long to repeat for each report.
+    #[serde(default, rename = "run")]
+    pub runs: Vec<Run>,
+}
+
+/// One printed statement.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Name of the row in this table.
+    pub id: String,
+    /// Where it stands, such as `Eq. 7` or `Table 1`.
+    pub place: String,
+    /// What it says, in words.
+    pub what: String,
+    /// What is printed, with its digits and its unit.
+    pub printed: String,
+    /// What our value rests on.
+    pub kind: Kind,
+    /// What became of it. The report derives it anew; a test compares the two.
+    pub verdict: Verdict,
+    /// The reason, the other printed number, the assumption. `{name:.2}` stands for a value
+    /// that is computed with ours, `{run.name}` for one of a long run.
+    #[serde(default)]
+    pub words: String,
+    /// Function that computes ours.
+    #[serde(default)]
+    pub function: String,
+    /// Key of the sensor file that holds ours.
+    #[serde(default)]
+    pub key: String,
+    /// Test that repeats it.
+    #[serde(default)]
+    pub test: String,
+    /// What only the ledger in `docs/papers` says.
+    #[serde(default)]
+    pub remark: String,
+}
+
+/// What our value rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A model of ours.
+    Computed,
+    /// A model with a constant that was chosen on this number.
+    Fitted,
+    /// One number restated: what goes in comes out.
+    Identity,
+    /// The printed number itself, taken over by the shipped sensor file. It agrees by
+    /// construction and is counted apart.
+    Input,
+    /// Arithmetic on other printed numbers only.
+    Arithmetic,
+    /// There is nothing to compute.
+    None,
+}
+
+impl Kind {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Computed => "computed",
+            Self::Fitted => "fitted",
+            Self::Identity => "identity",
+            Self::Input => "input",
+            Self::Arithmetic => "arithmetic",
+            Self::None => "–",
+        }
+    }
+}
+
+/// What became of a printed statement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Ours rounds to what is printed.
+    Reproduced,
+    /// It follows from other printed numbers, without any model.
+    Follows,
+    /// It contradicts another printed number.
+    Contradicts,
+    /// What is printed does not determine it.
+    NotDetermined,
+    /// It needs a field solution.
+    AwaitsFieldSolver,
+    /// Ours differs and no reason is known: a mistake, theirs or ours.
+    Unexplained,
+}
+
+impl Verdict {
+    /// All verdicts, as the report counts them.
+    pub const ALL: [Self; 6] = [
+        Self::Reproduced,
+        Self::Follows,
+        Self::Contradicts,
+        Self::NotDetermined,
+        Self::AwaitsFieldSolver,
+        Self::Unexplained,
+    ];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced within the printed digits",
+            Self::Follows => "follows from other printed numbers",
+            Self::Contradicts => "contradicts another printed number",
+            Self::NotDetermined => "not determined by what is printed",
+            Self::AwaitsFieldSolver => "awaits the field solver",
+            Self::Unexplained => "unexplained",
+        }
+    }
+
+    /// As a key, the same in the tables and in the report.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced",
+            Self::Follows => "follows",
+            Self::Contradicts => "contradicts",
+            Self::NotDetermined => "not_determined",
+            Self::AwaitsFieldSolver => "awaits_field_solver",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// What a long run gave.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Name of the run in this table.
+    pub id: String,
+    /// Command that repeats it.
+    pub command: String,
+    /// Test that repeats part of it.
+    pub test: String,
+    /// Single values by name.
+    #[serde(default)]
+    pub values: BTreeMap<String, f64>,
+    /// Names of the columns of `rows`.
+    #[serde(default)]
+    pub columns: Vec<String>,
+    /// Values in rows.
+    #[serde(default)]
+    pub rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// Reads the text of a table.
+    ///
+    /// # Errors
+    /// The message of the TOML parser, with its place.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        toml::from_str(text).map_err(|error| error.to_string())
+    }
+
+    /// The row `id`.
+    pub fn row(&self, id: &str) -> Option<&Row> {
+        self.rows.iter().find(|row| row.id == id)
+    }
+
+    /// The run `id`.
+    pub fn run(&self, id: &str) -> Option<&Run> {
+        self.runs.iter().find(|run| run.id == id)
+    }
+
+    /// Printed number of the row `id` times 10 to `power`: in its printed unit for 0, in SI
+    /// for the power of the unit's prefix. Not a number if there is none.
+    ///
+    /// ```
+    /// use taxel_papers::Paper;
+    /// let table = Paper::P4.table();
+    /// assert_eq!(table.number("rest_voltage", 0), 0.505);
+    /// assert_eq!(table.number("c10", 3), 75.5e3);
+    /// ```
+    pub fn number(&self, id: &str, power: i32) -> f64 {
+        let printed = self.row(id).and_then(|row| Printed::parse(&row.printed));
+        printed.map_or(f64::NAN, |printed| printed.times_ten_to(power))
+    }
+}
+
+/// A printed number with its precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Printed<'a> {
+    pub(crate) value: f64,
+    /// Half a unit of the last printed digit.
+    half: f64,
+    mantissa: &'a str,
+    exponent: i32,
+}
+
+impl<'a> Printed<'a> {
+    /// Reads the number at the start of a text such as `"172 fF"`, `"~1.2e-3"`.
+    pub(crate) fn parse(text: &'a str) -> Option<Self> {
+        let text = text.trim_start_matches(['~', '<', '>', '+', ' ']).trim();
+        let end = text
+            .char_indices()
+            .find(|(at, c)| {
+                let exponent = matches!(c, 'e' | 'E')
+                    && text[at + 1..]
+                        .trim_start_matches(['-', '+'])
+                        .starts_with(|next: char| next.is_ascii_digit());
+                let sign_of_exponent =
+                    matches!(c, '-' | '+') && (*at == 0 || text[..*at].ends_with(['e', 'E']));
+                !(c.is_ascii_digit() || matches!(c, '.') || exponent || sign_of_exponent)
+            })
+            .map_or(text.len(), |(at, _)| at);
+        let number = &text[..end];
+        let value: f64 = number.parse().ok()?;
+        let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+        let decimals = mantissa.split_once('.').map_or("", |(_, part)| part);
+        let exponent: i32 = exponent.parse().ok()?;
+        Some(Self {
+            value,
+            half: 0.5 * 10.0_f64.powi(exponent - i32::try_from(decimals.len()).ok()?),
+            mantissa,
+            exponent,
+        })
+    }
+
+    /// Whether `ours` rounds to the printed digits; a value just between two
+    /// counts for both.
+    pub(crate) fn agrees(&self, ours: f64) -> bool {
+        (ours - self.value).abs() <= self.half * (1.0 + 1e-9)
+    }
+
+    /// The number times 10 to `power`, rounded once: `4.63 um` is the same number as 4.63e-6.
+    fn times_ten_to(&self, power: i32) -> f64 {
+        let text = format!("{}e{}", self.mantissa, self.exponent + power);
+        text.parse().unwrap_or(f64::NAN)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn printed_digits_decide() {
+        let printed = |text| Printed::parse(text).unwrap();
+        let close = printed("172 fF");
+        assert_eq!((close.value, close.half), (172.0, 0.5));
+        assert!(printed("0.505 V").agrees(0.50549) && !printed("0.505 V").agrees(0.5056));
+        assert!(printed("-38.2 %").agrees(-38.24));
+        assert!(printed("~45 %").agrees(44.95));
+        assert_eq!(printed("8.67e3 Hz").half, 5.0);
+        assert_eq!(printed("1.2e-3").value, 1.2e-3);
+        assert_eq!((printed("5e").value, printed("5e").half), (5.0, 0.5));
+        assert_eq!(Printed::parse("linear"), None);
+    }
+
+    #[test]
+    fn a_prefix_rounds_once() {
+        assert_eq!(Printed::parse("4.63 um").unwrap().times_ten_to(-6), 4.63e-6);
+        assert_eq!(Printed::parse("1.2e-3").unwrap().times_ten_to(3), 1.2);
+    }
+}
