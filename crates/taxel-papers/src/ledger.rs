@@ -1,4 +1,4 @@
-//! Values of ours beside the rows of a table, and the verdict that follows from both.
+//! Our values beside the rows of a table, and the verdict that follows from both.
 
 use std::collections::BTreeMap;
 
@@ -10,20 +10,20 @@ use crate::table::{Kind, Printed, Row, Run, Table, Verdict};
 /// One printed statement beside ours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// What is printed and what is known of it.
+    /// Row of the table.
     pub row: &'static Row,
     /// Ours in the printed unit; `None` where there is no number.
     pub ours: Option<f64>,
     /// (ours - printed)/printed; `None` without two numbers or where zero is printed.
     pub difference: Option<f64>,
-    /// What became of it.
+    /// Verdict, derived from the values.
     pub verdict: Verdict,
     /// The words of the row with their values; may be empty.
     pub note: String,
 }
 
 impl Entry {
-    /// Whether ours is the printed number itself, taken over by a sensor file.
+    /// True if ours is the printed number itself, taken from a sensor file.
     pub fn input(&self) -> bool {
         self.row.kind == Kind::Input && self.verdict == Verdict::Reproduced
     }
@@ -69,12 +69,12 @@ impl Ledger {
         self.entries.iter().find(|entry| entry.row.id == id)
     }
 
-    /// How many reproduced entries are inputs taken over from the paper.
+    /// Number of reproduced entries that are inputs from the paper.
     pub fn inputs(&self) -> usize {
         self.entries.iter().filter(|entry| entry.input()).count()
     }
 
-    /// How many entries have each verdict, in the order of [`Verdict::ALL`].
+    /// Number of entries with each verdict, in the order of [`Verdict::ALL`].
     pub fn counts(&self) -> [usize; Verdict::ALL.len()] {
         Verdict::ALL.map(|verdict| {
             let entries = self.entries.iter();
@@ -123,7 +123,7 @@ impl Ours {
         answer
     }
 
-    /// Whether an equation or a statement in words holds.
+    /// Result of the check of an equation or a statement in words.
     pub(crate) fn holds(&mut self, id: &str, holds: bool) -> &mut Answer {
         let answer = self.words(id);
         answer.holds = Some(holds);
@@ -167,8 +167,8 @@ fn entry(row: &'static Row, answer: &Answer, runs: &[Run]) -> Entry {
     }
 }
 
-/// What holds is reproduced, or follows from what is printed. For what does not, the row must
-/// name a reason: a reason counts only there.
+/// A statement that holds is reproduced, or follows from other printed numbers. For one that does
+/// not, the row must name a reason; a reason counts only there.
 fn verdict(row: &Row, holds: bool) -> Verdict {
     match (holds, row.verdict) {
         (true, _) if row.kind == Kind::Arithmetic => Verdict::Follows,

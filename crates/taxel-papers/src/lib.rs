@@ -1,7 +1,7 @@
 //! Every printed number of the four papers beside ours.
 //!
-//! One table per paper, `papers/p1.toml` to `p4.toml`, holds what is printed: place, digits,
-//! unit, kind and verdict. The number stands there once. [`Paper::ledger`] computes ours beside
+//! One table per paper, `papers/p1.toml` to `p4.toml`, holds each printed number once, with its
+//! place, digits, unit, kind and verdict. [`Paper::ledger`] computes ours beside
 //! each row; the report (`taxel reproduce`), the tests and the pages of `docs/papers` read the
 //! same ledger.
 //!
@@ -37,7 +37,7 @@ pub use report::{html, json, text};
 pub use table::{Kind, Row, Run, Table, Verdict};
 
 impl Paper {
-    /// What the paper prints beside ours, computed now.
+    /// Printed statements beside our values, computed now.
     pub fn ledger(self) -> Ledger {
         let mut ours = ledger::Ours::new(self.table());
         match self {

@@ -575,7 +575,7 @@ fn figures(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
     ours.figure("Figure 17", figure_17(ours, both));
 }
 
-/// What the figures assume beyond the paper.
+/// Assumptions of the figures beyond the paper.
 fn assumed(prototype: &Prototype<'_>) -> String {
     let element = &prototype.array.element;
     format!(

@@ -6,9 +6,9 @@ use crate::ledger::{Entry, Ledger};
 use crate::report::{line, significant};
 use crate::table::Run;
 
-/// First line of what is generated, up to the name of the paper.
+/// First line of the generated part, up to the name of the paper.
 const START: &str = "<!-- ledger of ";
-/// Last line of what is generated.
+/// Last line of the generated part.
 const END: &str = "<!-- end of the ledger -->";
 
 /// `page` with the rows and runs of `ledger` between its two marks; the prose around them stays.
@@ -42,7 +42,7 @@ fn generated(ledger: &Ledger) -> String {
     }
     let runs = &ledger.paper.table().runs;
     if !runs.is_empty() {
-        text += "\nWhat runs of minutes gave:\n\n| run | command | values | test |\n|---|---|---|---|\n";
+        text += "\nResults of long runs:\n\n| run | command | values | test |\n|---|---|---|---|\n";
         for run in runs {
             let _ = writeln!(
                 text,

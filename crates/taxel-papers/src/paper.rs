@@ -47,7 +47,7 @@ impl Paper {
         &self.table().title
     }
 
-    /// What the paper prints.
+    /// Table of the printed statements.
     pub fn table(self) -> &'static Table {
         &TABLES[self as usize]
     }

@@ -67,8 +67,8 @@ pub fn html(ledgers: &[Ledger], about: &[(&str, &str)]) -> String {
     for (name, value) in about {
         let _ = write!(page, "{} <code>{}</code> ", escape(name), escape(value));
     }
-    page += "</p>\n<p>Every value of ours is computed when this report is made. What runs of minutes gave stands in the \
-             notes; the ledgers in <code>docs/papers</code> name the command of each run. A printed number is \
+    page += "</p>\n<p>Every value of ours is computed when this report is made. Results of long runs come from \
+             the tables of the papers; <code>docs/papers</code> names the command of each run. A printed number is \
              reproduced when ours rounds to its digits; otherwise the note says why.</p>\n";
     for ledger in ledgers {
         section(ledger, &mut page);

@@ -1,10 +1,10 @@
-//! The table of one paper: what is printed, what kind of number it is, and what became of it.
+//! Table of one paper: the printed statements, their kind and their verdict.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-/// Printed statements of one paper and what long runs gave, from `papers/pN.toml`.
+/// Printed statements of one paper and results of long runs, from `papers/pN.toml`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
@@ -13,7 +13,7 @@ pub struct Table {
     /// Statements in the order of the report.
     #[serde(rename = "row")]
     pub rows: Vec<Row>,
-    /// Values of runs that are too long to repeat for each report.
+    /// Results of runs that are too long to repeat for each report.
     #[serde(default, rename = "run")]
     pub runs: Vec<Run>,
 }
@@ -24,15 +24,15 @@ pub struct Table {
 pub struct Row {
     /// Name of the row in this table.
     pub id: String,
-    /// Where it stands, such as `Eq. 7` or `Table 1`.
+    /// Place in the paper, such as `Eq. 7` or `Table 1`.
     pub place: String,
-    /// What it says, in words.
+    /// Quantity or statement, in words.
     pub what: String,
-    /// What is printed, with its digits and its unit.
+    /// Printed value with its digits and unit, or the printed words.
     pub printed: String,
-    /// What our value rests on.
+    /// Origin of our value.
     pub kind: Kind,
-    /// What became of it. The report derives it anew; a test compares the two.
+    /// Verdict. The report derives it from the values; a test compares the two.
     pub verdict: Verdict,
     /// The reason, the other printed number, the assumption. `{name:.2}` stands for a value
     /// that is computed with ours, `{run.name}` for one of a long run.
@@ -47,12 +47,12 @@ pub struct Row {
     /// Test that repeats it.
     #[serde(default)]
     pub test: String,
-    /// What only the ledger in `docs/papers` says.
+    /// Remark for the page in `docs/papers` alone.
     #[serde(default)]
     pub remark: String,
 }
 
-/// What our value rests on.
+/// Origin of our value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -85,7 +85,7 @@ impl Kind {
     }
 }
 
-/// What became of a printed statement.
+/// Result of the comparison of a printed statement with ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -139,7 +139,7 @@ impl Verdict {
     }
 }
 
-/// What a long run gave.
+/// Result of a long run.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -233,8 +233,7 @@ impl<'a> Printed<'a> {
         })
     }
 
-    /// Whether `ours` rounds to the printed digits; a value just between two
-    /// counts for both.
+    /// True if `ours` rounds to the printed digits; a value just between two counts for both.
     pub(crate) fn agrees(&self, ours: f64) -> bool {
         (ours - self.value).abs() <= self.half * (1.0 + 1e-9)
     }

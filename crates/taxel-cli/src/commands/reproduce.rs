@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
     Ok(Done::Complete)
 }
 
-/// Rows of each ledger into its page of the folder.
+/// Writes the rows of each ledger into its page of the folder.
 fn write_pages(folder: &Path, ledgers: &[Ledger]) -> Result<(), Stop> {
     for ledger in ledgers {
         let path = folder.join(format!("{}.md", ledger.paper.name().to_lowercase()));
