@@ -172,7 +172,7 @@ impl InputError {
 
 impl Place {
     /// The line that holds the start of the byte range `span` in `source`.
-    pub fn of_span(source: &str, span: Range<usize>) -> Self {
+    fn of_span(source: &str, span: Range<usize>) -> Self {
         let start = floor_boundary(source, span.start);
         let end = floor_boundary(source, span.end).max(start);
         let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);

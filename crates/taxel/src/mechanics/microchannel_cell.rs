@@ -92,7 +92,7 @@ impl VoidStudy {
     ///
     /// # Errors
     /// When the mesh lacks a name.
-    pub fn on_mesh(
+    fn on_mesh(
         mesh: Mesh,
         material: Material,
         filling: &Filling,

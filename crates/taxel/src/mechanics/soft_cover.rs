@@ -99,7 +99,7 @@ impl SoftCover {
 
     /// Share of the load that the base carries within `radius` of its axis:
     /// r ∫₀^∞ T(kh) D(ka) J₁(kr) dk, absolute error below 1e-12.
-    pub fn share_within(&self, radius: f64) -> f64 {
+    fn share_within(&self, radius: f64) -> f64 {
         radius * self.integral(radius, |k| j1(k * radius))
     }
 

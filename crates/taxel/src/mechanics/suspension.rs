@@ -101,7 +101,7 @@ impl Suspension {
     }
 
     /// Motion of the tiles for given displacements d_x, d_y, d_z, m.
-    pub fn deformation_of(&self, displacement: [f64; 3]) -> Deformation {
+    fn deformation_of(&self, displacement: [f64; 3]) -> Deformation {
         let [x, y, z] = displacement;
         let closing = std::array::from_fn(|i| z + 0.5 * (SIDE_X[i] * x + SIDE_Y[i] * y));
         let share = self.tile_tilt / self.centre_distance;
