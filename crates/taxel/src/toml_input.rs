@@ -42,6 +42,11 @@ pub fn parse_up_to<T: DeserializeOwned>(
     })
 }
 
+/// Whether a description has the key `path`.
+pub fn has(text: &str, path: &[&str]) -> bool {
+    DeTable::parse(text).is_ok_and(|table| !find(table.get_ref(), path).is_empty())
+}
+
 /// An error of a rule between fields, shown at the value of the key `path`
 /// (segments; a number is an index), or at the nearest parent that exists.
 pub fn at_key(file: &str, text: &str, path: &[&str], message: &str, help: &str) -> InputError {
