@@ -2,6 +2,7 @@
 //!
 //! Prints the parameters with their standard deviations and writes the measured and fitted
 //! values to the file named by the first argument (SVG).
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 

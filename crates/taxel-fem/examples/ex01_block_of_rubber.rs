@@ -2,6 +2,7 @@
 //!
 //! Prints the force per depth and writes the deformed block to the file named by the
 //! first argument (SVG).
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 

@@ -2,6 +2,7 @@
 //!
 //! Prints what the recording is and writes an image of that frame to the file named by
 //! the first argument (SVG).
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 use std::fmt::Write as _;

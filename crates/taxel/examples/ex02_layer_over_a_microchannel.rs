@@ -2,6 +2,7 @@
 //!
 //! Prints area ratio and gap and writes the deformed cell to the file named by the
 //! first argument (SVG).
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 

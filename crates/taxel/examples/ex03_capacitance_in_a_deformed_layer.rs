@@ -2,6 +2,7 @@
 //!
 //! Prints gap and capacitance per depth over the permittivity of vacuum, and writes the
 //! deformed half of the layer to the file named by the first argument (SVG).
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 

@@ -2,6 +2,7 @@
 //!
 //! Prints estimated and true force and writes both over time to the file named by the
 //! first argument (SVG).
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 

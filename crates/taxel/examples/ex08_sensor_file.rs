@@ -2,6 +2,7 @@
 //! the drawing.
 //!
 //! Prints both and writes the drawing to the file named by the first argument (SVG).
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 

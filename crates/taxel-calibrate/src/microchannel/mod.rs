@@ -266,33 +266,9 @@ impl<'a> MicrochannelCalibrator<'a> {
         })
     }
 
-    /// The readings of loading of one channel that are not saturated; remarks on
-    /// those of unloading.
-    fn loading_of(&self, of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
-        // Saturated readings say which way the load goes, too.
-        let pairs = of.iter().zip(branches(&loads));
-        let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
-            .filter(|(r, _)| !r.saturated)
-            .map(|(r, branch)| (*r, branch == Branch::Unloading))
-            .unzip();
-        let Some(first) = of.first() else {
-            return Vec::new();
-        };
-        let name = format!("{CHANNEL}_{}", first.channel);
-        on_loading(&name, &of, &unloading, "", remarks)
-    }
-
-    /// The readings of loading of all channels, one after the other.
-    fn loading(&self, all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let series = by_series(all);
-        let loading = series.iter().map(|of| self.loading_of(of, remarks));
-        loading.collect::<Vec<_>>().concat()
-    }
-
     /// The plateau of each channel that reached one; marks its readings.
     fn plateaus(&self, all: &mut [Reading]) -> Vec<Option<Plateau>> {
-        let loading = self.loading(all, &mut Vec::new());
+        let loading = loading(all, &mut Vec::new());
         let plateau = |channel: &usize| {
             let of = loading.iter().filter(|r| r.channel == *channel);
             Plateau::find(&of.copied().collect::<Vec<_>>())
@@ -353,7 +329,7 @@ impl DeviceModel for MicrochannelCalibrator<'_> {
         series: &[Vec<Reading>],
         remarks: &mut Vec<Remark>,
     ) -> Vec<Vec<Reading>> {
-        let loading = series.iter().map(|of| self.loading_of(of, remarks));
+        let loading = series.iter().map(|of| loading_of(of, remarks));
         loading.filter(|of| !of.is_empty()).collect()
     }
 
@@ -502,6 +478,30 @@ pub(super) fn apply(
         divider.lead = lead;
     }
     Ok(())
+}
+
+/// The readings of loading of one channel that are not saturated; remarks on
+/// those of unloading.
+fn loading_of(of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+    let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
+    // Saturated readings say which way the load goes, too.
+    let pairs = of.iter().zip(branches(&loads));
+    let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
+        .filter(|(r, _)| !r.saturated)
+        .map(|(r, branch)| (*r, branch == Branch::Unloading))
+        .unzip();
+    let Some(first) = of.first() else {
+        return Vec::new();
+    };
+    let name = format!("{CHANNEL}_{}", first.channel);
+    on_loading(&name, &of, &unloading, "", remarks)
+}
+
+/// The readings of loading of all channels, one after the other.
+fn loading(all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+    let series = by_series(all);
+    let loading = series.iter().map(|of| loading_of(of, remarks));
+    loading.collect::<Vec<_>>().concat()
 }
 
 #[cfg(test)]
