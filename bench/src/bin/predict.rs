@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use serde_json::Map;
 use taxel::device::{
-    ChannelPredictor, Drive, InPlanePredictor, PiezoelectricPredictor, ThreeAxisPredictor,
+    MicrochannelPredictor, Drive, InPlanePredictor, PiezoelectricPredictor, ThreeAxisPredictor,
 };
 use taxel::mechanics::Profile;
 use taxel::predict::{Answers, Loads, Predictor, Refusal};
@@ -111,7 +111,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     })?;
 
     let sensor = Sensor::shipped("liquid-metal-2x4").ok_or("is shipped")?;
-    let channels = ChannelPredictor::new(&sensor.channels()?);
+    let channels = MicrochannelPredictor::new(&sensor.microchannels()?);
     let pressures: Vec<f64> = (0..rows).map(|i| 25.0 + 25.0 * wave(i, 0.37)).collect();
     let text = table("pressure [kPa]", &pressures, |line, p| {
         write!(line, "{p:.4}")

@@ -4,7 +4,7 @@ use taxel::sensor::{Element, Sensor};
 
 use crate::driver::Calibrator;
 use crate::in_plane_capacitor::{self, InPlaneCalibrator};
-use crate::microchannel::{self, ChannelCalibrator};
+use crate::microchannel::{self, MicrochannelCalibrator};
 use crate::options::NamedSensor;
 use crate::piezoelectric::{self, PiezoelectricCalibrator};
 use crate::three_axis_capacitor::{self, ThreeAxisCalibrator};
@@ -80,7 +80,7 @@ pub fn calibrator<'a>(
             None => Err(NoCalibrator::Kind { element }),
         },
         Element::Trained(_) => Err(NoCalibrator::Learned { element }),
-        Element::LiquidMetalChannel(_) => match ChannelCalibrator::new(sensors) {
+        Element::Microchannel(_) => match MicrochannelCalibrator::new(sensors) {
             Some(calibrator) => Ok(Box::new(calibrator)),
             None => Err(NoCalibrator::Kind { element }),
         },
@@ -101,7 +101,7 @@ pub(crate) fn apply(
         Element::InPlaneCapacitor(_) => in_plane_capacitor::apply(sensor, model, prefix, value),
         Element::ThreeAxisCapacitor(_) => three_axis_capacitor::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric::apply(sensor, prefix, value),
-        Element::LiquidMetalChannel(_) => microchannel::apply(sensor, value),
+        Element::Microchannel(_) => microchannel::apply(sensor, value),
         // Its maps are tables, and no parameters.
         Element::Trained(_) => Ok(()),
     }
@@ -118,7 +118,7 @@ pub(crate) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
             "capacitance_22",
         ],
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
-        Element::LiquidMetalChannel(_) => &microchannel::UNCERTAIN,
+        Element::Microchannel(_) => &microchannel::UNCERTAIN,
         Element::Trained(_) => &[],
     }
 }

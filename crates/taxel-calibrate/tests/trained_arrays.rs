@@ -15,7 +15,7 @@ use taxel_recording::{Frame, Quantity};
 const CHANNELS: usize = 6;
 
 fn sensor() -> Sensor {
-    let text = "schema = 1\nname = \"six channels\"\n\
+    let text = "schema = 2\nname = \"six channels\"\n\
         [array]\nrows = 1\ncolumns = 1\npitch = \"20 mm\"\nmount = \"flat\"\n\
         [element.trained]\nfull_scale = \"10 N\"\n\
         groups = [{ name = \"chip\", channels = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\"] }]\n\

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -195,7 +196,7 @@ fn few_readings_stop_no_model_that_they_determine() {
     let mut few = format!("{},hold_out\n", rows.next().unwrap());
     // Of nine readings of loading three are fitted, six held out.
     for (row, line) in rows.take(50).step_by(5).take(9).enumerate() {
-        few.push_str(&format!("{line},{}\n", u8::from(row % 3 > 0)));
+        writeln!(few, "{line},{}", u8::from(row % 3 > 0)).unwrap();
     }
     fs::write(&data, few).unwrap();
     let found = bench.calibrate(&["--model", "first-principles", "--hold-out", "column"]);

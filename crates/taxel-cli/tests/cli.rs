@@ -138,7 +138,12 @@ fn bad_sensor_files_are_refused_at_the_very_word() {
             "mount = \"bent\"",
             &["array.mount", "unknown variant", "cylinder"],
         ),
-        ("schema = 1", "schema = 2", &["schema 2 is not known"]),
+        ("schema = 2", "schema = 3", &["schema 3 is not known"]),
+        (
+            "schema = 2",
+            "schema = 1",
+            &["schema 1 is not known", "write schema = 2"],
+        ),
         ("[array]", "[array", &[":8:7", "[array"]),
         (
             "bits = 16",

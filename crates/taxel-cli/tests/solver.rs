@@ -129,8 +129,8 @@ fn a_sensor_file_names_its_mechanics() {
     let with = |name: &str, mechanics: &str| {
         // Before the first table: a key of the whole file.
         let shipped = Sensor::shipped_text(name).unwrap();
-        let line = format!("schema = 1\nmechanics = \"{mechanics}\"");
-        fs::write(&path, shipped.replacen("schema = 1", &line, 1)).unwrap();
+        let line = format!("schema = 2\nmechanics = \"{mechanics}\"");
+        fs::write(&path, shipped.replacen("schema = 2", &line, 1)).unwrap();
     };
     with("liquid-metal-2x4", "fem");
     answered(&["check", text(&path)]);

@@ -2,11 +2,11 @@
 
 use crate::ledger::Ours;
 use taxel::design::Study;
-use taxel::device::{ChannelArray, ChannelPredictor};
+use taxel::device::{MicrochannelArray, MicrochannelPredictor};
 use taxel::electronics::VoltageDivider;
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{
-    CellGeometry, ChannelSection, ClosingCurve, ClosingState, PaperLaw, PressureLaw,
+    CellGeometry, ClosingCurve, ClosingState, MicrochannelSection, PaperLaw, PressureLaw,
     SectionClosure, Stretch,
 };
 use taxel::sensor::Sensor;
@@ -18,10 +18,10 @@ pub(crate) fn fill(ours: &mut Ours) {
     let Some(sensor) = Sensor::shipped("liquid-metal-2x4") else {
         return;
     };
-    let Ok(array) = sensor.channels() else {
+    let Ok(array) = sensor.microchannels() else {
         return;
     };
-    let predictor = ChannelPredictor::new(&array);
+    let predictor = MicrochannelPredictor::new(&array);
     equations(ours, &array);
     requirements(ours, &array);
     simulation_inputs(ours, &array);
@@ -102,8 +102,8 @@ fn law(ours: &Ours) -> PaperLaw {
 }
 
 /// A channel of the printed width; height in um.
-fn section(ours: &Ours, height: f64) -> ChannelSection {
-    ChannelSection {
+fn section(ours: &Ours, height: f64) -> MicrochannelSection {
+    MicrochannelSection {
         width: ours.printed("channel_width", -6),
         height: height * 1e-6,
     }
@@ -133,7 +133,7 @@ fn resistance(divider: &VoltageDivider, voltage: f64) -> f64 {
     divider.resistance(voltage).unwrap_or(f64::INFINITY)
 }
 
-fn equations(ours: &mut Ours, array: &ChannelArray<'_>) {
+fn equations(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     let drawn = array.element.section();
     let solid = array.element.closed_form;
     let pressure = 10e3;
@@ -162,7 +162,7 @@ fn equations(ours: &mut Ours, array: &ChannelArray<'_>) {
     ours.holds("eq_3", (divider.voltage(5.0) - voltage).abs() < 1e-15);
 }
 
-fn requirements(ours: &mut Ours, array: &ChannelArray<'_>) {
+fn requirements(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     ours.number("taxel_force", 1e3 / 10.0 / 4.0);
     let width = array.element.section.width * 1e6;
     let wall = array.layout().pitch[0] * 1e6 - width;
@@ -177,7 +177,7 @@ fn requirements(ours: &mut Ours, array: &ChannelArray<'_>) {
     ours.number("microchannels", (rows + columns) as f64);
 }
 
-fn simulation_inputs(ours: &mut Ours, array: &ChannelArray<'_>) {
+fn simulation_inputs(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     let modulus = array.element.material.shear_modulus() / KILOPASCAL;
     ours.number("youngs_modulus", 3.0 * modulus);
     ours.number("poisson_ratio", array.element.closed_form.poisson_ratio);
@@ -252,7 +252,7 @@ fn ends(values: &[f64]) -> (f64, f64) {
         })
 }
 
-fn two_layers(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+fn two_layers(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &MicrochannelPredictor) {
     let element = array.element;
     ours.number("channel_height", element.section.height * 1e6);
     ours.number("surface_layer", element.columns.roof * 1e6);
@@ -281,18 +281,18 @@ fn two_layers(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPred
     ours.number("lower_increase", increase_of(lower));
 }
 
-fn fabrication(ours: &mut Ours, array: &ChannelArray<'_>) {
+fn fabrication(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     ours.number("device_thickness", array.element.thickness() * 1e6);
 }
 
-fn bench(ours: &mut Ours, array: &ChannelArray<'_>) {
+fn bench(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     let divider = &array.board.divider;
     ours.number("load_cell_limit", 10e3 / 250.0);
     ours.number("reference_resistor", divider.reference);
     ours.number("supply", divider.supply);
 }
 
-fn results(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+fn results(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &MicrochannelPredictor) {
     let divider = &array.board.divider;
     let [low, high] = ["rest_voltage", "pressed_voltage"].map(|id| ours.printed(id, 0));
     let (rest, pressed) = (resistance(divider, low), resistance(divider, high));
@@ -344,7 +344,7 @@ fn saturation(ours: &mut Ours, divider: &VoltageDivider, rest: f64) {
         .with("pressure", lower / area * 1e-6);
 }
 
-fn discussion(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+fn discussion(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &MicrochannelPredictor) {
     let pitch = array.layout().pitch[0] * 1e6;
     ours.holds("place_resolution", (100.0..1000.0).contains(&pitch))
         .with("pitch", pitch);
@@ -360,7 +360,7 @@ fn discussion(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPred
     );
 }
 
-fn figures(ours: &mut Ours, array: &ChannelArray<'_>, predictor: &ChannelPredictor) {
+fn figures(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &MicrochannelPredictor) {
     let voltage = |layer: usize, pressure: f64| {
         let answer = predictor.predict(pressure, 1.0);
         answer.map_or(f64::NAN, |answer| answer.layers[layer].voltage)

@@ -7,8 +7,8 @@ mod common;
 use common::{UM, assert_near, p4_cell, p4_law};
 use taxel::electronics::VoltageDivider;
 use taxel::mechanics::{
-    ChannelSection, ChannelShape, ClosingCurve, ClosingState, Hyperelastic, LinearElastic,
-    MooneyRivlin, PressureLaw, Stretch,
+    ClosingCurve, ClosingState, Hyperelastic, LinearElastic, MicrochannelSection,
+    MicrochannelShape, MooneyRivlin, PressureLaw, Stretch,
 };
 use taxel::transduction::{Conductor, mean_inverse_area_ratio};
 use taxel_papers::Paper;
@@ -36,8 +36,8 @@ const DIVIDER: VoltageDivider = VoltageDivider {
     noise: 0.0,
 };
 
-fn section(height: f64) -> ChannelSection {
-    ChannelSection {
+fn section(height: f64) -> MicrochannelSection {
+    MicrochannelSection {
         width: 400.0 * UM,
         height: height * UM,
     }
@@ -107,7 +107,7 @@ fn p4_eq1_closing_pressures() {
 #[test]
 fn p4_eq1_overstates_the_slit_by_four_over_pi() {
     let solid = MATERIAL.small_strain();
-    let slit = ChannelShape::Slit
+    let slit = MicrochannelShape::Slit
         .compliance(section(20.0), MATERIAL.shear_modulus())
         .unwrap();
     let eq1 = 1.0 / section(20.0).closing_pressure(&solid);
@@ -116,17 +116,18 @@ fn p4_eq1_overstates_the_slit_by_four_over_pi() {
 
 #[test]
 fn p4_small_load_forms() {
-    let c0 =
-        |shape: ChannelShape, ratio: f64| shape.compliance(section(400.0 / ratio), 1.0).unwrap();
+    let c0 = |shape: MicrochannelShape, ratio: f64| {
+        shape.compliance(section(400.0 / ratio), 1.0).unwrap()
+    };
     for (ratio, slit, rectangle, eq1) in [
         (20.0, 7.85, 8.30, 10.0),
         (5.0, 1.96, 2.465, 2.5),
         (1.0, 0.39, 1.207, 0.5),
     ] {
         // Stated with three digits.
-        assert_near(c0(ChannelShape::Slit, ratio), slit, 0.0, 0.005, "slit");
+        assert_near(c0(MicrochannelShape::Slit, ratio), slit, 0.0, 0.005, "slit");
         assert_near(
-            c0(ChannelShape::Rectangle, ratio),
+            c0(MicrochannelShape::Rectangle, ratio),
             rectangle,
             0.0,
             1e-6,
@@ -141,16 +142,22 @@ fn p4_small_load_forms() {
     }
     // (400² + 20²)/(2·400·20) = 10.025, and a circle is 1.
     assert_near(
-        c0(ChannelShape::Ellipse, 20.0),
+        c0(MicrochannelShape::Ellipse, 20.0),
         10.025,
         1e-12,
         0.0,
         "ellipse",
     );
-    assert_near(c0(ChannelShape::Ellipse, 1.0), 1.0, 1e-15, 0.0, "circle");
+    assert_near(
+        c0(MicrochannelShape::Ellipse, 1.0),
+        1.0,
+        1e-15,
+        0.0,
+        "circle",
+    );
     for outside in [0.99, 20.1] {
         assert_eq!(
-            ChannelShape::Rectangle.compliance(section(400.0 / outside), 1.0),
+            MicrochannelShape::Rectangle.compliance(section(400.0 / outside), 1.0),
             None
         );
     }
@@ -159,7 +166,7 @@ fn p4_small_load_forms() {
     let cell = ClosingCurve::of_cell(&p4_cell(20.0, 140.0), 162.4e3)
         .unwrap()
         .compliance();
-    let endless = ChannelShape::Rectangle
+    let endless = MicrochannelShape::Rectangle
         .compliance(section(20.0), 162.4e3)
         .unwrap();
     assert_near(cell / endless, 2.06, 0.0, 0.005, "endless body");

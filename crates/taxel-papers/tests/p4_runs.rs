@@ -41,7 +41,7 @@ fn a_tenth_of_the_sweep() {
     let heights = &mut study.channel_sections.heights;
     (heights.from, heights.count) = (row[0] * 1e-6, 1);
     let sensor = Sensor::shipped(&study.sensor).unwrap();
-    let array = sensor.channels().unwrap();
+    let array = sensor.microchannels().unwrap();
     let pitch = array.layout().pitch[0];
     let solved = sweep(&study.channel_sections, array.element, pitch, &|_| true);
     let answers = || solved.iter().flat_map(|design| &design.answers);

@@ -12,11 +12,17 @@ use taxel_recording::InputError;
 const LARGEST: usize = 1 << 20;
 
 /// Parses a description.
+///
+/// # Errors
+/// The first mistake, at its place, with the key and what to do.
 pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
     parse_up_to(LARGEST, file, text)
 }
 
 /// Parses a file of at most `largest` bytes.
+///
+/// # Errors
+/// As [`parse`], and for a longer file.
 pub fn parse_up_to<T: DeserializeOwned>(
     largest: usize,
     file: &str,
@@ -40,6 +46,11 @@ pub fn parse_up_to<T: DeserializeOwned>(
             .key(key)
             .help(help)
     })
+}
+
+/// Whether a description has the key `path`.
+pub fn has(text: &str, path: &[&str]) -> bool {
+    DeTable::parse(text).is_ok_and(|table| !find(table.get_ref(), path).is_empty())
 }
 
 /// An error of a rule between fields, shown at the value of the key `path`

@@ -5,7 +5,7 @@ mod common;
 
 use common::{assert_near, table};
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
-use taxel::device::{ChannelPredictor, Device, LayerState};
+use taxel::device::{Device, LayerState, MicrochannelPredictor};
 use taxel::estimation::{ArrayEstimator, State, Touch};
 use taxel::mechanics::Stretch;
 use taxel::predict::{Load, LoadValue, Loads};
@@ -78,7 +78,7 @@ fn facts_are_those_of_the_paper() {
 #[test]
 fn prediction_is_the_three_dimensional_calculation() {
     let sensor = sensor();
-    let predictor = ChannelPredictor::new(&sensor.channels().unwrap());
+    let predictor = MicrochannelPredictor::new(&sensor.microchannels().unwrap());
     for row in table("p4_two_layer_3d.csv") {
         // A hair below the end of the curve of the lower layer.
         let answer = predictor
@@ -186,27 +186,27 @@ fn mistakes_are_shown_at_their_key() {
         (
             "width = \"400 um\"",
             "width = \"600 um\"",
-            "element.liquid_metal_channel",
+            "element.microchannel",
         ),
         (
             "roof = \"140 um\"",
             "roof = \"150 um\"",
-            "element.liquid_metal_channel.columns",
+            "element.microchannel.columns",
         ),
         (
             "roof = \"300 um\"",
             "roof = \"145 um\"",
-            "element.liquid_metal_channel.rows.roof",
+            "element.microchannel.rows.roof",
         ),
         (
             "net_pressure = \"5.2334 kPa\"",
             "net_pressure = \"1 kPa\"",
-            "element.liquid_metal_channel.rows",
+            "element.microchannel.rows",
         ),
         (
             "length = \"91.92 mm\"",
             "length = \"1 mm\"",
-            "element.liquid_metal_channel.columns.length",
+            "element.microchannel.columns.length",
         ),
         (
             "saturation = \"1.97 V\"",
@@ -221,7 +221,7 @@ fn mistakes_are_shown_at_their_key() {
         (
             "height_deviation = \"0.5 um\"",
             "height_deviation = \"5 um\"",
-            "element.liquid_metal_channel.fabrication.height_deviation",
+            "element.microchannel.fabrication.height_deviation",
         ),
         (
             "[\"0 V\", \"2.5 V\"]",
@@ -240,7 +240,13 @@ fn mistakes_are_shown_at_their_key() {
 }
 
 fn estimator(sensor: &Sensor, twin: &Twin) -> ArrayEstimator {
-    ArrayEstimator::new(sensor.channels().unwrap().reader(&twin.stream()).unwrap())
+    ArrayEstimator::new(
+        sensor
+            .microchannels()
+            .unwrap()
+            .reader(&twin.stream())
+            .unwrap(),
+    )
 }
 
 /// Runs a script and returns the touch at each time, s, after a rest capture in
@@ -419,7 +425,7 @@ fn a_rest_capture_under_load_is_refused() {
 fn with_law(law: &str) -> Sensor {
     let text = Sensor::shipped_text(NAME).unwrap();
     let start = text
-        .find("[element.liquid_metal_channel.liquid.pressure.paper]")
+        .find("[element.microchannel.liquid.pressure.paper]")
         .unwrap();
     let end = start + text[start..].find("\n\n").unwrap();
     let text = format!("{}{}", &text[..start], &text[end..]);
@@ -440,7 +446,7 @@ fn the_estimator_inverts_the_model_with_every_law() {
     let paper = "{ paper = { expansion = 0.2, atmosphere = \"101.325 kPa\" } }";
     for law in [paper, "\"vented\"", "\"sealed\"", table] {
         let sensor = with_law(law);
-        let array = sensor.channels().unwrap();
+        let array = sensor.microchannels().unwrap();
         let calibration = array.calibration().unwrap();
         let models = [&calibration.rows[0], &calibration.columns[0]];
         for (layer, model) in models.into_iter().enumerate() {
@@ -479,10 +485,10 @@ fn leads_are_taken_out_of_the_reading() {
     let (touch, _) = estimator.push(&frame).unwrap();
     for (channel, conductor) in touch.channels.readings.iter().zip(
         sensor
-            .channels()
+            .microchannels()
             .unwrap()
             .element
-            .fabricate(&sensor.channels().unwrap().layers, [2, 4]),
+            .fabricate(&sensor.microchannels().unwrap().layers, [2, 4]),
     ) {
         // Six standard deviations of 10.4 uV at 9.6 ohm/V.
         assert_near(
@@ -499,7 +505,7 @@ fn leads_are_taken_out_of_the_reading() {
 #[test]
 fn the_two_pitches_belong_to_the_two_directions() {
     let sensor = edited("pitch = \"600 um\"", "pitch = [\"600 um\", \"700 um\"]").unwrap();
-    let array = sensor.channels().unwrap();
+    let array = sensor.microchannels().unwrap();
     // The plane-strain cell of the columns keeps its pitch of 600 um along x.
     let [rows, columns] = array.taxel_share();
     assert_near(rows, 0.6 / 91.92, 1e-12, 0.0, "rows");
@@ -512,7 +518,7 @@ fn the_two_pitches_belong_to_the_two_directions() {
 #[test]
 fn two_touches_are_found_or_called_ambiguous() {
     let sensor = sensor();
-    let array = sensor.channels().unwrap();
+    let array = sensor.microchannels().unwrap();
     let twin = Twin::new(
         &sensor,
         &Stimulus::parse("b", Stimulus::shipped_text("pad-b").unwrap()).unwrap(),
@@ -578,6 +584,32 @@ fn two_touches_are_found_or_called_ambiguous() {
                     );
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn a_key_of_schema_1_is_answered_with_its_new_name() {
+    let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
+    for (schema, renamed) in [
+        ("schema = 1", true),
+        ("schema = 2", true),
+        ("schema = 1", false),
+    ] {
+        let mut old = text.replace("schema = 2", schema);
+        if renamed {
+            old = old.replace("element.microchannel", "element.liquid_metal_channel");
+        }
+        let error = Sensor::parse("old.toml", &old).unwrap_err();
+        assert!(error.help.contains("write schema = 2"), "{error}");
+        if renamed {
+            assert_eq!(error.key, "element.liquid_metal_channel");
+            assert!(
+                error.message.contains("called `element.microchannel`"),
+                "{error}"
+            );
+        } else {
+            assert_eq!(error.key, "schema");
         }
     }
 }

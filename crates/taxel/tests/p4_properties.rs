@@ -7,8 +7,8 @@ use common::{p4_cell, p4_law};
 use proptest::prelude::*;
 use taxel::electronics::VoltageDivider;
 use taxel::mechanics::{
-    CellGeometry, ChannelError, ChannelSection, ClosingCurve, ClosingState, LinearElastic,
-    LiquidPoint, PaperLaw, PressureLaw, Stretch,
+    CellGeometry, ClosingCurve, ClosingState, LinearElastic, LiquidPoint, MicrochannelError,
+    MicrochannelSection, PaperLaw, PressureLaw, Stretch,
 };
 use taxel::transduction::{Conductor, mean_inverse_area_ratio};
 
@@ -159,7 +159,7 @@ proptest! {
         cell in any_cell(), size in 0.01..100.0_f64, stiff in 0.1..10.0_f64, pressure in 0.0..60e3_f64
     ) {
         let scaled = CellGeometry {
-            section: ChannelSection { width: cell.section.width * size, height: cell.section.height * size },
+            section: MicrochannelSection { width: cell.section.width * size, height: cell.section.height * size },
             roof: cell.roof * size, thickness: cell.thickness * size, pitch: cell.pitch * size,
         };
         let law = p4_law();
@@ -184,7 +184,7 @@ proptest! {
             let known = DESIGNS.iter().any(|(h, r)| (h * 1e-6 - other.section.height).abs() < 1e-12
                 && (r * 1e-6 - other.roof).abs() < 1e-9 * other.roof);
             prop_assume!(!known || other.roof == cell.roof);
-            prop_assert!(matches!(ClosingCurve::of_cell(&other, MU), Err(ChannelError::NotTabulated { .. })), "{other:?}");
+            prop_assert!(matches!(ClosingCurve::of_cell(&other, MU), Err(MicrochannelError::NotTabulated { .. })), "{other:?}");
         }
     }
 
@@ -204,7 +204,7 @@ proptest! {
     fn eq1_is_never_negative(
         width in 1e-5..1e-3_f64, flat in 0.05..1.0_f64, young in 1e4..1e7_f64, nu in 0.0..=0.5_f64, p in 0.0..1e7_f64
     ) {
-        let section = ChannelSection { width, height: flat * width };
+        let section = MicrochannelSection { width, height: flat * width };
         let solid = LinearElastic { young_modulus: young, poisson_ratio: nu };
         match section.published_area_ratio(&solid, p) {
             Ok(ratio) => {
@@ -244,7 +244,7 @@ proptest! {
         let parts = stretches.iter().zip(&channel.sections).map(|(part, at)| (part.share, at.area_ratio));
         let mean = mean_inverse_area_ratio(parts);
         prop_assert!(mean >= (1.0 - 1e-14) / channel.volume_ratio);
-        let section = ChannelSection { width: 400e-6, height: 20e-6 };
+        let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
         let conductor = Conductor { resistivity: 29.4e-8, length: 0.1, section };
         prop_assert!(close(conductor.resistance(&stretches, &channel.sections), 3.675 * mean, 1e-14));
     }
@@ -269,11 +269,14 @@ fn loads_that_make_no_sense_are_refused() {
         &[(1.5, 0.0), (-0.5, 0.0)],
         &[(f64::NAN, 0.0)],
     ] {
-        assert!(matches!(settle(shares), Err(ChannelError::Shares { .. })));
+        assert!(matches!(
+            settle(shares),
+            Err(MicrochannelError::Shares { .. })
+        ));
     }
     for pressure in [-1.0, f64::NAN, f64::INFINITY] {
         let refused = settle(&[(1.0, pressure)]);
-        assert!(matches!(refused, Err(ChannelError::Pressure { .. })));
+        assert!(matches!(refused, Err(MicrochannelError::Pressure { .. })));
     }
     let law = |points: &[(f64, f64)]| {
         let point = |(volume_ratio, pressure): &(f64, f64)| LiquidPoint {
@@ -289,6 +292,8 @@ fn loads_that_make_no_sense_are_refused() {
         (&[(1.0, 0.0), (0.5, 1e3), (0.6, 2e3)], 2),
         (&[(1.0, 0.0), (0.5, 1e3), (0.4, 1e3)], 2),
     ] {
-        assert!(matches!(law(points), Err(ChannelError::PressureLaw { index: at }) if at == index));
+        assert!(
+            matches!(law(points), Err(MicrochannelError::PressureLaw { index: at }) if at == index)
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use super::columns::{LOAD_AT, RESISTANCE, VOLTAGE};
 use super::problem::{Load, Reading};
-use super::{CHANNEL, ChannelCalibrator, InputError, ReadingTable, Remark};
+use super::{CHANNEL, InputError, MicrochannelCalibrator, ReadingTable, Remark};
 
 /// Least readings of a channel.
 pub(super) const LEAST: usize = 6;
@@ -13,7 +13,7 @@ const WRONG_UNIT: f64 = 300.0;
 
 /// The readings of `data`, checked; the saturated ones are marked.
 pub(super) fn readings(
-    calibrator: &ChannelCalibrator<'_>,
+    calibrator: &MicrochannelCalibrator<'_>,
     data: &ReadingTable,
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Reading>, InputError> {
@@ -73,7 +73,7 @@ pub(super) fn readings(
 }
 
 fn channel_of(
-    calibrator: &ChannelCalibrator<'_>,
+    calibrator: &MicrochannelCalibrator<'_>,
     data: &ReadingTable,
     row: usize,
 ) -> Result<usize, InputError> {
@@ -115,7 +115,11 @@ fn load(data: &ReadingTable, row: usize) -> Option<Load> {
     }
 }
 
-fn voltage(calibrator: &ChannelCalibrator<'_>, data: &ReadingTable, row: usize) -> Option<f64> {
+fn voltage(
+    calibrator: &MicrochannelCalibrator<'_>,
+    data: &ReadingTable,
+    row: usize,
+) -> Option<f64> {
     let divider = calibrator.board.divider;
     // A given resistance has the leads in it already.
     let of = |resistance: f64| divider.voltage(resistance - divider.lead);
@@ -125,7 +129,7 @@ fn voltage(calibrator: &ChannelCalibrator<'_>, data: &ReadingTable, row: usize) 
 
 /// Whether voltages and loads can be of this array.
 fn units(
-    calibrator: &ChannelCalibrator<'_>,
+    calibrator: &MicrochannelCalibrator<'_>,
     data: &ReadingTable,
     readings: &[Reading],
 ) -> Result<(), InputError> {

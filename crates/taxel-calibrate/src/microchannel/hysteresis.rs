@@ -2,14 +2,14 @@
 //! voltage beside that of the bench.
 
 use super::problem::{BIAS, Load, Reading};
-use super::{ChannelCalibrator, Fitted, checks};
+use super::{Fitted, MicrochannelCalibrator, checks};
 use crate::hysteresis::{Loops, Named, Sample, identify, samples, steps};
 use taxel_numerics::roots;
 
 /// The hysteresis from the readings of all channels in their order, those of
 /// unloading included; `None` when they identify none.
 pub(super) fn of_array(
-    calibrator: &ChannelCalibrator<'_>,
+    calibrator: &MicrochannelCalibrator<'_>,
     fitted: &Fitted,
     series: &[Vec<Reading>],
     held_out: &[Vec<bool>],
@@ -66,7 +66,7 @@ struct Inverted {
 
 /// The curves of loading for the parameters `at`.
 struct Curve<'a> {
-    calibrator: &'a ChannelCalibrator<'a>,
+    calibrator: &'a MicrochannelCalibrator<'a>,
     channels: &'a [usize],
     at: Vec<f64>,
 }

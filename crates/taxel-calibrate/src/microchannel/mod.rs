@@ -21,13 +21,13 @@ use crate::outcome::{CalibratedSensor, ResidualSummary, Scope};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, by_series};
-use taxel::calibration::ChannelModel;
+use taxel::calibration::MicrochannelModel;
 use taxel::electronics::{DividerBoard, Readout};
 use taxel::figure::Figure;
 use taxel::mechanics::PressureLaw;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{Element, FoundChannels, Sensor};
-use taxel::transduction::ChannelLayer;
+use taxel::transduction::MicrochannelLayer;
 use taxel_numerics::least_squares::{Estimate, Fit, FitError, Parameter, Problem, fit};
 use taxel_recording::InputError;
 
@@ -57,9 +57,9 @@ pub(super) static UNCERTAIN: [&str; 4] = [
 ];
 
 /// Calibrates one array of crossing channels.
-pub(super) struct ChannelCalibrator<'a> {
+pub(super) struct MicrochannelCalibrator<'a> {
     named: &'a NamedSensor<'a>,
-    layers: [ChannelLayer; 2],
+    layers: [MicrochannelLayer; 2],
     /// Channels of the row and of the column layer.
     counts: [usize; 2],
     board: DividerBoard,
@@ -81,13 +81,14 @@ const BIASES: [f64; 3] = [0.0, 0.1, 0.25];
 /// Readings beyond the curves change with the fit: a few rounds settle them.
 const MOST_ROUNDS: usize = 4;
 
-impl<'a> ChannelCalibrator<'a> {
+impl<'a> MicrochannelCalibrator<'a> {
     /// `None` for anything but one such array.
     pub(super) fn new(sensors: &'a [NamedSensor<'a>]) -> Option<Self> {
         let [named] = sensors else { return None };
-        let array = named.sensor.channels().ok()?;
+        let array = named.sensor.microchannels().ok()?;
         let highest = |layer: usize| {
-            let model = ChannelModel::new(&array.layers[layer], 1.0, 0.0, f64::INFINITY).ok()?;
+            let model =
+                MicrochannelModel::new(&array.layers[layer], 1.0, 0.0, f64::INFINITY).ok()?;
             Some(model.highest_pressure())
         };
         Some(Self {
@@ -265,33 +266,9 @@ impl<'a> ChannelCalibrator<'a> {
         })
     }
 
-    /// The readings of loading of one channel that are not saturated; remarks on
-    /// those of unloading.
-    fn loading_of(&self, of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
-        // Saturated readings say which way the load goes, too.
-        let pairs = of.iter().zip(branches(&loads));
-        let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
-            .filter(|(r, _)| !r.saturated)
-            .map(|(r, branch)| (*r, branch == Branch::Unloading))
-            .unzip();
-        let Some(first) = of.first() else {
-            return Vec::new();
-        };
-        let name = format!("{CHANNEL}_{}", first.channel);
-        on_loading(&name, &of, &unloading, "", remarks)
-    }
-
-    /// The readings of loading of all channels, one after the other.
-    fn loading(&self, all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let series = by_series(all);
-        let loading = series.iter().map(|of| self.loading_of(of, remarks));
-        loading.collect::<Vec<_>>().concat()
-    }
-
     /// The plateau of each channel that reached one; marks its readings.
     fn plateaus(&self, all: &mut [Reading]) -> Vec<Option<Plateau>> {
-        let loading = self.loading(all, &mut Vec::new());
+        let loading = loading(all, &mut Vec::new());
         let plateau = |channel: &usize| {
             let of = loading.iter().filter(|r| r.channel == *channel);
             Plateau::find(&of.copied().collect::<Vec<_>>())
@@ -305,7 +282,7 @@ impl<'a> ChannelCalibrator<'a> {
     }
 }
 
-impl Calibratable for ChannelCalibrator<'_> {
+impl Calibratable for MicrochannelCalibrator<'_> {
     fn columns(&self) -> &'static [LoadColumn] {
         &COLUMNS
     }
@@ -323,7 +300,7 @@ impl Calibratable for ChannelCalibrator<'_> {
     }
 }
 
-impl DeviceModel for ChannelCalibrator<'_> {
+impl DeviceModel for MicrochannelCalibrator<'_> {
     type Reading = Reading;
     type Noise = Beyond;
     /// The plateau of each channel that reached one.
@@ -352,7 +329,7 @@ impl DeviceModel for ChannelCalibrator<'_> {
         series: &[Vec<Reading>],
         remarks: &mut Vec<Remark>,
     ) -> Vec<Vec<Reading>> {
-        let loading = series.iter().map(|of| self.loading_of(of, remarks));
+        let loading = series.iter().map(|of| loading_of(of, remarks));
         loading.filter(|of| !of.is_empty()).collect()
     }
 
@@ -468,7 +445,7 @@ pub(super) fn apply(
     let find = |place: usize| value(NAMES[place]).ok_or_else(|| NAMES[place].to_owned());
     let stiffness = [find(STIFFNESS[0])?, find(STIFFNESS[1])?];
     let (lead, expansion) = (find(LEAD)?, find(EXPANSION)?);
-    let array = sensor.channels().map_err(|error| error.to_string())?;
+    let array = sensor.microchannels().map_err(|error| error.to_string())?;
     let rest = |(layer, count): (usize, usize)| {
         let drawn = array.layers[layer].conductor.rest_resistance();
         let first = layer * array.counts()[0];
@@ -486,7 +463,7 @@ pub(super) fn apply(
     let saturation =
         |channel: usize| value(&format!("{CHANNEL}_{channel}.{SATURATION}")).unwrap_or(drawn);
     let saturation = (0..array.counts().iter().sum()).map(saturation).collect();
-    if let Element::LiquidMetalChannel(element) = &mut sensor.element {
+    if let Element::Microchannel(element) = &mut sensor.element {
         element.found = Some(FoundChannels {
             stiffness,
             rest,
@@ -501,6 +478,30 @@ pub(super) fn apply(
         divider.lead = lead;
     }
     Ok(())
+}
+
+/// The readings of loading of one channel that are not saturated; remarks on
+/// those of unloading.
+fn loading_of(of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+    let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
+    // Saturated readings say which way the load goes, too.
+    let pairs = of.iter().zip(branches(&loads));
+    let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
+        .filter(|(r, _)| !r.saturated)
+        .map(|(r, branch)| (*r, branch == Branch::Unloading))
+        .unzip();
+    let Some(first) = of.first() else {
+        return Vec::new();
+    };
+    let name = format!("{CHANNEL}_{}", first.channel);
+    on_loading(&name, &of, &unloading, "", remarks)
+}
+
+/// The readings of loading of all channels, one after the other.
+fn loading(all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+    let series = by_series(all);
+    let loading = series.iter().map(|of| loading_of(of, remarks));
+    loading.collect::<Vec<_>>().concat()
 }
 
 #[cfg(test)]

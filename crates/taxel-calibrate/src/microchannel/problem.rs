@@ -3,7 +3,7 @@
 use crate::split::OfSeries;
 use taxel::electronics::VoltageDivider;
 use taxel::mechanics::{ClosingState, PressureLaw, Stretch};
-use taxel::transduction::{ChannelLayer, mean_inverse_area_ratio};
+use taxel::transduction::{MicrochannelLayer, mean_inverse_area_ratio};
 use taxel_numerics::least_squares::{Parameter, Problem};
 
 /// Places of the parameters that all channels share; the rest resistances of
@@ -63,7 +63,7 @@ impl Load {
 
 /// The problem of some readings.
 pub(super) struct Bench<'a> {
-    pub(super) layers: &'a [ChannelLayer; 2],
+    pub(super) layers: &'a [MicrochannelLayer; 2],
     pub(super) divider: VoltageDivider,
     /// Channels that were read, in the order of their parameters.
     pub(super) channels: Vec<usize>,

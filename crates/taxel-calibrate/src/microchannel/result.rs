@@ -1,11 +1,11 @@
 //! What the fit of crossing channels gives to people: residuals, curves, scope.
 
-use super::{BIAS, CHANNEL, ChannelCalibrator, Fitted, Reading, checks};
+use super::{BIAS, CHANNEL, Fitted, MicrochannelCalibrator, Reading, checks};
 use crate::loads::range;
 use crate::outcome::{ResidualSummary, Scope};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 
-impl ChannelCalibrator<'_> {
+impl MicrochannelCalibrator<'_> {
     /// Residuals of the voltage of one channel, V.
     fn misfits(&self, fitted: &Fitted, readings: &[Reading], channel: usize) -> Vec<f64> {
         let at = fitted.fit.values();

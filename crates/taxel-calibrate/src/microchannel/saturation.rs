@@ -2,7 +2,7 @@
 //! loads, where there is one.
 
 use super::problem::Reading;
-use super::{CHANNEL, ChannelCalibrator};
+use super::{CHANNEL, MicrochannelCalibrator};
 use crate::remark::Remark;
 use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
@@ -118,7 +118,7 @@ fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
 /// there is to say of it. A saturation that was not reached lies between the
 /// largest voltage that was read and the supply.
 pub(super) fn parameters(
-    calibrator: &ChannelCalibrator<'_>,
+    calibrator: &MicrochannelCalibrator<'_>,
     channels: &[usize],
     plateaus: &[Option<Plateau>],
     series: &[Vec<Reading>],

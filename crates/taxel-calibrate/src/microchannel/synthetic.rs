@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use super::ChannelCalibrator;
+use super::MicrochannelCalibrator;
 use super::problem::{Load, Reading};
 use crate::hysteresis;
 use crate::options::SyntheticOptions;
@@ -18,7 +18,7 @@ use taxel_numerics::Noise;
 /// pressure that closes it so is larger on loading than on unloading by
 /// `hysteresis`. Its voltage rises to the share `saturation` of its largest
 /// change and no further. The tilt has no meaning here.
-pub(super) fn table(calibrator: &ChannelCalibrator<'_>, options: &SyntheticOptions) -> String {
+pub(super) fn table(calibrator: &MicrochannelCalibrator<'_>, options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
     let mut text = String::from("# synthetic calibration data\n");
     let _ = writeln!(

@@ -6,7 +6,9 @@ use crate::outcome::Outcome;
 use crate::testing;
 use crate::testing::{covered, lost, lost_on_bench, no_hold_out};
 use problem::Load;
-use taxel::estimation::{ArrayEstimator, CrossedOptions, CrossedReader, MicrochannelState};
+use taxel::estimation::{
+    ArrayEstimator, MicrochannelOptions, MicrochannelReader, MicrochannelState,
+};
 use taxel_numerics::least_squares::{Problem, Status};
 use taxel_recording::Frame;
 
@@ -31,13 +33,13 @@ fn made(rest: f64) -> Sensor {
     sensor
 }
 
-fn with<T>(sensor: &Sensor, run: impl Fn(&ChannelCalibrator<'_>) -> T) -> T {
+fn with<T>(sensor: &Sensor, run: impl Fn(&MicrochannelCalibrator<'_>) -> T) -> T {
     let named = [NamedSensor {
         name: NAME,
         text: "",
         sensor,
     }];
-    run(&ChannelCalibrator::new(&named).unwrap())
+    run(&MicrochannelCalibrator::new(&named).unwrap())
 }
 
 /// Readings of a bench with `RESTS`; the channels in `wanted` alone.
@@ -54,7 +56,7 @@ fn bench(options: &SyntheticOptions, wanted: &[usize]) -> String {
     text
 }
 
-fn parse(calibrator: &ChannelCalibrator<'_>, text: &str) -> ReadingTable {
+fn parse(calibrator: &MicrochannelCalibrator<'_>, text: &str) -> ReadingTable {
     ReadingTable::parse("bench.csv", text, calibrator.columns(), calibrator.group()).unwrap()
 }
 
@@ -155,15 +157,19 @@ fn a_device_comes_back_and_live_touch_inverts_it() {
     assert_eq!(said.count(), RESTS.len());
     assert!(outcome.models[0].hold_out.unwrap() < 2e-4);
     let found = testing::calibrated(&outcome, &sensor);
-    let model = found.channels().unwrap().calibration().unwrap();
+    let model = found.microchannels().unwrap().calibration().unwrap();
     let rests = model.rows.iter().chain(&model.columns);
     for (channel, rest) in rests.zip(RESTS) {
         assert!((channel.rest_resistance / rest - 1.0).abs() < 0.01);
     }
     // The curves that are inverted live are those of the device.
-    let truth = made(RESTS[0]).channels().unwrap().calibration().unwrap();
-    let before = sensor.channels().unwrap().calibration().unwrap();
-    let slope = |of: &[ChannelModel]| of[0].pressure.start_slope();
+    let truth = made(RESTS[0])
+        .microchannels()
+        .unwrap()
+        .calibration()
+        .unwrap();
+    let before = sensor.microchannels().unwrap().calibration().unwrap();
+    let slope = |of: &[MicrochannelModel]| of[0].pressure.start_slope();
     for (found, truth, before) in [
         (&model.rows, &truth.rows, &before.rows),
         (&model.columns, &truth.columns, &before.columns),
@@ -277,7 +283,7 @@ fn calibrated(text: &str) -> (Outcome, Sensor) {
 /// What channel 0 feels at these changes of its resistance, one after the
 /// other; the other channels are at rest.
 fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
-    let model = sensor.channels().unwrap().calibration().unwrap();
+    let model = sensor.microchannels().unwrap().calibration().unwrap();
     let scale = model.scale;
     let counts = |resistance: f64| {
         let voltage =
@@ -290,7 +296,7 @@ fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
         .chain(&model.columns)
         .map(|c| c.rest_resistance)
         .collect();
-    let reader = CrossedReader::new(model, CrossedOptions::default());
+    let reader = MicrochannelReader::new(model, MicrochannelOptions::default());
     let mut estimator = ArrayEstimator::new(Box::new(reader));
     let mut states = Vec::new();
     for (index, change) in changes.iter().enumerate() {
@@ -302,7 +308,7 @@ fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
             values,
         };
         estimator.push(&frame).unwrap();
-        let reader: &CrossedReader = estimator.reader().unwrap();
+        let reader: &MicrochannelReader = estimator.reader().unwrap();
         states.push(reader.loads()[0].state);
     }
     states
@@ -358,7 +364,7 @@ fn a_saturation_that_was_reached_is_fitted_and_felt() {
         (stiffness.value - truth).abs() < 4.0 * stiffness.deviation,
         "{stiffness:?}"
     );
-    let model = sensor.channels().unwrap().calibration().unwrap();
+    let model = sensor.microchannels().unwrap().calibration().unwrap();
     let (row, scale) = (&model.rows[0], &model.scale);
     let change = |voltage: f64| scale.resistance(voltage) / row.rest_resistance - 1.0;
     // The bench pressed the whole channel: one taxel cannot close it so far.
@@ -375,7 +381,7 @@ fn a_saturation_that_was_reached_is_fitted_and_felt() {
     assert!(at_least > pressure && at_least == row.highest_pressure());
     // A channel that saturates on the way says no more than where.
     let resistance = row.rest_resistance * (1.0 + 0.5 * row.pressure.end()[0]);
-    let early = ChannelModel {
+    let early = MicrochannelModel {
         saturation: scale.supply * (resistance + scale.lead)
             / (scale.reference + scale.lead + resistance),
         ..row.clone()
@@ -400,7 +406,7 @@ fn a_loop_is_found_and_undone_live() {
             .any(|remark| remark.contains("hysteresis: without it the pressure")),
         "{said:?}"
     );
-    let model = sensor.channels().unwrap().calibration().unwrap();
+    let model = sensor.microchannels().unwrap().calibration().unwrap();
     let end = model.rows[0].pressure.end()[0];
     let up: Vec<f64> = (1..=60).map(|i| 0.016 * end * f64::from(i)).collect();
     let down: Vec<f64> = up.iter().rev().copied().collect();

@@ -20,9 +20,9 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     };
     let study = Study::parse(&name, &text)?;
     let named = files::sensor(study.sensor.as_ref())?;
-    let Element::LiquidMetalChannel(element) = &named.sensor.element else {
+    let Element::Microchannel(element) = &named.sensor.element else {
         return Err(Stop::WrongInput(format!(
-            "{name}: sensor = {:?} is a {}; channel_sections needs a liquid_metal_channel",
+            "{name}: sensor = {:?} is a {}; channel_sections needs a microchannel",
             study.sensor,
             named.sensor.element.key()
         )));

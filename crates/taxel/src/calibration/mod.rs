@@ -1,14 +1,16 @@
 //! What is known of one device: the model that estimation inverts.
 
-mod channels;
 mod in_plane;
+mod microchannel;
 
 use crate::layout::Layout;
 use crate::mechanics::{ForceHysteresis, RelaxationTerm};
 use crate::transduction::UnitModel;
 
-pub use channels::{ChannelCalibration, ChannelModel, ChannelSignal, DividerScale};
 pub use in_plane::InPlaneCalibration;
+pub use microchannel::{
+    DividerScale, MicrochannelCalibration, MicrochannelModel, MicrochannelSignal,
+};
 
 /// All that estimation needs to know of an array of three-axis units.
 #[derive(Debug, Clone, PartialEq)]

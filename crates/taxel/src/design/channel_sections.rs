@@ -7,9 +7,9 @@ use crate::mechanics::microchannel_cell::{Closure, Filling, VoidStudy, WallConta
 use rayon::prelude::*;
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 
-use super::{ChannelSections, HeatMap, MapCell};
+use super::{HeatMap, MapCell, MicrochannelSections};
 use crate::mechanics::{fillings, solids};
-use crate::sensor::LiquidMetalChannel;
+use crate::sensor::Microchannel;
 use crate::table::{Cell, Column};
 
 /// How far a section is known at a pressure.
@@ -71,8 +71,8 @@ impl SectionAnswer {
 /// Solves every design on all cores; `progress` hears the fraction that is done, and
 /// answers whether to go on. Designs that were not begun by then are left out.
 pub fn sweep(
-    sections: &ChannelSections,
-    element: &LiquidMetalChannel,
+    sections: &MicrochannelSections,
+    element: &Microchannel,
     pitch: f64,
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Vec<SectionRow> {
@@ -111,8 +111,8 @@ pub fn sweep(
 const TALL: f64 = 0.15;
 
 fn solve(
-    sections: &ChannelSections,
-    element: &LiquidMetalChannel,
+    sections: &MicrochannelSections,
+    element: &Microchannel,
     pitch: f64,
     height: f64,
     cover: f64,
@@ -242,7 +242,7 @@ pub fn cells(rows: &[SectionRow]) -> Vec<Vec<Cell>> {
 }
 
 /// The change of resistance over height and cover, one map for each pressure.
-pub fn heat_map(title: &str, sections: &ChannelSections, rows: &[SectionRow]) -> HeatMap {
+pub fn heat_map(title: &str, sections: &MicrochannelSections, rows: &[SectionRow]) -> HeatMap {
     let (heights, covers) = (sections.heights.values(), sections.covers.values());
     let um = |lengths: &[f64]| lengths.iter().map(|x| tenths(x * 1e6)).collect();
     let field = |height: f64, cover: f64, number: usize| {

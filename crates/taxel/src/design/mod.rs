@@ -32,13 +32,13 @@ pub struct Study {
     /// Sensor file, or name of a shipped one, that says what is not varied.
     pub sensor: String,
     /// Channels of other heights and covers (P4 II.D).
-    pub channel_sections: ChannelSections,
+    pub channel_sections: MicrochannelSections,
 }
 
 /// One row of channels, their height and cover varied.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ChannelSections {
+pub struct MicrochannelSections {
     /// Thickness of the whole sheet, m.
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]

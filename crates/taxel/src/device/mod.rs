@@ -5,8 +5,8 @@
 //! what a user asks: is the drawing sound, what follows from it, what does a
 //! load read, what does the twin deliver, how does it look.
 
-mod crossed_channels;
 mod in_plane_capacitor;
+mod microchannel;
 mod of_sensor;
 mod piezoelectric;
 mod three_axis_capacitor;
@@ -21,13 +21,13 @@ use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number};
 
-pub use crossed_channels::{
-    ChannelArray, ChannelFieldPredictor, ChannelPrediction, ChannelPredictor, LayerAnswer,
-    LayerState,
-};
 pub use in_plane_capacitor::{
     InPlaneArray, InPlaneFieldPrediction, InPlaneFieldPredictor, InPlaneLoadState,
     InPlanePrediction, InPlanePredictor,
+};
+pub use microchannel::{
+    LayerAnswer, LayerState, MicrochannelArray, MicrochannelFieldPredictor, MicrochannelPrediction,
+    MicrochannelPredictor,
 };
 pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};

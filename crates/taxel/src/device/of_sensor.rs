@@ -2,8 +2,10 @@
 
 use taxel_recording::InputError;
 
-use super::{ChannelArray, Device, InPlaneArray, PiezoelectricArray, ThreeAxisArray, TrainedArray};
-use crate::sensor::{Broken, Element, Sensor, Unreadable, check_keys};
+use super::{
+    Device, InPlaneArray, MicrochannelArray, PiezoelectricArray, ThreeAxisArray, TrainedArray,
+};
+use crate::sensor::{Broken, Element, Sensor, Unreadable, check_keys, renamed_key};
 use crate::toml_input;
 
 impl Sensor {
@@ -29,6 +31,9 @@ impl Sensor {
     /// assert!(error.to_string().contains("\"mN\" is a unit of force; a length is needed here"));
     /// ```
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
+        if let Some(error) = renamed_key(file, text) {
+            return Err(error);
+        }
         let sensor: Self = toml_input::parse(file, text)?;
         let sound = check_keys(&sensor).and_then(|()| sensor.check_element());
         sound.map_err(|broken| broken.at(file, text))?;
@@ -57,7 +62,7 @@ impl Sensor {
             Element::ThreeAxisCapacitor(_) => Ok(Box::new(self.three_axis()?)),
             Element::InPlaneCapacitor(_) => Ok(Box::new(self.in_plane()?)),
             Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
-            Element::LiquidMetalChannel(_) => Ok(Box::new(self.channels()?)),
+            Element::Microchannel(_) => Ok(Box::new(self.microchannels()?)),
             Element::Trained(_) => Ok(Box::new(self.trained()?)),
         }
     }
@@ -96,15 +101,15 @@ impl Sensor {
         InPlaneArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
     }
 
-    /// The crossing channels with their board, if it is such an array.
+    /// The crossing microchannels with their board, if it is such an array.
     ///
     /// # Errors
     /// [`Unreadable`] for another element or another board.
-    pub fn channels(&self) -> Result<ChannelArray<'_>, Unreadable> {
-        let Element::LiquidMetalChannel(element) = &self.element else {
+    pub fn microchannels(&self) -> Result<MicrochannelArray<'_>, Unreadable> {
+        let Element::Microchannel(element) = &self.element else {
             return Err(self.unreadable("voltage_divider"));
         };
-        ChannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
+        MicrochannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
     }
 
     /// The body whose channels are learned, if it is one.

@@ -7,7 +7,6 @@ mod capacitors;
 mod charge;
 mod contact;
 mod continuity;
-mod crossed_channels;
 mod event;
 mod force_history;
 mod health;
@@ -15,6 +14,7 @@ mod in_plane;
 mod kernel_regression;
 mod localisation;
 mod map;
+mod microchannel;
 mod motion;
 mod observer;
 mod place_map;
@@ -39,9 +39,6 @@ pub use baseline::{Baseline, BaselineOptions, Change, Why};
 pub use charge::{ChargeModel, ChargeOptions, ChargeReader};
 pub use contact::{Cell, Contact};
 pub use continuity::Continuity;
-pub use crossed_channels::{
-    CrossedOptions, CrossedReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
-};
 pub use event::Event;
 pub use force_history::HistoryOptions;
 pub use health::{
@@ -51,6 +48,9 @@ pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneReader, InPlaneRead
 pub use kernel_regression::{KernelRegression, Press, Trust};
 pub use localisation::{Centroid, ELLIPSE_95, Located, Method, Place, Placing, ProfileModel};
 pub use map::MapReader;
+pub use microchannel::{
+    MicrochannelOptions, MicrochannelReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
+};
 pub use observer::{Observer, ObserverOptions, Wiring};
 pub use place_map::{placing, regression};
 pub use placing_fit::ProfileFit;

@@ -17,7 +17,7 @@ use taxel_numerics::{CurveError, MonotoneCurve, OnCurve};
 
 /// A rectangular cross-section.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChannelSection {
+pub struct MicrochannelSection {
     /// Width w, along the surface, m.
     pub width: f64,
     /// Height h, m.
@@ -27,14 +27,14 @@ pub struct ChannelSection {
 /// A channel that the closed form of P4 calls closed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("closed: {pressure} Pa is at or above the closing pressure of {closing_pressure} Pa")]
-pub struct ChannelClosed {
+pub struct MicrochannelClosed {
     /// The pressure that was asked for, Pa.
     pub pressure: f64,
     /// The pressure at which the closed form ends, Pa.
     pub closing_pressure: f64,
 }
 
-impl ChannelSection {
+impl MicrochannelSection {
     /// Area A₀ = w h, m².
     pub fn area(&self) -> f64 {
         self.width * self.height
@@ -55,29 +55,29 @@ impl ChannelSection {
     /// and no liquid. `pressure` in Pa; a pull (negative) opens.
     ///
     /// # Errors
-    /// [`ChannelClosed`] from the closing pressure on, and for a pressure that
+    /// [`MicrochannelClosed`] from the closing pressure on, and for a pressure that
     /// is not a number.
     ///
     /// # Example
     /// ```
-    /// use taxel::mechanics::{ChannelSection, LinearElastic};
-    /// let section = ChannelSection { width: 400e-6, height: 60e-6 };
+    /// use taxel::mechanics::{MicrochannelSection, LinearElastic};
+    /// let section = MicrochannelSection { width: 400e-6, height: 60e-6 };
     /// let solid = LinearElastic { young_modulus: 500e3, poisson_ratio: 0.5 };
     /// assert!((section.published_area_ratio(&solid, 25e3)? - 0.5).abs() < 1e-12);
     /// let closed = section.published_area_ratio(&solid, 50e3).unwrap_err();
     /// assert!((closed.closing_pressure - 50e3).abs() < 1e-6);
-    /// # Ok::<(), taxel::mechanics::ChannelClosed>(())
+    /// # Ok::<(), taxel::mechanics::MicrochannelClosed>(())
     /// ```
     pub fn published_area_ratio(
         &self,
         solid: &LinearElastic,
         pressure: f64,
-    ) -> Result<f64, ChannelClosed> {
+    ) -> Result<f64, MicrochannelClosed> {
         let closing_pressure = self.closing_pressure(solid);
         if pressure < closing_pressure {
             Ok(1.0 - pressure / closing_pressure)
         } else {
-            Err(ChannelClosed {
+            Err(MicrochannelClosed {
                 pressure,
                 closing_pressure,
             })
@@ -87,7 +87,7 @@ impl ChannelSection {
 
 /// Cross-sections whose first response in an endless body is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ChannelShape {
+pub enum MicrochannelShape {
     /// A cut of no height; its area is counted as w h.
     Slit,
     /// An ellipse with the axes w and h.
@@ -104,7 +104,7 @@ const RECTANGLE: [(f64, f64); 3] = [
     (1.0, 1.207 - FRAC_PI_8),
 ];
 
-impl ChannelShape {
+impl MicrochannelShape {
     /// Share of its area that a channel loses per pressure, c₀ in 1/Pa, for
     /// small loads in an endless incompressible body in plane strain:
     /// a = 1 − c₀ q.
@@ -118,11 +118,11 @@ impl ChannelShape {
     ///
     /// # Example
     /// ```
-    /// use taxel::mechanics::{ChannelSection, ChannelShape};
-    /// let circle = ChannelSection { width: 1e-4, height: 1e-4 };
-    /// assert_eq!(ChannelShape::Ellipse.compliance(circle, 162.4e3), Some(1.0 / 162.4e3));
+    /// use taxel::mechanics::{MicrochannelSection, MicrochannelShape};
+    /// let circle = MicrochannelSection { width: 1e-4, height: 1e-4 };
+    /// assert_eq!(MicrochannelShape::Ellipse.compliance(circle, 162.4e3), Some(1.0 / 162.4e3));
     /// ```
-    pub fn compliance(self, section: ChannelSection, shear_modulus: f64) -> Option<f64> {
+    pub fn compliance(self, section: MicrochannelSection, shear_modulus: f64) -> Option<f64> {
         let flatness = section.height / section.width;
         let slit = FRAC_PI_8 / flatness;
         let factor = match self {
@@ -145,7 +145,7 @@ impl ChannelShape {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CellGeometry {
     /// Cross-section of the channel.
-    pub section: ChannelSection,
+    pub section: MicrochannelSection,
     /// Solid above the channel, m.
     pub roof: f64,
     /// Thickness of the whole sheet, m.
@@ -274,7 +274,7 @@ pub struct SettledChannel {
 
 /// A channel or a load that cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum ChannelError {
+pub enum MicrochannelError {
     /// No tabulated cell has this geometry.
     #[error(
         "no closing curve is tabulated for a channel of {:.4} x {:.4} um under {:.4} um in a sheet of {:.4} um at a \
@@ -326,12 +326,12 @@ impl ClosingCurve {
     /// is not replaced silently.
     ///
     /// # Errors
-    /// [`ChannelError::NotTabulated`] for another geometry.
-    pub fn of_cell(cell: &CellGeometry, shear_modulus: f64) -> Result<Self, ChannelError> {
+    /// [`MicrochannelError::NotTabulated`] for another geometry.
+    pub fn of_cell(cell: &CellGeometry, shear_modulus: f64) -> Result<Self, MicrochannelError> {
         let known = CELLS
             .iter()
             .find(|known| is_scaled(cell, known))
-            .ok_or(ChannelError::NotTabulated { cell: *cell })?;
+            .ok_or(MicrochannelError::NotTabulated { cell: *cell })?;
         let scale = shear_modulus / tabulated_cells::SHEAR_MODULUS; // Pa per tabulated kPa
         let rows = known.rows.iter().map(|(ratio, net)| [net * scale, *ratio]);
         let points = std::iter::once([0.0, 1.0]).chain(rows).collect();
@@ -344,9 +344,9 @@ impl ClosingCurve {
     /// The curve through given points; rest, (0, 1), is not among them.
     ///
     /// # Errors
-    /// [`ChannelError::Curve`] when the net pressure does not rise or the area
+    /// [`MicrochannelError::Curve`] when the net pressure does not rise or the area
     /// ratio does not fall from point to point.
-    pub fn from_points(points: &[ClosingPoint]) -> Result<Self, ChannelError> {
+    pub fn from_points(points: &[ClosingPoint]) -> Result<Self, MicrochannelError> {
         let given = points.iter().map(|at| [at.net_pressure, at.area_ratio]);
         let points = std::iter::once([0.0, 1.0]).chain(given).collect();
         Ok(Self {
@@ -412,25 +412,25 @@ impl ClosingCurve {
     /// and the largest pressure on the surface.
     ///
     /// # Errors
-    /// [`ChannelError::Shares`] and [`ChannelError::Pressure`].
+    /// [`MicrochannelError::Shares`] and [`MicrochannelError::Pressure`].
     ///
     /// # Example: at 25 kPa the liquid carries four fifths of the load
     /// ```
     /// use taxel::mechanics::*;
-    /// let section = ChannelSection { width: 400e-6, height: 20e-6 };
+    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
     /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
     /// let curve = ClosingCurve::of_cell(&cell, 162.4e3)?;
     /// let law = PressureLaw::Paper(PaperLaw { expansion: 0.2, atmosphere: 101.325e3 });
     /// let channel = curve.settle(&law, &[Stretch { share: 1.0, pressure: 25e3 }])?;
     /// assert!((channel.volume_ratio - 0.4995).abs() < 1e-4);
     /// assert!((channel.internal_pressure - 20.305e3).abs() < 5.0);
-    /// # Ok::<(), ChannelError>(())
+    /// # Ok::<(), MicrochannelError>(())
     /// ```
     pub fn settle(
         &self,
         law: &PressureLaw,
         stretches: &[Stretch],
-    ) -> Result<SettledChannel, ChannelError> {
+    ) -> Result<SettledChannel, MicrochannelError> {
         let highest = highest_pressure(stretches)?;
         let volume = |internal: f64| -> f64 {
             stretches
@@ -470,8 +470,8 @@ impl PressureLaw {
     /// Checks what a type cannot: the order of tabulated points.
     ///
     /// # Errors
-    /// [`ChannelError::PressureLaw`].
-    pub fn check(&self) -> Result<(), ChannelError> {
+    /// [`MicrochannelError::PressureLaw`].
+    pub fn check(&self) -> Result<(), MicrochannelError> {
         let Self::Tabulated(points) = self else {
             return Ok(());
         };
@@ -482,8 +482,8 @@ impl PressureLaw {
             pair[1].volume_ratio < pair[0].volume_ratio && pair[1].pressure > pair[0].pressure
         };
         match points.windows(2).position(|pair| !ordered(pair)) {
-            _ if !starts || points.len() < 2 => Err(ChannelError::PressureLaw { index: 0 }),
-            Some(index) => Err(ChannelError::PressureLaw { index: index + 1 }),
+            _ if !starts || points.len() < 2 => Err(MicrochannelError::PressureLaw { index: 0 }),
+            Some(index) => Err(MicrochannelError::PressureLaw { index: index + 1 }),
             None => Ok(()),
         }
     }
@@ -507,17 +507,17 @@ pub(super) fn tabulated_pressure(points: &[LiquidPoint], volume_ratio: f64) -> f
 }
 
 /// The largest pressure on the surface, of loads that make sense.
-fn highest_pressure(stretches: &[Stretch]) -> Result<f64, ChannelError> {
+fn highest_pressure(stretches: &[Stretch]) -> Result<f64, MicrochannelError> {
     let sum: f64 = stretches.iter().map(|part| part.share).sum();
     // Shares are quotients of lengths: a few roundings.
     let whole = (sum - 1.0).abs() <= 1e-9;
     if !(whole && stretches.iter().all(|part| part.share >= 0.0)) {
-        return Err(ChannelError::Shares { sum });
+        return Err(MicrochannelError::Shares { sum });
     }
     let bad = |pressure: &f64| !(*pressure >= 0.0 && pressure.is_finite());
     let mut pressures = stretches.iter().map(|part| part.pressure);
     if let Some(pressure) = pressures.clone().find(bad) {
-        return Err(ChannelError::Pressure { pressure });
+        return Err(MicrochannelError::Pressure { pressure });
     }
     Ok(pressures.by_ref().fold(0.0, f64::max))
 }

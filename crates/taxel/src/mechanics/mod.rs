@@ -34,9 +34,9 @@ pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
 pub use layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerRange};
 pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
-    CellGeometry, ChannelClosed, ChannelError, ChannelSection, ChannelShape, ClosingCurve,
-    ClosingPoint, ClosingState, LiquidPoint, PaperLaw, PressureLaw, SectionClosure, SettledChannel,
-    Stretch,
+    CellGeometry, ClosingCurve, ClosingPoint, ClosingState, LiquidPoint, MicrochannelClosed,
+    MicrochannelError, MicrochannelSection, MicrochannelShape, PaperLaw, PressureLaw,
+    SectionClosure, SettledChannel, Stretch,
 };
 pub use plate::{Plate, PlateMotion, bending_stiffness};
 pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
@@ -45,7 +45,7 @@ pub use relaxation::{Relaxation, RelaxationTerm};
 pub use soft_cover::{
     Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
 };
-pub use solved_block::{ChannelBlock, LocalLoad, SolvedBlock};
+pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

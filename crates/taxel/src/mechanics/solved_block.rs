@@ -11,7 +11,7 @@ use super::{ClosingCurve, NotSolved, PressureLaw, VoidStack};
 
 /// A piece cut out of a sheet with free sides, with whole crossings of channels.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ChannelBlock {
+pub struct MicrochannelBlock {
     /// Section, spacing and stack of the channels, the solid and the liquid.
     pub stack: VoidStack,
     /// Number of upper and of lower channels.
@@ -63,7 +63,7 @@ pub struct SolvedBlock {
     pub ended: Option<String>,
 }
 
-impl ChannelBlock {
+impl MicrochannelBlock {
     /// Solves the block at each of these loads, in Pa of a patch or N of a punch, and at
     /// some between; `progress` hears the fraction.
     ///

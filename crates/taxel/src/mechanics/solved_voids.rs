@@ -6,13 +6,15 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::CrossingVoids;
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
-use super::{ChannelError, ChannelSection, ClosingCurve, ClosingPoint, Hyperelastic, PressureLaw};
+use super::{
+    ClosingCurve, ClosingPoint, Hyperelastic, MicrochannelError, MicrochannelSection, PressureLaw,
+};
 
 /// Two crossing layers of channels, from their drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VoidStack {
     /// Cross-section of all channels.
-    pub section: ChannelSection,
+    pub section: MicrochannelSection,
     /// Spacing of the channels of one layer, the same in both, m.
     pub pitch: f64,
     /// Solid below the lower channels, m.
@@ -35,7 +37,7 @@ pub enum NotSolved {
     Solver(String),
     /// The solved states make no curve.
     #[error(transparent)]
-    Curve(#[from] ChannelError),
+    Curve(#[from] MicrochannelError),
 }
 
 /// What the solution says of one layer, over the net pressure q = p − P_int.
@@ -164,7 +166,7 @@ impl SolvedLayer {
             .map(|state| state.volume_ratio[row]);
         let curve = |of: &dyn Fn(&Crossing) -> f64| {
             let points = from_rest(states.iter().map(|s| [net(s), of(s)]), 1.0);
-            MonotoneCurve::new(points, None).map_err(ChannelError::from)
+            MonotoneCurve::new(points, None).map_err(MicrochannelError::from)
         };
         Ok(Self {
             closing: ClosingCurve::from_points(&points)?.touching_at(touch),

@@ -57,7 +57,7 @@ pub(crate) fn check(sensor: &Sensor) -> Result<(), Broken> {
                 super::SCHEMA_VERSION
             )
         },
-        "write schema = 1, or use the program that the file was written for",
+        "write schema = 2: the keys of schema 1 that were renamed are named when they occur",
     )?;
     require(
         !sensor.name.trim().is_empty(),
@@ -68,7 +68,7 @@ pub(crate) fn check(sensor: &Sensor) -> Result<(), Broken> {
     check_array(sensor)?;
     check_electronics(sensor)?;
     check_mask(sensor)?;
-    if let Element::LiquidMetalChannel(element) = &sensor.element {
+    if let Element::Microchannel(element) = &sensor.element {
         element.check(sensor.array.pitch)?;
     }
     Ok(())

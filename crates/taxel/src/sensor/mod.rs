@@ -2,8 +2,8 @@
 
 mod checks;
 mod in_plane_capacitor;
-mod liquid_metal_channel;
 mod mask;
+mod microchannel;
 mod piezoelectric;
 mod reference;
 mod three_axis_capacitor;
@@ -16,13 +16,15 @@ use crate::editor_schema;
 use crate::electronics::Electronics;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
+use crate::toml_input;
+use taxel_recording::InputError;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
-pub use liquid_metal_channel::{
-    ChannelFabrication, ClosingDescription, FoundChannels, LayerDescription, Liquid,
-    LiquidMetalChannel, PlaneStrainCell, SectionDescription,
-};
 pub use mask::{CapacitorName, Mask};
+pub use microchannel::{
+    ClosingDescription, FoundChannels, LayerDescription, Liquid, Microchannel,
+    MicrochannelFabrication, PlaneStrainCell, SectionDescription,
+};
 pub use piezoelectric::{
     CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
 };
@@ -39,7 +41,7 @@ pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
 
 /// The version of the sensor file that this program reads.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Shipped sensor files: name and text.
 const SHIPPED: &[(&str, &str)] = &[
@@ -85,8 +87,8 @@ const SHIPPED: &[(&str, &str)] = &[
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
-    /// Version of this format: 1.
-    #[schemars(extend("const" = 1))]
+    /// Version of this format: 2.
+    #[schemars(extend("const" = 2))]
     pub schema: u32,
     /// What people call the device.
     pub name: String,
@@ -114,10 +116,24 @@ pub enum Element {
     InPlaneCapacitor(Box<InPlaneCapacitor>),
     /// Piezoelectric plates in a soft cover (P3).
     Piezoelectric(Box<Piezoelectric>),
-    /// Two crossing layers of liquid-metal channels (P4).
-    LiquidMetalChannel(Box<LiquidMetalChannel>),
+    /// Two crossing layers of liquid-metal microchannels (P4).
+    Microchannel(Box<Microchannel>),
     /// A body without a physical model, whose channels are learned.
     Trained(Box<TrainedBody>),
+}
+
+/// Keys that had another name in schema 1, with the name that they have now.
+const RENAMED: [(&[&str], &str); 1] =
+    [(&["element", "liquid_metal_channel"], "element.microchannel")];
+
+/// The first key in a description that has another name now.
+pub(crate) fn renamed_key(file: &str, text: &str) -> Option<InputError> {
+    let (path, now) = RENAMED
+        .into_iter()
+        .find(|(path, _)| toml_input::has(text, path))?;
+    let message = format!("`{}` is called `{now}` since schema 2", path.join("."));
+    let help = "rename it in this header and in those below it, and write schema = 2";
+    Some(toml_input::at_key(file, text, path, &message, help))
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -152,7 +168,7 @@ impl Element {
             // The twin of a trained element is refused before a script matters.
             Self::InPlaneCapacitor(_) | Self::Trained(_) => "press",
             Self::Piezoelectric(_) => "piezo-slide",
-            Self::LiquidMetalChannel(_) => "pad-b",
+            Self::Microchannel(_) => "pad-b",
         }
     }
 
@@ -162,7 +178,7 @@ impl Element {
             Self::ThreeAxisCapacitor(_) => "three_axis_capacitor",
             Self::InPlaneCapacitor(_) => "in_plane_capacitor",
             Self::Piezoelectric(_) => "piezoelectric",
-            Self::LiquidMetalChannel(_) => "liquid_metal_channel",
+            Self::Microchannel(_) => "microchannel",
             Self::Trained(_) => "trained",
         }
     }

@@ -364,7 +364,7 @@ mod tests {
         for row in [
             "| `mount.cylinder.radius` | Radius of the surface that the taxels lie on, m. | a length, greater than 0 m and at most 10 m | yes |",
             "| `rows` | Rows of taxels, 1 to 256; row 0 is at +y. | a whole number, 1 to 256 | yes |",
-            "\n### `element.liquid_metal_channel`\n",
+            "\n### `element.microchannel`\n",
             "\n## `mask`\n",
         ] {
             assert!(page.contains(row), "{row}");

@@ -5,7 +5,7 @@ pub mod electrode_section;
 mod in_plane_field;
 mod in_plane_model;
 mod in_plane_study;
-mod liquid_metal_channel;
+mod microchannel;
 mod piezoelectric;
 mod surroundings;
 mod three_axis_capacitor;
@@ -18,8 +18,8 @@ pub use in_plane_model::{
     CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
 };
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
-pub use liquid_metal_channel::{
-    ChannelLayer, ChannelResponse, Conductor, ThinnestPoint, mean_inverse_area_ratio,
+pub use microchannel::{
+    Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,

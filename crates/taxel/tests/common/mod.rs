@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use taxel::mechanics::{CellGeometry, ChannelSection, PaperLaw};
+use taxel::mechanics::{CellGeometry, MicrochannelSection, PaperLaw};
 
 /// A table as rows of column name to text.
 pub fn table(name: &str) -> Vec<Row> {
@@ -93,7 +93,7 @@ fn parameters(pairs: &str) -> Parameters {
 /// A cell of the P4 tables: channel 400 um wide, pitch 600 um, 500 um thick.
 pub fn p4_cell(height: f64, roof: f64) -> CellGeometry {
     CellGeometry {
-        section: ChannelSection {
+        section: MicrochannelSection {
             width: 400e-6,
             height: height * UM,
         },

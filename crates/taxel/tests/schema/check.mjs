@@ -77,7 +77,7 @@ const mistakes = [
     ["sensor", "three-axis-unit", "misspelt key", "centre_distance = ", "center_distance = ", "element.three_axis_capacitor.suspension.center_distance"],
     ["sensor", "piezo-1.5mm", "unknown key", "[element.piezoelectric.cover]", '[element.piezoelectric.cover]\ncolour = "grey"', "element.piezoelectric.cover.colour", "colour"],
     ["sensor", "piezo-2.3mm", "sign", 'preload = "', 'preload = "-', "element.piezoelectric.cover.preload"],
-    ["sensor", "liquid-metal-2x4", "range of a number", "poisson_ratio = 0.5", "poisson_ratio = 0.6", "element.liquid_metal_channel.closed_form.poisson_ratio"],
+    ["sensor", "liquid-metal-2x4", "range of a number", "poisson_ratio = 0.5", "poisson_ratio = 0.6", "element.microchannel.closed_form.poisson_ratio"],
     ["sensor", "in-plane-20um", "wrong name of a value", 'law = "mechanics"', 'law = "mechanik"', "element.in_plane_capacitor.law"],
     ["sensor", "three-axis-8x8", "wrong name beside tables", 'mount = "flat"', 'mount = "flatt"', "array.mount"],
     ["sensor", "piezo-1.5mm", "wrong name of a table", "element.piezoelectric", "element.piezo_electric", "element.piezo_electric"],

@@ -11,19 +11,21 @@ mod simulated;
 
 use super::{Device, counts};
 use crate::acquisition::{Simulated, Stream};
-use crate::calibration::{ChannelCalibration, ChannelModel, DividerScale};
+use crate::calibration::{DividerScale, MicrochannelCalibration, MicrochannelModel};
 use crate::drawing::Drawing;
 use crate::electronics::DividerBoard;
-use crate::estimation::{CrossedOptions, CrossedReader, FrameError, ObserverOptions, Reader};
+use crate::estimation::{
+    FrameError, MicrochannelOptions, MicrochannelReader, ObserverOptions, Reader,
+};
 use crate::layout::Layout;
-use crate::mechanics::{ChannelError, VoidStack};
+use crate::mechanics::{MicrochannelError, VoidStack};
 use crate::predict::Predictor;
-use crate::sensor::{Broken, LiquidMetalChannel, Sensor, masked_capacitors, micrometres};
+use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors, micrometres};
 use crate::summary::Fact;
-use crate::transduction::ChannelLayer;
+use crate::transduction::MicrochannelLayer;
 
-pub use field::ChannelFieldPredictor;
-pub use predict::{ChannelPrediction, ChannelPredictor, LayerAnswer, LayerState};
+pub use field::MicrochannelFieldPredictor;
+pub use predict::{LayerAnswer, LayerState, MicrochannelPrediction, MicrochannelPredictor};
 
 /// A plateau reads below itself by less than so many deviations of a reading.
 const BELOW_PLATEAU: f64 = 4.0;
@@ -33,23 +35,23 @@ const BELOW_PLATEAU: f64 = 4.0;
 /// The channels of a frame are the rows, from +y to -y, then the columns, from
 /// -x to +x: for 2 x 4 taxels channels 0 and 1 run along x, 2 to 5 along y.
 #[derive(Debug, Clone)]
-pub struct ChannelArray<'a> {
+pub struct MicrochannelArray<'a> {
     sensor: &'a Sensor,
     /// What the channels are.
-    pub element: &'a LiquidMetalChannel,
+    pub element: &'a Microchannel,
     /// Models of the row and of the column layer.
-    pub layers: [ChannelLayer; 2],
+    pub layers: [MicrochannelLayer; 2],
     /// The board.
     pub board: DividerBoard,
 }
 
-/// Names of the layers, in the order of [`ChannelArray::layers`].
+/// Names of the layers, in the order of [`MicrochannelArray::layers`].
 const LAYERS: [&str; 2] = ["row", "column"];
 
-impl<'a> ChannelArray<'a> {
+impl<'a> MicrochannelArray<'a> {
     /// `None` when the board has no divider, or a layer has no model; the
     /// second is found when a file is read.
-    pub(crate) fn new(sensor: &'a Sensor, element: &'a LiquidMetalChannel) -> Option<Self> {
+    pub(crate) fn new(sensor: &'a Sensor, element: &'a Microchannel) -> Option<Self> {
         let array = &sensor.array;
         let mut layers = element.layers(array.pitch).ok()?;
         if let Some(found) = &element.found {
@@ -150,23 +152,24 @@ impl<'a> ChannelArray<'a> {
     /// from the board's own figures.
     ///
     /// # Errors
-    /// [`ChannelError`] when pressing a taxel does not change its channels one
+    /// [`MicrochannelError`] when pressing a taxel does not change its channels one
     /// way; never after the file was read.
-    pub fn calibration(&self) -> Result<ChannelCalibration, ChannelError> {
+    pub fn calibration(&self) -> Result<MicrochannelCalibration, MicrochannelError> {
         let (board, share) = (&self.board, self.taxel_share());
         let channels = |layer: usize| {
             let (noise, saturation) = (board.deviation(), board.divider.saturation);
-            let drawn = ChannelModel::new(&self.layers[layer], share[layer], noise, saturation)?;
+            let drawn =
+                MicrochannelModel::new(&self.layers[layer], share[layer], noise, saturation)?;
             let first = layer * self.counts()[0];
-            let model = |place: usize| ChannelModel {
+            let model = |place: usize| MicrochannelModel {
                 rest_resistance: self.rest_resistance(layer, first + place),
                 saturation: self.saturation(first + place),
                 ..drawn.clone()
             };
-            Ok::<_, ChannelError>((0..self.counts()[layer]).map(model).collect())
+            Ok::<_, MicrochannelError>((0..self.counts()[layer]).map(model).collect())
         };
         let layout = self.layout();
-        Ok(ChannelCalibration {
+        Ok(MicrochannelCalibration {
             rows: channels(0)?,
             columns: channels(1)?,
             scale: DividerScale {
@@ -191,7 +194,7 @@ impl<'a> ChannelArray<'a> {
     }
 }
 
-impl Device for ChannelArray<'_> {
+impl Device for MicrochannelArray<'_> {
     fn check(&self) -> Result<(), Broken> {
         check::check(self)
     }
@@ -201,11 +204,11 @@ impl Device for ChannelArray<'_> {
     }
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
-        Some(Box::new(ChannelPredictor::new(self)))
+        Some(Box::new(MicrochannelPredictor::new(self)))
     }
 
     fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
-        Some(Box::new(ChannelFieldPredictor::new(self)))
+        Some(Box::new(MicrochannelFieldPredictor::new(self)))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {
@@ -224,8 +227,8 @@ impl Device for ChannelArray<'_> {
         counts(stream)?;
         // Reading the file has shown that there is a calibration.
         let calibration = self.calibration().map_err(|_| wrong)?;
-        let options = CrossedOptions::default();
-        Ok(Box::new(CrossedReader::new(calibration, options)))
+        let options = MicrochannelOptions::default();
+        Ok(Box::new(MicrochannelReader::new(calibration, options)))
     }
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {

@@ -10,7 +10,7 @@ use super::reader::{
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
-use crate::calibration::{ChannelCalibration, ChannelModel, ChannelSignal};
+use crate::calibration::{MicrochannelCalibration, MicrochannelModel, MicrochannelSignal};
 use crate::mechanics::{ForceHysteresis, LoadHistory};
 use taxel_numerics::OnCurve;
 
@@ -71,13 +71,13 @@ pub enum TaxelPressure {
 
 /// Options of the reader of crossing channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CrossedOptions {
+pub struct MicrochannelOptions {
     /// A channel is active above this many standard deviations of its
     /// reading; default 6.
     pub contact_deviations: f64,
 }
 
-impl Default for CrossedOptions {
+impl Default for MicrochannelOptions {
     fn default() -> Self {
         Self {
             contact_deviations: 6.0,
@@ -90,9 +90,9 @@ impl Default for CrossedOptions {
 /// A frame holds one value per channel, the rows from +y to -y, then the
 /// columns from -x to +x.
 #[derive(Debug, Clone)]
-pub struct CrossedReader {
-    calibration: ChannelCalibration,
-    options: CrossedOptions,
+pub struct MicrochannelReader {
+    calibration: MicrochannelCalibration,
+    options: MicrochannelOptions,
     meaning: Meaning,
     facts: Vec<ChannelFacts>,
     /// Resistance of each channel at rest, Ω.
@@ -106,9 +106,9 @@ pub struct CrossedReader {
     histories: Vec<LoadHistory>,
 }
 
-impl CrossedReader {
+impl MicrochannelReader {
     /// A reader of these channels, whose frames carry counts.
-    pub fn new(calibration: ChannelCalibration, options: CrossedOptions) -> Self {
+    pub fn new(calibration: MicrochannelCalibration, options: MicrochannelOptions) -> Self {
         let (rows, columns) = (calibration.rows.len(), calibration.columns.len());
         let quiet = [calibration.rows.first(), calibration.columns.first()]
             .into_iter()
@@ -171,7 +171,7 @@ impl CrossedReader {
     }
 }
 
-impl Reader for CrossedReader {
+impl Reader for MicrochannelReader {
     fn meaning(&self) -> &Meaning {
         &self.meaning
     }
@@ -216,7 +216,7 @@ impl Reader for CrossedReader {
         for (((reading, state), counts), model) in slots.zip(values).zip(models) {
             let signal = scale.signal(*counts, model.saturation);
             *reading = match signal {
-                ChannelSignal::Resistance(resistance) => resistance,
+                MicrochannelSignal::Resistance(resistance) => resistance,
                 _ => f64::NAN,
             };
             if *state == ChannelState::Masked {
@@ -224,9 +224,9 @@ impl Reader for CrossedReader {
             }
             clipped += usize::from(*counts <= 0.0 || *counts >= scale.highest_code);
             *state = match signal {
-                ChannelSignal::Resistance(_) => ChannelState::Ok,
-                ChannelSignal::Saturated => ChannelState::Saturated,
-                ChannelSignal::Impossible => ChannelState::Faulty,
+                MicrochannelSignal::Resistance(_) => ChannelState::Ok,
+                MicrochannelSignal::Saturated => ChannelState::Saturated,
+                MicrochannelSignal::Impossible => ChannelState::Faulty,
             };
         }
         clipped
@@ -262,11 +262,11 @@ impl Reader for CrossedReader {
 }
 
 /// What the numbers of such an array are.
-fn meaning(calibration: &ChannelCalibration) -> Meaning {
+fn meaning(calibration: &MicrochannelCalibration) -> Meaning {
     let layout = &calibration.layout;
     let rows = (0..layout.rows).map(|row| format!("row {row}"));
     let columns = (0..layout.columns).map(|column| format!("column {column}"));
-    let highest = models(calibration).map(ChannelModel::highest_pressure);
+    let highest = models(calibration).map(MicrochannelModel::highest_pressure);
     Meaning {
         layout: layout.clone(),
         in_metres: true,
@@ -289,13 +289,13 @@ fn meaning(calibration: &ChannelCalibration) -> Meaning {
 
 /// What is known of each channel, in counts. A channel all of whose taxels are
 /// masked is not used.
-fn facts(calibration: &ChannelCalibration) -> Vec<ChannelFacts> {
+fn facts(calibration: &MicrochannelCalibration) -> Vec<ChannelFacts> {
     let scale = &calibration.scale;
     let wiring = Wiring::Crossing {
         rows: calibration.rows.len(),
         columns: calibration.columns.len(),
     };
-    let channel = |(channel, model): (usize, &ChannelModel)| {
+    let channel = |(channel, model): (usize, &MicrochannelModel)| {
         let saturation = model.saturation.min(scale.supply);
         let highest = (saturation - scale.volt_at_zero) / scale.volt_per_count;
         ChannelFacts {
@@ -311,7 +311,7 @@ fn facts(calibration: &ChannelCalibration) -> Vec<ChannelFacts> {
 }
 
 /// Resistances at rest as drawn, Ω.
-fn drawn(calibration: &ChannelCalibration) -> impl Iterator<Item = f64> {
+fn drawn(calibration: &MicrochannelCalibration) -> impl Iterator<Item = f64> {
     models(calibration).map(|channel| channel.rest_resistance)
 }
 
@@ -335,14 +335,14 @@ impl TaxelPressure {
     }
 }
 
-fn models(calibration: &ChannelCalibration) -> impl Iterator<Item = &ChannelModel> {
+fn models(calibration: &MicrochannelCalibration) -> impl Iterator<Item = &MicrochannelModel> {
     calibration.rows.iter().chain(&calibration.columns)
 }
 
 /// Load of the channel that reads `resistance` with the deviation `noise`
 /// and is active above rest by `least`, all in Ω.
 fn loaded(
-    model: &ChannelModel,
+    model: &MicrochannelModel,
     [rest, empty]: [f64; 2],
     resistance: f64,
     noise: f64,

@@ -1,13 +1,13 @@
 //! How crossing channels look.
 
-use super::ChannelArray;
+use super::MicrochannelArray;
 use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};
 
 /// Thickness at which what the sheet is fixed to is drawn, as a share of the
 /// sheet.
 const SUPPORT_SHARE: f64 = 0.1;
 
-pub(super) fn drawing(array: &ChannelArray<'_>) -> Drawing {
+pub(super) fn drawing(array: &MicrochannelArray<'_>) -> Drawing {
     Drawing {
         title: array.sensor.name.clone(),
         views: vec![from_above(array), section(array)],
@@ -15,7 +15,7 @@ pub(super) fn drawing(array: &ChannelArray<'_>) -> Drawing {
 }
 
 /// Both layers with the taxels where they cross.
-fn from_above(array: &ChannelArray<'_>) -> View {
+fn from_above(array: &MicrochannelArray<'_>) -> View {
     let (layout, width) = (array.layout(), array.element.section.width);
     let [pitch_x, pitch_y] = layout.pitch;
     let (first, last) = (
@@ -72,7 +72,7 @@ fn from_above(array: &ChannelArray<'_>) -> View {
 }
 
 /// The stack cut across the columns, along the middle of a row.
-fn section(array: &ChannelArray<'_>) -> View {
+fn section(array: &MicrochannelArray<'_>) -> View {
     let element = array.element;
     let pitch = array.sensor.array.pitch[0];
     let count = array.sensor.array.columns.min(2);

@@ -1,10 +1,10 @@
 //! Rules between the keys of an array of crossing channels.
 
-use super::ChannelArray;
+use super::MicrochannelArray;
 use crate::device::check_mask;
 use crate::sensor::{Broken, SAME_LENGTH, check_scan_time, micrometres, require};
 
-pub(super) fn check(array: &ChannelArray<'_>) -> Result<(), Broken> {
+pub(super) fn check(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     check_stack(array)?;
     check_lengths(array)?;
     check_board(array)?;
@@ -13,12 +13,12 @@ pub(super) fn check(array: &ChannelArray<'_>) -> Result<(), Broken> {
 }
 
 /// Channels must fit beside and above one another.
-fn check_stack(array: &ChannelArray<'_>) -> Result<(), Broken> {
+fn check_stack(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     let (element, pitch) = (array.element, array.sensor.array.pitch);
     for pitch in pitch {
         require(
             element.section.width < pitch,
-            "element.liquid_metal_channel.section.width",
+            "element.microchannel.section.width",
             || {
                 format!(
                     "channels of {} leave no wall at a pitch of {}",
@@ -32,7 +32,7 @@ fn check_stack(array: &ChannelArray<'_>) -> Result<(), Broken> {
     let between = (element.rows.roof - element.columns.roof).abs();
     require(
         between > element.section.height + SAME_LENGTH,
-        "element.liquid_metal_channel.rows.roof",
+        "element.microchannel.rows.roof",
         || {
             format!(
                 "the layers lie {} apart, within the height of {} of a channel",
@@ -45,7 +45,7 @@ fn check_stack(array: &ChannelArray<'_>) -> Result<(), Broken> {
 }
 
 /// A channel is at least as long as the taxels that it crosses.
-fn check_lengths(array: &ChannelArray<'_>) -> Result<(), Broken> {
+fn check_lengths(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     let [rows, columns] = array.counts();
     let share = array.taxel_share();
     for (layer, crossed) in [("rows", columns), ("columns", rows)]
@@ -55,20 +55,20 @@ fn check_lengths(array: &ChannelArray<'_>) -> Result<(), Broken> {
         let (name, crossed) = crossed;
         require(
             share[layer] * crossed as f64 <= 1.0 + 1e-9,
-            &format!("element.liquid_metal_channel.{name}.length"),
+            &format!("element.microchannel.{name}.length"),
             || format!("a channel crosses {crossed} taxels, which are longer than itself"),
             "give the length from lead to lead",
         )?;
     }
     require(
         array.calibration().is_ok(),
-        "element.liquid_metal_channel.liquid.pressure",
+        "element.microchannel.liquid.pressure",
         || "with this law pressing a taxel does not raise the resistance of its channel".into(),
         "give a law that lets the pressed part close more than the rest opens",
     )
 }
 
-fn check_board(array: &ChannelArray<'_>) -> Result<(), Broken> {
+fn check_board(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     let (board, divider) = (&array.board, &array.board.divider);
     check_scan_time(array.sensor, board.scan_time())?;
     require(
@@ -100,11 +100,11 @@ fn check_board(array: &ChannelArray<'_>) -> Result<(), Broken> {
     )
 }
 
-fn check_scatter(array: &ChannelArray<'_>) -> Result<(), Broken> {
+fn check_scatter(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     let element = array.element;
     require(
         element.fabrication.height_deviation <= 0.2 * element.section.height,
-        "element.liquid_metal_channel.fabrication.height_deviation",
+        "element.microchannel.fabrication.height_deviation",
         || {
             format!(
                 "more than a fifth of the height of {}: some channels would be closed",

@@ -1,13 +1,13 @@
 //! What follows from the drawing of crossing channels.
 
-use super::{ChannelArray, LAYERS};
+use super::{LAYERS, MicrochannelArray};
 use crate::device::timing;
-use crate::estimation::CrossedOptions;
+use crate::estimation::MicrochannelOptions;
 use crate::mechanics::{ClosingState, Stretch};
 use crate::summary::{Fact, Value, fact, number, text};
-use crate::transduction::ChannelLayer;
+use crate::transduction::MicrochannelLayer;
 
-pub(super) fn facts(array: &ChannelArray<'_>) -> Vec<Fact> {
+pub(super) fn facts(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     let [rows, columns] = array.counts();
     let mut facts = vec![fact(
         "device",
@@ -24,7 +24,7 @@ pub(super) fn facts(array: &ChannelArray<'_>) -> Vec<Fact> {
         "contact_threshold",
         text(&format!(
             "{} sigma",
-            CrossedOptions::default().contact_deviations
+            MicrochannelOptions::default().contact_deviations
         )),
         "default",
     ));
@@ -33,8 +33,8 @@ pub(super) fn facts(array: &ChannelArray<'_>) -> Vec<Fact> {
 
 /// Layers with their names.
 fn named<'a>(
-    array: &'a ChannelArray<'_>,
-) -> impl Iterator<Item = (&'static str, &'a ChannelLayer)> {
+    array: &'a MicrochannelArray<'_>,
+) -> impl Iterator<Item = (&'static str, &'a MicrochannelLayer)> {
     LAYERS.into_iter().zip(&array.layers)
 }
 
@@ -42,7 +42,7 @@ fn kilopascal(pressure: f64) -> Value {
     number(pressure, "pa", "kPa", 1e3)
 }
 
-fn mechanics(array: &ChannelArray<'_>) -> Vec<Fact> {
+fn mechanics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     let element = array.element;
     let section = element.section();
     let mut facts = vec![
@@ -91,7 +91,7 @@ fn mechanics(array: &ChannelArray<'_>) -> Vec<Fact> {
 }
 
 /// Pressures on the whole channel at which the roof touches and the curve ends.
-fn whole_channel_limits(name: &str, layer: &ChannelLayer) -> Vec<Fact> {
+fn whole_channel_limits(name: &str, layer: &MicrochannelLayer) -> Vec<Fact> {
     let open = |state| matches!(state, ClosingState::Open | ClosingState::Bulging);
     let known = |state| !matches!(state, ClosingState::Beyond { .. });
     let touch = layer
@@ -125,7 +125,7 @@ fn whole_channel_limits(name: &str, layer: &ChannelLayer) -> Vec<Fact> {
 
 /// Largest pressure on a whole channel whose state is `wanted`, Pa; `None`
 /// when the liquid lets no pressure leave it.
-fn last_pressure(layer: &ChannelLayer, wanted: impl Fn(ClosingState) -> bool) -> Option<f64> {
+fn last_pressure(layer: &MicrochannelLayer, wanted: impl Fn(ClosingState) -> bool) -> Option<f64> {
     let holds = |pressure| {
         let load = [Stretch {
             share: 1.0,
@@ -150,7 +150,7 @@ fn last_pressure(layer: &ChannelLayer, wanted: impl Fn(ClosingState) -> bool) ->
     Some(low)
 }
 
-fn transduction(array: &ChannelArray<'_>) -> Vec<Fact> {
+fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     let mut facts = Vec::new();
     for (index, (name, layer)) in named(array).enumerate() {
         facts.push(fact(
@@ -196,7 +196,7 @@ fn transduction(array: &ChannelArray<'_>) -> Vec<Fact> {
     facts
 }
 
-fn electronics(array: &ChannelArray<'_>) -> Vec<Fact> {
+fn electronics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     let (board, divider) = (&array.board, &array.board.divider);
     let mut facts = timing(
         board.period(),
@@ -234,7 +234,7 @@ fn electronics(array: &ChannelArray<'_>) -> Vec<Fact> {
 }
 
 /// What one taxel of a channel can be known to feel.
-fn estimation(array: &ChannelArray<'_>) -> Vec<Fact> {
+fn estimation(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     let Ok(calibration) = array.calibration() else {
         return Vec::new();
     };

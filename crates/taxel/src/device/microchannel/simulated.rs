@@ -1,18 +1,18 @@
 //! One made array: force on each taxel to counts of each channel.
 
-use super::ChannelArray;
+use super::MicrochannelArray;
 use crate::acquisition::{Quantity, Script, SignalUnit, Simulated, Stream};
 use crate::electronics::DividerBoard;
 use crate::layout::Layout;
 use crate::mechanics::Stretch;
-use crate::transduction::{ChannelLayer, Conductor};
+use crate::transduction::{Conductor, MicrochannelLayer};
 use taxel_numerics::Noise;
 
 /// One piece of fabrication.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     layout: Layout,
-    layers: [ChannelLayer; 2],
+    layers: [MicrochannelLayer; 2],
     taxel_share: [f64; 2],
     /// The made channels, rows first.
     conductors: Vec<Conductor>,
@@ -20,7 +20,7 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    pub(super) fn new(array: &ChannelArray<'_>) -> Self {
+    pub(super) fn new(array: &MicrochannelArray<'_>) -> Self {
         Self {
             layout: array.layout(),
             layers: array.layers.clone(),

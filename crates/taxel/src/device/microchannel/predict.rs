@@ -3,24 +3,24 @@
 use std::borrow::Cow;
 
 use super::loads::{AREA_COLUMN, FORCE_Z, LOADED_SHARE, LOADS, PRESSURE, is_local, pressure_of};
-use super::{ChannelArray, LAYERS};
+use super::{LAYERS, MicrochannelArray};
 use crate::electronics::{Code, DividerBoard};
 use crate::mechanics::{
-    ChannelClosed, ChannelError, ChannelSection, ClosingState, LinearElastic, SectionClosure,
-    SolvedLayer, SolvedVoids, Stretch, VoidStack,
+    ClosingState, LinearElastic, MicrochannelClosed, MicrochannelError, MicrochannelSection,
+    SectionClosure, SolvedLayer, SolvedVoids, Stretch, VoidStack,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
-use crate::transduction::ChannelLayer;
+use crate::transduction::MicrochannelLayer;
 
 /// What one pressure does to a channel of each layer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ChannelPrediction {
+pub struct MicrochannelPrediction {
     /// Pressure on the surface, Pa.
     pub pressure: f64,
     /// Area ratio by the closed form of P4 (Eq. 1), or the pressure at which
     /// it ends.
-    pub closed_form: Result<f64, ChannelClosed>,
+    pub closed_form: Result<f64, MicrochannelClosed>,
     /// The row and the column layer.
     pub layers: [LayerAnswer; 2],
 }
@@ -78,10 +78,10 @@ impl LayerState {
 
 /// Predicts loads on channels as drawn.
 #[derive(Debug, Clone)]
-pub struct ChannelPredictor {
-    layers: [ChannelLayer; 2],
+pub struct MicrochannelPredictor {
+    layers: [MicrochannelLayer; 2],
     board: DividerBoard,
-    section: ChannelSection,
+    section: MicrochannelSection,
     closed_form: LinearElastic,
     field: Option<Field>,
 }
@@ -96,9 +96,9 @@ struct Field {
     solved: Option<SolvedVoids>,
 }
 
-impl ChannelPredictor {
+impl MicrochannelPredictor {
     /// A predictor for the channels of `array`.
-    pub fn new(array: &ChannelArray<'_>) -> Self {
+    pub fn new(array: &MicrochannelArray<'_>) -> Self {
         Self {
             layers: array.layers.clone(),
             board: array.board,
@@ -110,7 +110,7 @@ impl ChannelPredictor {
 
     /// The same with the closing of both layers solved by finite elements of the
     /// crossing cell, the whole top pressed.
-    pub fn by_finite_elements(array: &ChannelArray<'_>) -> Self {
+    pub fn by_finite_elements(array: &MicrochannelArray<'_>) -> Self {
         Self {
             field: Some(Field {
                 stack: array.void_stack(),
@@ -154,21 +154,25 @@ impl ChannelPredictor {
     /// nothing presses on the rest of it.
     ///
     /// # Errors
-    /// [`ChannelError`] for a pull, or a share outside 0 to 1.
+    /// [`MicrochannelError`] for a pull, or a share outside 0 to 1.
     ///
     /// ```
     /// let sensor = taxel::sensor::Sensor::shipped("liquid-metal-2x4").unwrap();
-    /// let predictor = taxel::device::ChannelPredictor::new(&sensor.channels().unwrap());
+    /// let predictor = taxel::device::MicrochannelPredictor::new(&sensor.microchannels().unwrap());
     /// let answer = predictor.predict(25e3, 1.0)?;
     /// // At the least load of the sweep of P4 the upper channels have twice
     /// // their resistance; Eq. 1 calls them closed.
     /// assert!((answer.layers[1].change - 1.002).abs() < 1e-3);
     /// assert!(answer.closed_form.is_err());
-    /// # Ok::<(), taxel::mechanics::ChannelError>(())
+    /// # Ok::<(), taxel::mechanics::MicrochannelError>(())
     /// ```
-    pub fn predict(&self, pressure: f64, share: f64) -> Result<ChannelPrediction, ChannelError> {
+    pub fn predict(
+        &self,
+        pressure: f64,
+        share: f64,
+    ) -> Result<MicrochannelPrediction, MicrochannelError> {
         let [rows, columns] = &self.layers;
-        Ok(ChannelPrediction {
+        Ok(MicrochannelPrediction {
             pressure,
             closed_form: self
                 .section
@@ -182,11 +186,11 @@ impl ChannelPredictor {
 
     fn layer(
         &self,
-        layer: &ChannelLayer,
+        layer: &MicrochannelLayer,
         number: usize,
         pressure: f64,
         share: f64,
-    ) -> Result<LayerAnswer, ChannelError> {
+    ) -> Result<LayerAnswer, MicrochannelError> {
         let stretches = [
             Stretch { share, pressure },
             Stretch {
@@ -232,7 +236,7 @@ impl ChannelPredictor {
     }
 }
 
-impl Predictor for ChannelPredictor {
+impl Predictor for MicrochannelPredictor {
     fn prepare(
         &mut self,
         loads: &Loads,

@@ -1,19 +1,19 @@
 //! What is known of an array of crossing channels.
 
 use crate::layout::Layout;
-use crate::mechanics::{ChannelError, ClosingState, ForceHysteresis, Stretch};
-use crate::transduction::ChannelLayer;
+use crate::mechanics::{ClosingState, ForceHysteresis, MicrochannelError, Stretch};
+use crate::transduction::MicrochannelLayer;
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
 /// All that estimation needs to know of two layers of crossing channels.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ChannelCalibration {
+pub struct MicrochannelCalibration {
     /// Where the taxels are.
     pub layout: Layout,
     /// Channels along x, one for each row of taxels; row 0 is at +y.
-    pub rows: Vec<ChannelModel>,
+    pub rows: Vec<MicrochannelModel>,
     /// Channels along y, one for each column of taxels; column 0 is at -x.
-    pub columns: Vec<ChannelModel>,
+    pub columns: Vec<MicrochannelModel>,
     /// Counts to resistance.
     pub scale: DividerScale,
     /// Taxels that are not used, row by row.
@@ -24,7 +24,7 @@ pub struct ChannelCalibration {
 
 /// One channel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ChannelModel {
+pub struct MicrochannelModel {
     /// Resistance at rest without leads, Ω.
     pub rest_resistance: f64,
     /// Relative change R/R₀ − 1 to the pressure in Pa on one taxel of the
@@ -56,7 +56,7 @@ pub struct DividerScale {
 
 /// What one reading says of its channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ChannelSignal {
+pub enum MicrochannelSignal {
     /// Resistance without leads, Ω.
     Resistance(f64),
     /// Closed at some place.
@@ -69,27 +69,27 @@ pub enum ChannelSignal {
 /// at the first touch lies between near neighbours.
 const POINTS: u32 = 200;
 
-impl ChannelModel {
+impl MicrochannelModel {
     /// The model of a channel of `layer` of which one taxel takes `share` of
     /// the length; `deviation` of one reading and the voltage of `saturation`
     /// in V.
     ///
     /// # Errors
-    /// [`ChannelError`] when pressing one taxel does not change the resistance
+    /// [`MicrochannelError`] when pressing one taxel does not change the resistance
     /// of the channel one way.
     pub fn new(
-        layer: &ChannelLayer,
+        layer: &MicrochannelLayer,
         share: f64,
         deviation: f64,
         saturation: f64,
-    ) -> Result<Self, ChannelError> {
+    ) -> Result<Self, MicrochannelError> {
         let end = highest_known(layer, share)?;
         let points = (0..=POINTS).map(|i| {
             let pressure = end * f64::from(i) / f64::from(POINTS);
             let response = layer.respond(&pressed(share, pressure))?;
             Ok([if i == 0 { 0.0 } else { response.change }, pressure])
         });
-        let points: Vec<_> = points.collect::<Result<_, ChannelError>>()?;
+        let points: Vec<_> = points.collect::<Result<_, MicrochannelError>>()?;
         Ok(Self {
             rest_resistance: layer.conductor.rest_resistance(),
             pressure: MonotoneCurve::new(points, None)?,
@@ -131,11 +131,11 @@ fn pressed(share: f64, pressure: f64) -> [Stretch; 2] {
 }
 
 /// Pressure on one taxel at which its closing curve ends, Pa.
-fn highest_known(layer: &ChannelLayer, share: f64) -> Result<f64, ChannelError> {
+fn highest_known(layer: &MicrochannelLayer, share: f64) -> Result<f64, MicrochannelError> {
     let known = |pressure| {
         let response = layer.respond(&pressed(share, pressure))?;
         let state = response.channel.sections[0].state;
-        Ok::<_, ChannelError>(!matches!(state, ClosingState::Beyond { .. }))
+        Ok::<_, MicrochannelError>(!matches!(state, ClosingState::Beyond { .. }))
     };
     let [mut low, _] = layer.closing.end();
     // The liquid carries the rest; with a law that lets nothing close there is
@@ -161,16 +161,16 @@ impl DividerScale {
     ///
     /// Code zero and the largest code are outside the converter's range: the
     /// first is impossible, the second saturated.
-    pub fn signal(&self, counts: f64, saturation: f64) -> ChannelSignal {
+    pub fn signal(&self, counts: f64, saturation: f64) -> MicrochannelSignal {
         let voltage = self.volt_at_zero + self.volt_per_count * counts;
         if counts >= self.highest_code || voltage >= saturation.min(self.supply) {
-            return ChannelSignal::Saturated;
+            return MicrochannelSignal::Saturated;
         }
         let resistance = self.resistance(voltage);
         if counts > 0.0 && resistance > 0.0 {
-            ChannelSignal::Resistance(resistance)
+            MicrochannelSignal::Resistance(resistance)
         } else {
-            ChannelSignal::Impossible
+            MicrochannelSignal::Impossible
         }
     }
 

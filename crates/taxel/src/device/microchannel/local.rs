@@ -2,18 +2,18 @@
 
 use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 
-use super::ChannelArray;
+use super::MicrochannelArray;
 use super::loads::{
     AREA_COLUMN, CENTRE_X, CENTRE_Y, FORCE_Z, LOADED_SHARE, PATCH_X, PATCH_Y, PRESSURE, PUNCH,
 };
-use crate::mechanics::{ChannelBlock, LocalLoad};
+use crate::mechanics::{LocalLoad, MicrochannelBlock};
 use crate::predict::{Curve, Load, LoadRefused};
 use crate::sensor::micrometres;
 
 /// The block of an array: all its taxels with one wall around them, its sides free.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
-    pub(super) block: ChannelBlock,
+    pub(super) block: MicrochannelBlock,
     /// Channels of the row and of the column layer.
     pub(super) counts: [usize; 2],
     /// Which of the upper and the lower layer the rows are, which the columns.
@@ -25,7 +25,7 @@ pub(super) struct Place {
 impl Place {
     /// # Errors
     /// A sentence for a drawing that can't be solved.
-    pub(super) fn new(array: &ChannelArray<'_>) -> Result<Self, String> {
+    pub(super) fn new(array: &MicrochannelArray<'_>) -> Result<Self, String> {
         let stack = array.void_stack()?;
         let counts = array.counts();
         let wall = stack.pitch - stack.section.width;
@@ -41,7 +41,7 @@ impl Place {
         // Where the rows are the columns would be: this also leads back from upper and lower.
         let at = position;
         Ok(Self {
-            block: ChannelBlock {
+            block: MicrochannelBlock {
                 counts: at.map(|layer| counts[layer]),
                 size: at.map(|layer| size[layer]),
                 channels: at.map(channel),
@@ -210,14 +210,14 @@ pub(super) fn curves() -> Vec<Curve> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::crossed_channels::loads::is_local;
+    use crate::device::microchannel::loads::is_local;
     use crate::predict::Loads;
     use crate::sensor::Sensor;
 
     fn place(edit: impl Fn(&str) -> String) -> Place {
         let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
         let sensor = Sensor::parse("edited.toml", &edit(text)).unwrap();
-        Place::new(&sensor.channels().unwrap()).unwrap()
+        Place::new(&sensor.microchannels().unwrap()).unwrap()
     }
 
     fn read(place: &Place, load: &str) -> Result<(LocalLoad, f64), LoadRefused> {

@@ -2,36 +2,36 @@
 
 use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 
-use super::ChannelArray;
+use super::MicrochannelArray;
 use super::loads::{LOADS, is_local};
 use super::local::{self, Place};
-use super::predict::ChannelPredictor;
+use super::predict::MicrochannelPredictor;
 use crate::electronics::DividerBoard;
 use crate::mechanics::{LocalLoad, SolvedBlock};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
-use crate::transduction::{ChannelLayer, mean_inverse_area_ratio};
+use crate::transduction::{MicrochannelLayer, mean_inverse_area_ratio};
 
 /// Predicts loads on channels as drawn, by finite elements.
 ///
 /// A load on the whole top is solved in the crossing cell
-/// ([`ChannelPredictor::by_finite_elements`]), one on a part of it in the block of all
+/// ([`MicrochannelPredictor::by_finite_elements`]), one on a part of it in the block of all
 /// taxels. [`Predictor::prepare`] solves.
 #[derive(Debug, Clone)]
-pub struct ChannelFieldPredictor {
-    whole_top: ChannelPredictor,
-    layers: [ChannelLayer; 2],
+pub struct MicrochannelFieldPredictor {
+    whole_top: MicrochannelPredictor,
+    layers: [MicrochannelLayer; 2],
     board: DividerBoard,
     place: Result<Place, String>,
     /// Answers of loads on a part of the top; none while the whole top is pressed.
     solved: Option<Vec<(LocalLoad, SolvedBlock)>>,
 }
 
-impl ChannelFieldPredictor {
+impl MicrochannelFieldPredictor {
     /// A predictor for the channels of `array`; nothing is solved yet.
-    pub fn new(array: &ChannelArray<'_>) -> Self {
+    pub fn new(array: &MicrochannelArray<'_>) -> Self {
         Self {
-            whole_top: ChannelPredictor::by_finite_elements(array),
+            whole_top: MicrochannelPredictor::by_finite_elements(array),
             layers: array.layers.clone(),
             board: array.board,
             place: Place::new(array),
@@ -194,7 +194,7 @@ impl ChannelFieldPredictor {
     }
 }
 
-impl Predictor for ChannelFieldPredictor {
+impl Predictor for MicrochannelFieldPredictor {
     fn prepare(
         &mut self,
         loads: &Loads,

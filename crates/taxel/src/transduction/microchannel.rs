@@ -5,8 +5,8 @@ use serde::Deserialize;
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
 use crate::mechanics::{
-    ChannelError, ChannelSection, ClosingCurve, PressureLaw, SectionClosure, SettledChannel,
-    Stretch,
+    ClosingCurve, MicrochannelError, MicrochannelSection, PressureLaw, SectionClosure,
+    SettledChannel, Stretch,
 };
 use crate::quantity::{self, Checked, PositiveFraction};
 
@@ -18,7 +18,7 @@ pub struct Conductor {
     /// Length L of the channel from lead to lead, m.
     pub length: f64,
     /// Cross-section at rest.
-    pub section: ChannelSection,
+    pub section: MicrochannelSection,
 }
 
 impl Conductor {
@@ -26,8 +26,8 @@ impl Conductor {
     ///
     /// # Example: eGaIn, 29.4e-8 Ω m, in 400 um x 20 um
     /// ```
-    /// use taxel::{mechanics::ChannelSection, transduction::Conductor};
-    /// let section = ChannelSection { width: 400e-6, height: 20e-6 };
+    /// use taxel::{mechanics::MicrochannelSection, transduction::Conductor};
+    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
     /// let metre = Conductor { resistivity: 29.4e-8, length: 1.0, section };
     /// assert!((metre.rest_resistance() - 36.75).abs() < 1e-12);
     /// ```
@@ -49,7 +49,7 @@ impl Conductor {
 
 /// The channels of one layer: load to resistance.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ChannelLayer {
+pub struct MicrochannelLayer {
     /// How a cross-section closes.
     pub closing: ClosingCurve,
     /// What the pressure of the liquid obeys.
@@ -76,7 +76,7 @@ pub struct ThinnestPoint {
 
 /// One channel under load.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ChannelResponse {
+pub struct MicrochannelResponse {
     /// Pressure of the liquid, volume and sections.
     pub channel: SettledChannel,
     /// Resistance without leads, Ω. Where a section is beyond its closing
@@ -86,19 +86,19 @@ pub struct ChannelResponse {
     pub change: f64,
 }
 
-impl ChannelLayer {
+impl MicrochannelLayer {
     /// A layer; `thinnest` from slightly to strongly closed, rest is not among
     /// them and an empty list is unknown.
     ///
     /// # Errors
-    /// [`ChannelError`] when the pressure law or the thinnest sections are not
+    /// [`MicrochannelError`] when the pressure law or the thinnest sections are not
     /// in order.
     pub fn new(
         closing: ClosingCurve,
         liquid: PressureLaw,
         conductor: Conductor,
         thinnest: &[ThinnestPoint],
-    ) -> Result<Self, ChannelError> {
+    ) -> Result<Self, MicrochannelError> {
         liquid.check()?;
         let given = thinnest
             .iter()
@@ -119,11 +119,14 @@ impl ChannelLayer {
     /// A channel of this layer whose parts are loaded by `stretches`.
     ///
     /// # Errors
-    /// [`ChannelError`] for shares or pressures that make no sense.
-    pub fn respond(&self, stretches: &[Stretch]) -> Result<ChannelResponse, ChannelError> {
+    /// [`MicrochannelError`] for shares or pressures that make no sense.
+    pub fn respond(
+        &self,
+        stretches: &[Stretch],
+    ) -> Result<MicrochannelResponse, MicrochannelError> {
         let channel = self.closing.settle(&self.liquid, stretches)?;
         let resistance = self.conductor.resistance(stretches, &channel.sections);
-        Ok(ChannelResponse {
+        Ok(MicrochannelResponse {
             resistance,
             change: resistance / self.conductor.rest_resistance() - 1.0,
             channel,

@@ -5,18 +5,18 @@ use serde::Deserialize;
 
 use super::checks::{Broken, require};
 use crate::mechanics::{
-    CellGeometry, ChannelError, ChannelSection, ClosingCurve, ClosingPoint, ForceHysteresis,
-    Hyperelastic, LinearElastic, PressureLaw,
+    CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
+    MicrochannelError, MicrochannelSection, PressureLaw,
 };
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity};
-use crate::transduction::{ChannelLayer, Conductor, ThinnestPoint};
+use crate::transduction::{Conductor, MicrochannelLayer, ThinnestPoint};
 use taxel_numerics::Noise;
 
 /// Channels along x, one for each row of taxels, and channels along y, one for
 /// each column (P4). A taxel is where two of them cross.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LiquidMetalChannel {
+pub struct Microchannel {
     /// Cross-section of all channels.
     pub section: SectionDescription,
     /// The soft solid around them.
@@ -34,7 +34,7 @@ pub struct LiquidMetalChannel {
     /// The channels along y.
     pub columns: LayerDescription,
     /// How far made devices differ from the drawing; used by the twin.
-    pub fabrication: ChannelFabrication,
+    pub fabrication: MicrochannelFabrication,
     /// What a calibration found; `None` as drawn.
     #[serde(skip)]
     #[schemars(skip)]
@@ -59,7 +59,7 @@ pub struct FoundChannels {
 /// Scatter of the made channels about their drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ChannelFabrication {
+pub struct MicrochannelFabrication {
     /// Standard deviation of the height from channel to channel, m.
     #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
     #[schemars(with = "Checked<NonNegativeLength>")]
@@ -135,10 +135,10 @@ pub struct PlaneStrainCell {
     pub thickness: f64,
 }
 
-impl LiquidMetalChannel {
+impl Microchannel {
     /// Cross-section at rest.
-    pub fn section(&self) -> ChannelSection {
-        ChannelSection {
+    pub fn section(&self) -> MicrochannelSection {
+        MicrochannelSection {
             width: self.section.width,
             height: self.section.height,
         }
@@ -148,12 +148,12 @@ impl LiquidMetalChannel {
     /// the taxels along x and y, m.
     ///
     /// # Errors
-    /// [`ChannelError`] for a cell that is not tabulated or points that are
+    /// [`MicrochannelError`] for a cell that is not tabulated or points that are
     /// not monotone, after the name of the layer's section in the file.
     pub fn layers(
         &self,
         pitch: [f64; 2],
-    ) -> Result<[ChannelLayer; 2], (&'static str, ChannelError)> {
+    ) -> Result<[MicrochannelLayer; 2], (&'static str, MicrochannelError)> {
         // Channels along x lie side by side along y.
         let mut rows = self
             .layer(&self.rows, pitch[1])
@@ -168,7 +168,11 @@ impl LiquidMetalChannel {
         Ok([rows, columns])
     }
 
-    fn layer(&self, layer: &LayerDescription, pitch: f64) -> Result<ChannelLayer, ChannelError> {
+    fn layer(
+        &self,
+        layer: &LayerDescription,
+        pitch: f64,
+    ) -> Result<MicrochannelLayer, MicrochannelError> {
         let section = self.section();
         let closing = match &layer.closing {
             ClosingDescription::Points(points) => ClosingCurve::from_points(points)?,
@@ -187,7 +191,7 @@ impl LiquidMetalChannel {
             length: layer.length,
             section,
         };
-        ChannelLayer::new(
+        MicrochannelLayer::new(
             closing,
             self.liquid.pressure.clone(),
             conductor,
@@ -204,7 +208,7 @@ impl LiquidMetalChannel {
             Ok(_) => Ok(()),
             Err((layer, error)) => require(
                 false,
-                &format!("element.liquid_metal_channel.{layer}"),
+                &format!("element.microchannel.{layer}"),
                 || error.to_string(),
                 "correct this layer, or the pressure law of the liquid",
             ),
@@ -213,7 +217,11 @@ impl LiquidMetalChannel {
 
     /// The conductors of the channels of one piece of fabrication, rows first:
     /// heights scattered about the drawing, cut at three standard deviations.
-    pub fn fabricate(&self, layers: &[ChannelLayer; 2], channels: [usize; 2]) -> Vec<Conductor> {
+    pub fn fabricate(
+        &self,
+        layers: &[MicrochannelLayer; 2],
+        channels: [usize; 2],
+    ) -> Vec<Conductor> {
         let mut scatter = Noise::seeded(self.fabrication.seed);
         let drawn = layers.iter().zip(channels);
         drawn
