@@ -17,7 +17,10 @@ fn session(sensor: &str, stage: &str) -> Session {
 
 macro_rules! recorded {
     ($name:literal) => {
-        include_str!(concat!("../../crates/taxel-calibrate/tests/data/eflesh/", $name))
+        include_str!(concat!(
+            "../../crates/taxel-calibrate/tests/data/eflesh/",
+            $name
+        ))
     };
 }
 

@@ -14,9 +14,7 @@ use futures_util::StreamExt;
 use serde_json::{Value, json};
 use taxel::acquisition::{Stimulus, Twin};
 use taxel::sensor::Sensor;
-use taxel_serve::{
-    Latencies, Provenance, PumpOptions, Sense, Session, Source, TwinSource, run_with_page,
-};
+use taxel_serve::{Latencies, Provenance, PumpOptions, Session, Source, TwinSource, run_with_page};
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::Command;
 use tokio::task::JoinHandle;
@@ -74,7 +72,7 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         return Err("the shipped sensor file has changed: its rate was not replaced".into());
     }
     let session = Session {
-        sense: Sense::of(&sensor.three_axis()?, source.stream())?,
+        touch: sensor.device()?.session(source.stream())?,
         source: Box::new(source),
         options: PumpOptions {
             frames: Some(frames),

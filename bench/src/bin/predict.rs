@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use serde_json::Map;
 use taxel::device::{
-    MicrochannelPredictor, Drive, InPlanePredictor, PiezoelectricPredictor, ThreeAxisPredictor,
+    Drive, InPlanePredictor, MicrochannelPredictor, PiezoelectricPredictor, ThreeAxisPredictor,
 };
 use taxel::mechanics::Profile;
 use taxel::predict::{Answers, Loads, Predictor, Refusal};

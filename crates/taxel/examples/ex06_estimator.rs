@@ -14,8 +14,8 @@ use taxel::sensor::Sensor;
 fn main() -> Result<(), Box<dyn Error>> {
     let sensor = Sensor::shipped("three-axis-8x8").ok_or("not shipped")?;
     let script = Stimulus::shipped_text("finger").ok_or("not shipped")?;
-    let stimulus = Stimulus::parse("finger", script).map_err(|error| error.to_string())?;
-    let mut twin = Twin::new(&sensor, &stimulus, 1).map_err(|error| error.to_string())?;
+    let stimulus = Stimulus::parse("finger", script)?;
+    let mut twin = Twin::new(&sensor, &stimulus, 1)?;
 
     let calibration = sensor.three_axis()?.calibration();
     let options = ThreeAxisOptions::default();

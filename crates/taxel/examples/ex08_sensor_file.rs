@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let mine = text.replace("gap = \"50 um\"", "gap = \"60 um\"");
-    let sensor = Sensor::parse("mine.toml", &mine).map_err(|error| error.to_string())?;
+    let sensor = Sensor::parse("mine.toml", &mine)?;
     let device = sensor.device()?;
     for fact in device.facts() {
         if let (

@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, Twin};
 use taxel::estimation::{
     ArrayEstimator, Centroid, ChargeOptions, ChargeReader, ELLIPSE_95, Place, Placing, ProfileFit,
-    SearchOptions, SlipEstimator, SlipOptions, estimate_unit,
+    SearchOptions, SlipEstimator, SlipOptions, TaxelTouch, estimate_unit,
 };
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::{Element, Sensor};
@@ -330,7 +330,7 @@ fn profiles(
         let time = frame.time_ns as f64 * 1e-9 - PRESS * found.len() as f64;
         if time < 0.045 {
             before.clear();
-            before.extend(touch.taxels.iter().map(|taxel| taxel.pressed()));
+            before.extend(touch.taxels.iter().map(TaxelTouch::pressed));
         }
         if time < 0.09 {
             continue;
@@ -392,7 +392,7 @@ fn slip(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
                     continue;
                 };
                 let (touch, _) = estimator.push(&frame)?;
-                let values: Vec<f64> = touch.taxels.iter().map(|taxel| taxel.pressed()).collect();
+                let values: Vec<f64> = touch.taxels.iter().map(TaxelTouch::pressed).collect();
                 slip.push(frame.time_ns, &values);
                 if frame.time_ns as f64 * 1e-9 >= end {
                     break;

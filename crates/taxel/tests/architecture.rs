@@ -1,0 +1,84 @@
+//! "Where do I add a kind of element" in `ARCHITECTURE.md`, kept true: which sources ask
+//! what element a sensor has, and with how many arms.
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Files outside the folder of one device that name a variant of `Element`, with how
+/// often. A new kind of element adds one to each of the first three; the others ask for
+/// the trained body alone, which has no physical model.
+const NAMED: [(&str, usize); 6] = [
+    // Its usual script and its key.
+    ("taxel/src/sensor/mod.rs", 10),
+    // Its device, and its typed array.
+    ("taxel/src/device/of_sensor.rs", 10),
+    // Its calibration.
+    ("taxel-calibrate/src/devices.rs", 5),
+    ("taxel-calibrate/src/file.rs", 1),
+    ("taxel-cli/src/commands/calibrate.rs", 1),
+    ("taxel/src/sensor/checks.rs", 1),
+];
+
+const VARIANTS: [&str; 5] = [
+    "ThreeAxisCapacitor",
+    "InPlaneCapacitor",
+    "Piezoelectric",
+    "Microchannel",
+    "Trained",
+];
+
+/// Folders of a single device: what they say of their own element is no arm.
+const OWN: [&str; 5] = [
+    "three_axis_capacitor",
+    "in_plane_capacitor",
+    "piezoelectric",
+    "microchannel",
+    "trained",
+];
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn an_element_is_asked_for_where_the_architecture_says() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut files = Vec::new();
+    for entry in fs::read_dir(crates).unwrap() {
+        let source = entry.unwrap().path().join("src");
+        if source.exists() {
+            sources(&source, &mut files);
+        }
+    }
+    let mut found = BTreeMap::new();
+    for file in files {
+        let own = file
+            .iter()
+            .any(|part| OWN.iter().any(|device| part.to_str() == Some(device)));
+        if own {
+            continue;
+        }
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
+        let named: usize = VARIANTS
+            .iter()
+            .flat_map(|variant| [format!("Element::{variant}("), format!("Self::{variant}(")])
+            .map(|arm| code.matches(&arm).count())
+            .sum();
+        if named > 0 {
+            let name = file.strip_prefix(crates).unwrap().to_str().unwrap();
+            found.insert(name.replace('\\', "/"), named);
+        }
+    }
+    let expected = NAMED.map(|(name, count)| (name.to_owned(), count));
+    assert_eq!(found, BTreeMap::from(expected));
+}
