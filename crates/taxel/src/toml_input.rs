@@ -48,9 +48,22 @@ pub fn parse_up_to<T: DeserializeOwned>(
     })
 }
 
-/// Whether a description has the key `path`.
+/// True if a description has the key `path` itself, not only a parent of it.
 pub fn has(text: &str, path: &[&str]) -> bool {
-    DeTable::parse(text).is_ok_and(|table| !find(table.get_ref(), path).is_empty())
+    let Ok(table) = DeTable::parse(text) else {
+        return false;
+    };
+    let Some((last, parents)) = path.split_last() else {
+        return false;
+    };
+    let mut table = table.get_ref();
+    for parent in parents {
+        match table.get(*parent).map(|value| value.get_ref()) {
+            Some(DeValue::Table(inner)) => table = inner,
+            _ => return false,
+        }
+    }
+    table.contains_key(*last)
 }
 
 /// An error of a rule between fields, shown at the value of the key `path`
