@@ -58,7 +58,7 @@ pub fn has(text: &str, path: &[&str]) -> bool {
     };
     let mut table = table.get_ref();
     for parent in parents {
-        match table.get(*parent).map(|value| value.get_ref()) {
+        match table.get(*parent).map(toml::Spanned::get_ref) {
             Some(DeValue::Table(inner)) => table = inner,
             _ => return false,
         }
