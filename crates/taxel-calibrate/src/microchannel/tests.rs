@@ -220,7 +220,7 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
     with(&sensor, |calibrator| {
         let data = parse(calibrator, &text);
         let all = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
-        let exact = calibrator.loading(&all, &mut Vec::new());
+        let exact = loading(&all, &mut Vec::new());
         let truth: Vec<f64> = TRUTH.into_iter().chain([row, column]).collect();
         let starts = [truth.iter().map(|x| 1.02 * x).collect::<Vec<f64>>()];
         let covered = covered(1000, &truth, |seed| {
@@ -470,7 +470,7 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
                 let plateaus = calibrator.plateaus(&mut all);
                 let reached = wanted.map(|channel| plateaus[channel].is_some());
                 assert_eq!(reached, [saturation < 1.0; 2], "{seed}");
-                let kept = calibrator.loading(&all, &mut Vec::new());
+                let kept = loading(&all, &mut Vec::new());
                 let starts = [start.clone()];
                 let fitted = calibrator.fit(&kept, &no_hold_out(), &starts).unwrap();
                 let series = by_series(&all);
