@@ -14,7 +14,7 @@
 //! | XSENSOR CSV | `File:,"C:\...XSN"` | [`Format::Xsensor`] |
 //!
 //! A decoder holds one line and one frame, whatever the length of the file,
-//! and reads from anything that is [`BufRead`].
+//! and reads from any [`BufRead`](std::io::BufRead).
 //!
 //! # Example
 //! ```

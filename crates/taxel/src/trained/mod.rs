@@ -3,16 +3,14 @@
 //! The models of [`crate::transduction`] know from the drawing what a device
 //! answers; calibration only corrects their parameters. Some devices have no
 //! such drawing: magnetometers under a printed lattice, arrays bought without
-//! papers. For those the map from channels to touch is learned from presses
-//! of known place and force, and what it is worth is learned with it: every
-//! estimate has a deviation, measured on blocks of time that training did not
-//! see, and a frame unlike all training frames is marked as such. It stands
-//! beside the physical models because nothing of it follows from physics: it
-//! holds for the device, the range and the speeds it was trained with.
+//! papers. Their map from channels to touch is learned from indentations of
+//! known position and force, together with its uncertainty: every estimate has
+//! a standard deviation from blocks of time that the training did not use, and a
+//! frame unlike all training frames is marked. The maps hold for the device, the
+//! range and the speeds they were trained with.
 //!
-//! [`Series`] and [`Session`] bring recordings to one time, [`PositionMap`]
-//! says where a probe of fixed depth presses, [`ForceMap`] how hard, with the
-//! memory of a creeping body. `docs/theory/trained-maps.md` has the equations
+//! [`PositionMap`] estimates where a probe of fixed depth presses, [`ForceMap`]
+//! how hard, with the memory of a creeping body. `taxel-calibrate` trains them. `docs/theory/trained-maps.md` has the equations
 //! and what the maps reach on real recordings.
 
 mod force;
