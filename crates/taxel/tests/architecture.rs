@@ -7,17 +7,22 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Files outside the folder of one device that name a variant of `Element`, with how
-/// often. A new kind of element adds one to each of the first three; the others ask for
-/// the trained body alone, which has no physical model.
-const NAMED: [(&str, usize); 6] = [
-    // Its usual script and its key.
+/// often: a new kind of element adds arms to the first three, and none to the others,
+/// which ask for one kind alone.
+const NAMED: [(&str, usize); 8] = [
+    // Two arms for each kind: its usual script, its key.
     ("taxel/src/sensor/mod.rs", 10),
-    // Its device, and its typed array.
+    // Two for each kind: its device, its typed array.
     ("taxel/src/device/of_sensor.rs", 10),
-    // Its calibration.
-    ("taxel-calibrate/src/devices.rs", 5),
-    ("taxel-calibrate/src/file.rs", 1),
+    // Three for each kind: its calibrator, its constants, its uncertain columns; and
+    // those that are calibrated alone.
+    ("taxel-calibrate/src/devices.rs", 17),
+    // Trained maps, and learned positions.
+    ("taxel-calibrate/src/file.rs", 2),
     ("taxel-cli/src/commands/calibrate.rs", 1),
+    ("taxel-cli/src/commands/live.rs", 1),
+    // The sweep of cross-sections.
+    ("taxel-cli/src/commands/sweep.rs", 1),
     ("taxel/src/sensor/checks.rs", 1),
 ];
 
