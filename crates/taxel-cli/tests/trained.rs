@@ -242,7 +242,7 @@ fn what_cannot_be_trained_is_refused_with_one_message_and_no_file() {
         "begin each recording before the first contact",
     );
     fs::remove_file(folder.path("run/states.csv")).unwrap();
-    check(&folder.path("run"), "no file with the places or forces");
+    check(&folder.path("run"), "no file with the positions or forces");
 }
 
 #[test]
@@ -270,7 +270,7 @@ fn a_calibration_of_another_sensor_and_a_tampered_one_are_refused() {
             &source,
         ])
     };
-    assert!(live(&other).contains("not of this sensor file"));
+    assert!(live(&other).contains("full_scale was 35 N, is 30 N"));
     for (from, to, key) in [
         ("channels = 15", "channels = 14", "trained."),
         ("longest_step = ", "longest_step = -", "longest_step"),
