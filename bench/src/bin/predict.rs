@@ -117,13 +117,13 @@ fn run() -> Result<(), Box<dyn Error>> {
         write!(line, "{p:.4}")
     });
     let compared = Compared {
-        column: "row_change",
+        column: "column_change",
         si_per_unit: 1.0,
         ..compared
     };
     measure("liquid-metal-2x4", &channels, &text, &compared, |load| {
         let found = black_box(channels.predict(load(0), 1.0));
-        found.map_or(f64::NAN, |found| found.layers[0].change)
+        found.map_or(f64::NAN, |found| found.layers[1].change)
     })?;
 
     let sensor = Sensor::shipped("piezo-1.5mm").ok_or("is shipped")?;

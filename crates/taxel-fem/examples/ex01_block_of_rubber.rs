@@ -41,10 +41,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let force = solver.evaluate()?.along[0];
         println!("{millimetres:.1} mm  {:.3} kN/m", 1e-3 * force);
     }
+    let displacement = solver.state().displacement.iter();
+    let moved: Vec<f64> = displacement.flat_map(|u| [u[0], u[1]]).collect();
     let mesh = &solver.problem().mesh;
     let picture = Picture::plane(mesh)?
         .length_unit("mm", 1e-3)
-        .displacement(solver.state().displacement.as_flattened())?;
+        .displacement(&moved)?;
     if let Some(file) = std::env::args().nth(1) {
         std::fs::write(file, picture.svg()?)?;
     }

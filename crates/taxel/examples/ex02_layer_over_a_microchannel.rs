@@ -39,9 +39,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{pressure:>4} kPa  area ratio {area:.4}  gap {gap:.2} um");
     }
     let solver = &study.solver;
+    let displacement = solver.state().displacement.iter();
+    let moved: Vec<f64> = displacement.flat_map(|u| [u[0], u[1]]).collect();
     let picture = Picture::plane(&solver.problem().mesh)?
         .length_unit("um", 1.0)
-        .displacement(solver.state().displacement.as_flattened())?;
+        .displacement(&moved)?;
     if let Some(file) = std::env::args().nth(1) {
         std::fs::write(file, picture.svg()?)?;
     }

@@ -47,9 +47,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("compression {compression:.2}  gap {gap:6.2} um  capacitance {capacitance:.4}");
     }
     let solver = &study.study.solver;
+    let displacement = solver.state().displacement.iter();
+    let moved: Vec<f64> = displacement.flat_map(|u| [u[0], u[1]]).collect();
     let picture = Picture::plane(&solver.problem().mesh)?
         .length_unit("um", 1.0)
-        .displacement(solver.state().displacement.as_flattened())?;
+        .displacement(&moved)?;
     if let Some(file) = std::env::args().nth(1) {
         std::fs::write(file, picture.svg()?)?;
     }
