@@ -1,4 +1,4 @@
-//! Time of one frame of trained maps: 15 channels to place and to force.
+//! Time of one frame of trained maps: 15 channels to position and to force.
 
 use std::hint::black_box;
 
@@ -38,7 +38,7 @@ fn place(criterion: &mut Criterion) {
     let (map, _) = train_position(run.sensor.rows(), &places, &options).expect("trains");
     let mut estimator = PositionEstimator::new(map).expect("sound");
     let mut next = run.sensor.rows().iter().cycle();
-    criterion.bench_function("15 channels to place", |bencher| {
+    criterion.bench_function("15 channels to position", |bencher| {
         bencher.iter(|| estimator.estimate(black_box(next.next().expect("a cycle never ends"))));
     });
 }

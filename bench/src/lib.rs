@@ -114,3 +114,8 @@ pub fn computed() -> f64 {
         .and_then(|word| word.parse::<f64>().ok());
     nanoseconds.expect("begins with a number") * 1e-9
 }
+
+/// Prints a figure in the form that `figures` reads: `group.rest` and its value.
+pub fn figure(name: &str, value: f64) {
+    println!("figure {name} {value:.6e}");
+}

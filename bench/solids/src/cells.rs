@@ -49,6 +49,8 @@ pub(crate) fn run() -> Result<(), Box<dyn Error>> {
             "per_s": (1.0 / best).round(),
         });
         println!("{line}");
+        let name = if tangent { "tangent" } else { "residual" };
+        println!("figure cells.{name} {:.4}", best * 1e6);
     }
     Ok(())
 }

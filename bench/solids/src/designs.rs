@@ -55,6 +55,7 @@ pub(crate) fn run(count: &str) -> Result<(), Box<dyn Error>> {
         "peak_mb": peak_megabytes(),
     });
     println!("{line}");
+    println!("figure designs.each {:.4}", cpu / count as f64 * 1e3);
     Ok(())
 }
 

@@ -97,6 +97,7 @@ fn report(name: &str, case: &str, size: &str, least: &BTreeMap<&str, (f64, Value
         peer.1["peak_mb"],
         steps.1["peak_mb"],
     );
+    println!("figure solids.{name}.{case}{size} {:.4}", peer.0 / steps.0);
 }
 
 /// Nothing is timed before the results are right.

@@ -14,6 +14,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use taxel::mechanics::LayerKinematics;
 use taxel::sensor::Sensor;
+use taxel_bench::figure;
 use taxel_calibrate::{
     CalibrateOptions, HoldOut, NamedSensor, ReadingTable, SyntheticOptions, calibrator,
 };
@@ -131,6 +132,9 @@ fn run() -> Result<bool, Box<dyn Error>> {
     println!("SciPy lm {:.1} ms, trf {:.1} ms", 1e3 * lm, 1e3 * trf);
     let [lm, trf] = ratios.map(median);
     println!("ratio, median of {ROUNDS} rounds: lm {lm:.1}, trf {trf:.1}");
+    figure("calibrate.fit_ms", 1e3 * ours);
+    figure("calibrate.lm", lm);
+    figure("calibrate.trf", trf);
     let begun = Instant::now();
     let options = CalibrateOptions {
         hold_out: HoldOut::default(),

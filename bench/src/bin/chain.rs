@@ -13,7 +13,7 @@ use std::process::{Command, ExitCode};
 use num_complex::Complex64;
 use serde_json::json;
 use taxel::sensor::Sensor;
-use taxel_bench::computed;
+use taxel_bench::{computed, figure};
 use taxel_numerics::linear_chain::{Chain, Transfer};
 
 /// Channels.
@@ -78,6 +78,7 @@ fn run() -> Result<bool, Box<dyn Error>> {
             ratios[ROUNDS - 1],
             1e9 / (median * (RATE * CHANNELS) as f64)
         );
+        figure(&format!("chain.{}", name.replace(' ', "_")), median);
     }
     if !agree {
         println!("the results DISAGREE");

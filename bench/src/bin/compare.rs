@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use taxel::acquisition::Frame;
 use taxel::calibration::Calibration;
 use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
-use taxel_bench::Scene;
+use taxel_bench::{Scene, figure};
 
 /// Turns of both programs; each is one pass over all frames or more.
 const ROUNDS: usize = 21;
@@ -75,9 +75,12 @@ fn measure(scene: &mut Scene, peer: &mut Peer) -> Result<(), Box<dyn Error>> {
         "NumPy, 64 units        {:8.2} us per frame",
         median(&mut theirs)
     );
-    for (i, name) in ["taxel, 64 units", "taxel, whole frame"]
-        .into_iter()
-        .enumerate()
+    for (i, (name, short)) in [
+        ("taxel, 64 units", "units"),
+        ("taxel, whole frame", "frame"),
+    ]
+    .into_iter()
+    .enumerate()
     {
         let (taxel, ratio) = (median(&mut ours[i]), median(&mut ratios[i]));
         let (least, most) = (ratios[i][0], ratios[i][ROUNDS - 1]);
@@ -86,6 +89,8 @@ fn measure(scene: &mut Scene, peer: &mut Peer) -> Result<(), Box<dyn Error>> {
              (median of {ROUNDS} rounds, {least:.1} to {most:.1})",
             1e6 / taxel
         );
+        figure(&format!("compare.{short}_us"), taxel);
+        figure(&format!("compare.{short}"), ratio);
     }
     Ok(())
 }

@@ -14,6 +14,7 @@ use futures_util::StreamExt;
 use serde_json::{Value, json};
 use taxel::acquisition::{Stimulus, Twin};
 use taxel::sensor::Sensor;
+use taxel_bench::figure;
 use taxel_serve::{Latencies, Provenance, PumpOptions, Session, Source, TwinSource, run_with_page};
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::Command;
@@ -246,6 +247,11 @@ fn print(report: &Value, frames: u64, clients: &[Client], memory: [f64; 2]) -> b
         late / 1e3,
         100.0 * growth
     );
+    for name in ["encoded", "sent"] {
+        let [median, _, p99, ..] = of_report(name);
+        figure(&format!("live.{name}_p50_us"), median);
+        figure(&format!("live.{name}_p99_us"), p99);
+    }
     let kept_up = (rate / RATE as f64 - 1.0).abs() < 0.01;
     let complete = count("accepted") == frames && count("lost") == 0;
     for (failed, text) in [

@@ -22,7 +22,7 @@ use taxel::mechanics::Profile;
 use taxel::predict::{Answers, Loads, Predictor, Refusal};
 use taxel::sensor::Sensor;
 use taxel::table::Format;
-use taxel_bench::computed;
+use taxel_bench::{computed, figure};
 
 /// Turns of the three measurements.
 const ROUNDS: usize = 5;
@@ -276,6 +276,8 @@ fn measure(
         1.0 / on_one[0],
         1.0 / on_all[0]
     );
+    figure(&format!("predict.{name}_ns"), 1e9 * on_one[0]);
+    figure(&format!("predict.{name}"), ratio[0]);
     Ok(())
 }
 

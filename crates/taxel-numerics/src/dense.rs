@@ -18,6 +18,7 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 /// Solution of the 3 x 3 system `m` x = `right` by Cramer's rule, exact for a diagonal
 /// matrix up to rounding; `None` when it is singular.
+#[inline]
 pub fn solve3(m: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
     let (c0, c1, c2) = (cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
     let determinant = dot3(m[0], c0);

@@ -180,12 +180,13 @@ pub struct Step {
     pairs: Vec<Factors<Complex64>>,
 }
 
-/// z ← decay·z + first·x₀ + last·x₁.
+/// z ← decay·z + first·x₀ + last·x₁, with the weight of the mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Factors<T> {
     decay: T,
     first: T,
     last: T,
+    weight: T,
 }
 
 impl Chain {
@@ -240,8 +241,8 @@ impl Chain {
 
     /// Prepares a step of `duration` ≥ 0, s.
     pub fn step(&self, duration: f64) -> Step {
-        let real = |mode: &Mode<f64>| Factors::new((mode.pole * duration).into()).real();
-        let pair = |mode: &Mode<Complex64>| Factors::new(mode.pole * duration);
+        let real = |mode: &Mode<f64>| mode.over(duration);
+        let pair = |mode: &Mode<Complex64>| mode.over(duration);
         Step {
             real: self.real.iter().map(real).collect(),
             pairs: self.pairs.iter().map(pair).collect(),
@@ -250,18 +251,15 @@ impl Chain {
 
     /// Takes the input along a straight line to `input` in one step and
     /// returns the output there.
-    #[inline]
     pub fn advance(&self, memory: &mut Memory, step: &Step, input: f64) -> f64 {
         let before = memory.input;
         memory.input = input;
         let mut output = self.static_gain * input;
-        for ((mode, step), z) in self.real.iter().zip(&step.real).zip(&mut memory.real) {
-            *z = step.decay * *z + step.first * before + step.last * input;
-            output += mode.weight * (*z - input);
+        for (step, z) in step.real.iter().zip(&mut memory.real) {
+            output += step.advance(z, before, input);
         }
-        for ((mode, step), z) in self.pairs.iter().zip(&step.pairs).zip(&mut memory.pairs) {
-            *z = step.decay * *z + step.first * before + step.last * input;
-            output += (mode.weight * (*z - input)).re;
+        for (step, z) in step.pairs.iter().zip(&mut memory.pairs) {
+            output += step.advance(z, before, input);
         }
         output
     }
@@ -271,15 +269,11 @@ impl Chain {
     fn peek(&self, memory: &Memory, duration: f64, input: f64) -> f64 {
         let before = memory.input;
         let mut output = self.static_gain * input;
-        for (mode, z) in self.real.iter().zip(&memory.real) {
-            let step = Factors::new((mode.pole * duration).into()).real();
-            let z = step.decay * *z + step.first * before + step.last * input;
-            output += mode.weight * (z - input);
+        for (mode, mut z) in self.real.iter().zip(memory.real.iter().copied()) {
+            output += mode.over(duration).advance(&mut z, before, input);
         }
-        for (mode, z) in self.pairs.iter().zip(&memory.pairs) {
-            let step = Factors::new(mode.pole * duration);
-            let z = step.decay * *z + step.first * before + step.last * input;
-            output += (mode.weight * (z - input)).re;
+        for (mode, mut z) in self.pairs.iter().zip(memory.pairs.iter().copied()) {
+            output += mode.over(duration).advance(&mut z, before, input);
         }
         output
     }
@@ -348,26 +342,54 @@ fn drawn_apart(poles: &[Complex64]) -> Vec<Complex64> {
     poles
 }
 
-impl Factors<Complex64> {
-    /// Of z′ = p(z − x) over a step with p·dt = `h`: with φ₁ = (eʰ − 1)/h and
-    /// φ₂ = (φ₁ − 1)/h, z ← eʰz − h(φ₁ − φ₂)x₀ − hφ₂x₁.
-    fn new(h: Complex64) -> Self {
-        let grown = exp_minus_one(h);
-        let last = -mean_growth(h, grown);
-        Self {
-            decay: grown + 1.0,
-            first: -grown - last,
-            last,
-        }
-    }
-
-    fn real(self) -> Factors<f64> {
+impl Mode<f64> {
+    fn over(&self, duration: f64) -> Factors<f64> {
+        let [decay, first, last] = factors((self.pole * duration).into()).map(|factor| factor.re);
         Factors {
-            decay: self.decay.re,
-            first: self.first.re,
-            last: self.last.re,
+            decay,
+            first,
+            last,
+            weight: self.weight,
         }
     }
+}
+
+impl Mode<Complex64> {
+    fn over(&self, duration: f64) -> Factors<Complex64> {
+        let [decay, first, last] = factors(self.pole * duration);
+        Factors {
+            decay,
+            first,
+            last,
+            weight: self.weight,
+        }
+    }
+}
+
+impl Factors<f64> {
+    /// Takes the mode `z` one step on; returns its part of the output.
+    #[inline]
+    fn advance(&self, z: &mut f64, before: f64, input: f64) -> f64 {
+        *z = self.decay * *z + self.first * before + self.last * input;
+        self.weight * (*z - input)
+    }
+}
+
+impl Factors<Complex64> {
+    /// The same for a pair of modes.
+    #[inline]
+    fn advance(&self, z: &mut Complex64, before: f64, input: f64) -> f64 {
+        *z = self.decay * *z + self.first * before + self.last * input;
+        (self.weight * (*z - input)).re
+    }
+}
+
+/// Decay, first and last factor of z′ = p(z − x) over a step with p·dt = `h`: with
+/// φ₁ = (eʰ − 1)/h and φ₂ = (φ₁ − 1)/h, z ← eʰz − h(φ₁ − φ₂)x₀ − hφ₂x₁.
+fn factors(h: Complex64) -> [Complex64; 3] {
+    let grown = exp_minus_one(h);
+    let last = -mean_growth(h, grown);
+    [grown + 1.0, -grown - last, last]
 }
 
 /// eʰ − 1 without cancellation.

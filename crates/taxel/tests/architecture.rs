@@ -87,3 +87,41 @@ fn an_element_is_asked_for_where_the_architecture_says() {
     let expected = NAMED.map(|(name, count)| (name.to_owned(), count));
     assert_eq!(found, BTreeMap::from(expected));
 }
+
+/// `docs/examples.sh` writes the page; an example that changed without it is found here.
+#[test]
+fn the_page_of_examples_has_the_examples_as_they_are() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = fs::read_to_string(root.join("docs/book/examples.md")).unwrap();
+    let mut files = Vec::new();
+    for folder in fs::read_dir(root.join("crates")).unwrap() {
+        let examples = folder.unwrap().path().join("examples");
+        if examples.is_dir() {
+            sources(&examples, &mut files);
+        }
+    }
+    let numbered = |path: &&PathBuf| {
+        path.file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with("ex0"))
+    };
+    let numbered: Vec<&PathBuf> = files.iter().filter(numbered).collect();
+    assert!(numbered.len() >= 8);
+    for path in numbered {
+        let text = fs::read_to_string(path).unwrap();
+        let name = path.file_stem().unwrap().to_string_lossy();
+        let advice = "run docs/examples.sh";
+        assert!(
+            page.contains(&format!("```rust\n{text}```\n")),
+            "{name}: {advice}"
+        );
+        let picture = format!("images/{name}.svg");
+        assert!(
+            page.contains(&format!("](../{picture})")),
+            "{name}: {advice}"
+        );
+        assert!(
+            root.join("docs").join(&picture).is_file(),
+            "{picture}: {advice}"
+        );
+    }
+}

@@ -218,16 +218,23 @@ impl Baseline {
         channel.level - channel.declared
     }
 
-    /// Standard deviation of the baseline of a channel: the noise that it
-    /// follows, and the drift that a hold hides, as likely anything up to the
-    /// fastest.
+    /// Standard deviation of the baseline of a channel, in its unit.
     pub fn deviation(&self, channel: usize) -> f64 {
+        self.variance(channel).sqrt()
+    }
+
+    /// Variance of the baseline of a channel, in its unit squared: the noise that
+    /// it follows, and the drift that a hold hides, as likely anything up to the
+    /// fastest.
+    #[inline]
+    pub fn variance(&self, channel: usize) -> f64 {
         let options = &self.options;
         let held = self.channels[channel].held.map_or(0.0, |held| held.age);
-        let hidden = options.fastest_drift * (held + options.follow) / 3f64.sqrt();
+        let hidden = options.fastest_drift * (held + options.follow);
         // Of readings averaged over the time of following.
         let noise = 1.25 * LONGEST_STEP.min(options.smoothing) / options.follow;
-        options.deviations[channel] * (noise + hidden * hidden).sqrt()
+        let deviation = options.deviations[channel];
+        deviation * deviation * (noise + hidden * hidden / 3.0)
     }
 
     /// Whether a channel is held.

@@ -146,10 +146,11 @@ impl Reader for InPlaneReader {
                     TaxelTouch::without_value(State::Faulty)
                 }
                 ChannelState::Ok | ChannelState::Closed => {
+                    let noise = known.noise[taxel];
                     let loading = estimated(
                         &self.inverses[taxel],
                         capacitance - known.drift(taxel),
-                        known.noise[taxel].hypot(known.drift_deviation(taxel)),
+                        (noise * noise + known.drift_variance(taxel)).sqrt(),
                     );
                     if loading.state == State::Faulty {
                         *state = ChannelState::Faulty;

@@ -147,7 +147,7 @@ impl MicrochannelReader {
             self.channels[channel] = match channels.states[channel] {
                 ChannelState::Ok | ChannelState::Closed => {
                     let noise = model.deviation * scale.slope(resistance);
-                    let noise = noise.hypot(known.drift_deviation(channel));
+                    let noise = (noise * noise + known.drift_variance(channel)).sqrt();
                     let least = self.options.contact_deviations * noise;
                     let expected = rest + known.drift(channel);
                     loaded(model, [*rest, expected], resistance, noise, least)

@@ -202,11 +202,11 @@ impl Known<'_> {
             .map_or(0.0, |baseline| baseline.drift(channel))
     }
 
-    /// Standard deviation of the reading that the empty channel would give, SI.
+    /// Variance of the reading that the empty channel would give, SI squared.
     #[inline]
-    pub fn drift_deviation(&self, channel: usize) -> f64 {
+    pub fn drift_variance(&self, channel: usize) -> f64 {
         self.baseline
-            .map_or(0.0, |baseline| baseline.deviation(channel))
+            .map_or(0.0, |baseline| baseline.variance(channel))
     }
 }
 

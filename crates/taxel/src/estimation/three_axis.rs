@@ -164,7 +164,8 @@ impl ThreeAxisReader {
         let noise = self.calibration.deviation[taxel];
         let channel = |i| 4 * taxel + i;
         let sigma = std::array::from_fn(|i| {
-            noise[i].hypot(DRIFT_TOGETHER * known.drift_deviation(channel(i)))
+            let drift = DRIFT_TOGETHER * DRIFT_TOGETHER * known.drift_variance(channel(i));
+            (noise[i] * noise[i] + drift).sqrt()
         });
         let empty = std::array::from_fn(|i| capacitance[i] - known.drift(channel(i)));
         let unit = &self.calibration.units[taxel];
