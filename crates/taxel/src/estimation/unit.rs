@@ -8,8 +8,8 @@ use taxel_numerics::dense::dot3;
 pub struct SearchOptions {
     /// Most steps of the search; default 25.
     pub most_steps: usize,
-    /// The search ends when a step would lower the misfit by less than this;
-    /// default 1e-14, which is a step of 1e-7 standard deviations.
+    /// The search ends when one more step would lower the misfit by less than
+    /// this; default 1e-14, which is a step of 1e-7 standard deviations.
     pub least_gain: f64,
 }
 
@@ -172,7 +172,7 @@ impl<'a> Search<'a> {
     }
 
     fn run(&mut self, options: &SearchOptions) -> Outcome {
-        let mut settled = false;
+        let (mut settled, mut last) = (false, 0.0);
         for _ in 0..options.most_steps {
             let Some(covariance) = &self.covariance else {
                 return Outcome::NotConverged;
@@ -182,10 +182,14 @@ impl<'a> Search<'a> {
             // δᵀ Jᵀ W J δ: what a full step takes off the misfit if the model
             // is linear.
             let predicted = dot3(step, gradient);
-            if predicted < options.least_gain {
+            // Gauss-Newton converges at least linearly: the gain of the step after
+            // this one is at most this share of its own.
+            let rate = (predicted / last).min(1.0);
+            if predicted * rate < options.least_gain {
                 self.take_last_step(step);
                 return Outcome::Converged;
             }
+            last = predicted;
             // Of so small a gain the misfit shows only its rounding.
             settled = predicted < 1e-9 * (1.0 + self.chi2);
             match self.advance(step, settled) {

@@ -158,7 +158,6 @@ impl Plates {
     }
 
     /// Capacitances with their slopes, or `None` when a tile touches.
-    #[inline]
     pub fn respond_with_slopes(&self, deformation: &Deformation) -> Option<PlateSlopes> {
         let [p, q] = self.half_rise(deformation.slope);
         let air: [f64; 4] = std::array::from_fn(|i| self.air_gap[i] - deformation.closing[i]);

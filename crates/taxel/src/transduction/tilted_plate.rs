@@ -93,7 +93,6 @@ pub fn mean_inverse_gap(gap: f64, p: f64, q: f64) -> Option<MeanInverseGap> {
 
 /// [`mean_inverse_gap`] of four tiles that are tilted alike, at less than half
 /// the cost of one after the other.
-#[inline]
 pub(super) fn mean_inverse_gaps(gap: [f64; 4], p: f64, q: f64) -> Option<MeanInverseGaps<4>> {
     if p >= 0.0 && q >= 0.0 && gap.iter().all(|gap| p + q < SERIES_LIMIT * gap) {
         return Some(by_series(gap, p, q));

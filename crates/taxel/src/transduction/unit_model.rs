@@ -45,7 +45,6 @@ impl UnitModel {
 
     /// Capacitances and analytic Jacobian at `force`, N; `None` when a tile
     /// touches there.
-    #[inline]
     pub fn linearise(&self, force: [f64; 3]) -> Option<Linearisation> {
         let deformation = self.suspension.deform(force);
         let at = self.plates.respond_with_slopes(&deformation)?;
