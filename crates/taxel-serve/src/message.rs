@@ -44,28 +44,38 @@ pub(crate) fn frame(touch: &Touch, components: usize, health: &Health<'_>) -> By
     for contact in contacts {
         put_contact(&mut out, contact);
     }
-    for reading in &channels.readings {
-        out.put_f32_le(*reading as f32);
+    put_floats::<1>(&mut out, channels.readings.iter().map(|reading| [*reading]));
+    let value = |taxel: &TaxelTouch| taxel.value;
+    if components == 3 {
+        put_floats(&mut out, taxels.iter().map(value));
+        put_floats(&mut out, taxels.iter().map(TaxelTouch::deviation));
+    } else {
+        // Of a device of one component, z is the last.
+        put_floats(&mut out, taxels.iter().map(value).map(|[_, _, z]| [z]));
+        put_floats(
+            &mut out,
+            taxels
+                .iter()
+                .map(TaxelTouch::deviation)
+                .map(|[_, _, z]| [z]),
+        );
     }
-    // Of a device of one component, z is the last.
-    let first = 3 - components.min(3);
-    let mut parts = |values: &dyn Fn(&TaxelTouch) -> [f64; 3]| {
-        for value in taxels
-            .iter()
-            .flat_map(|taxel| values(taxel).into_iter().skip(first))
-        {
-            out.put_f32_le(value as f32);
-        }
-    };
-    parts(&|taxel| taxel.value);
-    parts(&TaxelTouch::deviation);
-    for taxel in taxels {
-        out.put_f32_le(taxel.residual as f32);
-    }
+    put_floats(&mut out, taxels.iter().map(|taxel| [taxel.residual]));
     out.extend(channels.states.iter().map(|state| *state as u8));
     out.extend(taxels.iter().map(|taxel| taxel.state as u8));
     out.extend(taxels.iter().map(|taxel| u8::from(taxel.counted)));
     out.freeze()
+}
+
+/// Appends groups of numbers of single precision; one growth for all, since a check of
+/// the capacity for each number took longer than the numbers.
+fn put_floats<const N: usize>(out: &mut BytesMut, groups: impl ExactSizeIterator<Item = [f64; N]>) {
+    let begin = out.len();
+    out.resize(begin + 4 * N * groups.len(), 0);
+    let slots = out[begin..].as_chunks_mut::<4>().0.as_chunks_mut::<N>().0;
+    for (slots, group) in slots.iter_mut().zip(groups) {
+        *slots = group.map(|value| (value as f32).to_le_bytes());
+    }
 }
 
 fn header(
