@@ -14,7 +14,7 @@ use crate::outcome::{CovarianceBlock, Outcome, Provenance, ResidualSummary};
 use crate::toml_tables::table as put_tables;
 use taxel::sensor::{Element, Sensor};
 use taxel::toml_input;
-use taxel::trained::{PlaceMap, TrainedMaps, TrainingError};
+use taxel::trained::{IndentationMap, TrainedMaps, TrainingError};
 use taxel_numerics::least_squares::singular_values;
 use taxel_recording::InputError;
 
@@ -81,7 +81,7 @@ pub struct CalibrationFile {
     /// What was learned of a device without a physical model.
     pub trained: Option<TrainedMaps>,
     /// What presses at known places taught of a device that has a model.
-    pub places: Option<PlaceMap>,
+    pub places: Option<IndentationMap>,
 }
 
 /// The readings of a calibration.
@@ -323,7 +323,7 @@ impl CalibrationFile {
             };
             wrong(&format!("{key}.{table}"), error.to_string())
         };
-        if let Some(Err(error)) = found.places.as_ref().map(PlaceMap::check) {
+        if let Some(Err(error)) = found.places.as_ref().map(IndentationMap::check) {
             return unsound(PLACES, error);
         }
         match &found.trained {
@@ -472,7 +472,7 @@ impl CalibrationFile {
                     .key("places.gains")
                     .help(AGAIN));
             }
-            element.places = Some(map.clone());
+            element.indentations = Some(map.clone());
         }
         Ok(calibrated)
     }

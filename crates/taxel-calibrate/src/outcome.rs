@@ -6,7 +6,7 @@ use crate::hysteresis::Loops;
 use crate::options::NamedSensor;
 use crate::remark::Remark;
 use taxel::figure::Figure;
-use taxel::trained::PlaceMap;
+use taxel::trained::IndentationMap;
 use taxel_numerics::least_squares::{Direction, Estimate, Fit, Parameter, Status};
 
 /// What a calibration found.
@@ -25,7 +25,7 @@ pub struct Outcome {
     /// Combinations of parameters that are not identifiable, in words.
     pub open: Vec<String>,
     /// What indentations at known positions taught.
-    pub places: Option<PlaceMap>,
+    pub places: Option<IndentationMap>,
     /// Further quantities that follow: name, value, 95 % interval, meaning.
     pub derived: Vec<Derived>,
     /// The noise, and how it is known.

@@ -141,7 +141,7 @@ impl Outcome {
                 "finder": map.finder,
                 "gains": map.gains,
                 "gain_deviation": map.gain_deviation,
-                "presses": map.places.len(),
+                "presses": map.positions.len(),
             })),
             "derived": derived,
             "noise": self.noise,

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use super::PiezoelectricCalibrator;
 use super::problem::Indentation;
 use taxel::estimation::{
-    ELLIPSE_95, KernelRegression, Method, Placing, Press, ProfileFit, placing, regression,
+    ELLIPSE_95, KernelRegression, Method, Localiser, Press, ProfileFit, localiser, regression,
 };
 use taxel::mechanics::ShareTable;
-use taxel::trained::{Kernel, PlaceFinder, PlaceMap, TrainingError};
+use taxel::trained::{Kernel, PositionMethod, IndentationMap, TrainingError};
 
 /// Presses of one probe are divided so often, each part held out in turn.
 pub(super) const FOLDS: usize = 5;
@@ -28,12 +28,12 @@ const LEAST_LEFT: usize = 12;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     pub(super) name: &'static str,
-    pub(super) by: PlaceFinder,
+    pub(super) by: PositionMethod,
     /// Whether the gains that the presses taught are used.
     pub(super) with_gains: bool,
 }
 
-const fn candidate(name: &'static str, by: PlaceFinder, with_gains: bool) -> Candidate {
+const fn candidate(name: &'static str, by: PositionMethod, with_gains: bool) -> Candidate {
     Candidate {
         name,
         by,
@@ -42,12 +42,12 @@ const fn candidate(name: &'static str, by: PlaceFinder, with_gains: bool) -> Can
 }
 
 pub(super) const CANDIDATES: [Candidate; 5] = [
-    candidate("centroid", PlaceFinder::Centroid, false),
-    candidate("profile", PlaceFinder::Profile, false),
-    candidate("profile_with_gains", PlaceFinder::Profile, true),
+    candidate("centroid", PositionMethod::Centroid, false),
+    candidate("profile", PositionMethod::Profile, false),
+    candidate("profile_with_gains", PositionMethod::Profile, true),
     // Before the regression alone, which is no better where they are alike.
-    candidate("kernel_or_profile", PlaceFinder::KernelOrProfile, true),
-    candidate("kernel", PlaceFinder::Kernel, true),
+    candidate("kernel_or_profile", PositionMethod::KernelOrProfile, true),
+    candidate("kernel", PositionMethod::Kernel, true),
 ];
 /// A press that was held out, with where it was found.
 #[derive(Debug, Clone, Copy)]
@@ -110,7 +110,7 @@ struct Distances {
 const IN_DISTRIBUTION: f64 = 0.99;
 const WITH_GAINS: Candidate = Candidate {
     name: "",
-    by: PlaceFinder::Kernel,
+    by: PositionMethod::Kernel,
     with_gains: true,
 };
 
@@ -121,9 +121,9 @@ const WITH_GAINS: Candidate = Candidate {
 /// that of the radius at which it does worst, with nine in ten confidence: a
 /// radius between those may do worse still.
 pub(super) fn trusted<'a>(
-    map: PlaceMap,
+    map: IndentationMap,
     distances_of_folds: impl Iterator<Item = &'a FoldDistances>,
-) -> PlaceMap {
+) -> IndentationMap {
     let seen: Vec<&Distances> = distances_of_folds
         .filter(|fold| fold.radius_seen)
         .flat_map(|fold| &fold.distances)
@@ -140,7 +140,7 @@ pub(super) fn trusted<'a>(
         // Of fewer the largest one would decide.
         (distances.len() >= FEWEST_FOR_FACTOR).then(|| factor(distances, SURE))
     };
-    PlaceMap {
+    IndentationMap {
         spread: factor(all(|distances| distances.learned), 0.0),
         reach: quantile(
             all(|distances| distances.out_of_distribution),
@@ -192,7 +192,7 @@ impl<'a> CrossValidation<'a> {
         let stride = presses.len().div_ceil(FOR_KERNEL);
         let of = |press: &Indentation| Press {
             forces: press.forces.clone(),
-            place: press.place,
+            position: press.place,
             radius: press.radius,
         };
         let some: Vec<Press> = presses.iter().step_by(stride).map(of).collect();
@@ -303,7 +303,7 @@ impl<'a> CrossValidation<'a> {
     }
 
     /// What is learned without the presses that are `held`, not yet distances.
-    pub(super) fn map_without(&self, candidate: &Candidate, held: &[bool]) -> PlaceMap {
+    pub(super) fn map_without(&self, candidate: &Candidate, held: &[bool]) -> IndentationMap {
         let (gains, gain_deviation) = if candidate.with_gains {
             self.gains(held)
         } else {
@@ -315,7 +315,7 @@ impl<'a> CrossValidation<'a> {
             let length = felt.iter().map(|force| force * force).sum::<f64>().sqrt();
             felt.iter().map(|force| force / length).collect()
         };
-        PlaceMap {
+        IndentationMap {
             finder: candidate.by,
             gain_deviation,
             profile_spread: 1.0,
@@ -323,7 +323,7 @@ impl<'a> CrossValidation<'a> {
             spread: 1.0,
             reach: f64::MAX,
             directions: seen.iter().map(direction).collect(),
-            places: seen.iter().map(|press| press.place).collect(),
+            positions: seen.iter().map(|press| press.place).collect(),
             // All or none.
             radii: if seen.iter().all(|press| press.radius.is_some()) {
                 seen.iter().filter_map(|press| press.radius).collect()
@@ -393,7 +393,7 @@ impl<'a> CrossValidation<'a> {
                 learned: learned.map(|(place, _)| place.distance(press.place)),
                 out_of_distribution: learned.map(|(_, out_of_distribution)| out_of_distribution),
                 profile: profile
-                    .place(&forces, &deviations)
+                    .position(&forces, &deviations)
                     .map(|place| place.distance(press.place)),
             }
         });
@@ -419,20 +419,20 @@ impl<'a> CrossValidation<'a> {
                 self.map_without(candidate, &part.held),
                 others.map(|(_, fold)| fold),
             );
-            let placing = placing(&map, self.profile.clone())?;
+            let localiser = localiser(&map, self.profile.clone())?;
             let held = (0..self.presses.len()).filter(|press| part.held[*press]);
             all.extend(held.map(|press| Found {
                 radius_seen: part.radius_seen,
-                ..self.find(&placing, &map.gains, press)
+                ..self.find(&localiser, &map.gains, press)
             }));
         }
         Ok(all)
     }
 
-    fn find(&self, placing: &Arc<dyn Placing>, gains: &[f64], index: usize) -> Found {
+    fn find(&self, localiser: &Arc<dyn Localiser>, gains: &[f64], index: usize) -> Found {
         let press = &self.presses[index];
         let noise = vec![press.deviation; gains.len()];
-        let place = placing.place(&over(&press.forces, gains), &over(&noise, gains));
+        let place = localiser.position(&over(&press.forces, gains), &over(&noise, gains));
         let told = place.map(|place| {
             let variances = [place.covariance[0], place.covariance[2]];
             (place.centre, variances.map(f64::sqrt))

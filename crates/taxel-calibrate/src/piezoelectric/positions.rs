@@ -13,11 +13,11 @@ use crate::outcome::{ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::Score;
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
-use taxel::trained::{PlaceMap, TrainingError};
+use taxel::trained::{IndentationMap, TrainingError};
 
 /// What was learned of the places of an array.
 pub(super) struct Learned {
-    pub(super) map: PlaceMap,
+    pub(super) map: IndentationMap,
     pub(super) hold_out: Vec<ResidualSummary>,
     pub(super) held_out: String,
     pub(super) scope: Vec<Scope>,

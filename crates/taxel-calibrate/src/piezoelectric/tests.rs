@@ -9,10 +9,10 @@ use super::*;
 use crate::driver::Calibrator;
 use crate::split::HoldOut;
 use crate::{CalibrationFile, Provenance};
-use taxel::estimation::{ELLIPSE_95, Placing, ProfileFit, placing};
+use taxel::estimation::{ELLIPSE_95, Localiser, ProfileFit, localiser};
 use taxel::mechanics::{Base, Contact, SoftCover};
 use taxel::sensor::Element;
-use taxel::trained::PlaceFinder;
+use taxel::trained::PositionMethod;
 use taxel_numerics::Noise;
 
 fn with<T>(run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -> T {
@@ -374,7 +374,7 @@ fn a_probe_that_was_trained_is_placed_within_a_tenth_of_a_millimetre() {
         let map = outcome.places.as_ref().unwrap();
         assert!(matches!(
             map.finder,
-            PlaceFinder::Kernel | PlaceFinder::KernelOrProfile
+            PositionMethod::Kernel | PositionMethod::KernelOrProfile
         ));
         // Nothing was said of the constants, which stay as drawn.
         let drawn = Device::new(calibrator.named.sensor, Drive::Force).drawn();
@@ -412,8 +412,8 @@ fn places_between(calibrator: &PiezoelectricCalibrator<'_>, least: f64) {
     }
     // Probes of sizes between those, at places anywhere over the elements.
     let profile = ProfileFit::new(calibrator.profile.clone()).unwrap();
-    let placing = placing(map, profile).unwrap();
-    let of = |radius: f64| off(calibrator, &*placing, &map.gains, radius);
+    let localiser = localiser(map, profile).unwrap();
+    let of = |radius: f64| off(calibrator, &*localiser, &map.gains, radius);
     let found = [2.3e-3, 3.6e-3].map(of);
     let learned = (found.iter().map(|[square, _]| square).sum::<f64>() / 2.0).sqrt();
     // The specification's own simulation has 0.38 to 0.75 mm.
@@ -428,7 +428,7 @@ fn places_between(calibrator: &PiezoelectricCalibrator<'_>, least: f64) {
 /// share of them within their ellipses of 95 %.
 fn off(
     calibrator: &PiezoelectricCalibrator<'_>,
-    placing: &dyn Placing,
+    localiser: &dyn Localiser,
     gains: &[f64],
     radius: f64,
 ) -> [f64; 2] {
@@ -459,7 +459,7 @@ fn off(
             .zip(gains)
             .map(|(share, gain)| (share + sigma * noise.normal()) / gain)
             .collect();
-        if let Some(found) = placing.place(&forces, &[sigma; 8]) {
+        if let Some(found) = localiser.position(&forces, &[sigma; 8]) {
             told += 1.0;
             squares += (found.centre[0] - place[0]).powi(2) + (found.centre[1] - place[1]).powi(2);
             inside += f64::from(u8::from(found.distance(place) < ELLIPSE_95));

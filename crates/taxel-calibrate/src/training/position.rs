@@ -124,9 +124,9 @@ fn held_out(
     for (frame, place) in frames.iter().zip(places) {
         let estimate = estimator.estimate(frame)?;
         misfit = misfit.max(estimate.misfit);
-        estimates.push(estimate.place);
+        estimates.push(estimate.position);
         for (axis, truth) in place.iter().enumerate() {
-            errors.push(estimate.place[axis] - truth);
+            errors.push(estimate.position[axis] - truth);
             deviations.push(estimate.deviation()[axis]);
         }
     }

@@ -18,7 +18,7 @@ pub struct HistoryOptions {
     pub regularity: f64,
     /// A pause between frames after which the history begins anew, s; default 0.1.
     pub longest_pause: f64,
-    /// A contact that comes back to its place within this time, s, goes on with
+    /// A contact that comes back to its position within this time, s, goes on with
     /// its history: so a load that lifts off is cyclic too; default 1.
     pub longest_break: f64,
 }

@@ -26,7 +26,7 @@ pub enum MicrochannelState {
         /// Its standard deviation from the noise, Pa.
         deviation: f64,
     },
-    /// Closed at some place, or further than the model is known.
+    /// Closed somewhere along it, or further than the model is known.
     Saturated {
         /// The pressure is at least this, Pa.
         at_least: f64,
@@ -515,7 +515,7 @@ mod tests {
         taxels
     }
 
-    fn places(taxels: &[TaxelPressure], wanted: TaxelPressure) -> Vec<usize> {
+    fn taxels_that_are(taxels: &[TaxelPressure], wanted: TaxelPressure) -> Vec<usize> {
         (0..taxels.len()).filter(|i| taxels[*i] == wanted).collect()
     }
 
@@ -531,7 +531,7 @@ mod tests {
             panic!()
         };
         assert!((pressure - 1.5e3).abs() < 1e-9 && (deviation - 50.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(places(&taxels, TaxelPressure::Quiet).len(), 7);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Quiet).len(), 7);
     }
 
     #[test]
@@ -551,7 +551,7 @@ mod tests {
                 deviation: 10.0
             }
         );
-        assert_eq!(places(&taxels, TaxelPressure::Quiet).len(), 6);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Quiet).len(), 6);
     }
 
     #[test]
@@ -562,14 +562,14 @@ mod tests {
             (3, pressed(1e3)),
             (4, pressed(5e3)),
         ]);
-        assert_eq!(places(&taxels, TaxelPressure::Ambiguous), [1, 2, 5, 6]);
-        assert_eq!(places(&taxels, TaxelPressure::Quiet).len(), 4);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Ambiguous), [1, 2, 5, 6]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Quiet).len(), 4);
     }
 
     #[test]
     fn a_load_that_one_layer_feels_is_somewhere_on_its_channel() {
         let taxels = map(&[(3, pressed(1e3))]);
-        assert_eq!(places(&taxels, TaxelPressure::Ambiguous), [1, 5]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Ambiguous), [1, 5]);
     }
 
     #[test]
@@ -600,14 +600,14 @@ mod tests {
             (3, pressed(1e3)),
         ]);
         assert!(matches!(taxels[1], TaxelPressure::Pressed { .. }));
-        assert_eq!(places(&taxels, TaxelPressure::Unknown), [5]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Unknown), [5]);
         let taxels = map(&[
             (0, pressed(1e3)),
             (1, MicrochannelState::Faulty),
             (3, pressed(1e3)),
             (4, pressed(1e3)),
         ]);
-        assert_eq!(places(&taxels, TaxelPressure::Ambiguous), [1, 2]);
-        assert_eq!(places(&taxels, TaxelPressure::Unknown), [5, 6]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Ambiguous), [1, 2]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Unknown), [5, 6]);
     }
 }

@@ -17,10 +17,10 @@ mod map;
 mod microchannel;
 mod motion;
 mod observer;
-mod place_map;
-mod placing_fit;
-mod placing_live;
-mod placing_several;
+mod indentation_map;
+mod position_fit;
+mod last_positions;
+mod several_contacts;
 mod reader;
 mod rest;
 mod segmentation;
@@ -46,14 +46,14 @@ pub use health::{
 };
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneReader, InPlaneReaderError};
 pub use kernel_regression::{KernelRegression, Press, Trust};
-pub use localisation::{Centroid, ELLIPSE_95, Located, Method, Place, Placing, ProfileModel};
+pub use localisation::{Centroid, ELLIPSE_95, Located, Method, ContactPosition, Localiser, ProfileModel};
 pub use map::MapReader;
 pub use microchannel::{
     MicrochannelOptions, MicrochannelReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
 };
 pub use observer::{Observer, ObserverOptions, Wiring};
-pub use place_map::{placing, regression};
-pub use placing_fit::ProfileFit;
+pub use indentation_map::{localiser, regression};
+pub use position_fit::ProfileFit;
 pub use reader::{Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total};
 pub use rest::{Rest, RestRefused};
 pub use session::{Observed, TouchSession};

@@ -137,7 +137,7 @@ struct Watched {
 #[derive(Debug, Clone, Copy)]
 struct Anchor {
     time_ns: u64,
-    place: [f64; 2],
+    position: [f64; 2],
     covariance: Matrix,
 }
 
@@ -152,7 +152,7 @@ struct Moved {
 #[derive(Debug, Clone)]
 struct Left {
     time_ns: u64,
-    place: [f64; 2],
+    position: [f64; 2],
     history: ForceHistory,
 }
 
@@ -190,7 +190,7 @@ impl TouchEvents {
                 .iter()
                 .any(|other| other.inside == Some(track.id));
             if shared {
-                // Nor does their place.
+                // Nor does their position.
                 let watched = self.watched.iter_mut().find(|one| one.id == track.id);
                 if let Some(watched) = watched {
                     (watched.anchor, watched.drag) = (None, None);
@@ -223,7 +223,7 @@ impl TouchEvents {
             }
             self.left.push(Left {
                 time_ns: track.seen_ns,
-                place: track.centre(),
+                position: track.centre(),
                 history: watched.history,
             });
         }
@@ -244,11 +244,11 @@ impl TouchEvents {
         });
     }
 
-    /// The history of a contact that begins: that of the one that left its place.
+    /// The history of a contact that begins: that of the one that left its position.
     fn history(&mut self, time_ns: u64, contact: &Contact) -> ForceHistory {
         let near = (contact.area / contact.taxels as f64).sqrt();
         let [x, y] = contact.centre;
-        let came_back = |left: &Left| (left.place[0] - x).hypot(left.place[1] - y) < near;
+        let came_back = |left: &Left| (left.position[0] - x).hypot(left.position[1] - y) < near;
         match self.left.iter().rposition(came_back) {
             Some(at) => {
                 let mut history = self.left.remove(at).history;
@@ -336,16 +336,16 @@ impl Watched {
     fn follow_anchor(&mut self, time_ns: u64, track: &Track) {
         let here = Anchor {
             time_ns,
-            place: track.centre(),
+            position: track.centre(),
             covariance: track.centre_covariance(),
         };
         let anchor = self.anchor.get_or_insert(here);
         let elapsed = time_ns.saturating_sub(anchor.time_ns);
         if elapsed >= DRAG_NS {
             let seconds = elapsed as f64 * 1e-9;
-            let (from, covariance) = (anchor.place, anchor.covariance);
+            let (from, covariance) = (anchor.position, anchor.covariance);
             self.drag = Some(Moved {
-                velocity: std::array::from_fn(|i| (here.place[i] - from[i]) / seconds),
+                velocity: std::array::from_fn(|i| (here.position[i] - from[i]) / seconds),
                 covariance: std::array::from_fn(|i| {
                     std::array::from_fn(|j| {
                         (here.covariance[i][j] + covariance[i][j]) / (seconds * seconds)

@@ -7,7 +7,7 @@ use super::motion::{Matrix, Motion};
 /// Options of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerOptions {
-    /// Spacing of the taxels x, y, m: the place of a contact of unknown noise
+    /// Spacing of the taxels x, y, m: the position of a contact of unknown noise
     /// is known to a cell.
     pub pitch: [f64; 2],
     /// How freely velocities change: density of a white acceleration, m²/s³;
@@ -81,7 +81,7 @@ pub struct EndedTrack {
 impl Track {
     /// Filtered centre on the developed surface, m.
     pub fn centre(&self) -> [f64; 2] {
-        self.motion.place
+        self.motion.position
     }
 
     /// Covariance of the centre, m².
@@ -103,7 +103,7 @@ impl Track {
 /// Follows contacts from frame to frame; the same contacts give the same
 /// tracks.
 ///
-/// Places are predicted with constant velocity and assigned at the least sum
+/// Positions are predicted with constant velocity and assigned at the least sum
 /// of Mahalanobis distances. Taxels that two frames share hold a track too. A
 /// track that vanishes inside the contact of another one waits there, and both
 /// go on as they moved: when the two part in time, each keeps its identity.
@@ -329,7 +329,7 @@ impl Tracker {
     }
 }
 
-/// Covariance of the place of a contact.
+/// Covariance of the position of a contact.
 fn noise(contact: &Contact, options: &TrackerOptions) -> Matrix {
     let [xx, xy, yy] = contact.covariance;
     let determinant = xx * yy - xy * xy;

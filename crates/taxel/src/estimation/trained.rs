@@ -188,7 +188,7 @@ impl TrainedReader {
             self.area.columns,
             -x,
             self.area.pitch[0],
-            position.place[0],
+            position.position[0],
             dx,
         );
         // Row 0 is at +y.
@@ -196,7 +196,7 @@ impl TrainedReader {
             self.area.rows,
             -y,
             self.area.pitch[1],
-            -position.place[1],
+            -position.position[1],
             dy,
         );
         let cells = rows.iter().flat_map(|r| columns.iter().map(move |c| r * c));
@@ -208,7 +208,7 @@ impl TrainedReader {
         let (centre, covariance) = match &found.position {
             Some(position) => {
                 let [[xx, xy], [_, yy]] = position.covariance;
-                (position.place, [xx, xy, yy])
+                (position.position, [xx, xy, yy])
             }
             None => ([0.0; 2], self.area.anywhere()),
         };

@@ -12,7 +12,7 @@ pub struct TrainedMaps {
     pub channels: usize,
     /// Readings without contact, of runs that begin so.
     pub rest: Option<Rest>,
-    /// Where a probe of the trained depth presses; places on the area of the
+    /// Where a probe of the trained depth presses; positions on the area of the
     /// device, whose middle is the origin.
     pub position: Option<PositionMap>,
     /// How hard.

@@ -18,7 +18,7 @@ mod gaussian_process;
 mod hysteresis;
 mod maps;
 mod memory;
-mod place_map;
+mod indentation_map;
 mod polynomial;
 mod position;
 mod ridge;
@@ -29,8 +29,8 @@ pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::Play;
 pub use maps::{Rest, TrainedMaps};
 pub use memory::MemoryLaw;
-pub(crate) use place_map::FEWEST_PRESSES;
-pub use place_map::{PlaceFinder, PlaceMap};
+pub(crate) use indentation_map::FEWEST_PRESSES;
+pub use indentation_map::{PositionMethod, IndentationMap};
 pub use polynomial::{Polynomial, Standard};
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
 pub use ridge::{Moments, Ridge};
@@ -101,7 +101,7 @@ pub enum TrainingError {
     /// All channels are constant.
     #[error("no channel changes: there is nothing to learn from")]
     NoSignal,
-    /// Presses in one place or along one line.
+    /// Presses in one position or along one line.
     #[error("the presses span {0:.3e} m by {1:.3e} m: positions need an area")]
     NoArea(f64, f64),
 }

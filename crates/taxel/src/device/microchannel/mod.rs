@@ -161,9 +161,9 @@ impl<'a> MicrochannelArray<'a> {
             let drawn =
                 MicrochannelModel::new(&self.layers[layer], share[layer], noise, saturation)?;
             let first = layer * self.counts()[0];
-            let model = |place: usize| MicrochannelModel {
-                rest_resistance: self.rest_resistance(layer, first + place),
-                saturation: self.saturation(first + place),
+            let model = |index: usize| MicrochannelModel {
+                rest_resistance: self.rest_resistance(layer, first + index),
+                saturation: self.saturation(first + index),
                 ..drawn.clone()
             };
             Ok::<_, MicrochannelError>((0..self.counts()[layer]).map(model).collect())

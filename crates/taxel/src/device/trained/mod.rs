@@ -78,7 +78,7 @@ impl Device for TrainedArray<'_> {
         require(
             array.mount == Mount::Flat,
             "array.mount",
-            || "places are learned on a plane".into(),
+            || "positions are learned on a plane".into(),
             "write mount = \"flat\"; x and y are then those of the stage",
         )
     }
@@ -87,7 +87,7 @@ impl Device for TrainedArray<'_> {
         facts::facts(self)
     }
 
-    /// The fitted surface of the channels over the place, once it was learned.
+    /// The fitted surface of the channels over the position, once it was learned.
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         let maps = self.body.maps.as_ref()?;
         let predictor = TrainedPredictor::new(&self.body.channels(), maps, self.unit)?;

@@ -18,7 +18,7 @@ fn contact(x: f64, force: f64, state: State) -> Contact {
     gathering.finish([1e-3; 2])
 }
 
-/// Events of one contact, given by place and force each millisecond; no
+/// Events of one contact, given by position and force each millisecond; no
 /// contact where the force is zero.
 fn events(milliseconds: u64, at: impl Fn(f64) -> (f64, f64, State)) -> Vec<TouchEvent> {
     let mut tracker = Tracker::new(TrackerOptions::new([1e-3; 2]));

@@ -26,8 +26,8 @@ const WIDER: f64 = 1.3;
 /// Smallest random step, in steps of the grid.
 const JITTER: f64 = 0.05;
 
-/// One of the contacts over a population: mean of place, in steps, size and
-/// force; covariance of the places xx, xy, yy.
+/// One of the contacts over a population: mean of position, in steps, size and
+/// force; covariance of the positions xx, xy, yy.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread {
     pub(super) mean: Shape,
@@ -42,7 +42,7 @@ pub(super) struct Population {
 
 impl Scene<'_> {
     /// The population of contacts as likely as the forces leave them: exp(−χ²/2)
-    /// over all places and sizes alike with the best forces, by differential
+    /// over all positions and sizes alike with the best forces, by differential
     /// evolution (ter Braak 2006) from the best fits, the first one best.
     pub(super) fn population(&self, fits: &[Fitted]) -> Option<Population> {
         let best = fits.first()?;
