@@ -128,7 +128,7 @@ pub struct ParameterOf {
     pub value: f64,
     /// Standard deviation.
     pub deviation: f64,
-    /// 95 % interval; of what is not identified that of its prior or bounds.
+    /// 95 % interval; of what is not identifiable that of its prior or bounds.
     pub interval: [f64; 2],
     /// How well it is known.
     pub status: String,

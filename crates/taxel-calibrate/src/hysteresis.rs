@@ -27,7 +27,7 @@ pub(crate) fn law_of(prefix: &str, value: &dyn Fn(&str) -> Option<f64>) -> Optio
     Some(law(&weights))
 }
 
-/// The law of a synthetic bench whose loading carries more than unloading by
+/// Law of synthetic calibration data whose force on loading exceeds that on unloading by
 /// `hysteresis`: half of it is lost within 6 % of the load behind a turn, all
 /// within 20 %.
 pub(crate) fn synthetic(hysteresis: f64) -> ForceHysteresis {

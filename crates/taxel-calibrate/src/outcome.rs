@@ -287,7 +287,7 @@ impl Outcome {
 
     /// Whether every parameter is identified by the readings or its prior.
     pub fn is_identified(&self) -> bool {
-        let told = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentified;
+        let told = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
         self.parameters.iter().all(told)
     }
 }

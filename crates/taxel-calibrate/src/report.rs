@@ -240,7 +240,7 @@ impl Outcome {
             );
         }
         body.push_str(
-            "<p>A value that is not identified is one of many that fit as well; its interval is that of its bounds.</p>\n",
+            "<p>A value that is not identifiable is one of many that fit as well; its interval is that of its bounds.</p>\n",
         );
         body.push_str(&self.holds_for());
         section(page, "Parameters", &body);
@@ -367,7 +367,7 @@ fn shown(estimate: &Estimate, unit: &str) -> [String; 4] {
     let interval = format!("{low} to {high}");
     let none = || String::from("-");
     match estimate.status {
-        Status::NotIdentified => [format!("({value})"), none(), interval, unit],
+        Status::NotIdentifiable => [format!("({value})"), none(), interval, unit],
         Status::Fixed => [value, none(), none(), unit],
         _ => [value, deviation, interval, unit],
     }

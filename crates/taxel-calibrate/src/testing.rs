@@ -74,7 +74,7 @@ fn lags(left: f64) -> [f64; REVERSALS.len()] {
     REVERSALS.map(|width| (2.0 * width).min(-f64::ln(left)))
 }
 
-/// What a synthetic bench loses at each of [`LEFT`], as a share on the logarithm.
+/// Hysteresis loss of synthetic data at each of [`LEFT`], as a share on the logarithm.
 pub(crate) fn lost_on_bench(hysteresis: f64) -> Vec<f64> {
     let law = hysteresis::synthetic(hysteresis);
     let lost = |left| -law.share(&lags(left)).ln();

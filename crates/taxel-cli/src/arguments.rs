@@ -259,7 +259,7 @@ pub(crate) struct Twin {
     pub(crate) sensor: PathBuf,
     /// Synthetic calibration data, as `taxel calibrate` reads them
     #[arg(long, required = true)]
-    pub(crate) bench: bool,
+    pub(crate) calibration_data: bool,
     /// Another sensor in the same table; may be repeated
     #[arg(long, value_name = "SENSOR")]
     pub(crate) with: Vec<PathBuf>,

@@ -172,7 +172,7 @@ fn nothing_follows_before_training() {
     for arguments in [
         vec!["predict", SENSOR, "--load", "x=0 mm, y=0 mm"],
         vec!["live", SENSOR, "--headless", "--frames", "3"],
-        vec!["twin", SENSOR, "--bench"],
+        vec!["twin", SENSOR, "--calibration-data"],
     ] {
         let message = refused(&arguments);
         assert!(message.contains("no physical model"), "{message}");

@@ -92,7 +92,7 @@ fn in_plane() -> Result<(), Box<dyn Error>> {
             if estimate.status == Status::Identified {
                 ""
             } else {
-                ", not distinguished"
+                ", not identifiable"
             }
         );
     }
@@ -266,7 +266,7 @@ fn pairs(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Places, up to two, with their contacts by the least sum of distances.
+/// Positions, up to two, with their contacts by the least sum of distances.
 fn paired(positions: &[ContactPosition], press: &Press) -> Vec<(f64, ContactPosition, [f64; 2])> {
     let order = |first: usize| -> Vec<(f64, ContactPosition, [f64; 2])> {
         let pairs = positions.iter().enumerate();

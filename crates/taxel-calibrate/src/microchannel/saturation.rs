@@ -144,7 +144,7 @@ pub(super) fn parameters(
                 value: divider.saturation,
                 deviation: (divider.supply - most) / 12.0_f64.sqrt(),
                 interval: parameter.bounds,
-                status: Status::NotIdentified,
+                status: Status::NotIdentifiable,
             };
             return (parameter, estimate);
         };

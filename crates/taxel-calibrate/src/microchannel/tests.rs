@@ -141,7 +141,7 @@ fn a_device_comes_back_and_live_touch_inverts_it() {
     // No channel saturates; that is said, with what is known.
     for (parameter, estimate) in &outcome.parameters[TRUTH.len() + RESTS.len()..] {
         assert!(parameter.name.ends_with(SATURATION));
-        assert_eq!(estimate.status, Status::NotIdentified);
+        assert_eq!(estimate.status, Status::NotIdentifiable);
         let [most, supply] = estimate.interval;
         let number = parameter.name.split(['_', '.']).nth(1);
         let volts = text.lines().filter(|line| line.split(',').nth(1) == number);

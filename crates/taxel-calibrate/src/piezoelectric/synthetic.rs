@@ -1,4 +1,4 @@
-//! A bench for a piezoelectric element that exists in the computer only.
+//! Synthetic calibration data of a piezoelectric element.
 
 use std::fmt::Write as _;
 

@@ -232,7 +232,7 @@ impl<'a> Bench<'a> {
 /// touches.
 pub(super) fn misfit(unit: &UnitModel, reading: &Reading) -> Option<[f64; 4]> {
     let (_, response) = unit.predict(reading.force);
-    if response.touching().contains(&true) {
+    if response.closed().contains(&true) {
         return None;
     }
     let model = response.capacitance();

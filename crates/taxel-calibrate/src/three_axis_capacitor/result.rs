@@ -124,7 +124,7 @@ impl ThreeAxisCalibrator<'_> {
             let estimates = &fitted.fit.estimates;
             let stiffness = &estimates[COMPLIANCE + 8];
             let mut together = estimates[..COMPLIANCE].iter().chain([stiffness]);
-            if together.any(|e| e.status == Status::NotIdentified) {
+            if together.any(|e| e.status == Status::NotIdentifiable) {
                 let mean = |places: std::ops::Range<usize>| {
                     let count = places.len() as f64;
                     estimates[places].iter().map(|e| e.deviation).sum::<f64>() / count

@@ -1,5 +1,4 @@
-//! A bench for a three-axis unit that exists in the computer only: its truth
-//! is known.
+//! Synthetic calibration data of a three-axis unit, of known true constants.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! `taxel calibrate`: readings of a bench to what is known of one device.
+//! `taxel calibrate`: calibration data to the constants of one device.
 
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};

@@ -161,7 +161,7 @@ pub enum Status {
     Identified,
     /// The readings do not tell it; interval and deviation are those of its
     /// bounds.
-    NotIdentified,
+    NotIdentifiable,
     /// Its prior says more of it than the readings do.
     PriorOnly,
     /// The best value lies on a bound; the interval goes from there to one side.
@@ -174,7 +174,7 @@ impl Status {
     /// All of them.
     pub const ALL: [Self; 5] = [
         Self::Identified,
-        Self::NotIdentified,
+        Self::NotIdentifiable,
         Self::PriorOnly,
         Self::AtBound,
         Self::Fixed,
@@ -184,7 +184,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Self::Identified => "identified",
-            Self::NotIdentified => "not identified",
+            Self::NotIdentifiable => "not identifiable",
             Self::PriorOnly => "prior only",
             Self::AtBound => "at bound",
             Self::Fixed => "fixed",
@@ -199,7 +199,7 @@ pub struct Estimate {
     pub value: f64,
     /// Standard deviation; see [`Fit::covariance`].
     pub deviation: f64,
-    /// 95 % interval inside the bounds; of a parameter that is not identified,
+    /// 95 % interval inside the bounds; of a parameter that is not identifiable,
     /// that of its prior or its bounds.
     pub interval: [f64; 2],
     /// How well it is known.
@@ -416,7 +416,7 @@ fn estimate(
             let half = student_quantile(0.975, usize::MAX) * prior.deviation;
             (Status::PriorOnly, around(prior.value, half))
         }
-        (Some(told), None) if told > 1.0 => (Status::NotIdentified, [low, high]),
+        (Some(told), None) if told > 1.0 => (Status::NotIdentifiable, [low, high]),
         _ if value <= low || value >= high => (Status::AtBound, around(value, half)),
         _ => (Status::Identified, around(value, half)),
     };

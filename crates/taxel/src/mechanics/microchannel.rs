@@ -188,7 +188,7 @@ pub enum ClosingState {
     /// Open over its whole width.
     Open,
     /// The roof touches the floor; the corners are open.
-    Touching,
+    Closed,
     /// Closed further than the curve is known: the area ratio is an upper
     /// bound, the last one of the curve.
     Beyond {
@@ -389,7 +389,7 @@ impl ClosingCurve {
     pub fn at(&self, net_pressure: f64) -> SectionClosure {
         let (area_ratio, state) = match self.curve.at(net_pressure) {
             OnCurve::Inside { value, .. } if self.touch.is_some_and(|touch| value <= touch) => {
-                (value, ClosingState::Touching)
+                (value, ClosingState::Closed)
             }
             OnCurve::Inside { value, .. } => (value, ClosingState::Open),
             OnCurve::Below(_) => (

@@ -123,17 +123,13 @@ pub enum Element {
 }
 
 /// Keys that had another name in schema 1, with the name that they have now.
-const RENAMED: [(&[&str], &str); 1] =
-    [(&["element", "liquid_metal_channel"], "element.microchannel")];
+const RENAMED: &[(&[&str], &str)] =
+    &[(&["element", "liquid_metal_channel"], "element.microchannel")];
 
 /// The first key in a description that has another name now.
 pub(crate) fn renamed_key(file: &str, text: &str) -> Option<InputError> {
-    let (path, now) = RENAMED
-        .into_iter()
-        .find(|(path, _)| toml_input::has(text, path))?;
-    let message = format!("`{}` is called `{now}` since schema 2", path.join("."));
     let help = "rename it in this header and in those below it, and write schema = 2";
-    Some(toml_input::at_key(file, text, path, &message, help))
+    toml_input::renamed_key(file, text, RENAMED, "since schema 2", help)
 }
 
 /// A board whose first stage cannot read this kind of element.

@@ -106,7 +106,7 @@ impl MicrochannelFieldPredictor {
         row.push(Cell::from(if self.board.divider.saturated(voltage) {
             "saturated"
         } else if void.gap <= 0.0 {
-            "touching"
+            "closed"
         } else {
             "open"
         }));

@@ -56,7 +56,7 @@ pub enum LayerState {
     /// Open over the whole width.
     Open,
     /// The roof touches the floor; the corners are open.
-    Touching,
+    Closed,
     /// Closed further than the curve is known: areas are upper bounds,
     /// resistance and voltage lower ones.
     Beyond,
@@ -69,7 +69,7 @@ impl LayerState {
     pub fn name(self) -> &'static str {
         match self {
             Self::Open => "open",
-            Self::Touching => "touching",
+            Self::Closed => "closed",
             Self::Beyond => "beyond_curve",
             Self::Saturated => "saturated",
         }
@@ -215,7 +215,7 @@ impl MicrochannelPredictor {
         let state = match loaded.state {
             _ if self.board.divider.saturated(voltage) => LayerState::Saturated,
             ClosingState::Beyond { .. } => LayerState::Beyond,
-            ClosingState::Touching => LayerState::Touching,
+            ClosingState::Closed => LayerState::Closed,
             ClosingState::Open | ClosingState::Bulging => LayerState::Open,
         };
         Ok(LayerAnswer {
