@@ -227,7 +227,7 @@ pub(crate) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
             format!("; {}", direction.remedy)
         };
         format!(
-            "{names}: moving them together ({}) by {:.1} of their sensible sizes changes the readings by no more than \
+            "{names}: moving them together ({}) by {:.1} of their typical sizes changes the readings by no more than \
              their noise{remedy}",
             signs.join(" "),
             direction.deviation
@@ -287,8 +287,8 @@ impl Outcome {
 
     /// Whether every parameter is identified by the readings or its prior.
     pub fn is_identified(&self) -> bool {
-        let told = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
-        self.parameters.iter().all(told)
+        let known = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
+        self.parameters.iter().all(known)
     }
 }
 

@@ -271,7 +271,7 @@ impl Outcome {
             "What the readings do not identify",
             &items(
                 &open,
-                "Every combination of the parameters is identified to within its sensible size.",
+                "Every combination of the parameters is identified to within its typical size.",
             ),
         );
     }
@@ -447,7 +447,7 @@ const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:900px;margi
     th,td{border-bottom:1px solid #ddd;padding:.3rem .5rem;text-align:left;vertical-align:top}\
     th{border-bottom:2px solid #333}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
     td:last-child{border-left:5px solid transparent}\
-    tr.identified td:last-child{border-left-color:#009e73}tr.not-identified td:last-child{border-left-color:#d55e00}\
+    tr.identified td:last-child{border-left-color:#009e73}tr.not-identifiable td:last-child{border-left-color:#d55e00}\
     tr.prior-only td:last-child{border-left-color:#cc79a7}tr.at-bound td:last-child{border-left-color:#8a6d00}\
     tr.fixed td:last-child{border-left-color:#999}\
     figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem}";

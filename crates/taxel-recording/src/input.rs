@@ -76,7 +76,7 @@ impl Utf16 {
     /// Bytes of the mark.
     pub(crate) const MARK: usize = 2;
 
-    /// The order that the first bytes of a file tell.
+    /// Byte order by the mark at the start of a file.
     pub(crate) fn of_mark(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0xff, 0xfe, ..] => Some(Self::Little),

@@ -63,7 +63,7 @@ pub struct Session {
     pub touch: TouchSession,
     /// How it runs.
     pub options: PumpOptions,
-    /// What clients are told of program and device.
+    /// Program and device as reported to clients.
     pub provenance: Provenance,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub drawing: String,
@@ -96,7 +96,7 @@ pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
 }
 
 /// Runs a session with its page at `address` until the process is interrupted
-/// or `options.frames` are done; `ready` is told the address of the page.
+/// or `options.frames` are done; `ready` receives the address of the page.
 ///
 /// # Errors
 /// As [`run_headless`], and when the address is taken.

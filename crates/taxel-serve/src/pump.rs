@@ -12,14 +12,14 @@ use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{Continuity, FrameError, RestRefused, TouchSession};
 use tokio::sync::broadcast;
 
-use crate::condition::{ChannelConditions, Teller};
+use crate::condition::{ChannelConditions, ConditionSender};
 use crate::events::{EventFile, EventLog, EventSummary, EventWriter, Events};
 use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
 use crate::message::{self, Health, Tare};
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
-use crate::tare::{BaselineTeller, By, TareHistory};
+use crate::tare::{BaselineSender, By, TareHistory};
 
 /// Options of the pump.
 #[derive(Debug, Clone, PartialEq)]
@@ -227,8 +227,8 @@ pub(crate) struct Pump {
     saver: Option<Saver>,
     events: Events,
     tares: TareHistory,
-    teller: Teller,
-    baselines: BaselineTeller,
+    conditions: ConditionSender,
+    baselines: BaselineSender,
 }
 
 /// Device time against host time.
@@ -290,8 +290,8 @@ impl Pump {
                 writer,
             ),
             tares: TareHistory::new(&session),
-            teller: Teller::default(),
-            baselines: BaselineTeller::default(),
+            conditions: ConditionSender::default(),
+            baselines: BaselineSender::default(),
             source,
             components: session.meaning().components,
             session,
@@ -504,7 +504,7 @@ impl Pump {
 
     fn tell_condition(&mut self, time_ns: u64) {
         let repeated = self.continuity.repeated;
-        let message = self.teller.message(time_ns, repeated, &self.session);
+        let message = self.conditions.message(time_ns, repeated, &self.session);
         if let Some(message) = message {
             self.shared.post(CONDITION, message);
         }

@@ -323,7 +323,7 @@ fn limit(value: f64) -> String {
     }
 }
 
-/// Numbers before a unit as far as a pattern can tell them: their form and their sign.
+/// Numbers before a unit as far as a pattern can describe them: their form and their sign.
 fn number_pattern<R: Rule>() -> String {
     let sign_and_digits = if R::LOWEST < 0.0 {
         r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)"

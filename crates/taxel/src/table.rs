@@ -320,7 +320,7 @@ fn csv_header(columns: &[Column]) -> String {
 }
 
 /// Appends one line of a CSV file: numbers in the unit for people, in as many
-/// digits as tell them apart; nothing for what is not known.
+/// digits as distinguish them; nothing for what is not known.
 fn csv_row(units: &[Shown], row: &[Cell], text: &mut String) {
     let mut digits = zmij::Buffer::new();
     for (index, (unit, cell)) in units.iter().zip(row).enumerate() {

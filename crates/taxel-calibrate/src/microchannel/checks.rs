@@ -67,8 +67,8 @@ pub(super) fn readings(
         let message = "no row has a load and a voltage between 0 and the supply";
         return Err(data.error("voltage", message, "give both in each row"));
     }
-    let told: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
-    units(calibrator, data, &told)?;
+    let unsaturated: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
+    units(calibrator, data, &unsaturated)?;
     Ok(readings)
 }
 

@@ -49,9 +49,9 @@ pub(super) fn answers(
     places.swapped(calibrator, data, &column, presses)
 }
 
-/// What each element, by the drawing, feels of each press, over what it would
-/// feel of one right above it. Of an unknown radius by the middle one of the
-/// drawing: where an element answers hardly depends on it.
+/// Force of each press on each element by the drawing, over that of a press right
+/// above it. An unknown radius counts as the middle one of the drawing, which
+/// hardly changes where an element responds.
 fn shares(model: &ProfileModel, presses: &[Indentation]) -> Vec<Vec<f64>> {
     let usual = model.radii.get(model.radii.len() / 2).copied();
     let radius = |press: &Indentation| press.radius.or(usual).unwrap_or(model.side);

@@ -60,10 +60,10 @@ pub(super) struct Found {
     pub(super) error: [f64; 2],
     /// m.
     pub(super) deviation: [f64; 2],
-    /// Whether the place is within its ellipse of 95 %; none where the signals
-    /// told no place.
+    /// Whether the position is within its ellipse of 95 %; none where the signals
+    /// did not determine it.
     pub(super) inside: Option<bool>,
-    /// Whether what was learned told it, and not the profile.
+    /// Whether it was estimated by what was learned, and not by the profile.
     pub(super) learned: bool,
 }
 
@@ -277,13 +277,13 @@ impl<'a> CrossValidation<'a> {
             misfit = 0.0;
             for (press, shares) in &seen {
                 let pairs = gains.iter().zip(shares.iter());
-                let felt: Vec<f64> = pairs.map(|(gain, share)| gain * share).collect();
-                let force = ratio(&press.forces, &felt);
+                let expected: Vec<f64> = pairs.map(|(gain, share)| gain * share).collect();
+                let force = ratio(&press.forces, &expected);
                 for element in 0..elements {
                     let [size, noise] = [force * shares[element], press.deviation];
                     sums[element] += size * press.forces[element] / (noise * noise);
                     weights[element] += (size / noise).powi(2);
-                    misfit += ((press.forces[element] - force * felt[element]) / noise).powi(2);
+                    misfit += ((press.forces[element] - force * expected[element]) / noise).powi(2);
                 }
             }
             for (gain, (sum, weight)) in gains.iter_mut().zip(sums.iter().zip(&weights)) {
@@ -311,9 +311,9 @@ impl<'a> CrossValidation<'a> {
         };
         let seen: Vec<&Indentation> = self.seen(held).map(|(press, _)| press).collect();
         let direction = |press: &&Indentation| {
-            let felt = over(&press.forces, &gains);
-            let length = felt.iter().map(|force| force * force).sum::<f64>().sqrt();
-            felt.iter().map(|force| force / length).collect()
+            let forces = over(&press.forces, &gains);
+            let length = forces.iter().map(|force| force * force).sum::<f64>().sqrt();
+            forces.iter().map(|force| force / length).collect()
         };
         IndentationMap {
             finder: candidate.by,
@@ -433,12 +433,12 @@ impl<'a> CrossValidation<'a> {
         let press = &self.presses[index];
         let noise = vec![press.deviation; gains.len()];
         let place = localiser.position(&over(&press.forces, gains), &over(&noise, gains));
-        let told = place.map(|place| {
+        let estimated = place.map(|place| {
             let variances = [place.covariance[0], place.covariance[2]];
             (place.centre, variances.map(f64::sqrt))
         });
         // Without information it may be anywhere.
-        let (centre, deviation) = told.unwrap_or(([0.0; 2], self.anywhere));
+        let (centre, deviation) = estimated.unwrap_or(([0.0; 2], self.anywhere));
         Found {
             press: index,
             radius_seen: true,

@@ -105,17 +105,17 @@ fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
     );
     for (seen, radii) in [(true, "of radii"), (false, "of a radius not")] {
         let such: Vec<&Found> = found.iter().filter(|one| one.radius_seen == seen).collect();
-        let told: Vec<bool> = such.iter().filter_map(|one| one.inside).collect();
+        let estimated: Vec<bool> = such.iter().filter_map(|one| one.inside).collect();
         if such.is_empty() {
             continue;
         }
         let share = |count: usize, of: usize| 100.0 * count as f64 / of.max(1) as f64;
-        let inside = told.iter().filter(|inside| **inside).count();
+        let inside = estimated.iter().filter(|inside| **inside).count();
         let learned = such.iter().filter(|one| one.learned).count();
         let _ = write!(
             remark,
             "; {radii} learned {:.1} % within their ellipses of 95 %",
-            share(inside, told.len())
+            share(inside, estimated.len())
         );
         if learned > 0 && learned < such.len() {
             let _ = write!(
@@ -124,9 +124,9 @@ fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
                 share(learned, such.len())
             );
         }
-        if told.len() < such.len() {
-            let untold = such.len() - told.len();
-            let _ = write!(remark, ", no information in {untold} of {}", such.len());
+        if estimated.len() < such.len() {
+            let unknown = such.len() - estimated.len();
+            let _ = write!(remark, ", no information in {unknown} of {}", such.len());
         }
     }
     Remark::whole(remark)

@@ -388,7 +388,7 @@ fn a_probe_that_was_trained_is_placed_within_a_tenth_of_a_millimetre() {
 fn gains_come_back_and_a_probe_of_another_size_is_placed_too() {
     // Under 1.11 mm of silicone, as in the specification, and under the
     // 0.75 mm of the shipped drawing. With exact gains and the true noise the
-    // best that forces can tell without the radius are 0.34 mm at both.
+    // best that forces determine without the radius is 0.34 mm at both.
     for (share_above, least) in [(0.74, 0.35e-3), (0.5, 0.45e-3)] {
         let mut sensor = Sensor::shipped("piezo-1.5mm").unwrap();
         if let Element::Piezoelectric(element) = &mut sensor.element {
@@ -442,7 +442,7 @@ fn off(
     let sensor = calibrator.named.sensor.piezoelectric().unwrap();
     let made = sensor.description.fabricate(8);
     let mut noise = Noise::seeded(17);
-    let (mut told, mut squares, mut inside) = (0.0, 0.0, 0.0);
+    let (mut found, mut squares, mut inside) = (0.0, 0.0, 0.0);
     for trial in 0..300 {
         let part = |step: f64| (f64::from(trial) * step).fract() - 0.5;
         let place = [12e-3 * part(0.754_877_67), 4e-3 * part(0.569_840_29)];
@@ -459,15 +459,15 @@ fn off(
             .zip(gains)
             .map(|(share, gain)| (share + sigma * noise.normal()) / gain)
             .collect();
-        if let Some(found) = localiser.position(&forces, &[sigma; 8]) {
-            told += 1.0;
-            squares += (found.centre[0] - place[0]).powi(2) + (found.centre[1] - place[1]).powi(2);
-            inside += f64::from(u8::from(found.distance(place) < ELLIPSE_95));
+        if let Some(at) = localiser.position(&forces, &[sigma; 8]) {
+            found += 1.0;
+            squares += (at.centre[0] - place[0]).powi(2) + (at.centre[1] - place[1]).powi(2);
+            inside += f64::from(u8::from(at.distance(place) < ELLIPSE_95));
         }
     }
-    // The wider deviations leave some places untold.
-    assert!(told > 240.0, "{told}");
-    [squares / told, inside / told]
+    // The wider deviations leave some positions unknown.
+    assert!(found > 240.0, "{found}");
+    [squares / found, inside / found]
 }
 
 #[test]

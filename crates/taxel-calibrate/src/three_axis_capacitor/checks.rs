@@ -26,7 +26,7 @@ pub(super) fn readings(
 ) -> Result<Vec<Reading>, InputError> {
     let counts = is_counts(data)?;
     let mut readings = Vec::with_capacity(data.len());
-    let (mut unread, mut touching) = (Vec::new(), Vec::new());
+    let (mut unread, mut closed) = (Vec::new(), Vec::new());
     for row in 0..data.len() {
         let taxel = taxel(calibrator, data, row)?;
         let line = data.line(row);
@@ -54,7 +54,7 @@ pub(super) fn readings(
             .iter()
             .any(|c| *c > OTHER * most && *c < 100.0 * most)
         {
-            touching.push(line);
+            closed.push(line);
         } else {
             readings.push(reading);
         }
@@ -65,7 +65,7 @@ pub(super) fn readings(
             "readings without four capacitances, or with a clipped code, are left out",
         ),
         (
-            &touching,
+            &closed,
             "readings above what a closed gap can give are left out",
         ),
     ] {

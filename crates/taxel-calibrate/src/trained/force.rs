@@ -31,8 +31,8 @@ const FARTHEST: i32 = 30;
 /// Another delay is the right one when it leaves less than this share of the
 /// error.
 const CLEARLY_LESS: f64 = 0.7;
-/// Of a delay that leaves fewer readings than this share there is no telling:
-/// a map may suit the few by chance.
+/// A delay that leaves fewer readings than this share is not considered: a map
+/// may suit the few by chance.
 const OVERLAP: f64 = 0.75;
 
 /// The map of the force, where runs have a scale; `frame_rate` in Hz is that of
@@ -214,7 +214,7 @@ fn begins_free(run: &Run) -> Result<(), InputError> {
         let message = format!("the recording begins with {first:.3} N of at most {peak:.3} N");
         return Err(InputError::whole(&run.name, message)
             .key("force_z")
-            .help("begin each recording before the first contact: its first frames tell the readings at rest"));
+            .help("begin each recording before the first contact: its first frames give the readings at rest"));
     }
     Ok(())
 }

@@ -20,7 +20,7 @@ const ONE_DEPTH: f64 = 0.05;
 /// Where forces show the depth, indentations above this share of the peak count.
 const PRESSED: f64 = 0.5;
 /// The last quarter is held out unless more than this share of it presses
-/// beyond the rest: there nothing could foretell it.
+/// beyond the rest, where nothing could predict it.
 const BEYOND_REST: f64 = 0.1;
 /// Presses may reach this much beyond the area, as a share of it.
 const BEYOND: f64 = 0.05;

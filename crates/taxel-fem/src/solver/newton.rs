@@ -409,7 +409,7 @@ impl Solver {
         trial.memory.begin(duration);
         let mut outcome = self.iterate(&mut trial, targets);
         if outcome.is_err() && self.previous.take().is_some() {
-            // The straight line may have led astray.
+            // The extrapolated start may be the cause.
             trial = self.state.clone();
             trial.memory.begin(duration);
             outcome = self.iterate(&mut trial, targets);
@@ -731,7 +731,7 @@ mod tests {
     use super::{alternates, since_least};
 
     #[test]
-    fn an_iteration_that_finds_no_less_energy_is_told() {
+    fn an_iteration_that_finds_no_less_energy_is_reported() {
         // Under a punch beside the middle, with far too large a step.
         assert_eq!(since_least(&[9e4, 2e4, 4e2, 7e2, 1e3, 8e2]), 3);
         assert_eq!(since_least(&[9e4, 2e4, 4e2]), 0);
@@ -739,7 +739,7 @@ mod tests {
     }
 
     #[test]
-    fn going_to_and_fro_is_told_from_slow_convergence() {
+    fn alternation_is_distinguished_from_slow_convergence() {
         // Between two sets of points under a punch; by a tangent that is not exact; and
         // one bad step on the way.
         assert!(alternates(&[8.0e-4, 4.3e-5, 4.6e-5, 4.5e-5]));

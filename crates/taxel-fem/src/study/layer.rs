@@ -87,7 +87,7 @@ impl LayerDivision {
     /// At the foot of a side face that lies down on the base the stretch has no bound. The
     /// pressure keeps the volume of each cell in the mean only, so that cells turn inside
     /// out there, the sooner the smaller they are and the longer the layer. The force hardly
-    /// hangs on them: with cells of a fifth it is 0.1 % larger up to a compression of 0.3.
+    /// depends on them: with cells of a fifth it is 0.1 % larger up to a compression of 0.3.
     pub fn for_aspect(aspect: f64) -> Self {
         let usual = Self::default();
         if aspect <= LONG {

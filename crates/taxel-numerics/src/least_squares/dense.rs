@@ -12,7 +12,7 @@ pub(super) struct Triangle {
     pub(super) target: Vec<f64>,
 }
 
-/// Along a combination of sensible sizes the covariance is at most the square
+/// Along a combination in typical sizes the covariance is at most the square
 /// of this.
 const LARGEST_DEVIATION: f64 = 1e6;
 /// Singular values below this share of the largest are rounding.

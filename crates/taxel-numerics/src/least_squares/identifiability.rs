@@ -1,9 +1,9 @@
-//! What the readings cannot tell, as combinations of parameters.
+//! Combinations of parameters that the readings do not identify.
 
 use super::Problem;
 use super::dense::Spectrum;
 
-/// A combination of parameters that the readings do not tell to within the
+/// Combination of parameters that the readings do not identify to within the
 /// sizes of its members.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
@@ -11,7 +11,8 @@ pub struct Direction {
     pub members: Vec<Member>,
     /// Standard deviation along it, in sizes of the parameters; above 1.
     pub deviation: f64,
-    /// What would tell it, as a sentence without a full stop; may be empty.
+    /// Measurement that would identify it, as a sentence without a full stop; may
+    /// be empty.
     pub remedy: String,
 }
 

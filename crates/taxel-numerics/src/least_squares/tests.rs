@@ -198,7 +198,7 @@ fn the_valley_of_rosenbrock_ends_at_one_one_or_at_a_bound() {
 }
 
 #[test]
-fn what_cannot_be_told_apart_gets_no_number() {
+fn what_is_not_identifiable_gets_no_number() {
     // Only the sum of the first two columns is seen.
     let design = (0..8).map(|i| vec![1.0, 1.0, f64::from(i)]).collect();
     let readings = (0..8).map(|i| 3.0 + 0.5 * f64::from(i)).collect();
@@ -221,7 +221,7 @@ fn what_cannot_be_told_apart_gets_no_number() {
     );
     assert!(direction.deviation > 1e5);
     assert!(direction.remedy.starts_with("measure"));
-    // With a prior on one of them both are told, one by its prior alone.
+    // With a prior on one of them both are known, one by its prior alone.
     parameters[1].prior = Some(Prior {
         value: 1.0,
         deviation: 0.1,

@@ -2,7 +2,7 @@
 //!
 //! The lines are split here and not by the `csv` crate, because errors name
 //! the character at which a value stands, a file that ends inside a line must
-//! be told from one that is wrong, and no line may grow without bound.
+//! be distinguished from one that is wrong, and no line may grow without bound.
 
 use std::borrow::Cow;
 use std::io::{BufRead, ErrorKind};
@@ -185,7 +185,7 @@ impl Dialect {
         decimal: Some(b'.'),
     };
 
-    /// That of a file whose first telling line is `line`: semicolons, else
+    /// That of a file whose first line with a separator is `line`: semicolons, else
     /// tabs, else commas. Only with the first two can a number have a comma.
     pub(super) fn of_line(line: &str) -> Self {
         let separator = [b';', b'\t']

@@ -69,8 +69,8 @@ pub enum Format {
     /// recording delivers one of them, the first unless another is asked for
     /// with [`Recording::open_sensor`]. `GROUP` blocks repeat the readings of
     /// regions without saying where they lie, in lines of up to 20 values, and
-    /// are passed over. The file does not tell a sensel that does not exist
-    /// from one without load, so that all count as present.
+    /// are passed over. The file does not distinguish a sensel that does not
+    /// exist from one without load, so that all count as present.
     ///
     /// Times are those of day relative to the first frame; midnight may pass,
     /// frames must be less than 12 h apart.

@@ -18,6 +18,6 @@ pub struct InPlaneCalibration {
     pub deviation: Vec<f64>,
     /// Taxels that are not used.
     pub masked: Vec<bool>,
-    /// What unloading carries less than loading, where slow loops told it.
+    /// Hysteresis of the force, where slow loops identified it.
     pub hysteresis: Option<ForceHysteresis>,
 }

@@ -18,7 +18,7 @@ pub struct MicrochannelCalibration {
     pub scale: DividerScale,
     /// Taxels that are not used, row by row.
     pub masked: Vec<bool>,
-    /// What unloading carries less than loading, where slow loops told it.
+    /// Hysteresis of the pressure, where slow loops identified it.
     pub hysteresis: Option<ForceHysteresis>,
 }
 

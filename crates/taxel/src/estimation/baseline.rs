@@ -11,7 +11,7 @@ pub struct BaselineOptions {
     pub fastest_drift: f64,
     /// Time over which a drift is followed, s; default 20.
     pub follow: f64,
-    /// Time over which readings are averaged to tell a contact, s; default 1.
+    /// Time over which readings are averaged to detect a contact, s; default 1.
     pub smoothing: f64,
     /// A pause between frames after which the average begins anew, s; default 1.
     pub longest_pause: f64,

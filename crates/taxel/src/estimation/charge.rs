@@ -179,9 +179,9 @@ impl ChargeReader {
         step.map_or(f64::NAN, |step| chain.advance(memory, step, change))
     }
 
-    /// The profiles of contacts tell their positions better than the centres of
-    /// force do, and how many there are.
-    fn place_contacts(&mut self, cells: &[Cell], touch: &mut Touch) {
+    /// Number and positions of the contacts by their profiles, better than by centres
+    /// of force.
+    fn locate_contacts(&mut self, cells: &[Cell], touch: &mut Touch) {
         let (Some(localiser), regions @ 1..) = (&self.localiser, touch.contacts.len()) else {
             self.located = None;
             return;

@@ -182,7 +182,7 @@ fn bounds(state: State) -> bool {
 /// Variance of a centre along one axis because cells of width `pitch` gather
 /// the load, where the weights spread by the variance `spread` about it.
 ///
-/// A cell tells nothing of a position within it: a load on one cell may be
+/// A cell gives no information on the position within it: a load on one cell may be
 /// anywhere in it, p²/12. A load over the border of two cells is narrower than
 /// they are and lies between the border and the centre of force: (p²/4 − s²)/3.
 /// Of a wide load the error is the first harmonic of the grid,

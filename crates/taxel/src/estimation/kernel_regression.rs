@@ -111,8 +111,8 @@ impl KernelRegression {
         let positions: Vec<[f64; 2]> = grid(model).collect();
         let table = |group: &Group| {
             let process = group.process(kernel)?;
-            let felt = |at: &[f64; 2]| sum(&group.expected(*at), &process.mean(at));
-            Ok(positions.par_iter().flat_map_iter(felt).collect())
+            let forces = |at: &[f64; 2]| sum(&group.expected(*at), &process.mean(at));
+            Ok(positions.par_iter().flat_map_iter(forces).collect())
         };
         let tables: Result<Vec<Vec<f64>>, TrainingError> = groups.par_iter().map(table).collect();
         let learned = ProfileModel {
@@ -140,21 +140,21 @@ impl KernelRegression {
     /// The position by what was learned, however unlike the contact and however
     /// badly known, with the misfit over its degrees of freedom.
     pub fn search(&self, forces: &[f64], deviations: &[f64]) -> Option<(ContactPosition, f64)> {
-        let (position, strangeness) = self.fit.search(forces, deviations)?;
+        let (position, score) = self.fit.search(forces, deviations)?;
         let position = ContactPosition {
             force: forces.iter().sum(),
             radius: position.radius.filter(|_| self.sizes_known),
             method: Method::Trained,
             ..position
         };
-        Some((position.spread(self.trust.spread), strangeness))
+        Some((position.spread(self.trust.spread), score))
     }
 }
 
 impl Localiser for KernelRegression {
     fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition> {
-        let (position, strangeness) = self.search(forces, deviations)?;
-        let like = strangeness <= self.trust.reach;
+        let (position, score) = self.search(forces, deviations)?;
+        let like = score <= self.trust.reach;
         (like && position.is_known(self.fit.model().pitch)).then_some(position)
     }
 }
@@ -185,12 +185,12 @@ impl Group {
             beyond: Vec::new(),
         };
         for press in presses {
-            let felt = direction(&press.forces).ok_or(TrainingError::NoSignal)?;
+            let measured = direction(&press.forces).ok_or(TrainingError::NoSignal)?;
             let expected = group.expected(press.position);
-            let pairs = felt.iter().zip(&expected);
+            let pairs = measured.iter().zip(&expected);
             group
                 .beyond
-                .push(pairs.map(|(felt, expected)| felt - expected).collect());
+                .push(pairs.map(|(measured, expected)| measured - expected).collect());
         }
         Ok(group)
     }
@@ -317,7 +317,7 @@ mod tests {
         }
         let learned = trained(&presses).unwrap();
         let [error, _] = rms(&learned, 3.6e-3);
-        // Without the profile the grid of 1 mm has to tell all.
+        // Without the profile the grid of 1 mm alone determines all.
         assert!(error < 0.11e-3, "{error}");
         let (forces, sigma) = Presses::new(3.6e-3, 1).forces([1e-3, 0.5e-3]);
         assert_eq!(learned.position(&forces, &[sigma; 8]).unwrap().radius, None);
@@ -341,8 +341,8 @@ mod tests {
         };
         let like = strange(3.6e-3);
         let unlike = strange(1.5e-3);
-        // Nine in ten contacts of less than half the radius are told from all
-        // that pressed; the others look like them.
+        // Nine in ten contacts of less than half the radius are distinguished
+        // from all that pressed; the others look like them.
         assert!(unlike[5] > like[49], "{unlike:?} {like:?}");
         let careful = learned.with_trust(Trust {
             spread: 1.0,

@@ -1,5 +1,5 @@
-//! Positions that are looked for now and then, kept between by the centres of the
-//! forces.
+//! Positions that are estimated now and then; between, contacts keep their offset
+//! from the centres of force.
 
 use super::contact::{Cell, Contact, Gathering};
 use super::localisation::Located;
@@ -12,8 +12,8 @@ pub(super) struct LastPositions {
     /// Contacts that the touched cells made then.
     regions: usize,
     parts: Vec<Located>,
-    /// Shift, m, and covariance, m², of each contact; none where its position was
-    /// not told.
+    /// Shift, m, and covariance, m², of each contact; none where its position is
+    /// not known.
     shifts: Vec<Option<([f64; 2], [f64; 3])>>,
 }
 

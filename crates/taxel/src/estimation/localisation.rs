@@ -29,7 +29,7 @@ pub trait Localiser: std::fmt::Debug + Send + Sync {
 /// One of the contacts below a cover.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Located {
-    /// Its position; `None` where the forces do not tell it.
+    /// Its position; `None` where the forces do not determine it.
     pub position: Option<ContactPosition>,
     /// What it puts on each element, N.
     pub carried: Vec<f64>,
@@ -91,8 +91,8 @@ pub enum Method {
     Trained,
 }
 
-/// A profile whose highest force is below this many standard deviations tells
-/// nothing.
+/// A profile whose highest force is below this many standard deviations gives no
+/// information.
 const LEAST_PEAK: f64 = 6.0;
 
 /// Centre of the forces on the elements.
@@ -172,7 +172,7 @@ pub struct ProfileModel {
     /// Standard deviation of the gains of the elements against each other.
     pub gain_deviation: f64,
     /// How far beyond the centres of the outer elements a contact may be, as a
-    /// share of the pitch, at most a half. Out there one element feels it
+    /// share of the pitch, at most a half. Out there one element carries it
     /// alone, and its position is hardly known.
     pub margin: f64,
 }
@@ -281,8 +281,8 @@ pub(super) mod tests {
             let share = |at: [f64; 2]| self.table.share(offset(at), 2e-3);
             let shares: Vec<f64> = positions().into_iter().map(share).collect();
             let sigma = 0.01 * shares.iter().copied().fold(0.0, f64::max);
-            let felt = (0..8).map(|i| shares[i] * self.gains[i] + sigma * self.normal());
-            (felt.collect(), sigma)
+            let forces = (0..8).map(|i| shares[i] * self.gains[i] + sigma * self.normal());
+            (forces.collect(), sigma)
         }
     }
 

@@ -409,7 +409,7 @@ fn locate(rows: &[MicrochannelTouch], columns: &[MicrochannelTouch], taxels: &mu
             .count()
     };
     let (many_rows, many_columns) = (possible(rows) > 1, possible(columns) > 1);
-    // A load that only one layer feels lies somewhere along its channel.
+    // A load that only one layer shows lies somewhere along its channel.
     let no_row = possible(rows) == 0;
     let no_column = possible(columns) == 0;
     for (r, row) in rows.iter().enumerate() {
@@ -592,7 +592,7 @@ mod tests {
 
     #[test]
     fn a_faulty_channel_may_be_active() {
-        // Row 1 is dead: a touch on column 3 that row 0 feels is certain there
+        // Row 1 is dead: a touch on column 3 that row 0 shows is certain there
         // and unknown on row 1; with two columns nothing is certain.
         let taxels = map(&[
             (0, pressed(1e3)),

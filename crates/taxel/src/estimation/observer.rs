@@ -66,8 +66,8 @@ pub struct ObserverOptions {
     pub events: TouchEventOptions,
     /// Of the health of channels.
     pub health: HealthOptions,
-    /// Of the slip along rows, for a device whose signals tell it; then the
-    /// motion of contacts does not.
+    /// Of the slip along rows, for a device whose signals show it; then the
+    /// motion of contacts is not used.
     pub slip: Option<SlipOptions>,
 }
 
@@ -237,7 +237,7 @@ impl Observer {
     }
 }
 
-/// Slip along rows as an event: told when it begins or turns round.
+/// Slip along rows as an event: reported when it begins or turns round.
 #[derive(Debug, Clone)]
 struct RowSlip {
     estimator: SlipEstimator,
@@ -253,7 +253,7 @@ struct RowSlip {
 
 /// The slip is looked for so many times in a window ...
 const LOOKS: u64 = 8;
-/// ... and told when two looks in a row agree within this share.
+/// ... and reported when two looks in a row agree within this share.
 const AGREES: f64 = 0.05;
 
 impl RowSlip {

@@ -46,9 +46,9 @@ const COARSE: usize = 4;
 /// Weight below which the surroundings of a position are not looked at.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// As many equal weights tell mean and spread without the finer grid ...
+/// With so many equal weights mean and spread are known without the finer grid ...
 const BROAD: f64 = 60.0;
-/// ... and as many tell which positions are unlikely: those below this weight.
+/// ... and with so many, positions below this weight are unlikely.
 const SEVERAL: f64 = 8.0;
 const UNLIKELY: f64 = 1e-4;
 

@@ -45,7 +45,7 @@ impl TouchSession {
         )
     }
 
-    /// Estimates and observes one frame. Nothing is told of contacts while a
+    /// Estimates and observes one frame. No contact is reported while a
     /// rest capture runs.
     ///
     /// # Errors

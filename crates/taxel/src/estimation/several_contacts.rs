@@ -111,7 +111,7 @@ struct Scene<'a> {
     /// One over the deviation of each force.
     roots: Vec<f64>,
     /// Forces over their deviations.
-    felt: Vec<f64>,
+    weighted: Vec<f64>,
     /// What is looked at first.
     raster: Vec<Trial>,
 }
@@ -139,7 +139,7 @@ impl<'a> Scene<'a> {
             tables: fit.shares(),
             elements: (0..forces.len()).map(element).collect(),
             forces,
-            felt: forces.iter().zip(&roots).map(|(f, w)| f * w).collect(),
+            weighted: forces.iter().zip(&roots).map(|(f, w)| f * w).collect(),
             roots,
             raster: Vec::new(),
         }
@@ -151,10 +151,10 @@ impl<'a> Scene<'a> {
         let highest = self.forces.iter().enumerate();
         let highest = highest.max_by(|(_, a), (_, b)| a.total_cmp(b));
         let top = highest.map_or([0.0; 2], |(index, _)| self.elements[index]);
-        let pairs = self.elements.iter().zip(&self.felt);
+        let pairs = self.elements.iter().zip(&self.weighted);
         pairs
             .filter(|(at, _)| !within(**at, top, (NEAR * STEPS) as f64))
-            .map(|(_, felt)| felt * felt)
+            .map(|(_, force)| force * force)
             .sum()
     }
 
@@ -236,7 +236,7 @@ impl<'a> Scene<'a> {
 
     /// What is left of the forces over their deviations.
     fn residuals(&self, shapes: &[Shape]) -> Vec<f64> {
-        let felt = |element: usize| -> f64 {
+        let predicted = |element: usize| -> f64 {
             let shares = shapes.iter();
             shares
                 .map(|one| one.force * self.share(one.at, one.size, element)[0])
@@ -244,7 +244,7 @@ impl<'a> Scene<'a> {
         };
         let forces = self.forces.iter().zip(&self.roots).enumerate();
         forces
-            .map(|(element, (force, root))| (force - felt(element)) * root)
+            .map(|(element, (force, root))| (force - predicted(element)) * root)
             .collect()
     }
 
@@ -300,7 +300,7 @@ impl<'a> Scene<'a> {
             .iter()
             .map(|a| rows.iter().map(|b| dot(a, b)).collect())
             .collect();
-        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.felt)).collect();
+        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.weighted)).collect();
         let Some(factor) = cholesky(matrix) else {
             return;
         };
@@ -410,9 +410,9 @@ impl<'a> Scene<'a> {
 
 /// Elements from which a further contact is looked for.
 const SEEDS: usize = 6;
-/// An element that feels less than this share of the highest force has no
-/// contact of its own.
-const FEELS: f64 = 0.05;
+/// An element with less than this share of the highest force has no contact of
+/// its own.
+const OWN_CONTACT: f64 = 0.05;
 
 /// Whether two positions are no further apart along x and along y.
 fn within(a: [f64; 2], b: [f64; 2], reach: f64) -> bool {

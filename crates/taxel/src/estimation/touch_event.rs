@@ -71,7 +71,7 @@ impl TouchEventKind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchEvent {
     /// Device time at which it is known, ns; of an end, when the contact was
-    /// last felt.
+    /// last observed.
     pub time_ns: u64,
     /// The track of the contact.
     pub contact: u64,
@@ -92,7 +92,7 @@ pub struct TouchEventOptions {
     /// default 5.
     pub slip_deviations: f64,
     /// ... and above this speed, m/s; default 5 mm/s. Infinite where slip is
-    /// told by other means.
+    /// observed by other means.
     pub slip_speed: f64,
     /// Whether a reading at its end means a closed channel, as on crossing
     /// channels, rather than a board at its limit; default no.
@@ -196,7 +196,7 @@ impl TouchEvents {
                     (watched.anchor, watched.drag) = (None, None);
                 }
             } else {
-                self.feel(time_ns, track, contact);
+                self.observe(time_ns, track, contact);
             }
         }
         &self.events
@@ -259,7 +259,7 @@ impl TouchEvents {
         }
     }
 
-    fn feel(&mut self, time_ns: u64, track: &Track, contact: &Contact) {
+    fn observe(&mut self, time_ns: u64, track: &Track, contact: &Contact) {
         let force = [contact.force[2], contact.force_covariance[2][2].sqrt()];
         let known = self.watched.iter().position(|one| one.id == track.id);
         let at = known.unwrap_or_else(|| {

@@ -22,7 +22,7 @@ pub struct TrackerOptions {
     /// pause without any frame a contact that still covers taxels of the one
     /// before is the same.
     pub longest_outage: f64,
-    /// Two contacts may be one for this time and still be told apart after,
+    /// Two contacts may be one for this time and still be distinguished after,
     /// s; default 0.3.
     pub longest_crossing: f64,
 }
@@ -221,7 +221,7 @@ impl Tracker {
                 .motion
                 .distance(contact.centre, noise(contact, options));
             // A contact that jumped but still covers the same taxels. After a pause
-            // a track may be anywhere, and only its taxels tell.
+            // a track may be anywhere, and only its taxels identify it.
             let shares = (paused || distance > gate)
                 && owners.iter().zip(regions).any(|(owner, region)| {
                     *owner == Some(track.id) && *region == Some(column as u32)

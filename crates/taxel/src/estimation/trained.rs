@@ -58,7 +58,7 @@ const CELL_SHARE: f64 = 0.05;
 ///
 /// A cell holds the share of the force (without a force map: of the contact)
 /// that the estimated position and its covariance put into it. A position that
-/// the maps do not tell is the middle of the area with the covariance of
+/// the maps do not determine is the middle of the area with the covariance of
 /// anywhere.
 #[derive(Debug, Clone)]
 pub struct TrainedReader {
@@ -154,7 +154,7 @@ impl TrainedReader {
         let force = self.force.as_mut().map(|force| force.push(time, values));
         let force = force.transpose()?;
         let position = self.position.as_mut().map(|map| map.estimate(values));
-        // A frame unlike all presses tells no position.
+        // A frame unlike all training indentations determines no position.
         let position = position
             .transpose()?
             .filter(|position| position.support == Support::Trained);

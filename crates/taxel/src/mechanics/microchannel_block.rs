@@ -147,7 +147,7 @@ impl BlockStudy {
         self.drive_heard(value, &mut |_| {})
     }
 
-    /// The same; `heard` is told the fraction of the way after each step.
+    /// The same; `heard` receives the fraction of the way after each step.
     ///
     /// # Errors
     /// As [`Self::drive`].
@@ -168,7 +168,7 @@ impl BlockStudy {
         self.push_heard(force, &mut |_| {})
     }
 
-    /// The same; `heard` is told the fraction of the way after each step.
+    /// The same; `heard` receives the fraction of the way after each step.
     ///
     /// # Errors
     /// As [`Self::push`].

@@ -28,11 +28,10 @@ pub struct InPlaneCapacitor {
     pub layer_width: f64,
     /// How far made devices differ from the drawing; used by the twin.
     pub fabrication: GapScatter,
-    /// Capacitance beside that of the electrodes, F: only a calibration tells
-    /// it.
+    /// Parallel capacitance, F; only a calibration gives it.
     #[serde(skip)]
     pub stray_capacitance: f64,
-    /// What unloading carries less than loading: only a calibration tells it.
+    /// Hysteresis of the force; only a calibration gives it.
     #[serde(skip)]
     pub hysteresis: Option<ForceHysteresis>,
 }

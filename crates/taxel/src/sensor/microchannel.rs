@@ -52,7 +52,7 @@ pub struct FoundChannels {
     /// Voltage from which each channel reads no more, V, rows first; that of the
     /// drawing where it was not reached.
     pub saturation: Vec<f64>,
-    /// What unloading carries less than loading, where slow loops told it.
+    /// Hysteresis of the pressure, where slow loops identified it.
     pub hysteresis: Option<ForceHysteresis>,
 }
 

@@ -36,8 +36,7 @@ pub struct ThreeAxisCapacitor {
     /// file has no such key, a calibration file sets it.
     #[serde(skip)]
     pub calibrated: Vec<CalibratedUnit>,
-    /// What unloading carries less than loading along x, y and z, where a
-    /// calibration told it.
+    /// Hysteresis of the force along x, y and z, where a calibration identified it.
     #[serde(skip)]
     pub hysteresis: [Option<ForceHysteresis>; 3],
 }

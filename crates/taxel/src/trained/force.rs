@@ -36,7 +36,8 @@ pub struct BetweenRuns {
     pub offset: f64,
     /// Relative deviation of the gain.
     pub gain: f64,
-    /// Runs that told both; with one they are the usual ones of soft bodies.
+    /// Runs that both were estimated from; with one they are the usual ones of soft
+    /// bodies.
     pub runs: usize,
 }
 

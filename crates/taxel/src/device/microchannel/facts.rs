@@ -233,7 +233,7 @@ fn electronics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     facts
 }
 
-/// What one taxel of a channel can be known to feel.
+/// Range and resolution of one taxel of a microchannel.
 fn estimation(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     let Ok(calibration) = array.calibration() else {
         return Vec::new();

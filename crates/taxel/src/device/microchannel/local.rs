@@ -135,7 +135,7 @@ impl ArrayBlock {
                         micrometres(length),
                         micrometres(least)
                     ),
-                    help: String::from("give a larger one; the channels would not feel less"),
+                    help: String::from("give a larger one; the response of the microchannels would not become smaller"),
                 });
             }
             // A billionth is forgiven: lengths are often sums of others.

@@ -268,7 +268,7 @@ impl Predictor for MicrochannelPredictor {
         match (has(PRESSURE), has(FORCE_Z), has(AREA_COLUMN)) {
             (true, false, false) | (false, true, true) => Ok(()),
             (false, true, false) => Err(String::from(
-                "a force says nothing without the area that it presses on: the channels feel pressure; \
+                "a force says nothing without the area that it presses on: the microchannels respond to pressure; \
                  give the area too, such as \"fz=25 mN, area=1 mm2\", or the pressure",
             )),
             (false, false, _) => Err(String::from(
@@ -350,7 +350,7 @@ impl Predictor for MicrochannelPredictor {
             row.push(layer.thinnest.map_or(Cell::from(""), Cell::Number));
             row.push(Cell::Number(layer.volume_ratio));
             row.push(Cell::Number(layer.resistance));
-            // Of a bound only the resistance is told; a signal that is only
+            // Of a bound only the resistance is reported; a signal that is only
             // known to be larger would look like a reading.
             row.extend(if layer.state == LayerState::Beyond {
                 [const { Cell::Text(Cow::Borrowed("")) }; 3]

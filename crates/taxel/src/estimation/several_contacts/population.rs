@@ -151,12 +151,12 @@ impl Scene<'_> {
             .iter()
             .map(|a| rows.iter().map(|b| dot(a, b)).collect())
             .collect();
-        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.felt)).collect();
+        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.weighted)).collect();
         let forces = cholesky_solve(&cholesky(gram)?, &right);
         for (one, force) in shapes.iter_mut().zip(&forces) {
             one.force = *force;
         }
-        let misfit = dot(&self.felt, &self.felt) - dot(&forces, &right);
+        let misfit = dot(&self.weighted, &self.weighted) - dot(&forces, &right);
         let press = forces.iter().all(|force| *force > 0.0);
         press.then_some(Fitted { shapes, misfit })
     }

@@ -1,17 +1,17 @@
 //! Where contacts may be, before their positions are refined: each in turn on a
 //! coarse raster, beside the others.
 
-use super::{COARSE, FEELS, Fitted, ROUNDS, SEEDS, Scene, Shape, Trial, within};
+use super::{COARSE, OWN_CONTACT, Fitted, ROUNDS, SEEDS, Scene, Shape, Trial, within};
 use crate::estimation::position_fit::{OFFSETS, WINDOW};
 use taxel_numerics::dense::{dot, remove_projections};
 
 impl Scene<'_> {
-    /// Prepares the raster: positions within a pitch of the elements that feel
-    /// something.
+    /// Prepares the raster: positions within a pitch of the elements that carry a
+    /// force.
     pub(super) fn raster(&mut self) {
         let highest = self.forces.iter().copied().fold(0.0, f64::max);
         let pairs = self.elements.iter().zip(self.forces);
-        let near = pairs.filter(|(_, force)| **force > FEELS * highest);
+        let near = pairs.filter(|(_, force)| **force > OWN_CONTACT * highest);
         let near: Vec<[f64; 2]> = near.map(|(at, _)| *at).collect();
         let close = |at: &[f64; 2]| near.iter().any(|one| within(*one, *at, WINDOW as f64));
         let [right, up, _] = self.limits();
@@ -81,7 +81,7 @@ impl Scene<'_> {
                 basis.push(row);
             }
         }
-        let mut left = self.felt.clone();
+        let mut left = self.weighted.clone();
         remove_projections(&mut left, &basis);
         let mut best: Option<(f64, Shape)> = None;
         for Trial { shape, row } in &self.raster {

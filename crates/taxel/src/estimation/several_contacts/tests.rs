@@ -63,7 +63,7 @@ impl Bench {
 
     fn found(&mut self, contacts: &[([f64; 2], f64)]) -> Vec<Located> {
         let elements = self.elements.clone();
-        let felt = |at: &[f64; 2]| -> f64 {
+        let force = |at: &[f64; 2]| -> f64 {
             let share =
                 |position: &[f64; 2]| self.table.share([at[0] - position[0], at[1] - position[1]], 2e-3);
             contacts
@@ -71,7 +71,7 @@ impl Bench {
                 .map(|(position, force)| force * share(position))
                 .sum()
         };
-        let exact: Vec<f64> = elements.iter().map(felt).collect();
+        let exact: Vec<f64> = elements.iter().map(force).collect();
         let sigma = 0.01 * exact.iter().copied().fold(0.0, f64::max);
         let forces: Vec<f64> = exact
             .iter()
@@ -173,7 +173,7 @@ fn ellipses_of_two_contacts_on_eight_elements_hold_them() {
 fn two_contacts_closer_than_the_cover_resolves_are_one() {
     let mut bench = Bench::new(2, 4, 3.6e-3);
     assert!(two(&mut bench, 2e-3, 60).both < 0.05);
-    // At 3 mm some are told; few of them by mistake.
+    // At 3 mm some are resolved; few of them by mistake.
     let found = two(&mut bench, 3e-3, 100);
     assert!(found.both < 0.25, "{}", found.both);
     // Of some 20 positions: before, half of such pairs were confident and wrong.

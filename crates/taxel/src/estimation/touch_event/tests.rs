@@ -107,7 +107,7 @@ fn a_load_that_lifts_off_again_and_again_is_cyclic() {
 }
 
 #[test]
-fn bounds_are_told_once() {
+fn bounds_are_reported_once() {
     let state = |t: f64| if t > 0.1 { State::Closed } else { State::Ok };
     let found = events(300, |t| (0.0, 0.3, state(t)));
     let count = names(&found)
