@@ -484,7 +484,7 @@ impl CalibrationFile {
 }
 
 impl CovarianceBlock {
-    /// Whether no entry exceeds what its variances allow, on both sides alike.
+    /// True if no entry exceeds what its variances allow, on both sides alike.
     fn is_covariance(&self) -> bool {
         let c = &self.rows;
         (0..c.len()).all(|i| {

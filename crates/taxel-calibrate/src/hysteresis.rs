@@ -92,7 +92,7 @@ pub(crate) fn on_loading<T: Copy>(
 /// A load below this share of the largest is none: what it lost is noise.
 const NONE: f64 = 0.05;
 
-/// Whether a load in the order of time, of either sign, goes back towards zero
+/// True if a load in the order of time, of either sign, goes back towards zero
 /// at each reading, and is still there.
 pub(crate) fn unloading(load: &[f64]) -> Vec<bool> {
     let largest = load.iter().fold(0.0_f64, |most, load| most.max(load.abs()));

@@ -23,9 +23,9 @@ pub struct CalibrateOptions {
     /// Name of the model whose parameters are wanted; by default the first of
     /// [`crate::Calibratable::models`].
     pub model: Option<String>,
-    /// Whether intervals are taken from profiles of the likelihood.
+    /// True if intervals are taken from profiles of the likelihood.
     pub profile: bool,
-    /// Whether wrong readings are to be forgotten (Huber's loss).
+    /// True if wrong readings are to be forgotten (Huber's loss).
     pub robust: bool,
 }
 

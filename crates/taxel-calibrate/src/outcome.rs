@@ -285,7 +285,7 @@ impl Outcome {
         self.parameters.extend(parameters);
     }
 
-    /// Whether every parameter is identified by the readings or its prior.
+    /// True if every parameter is identified by the readings or its prior.
     pub fn is_identified(&self) -> bool {
         let known = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
         self.parameters.iter().all(known)

@@ -125,7 +125,7 @@ pub(crate) fn fill(ours: &mut Ours) {
     figures(ours, &both);
 }
 
-/// Whether two numbers agree to rounding.
+/// True if two numbers agree to rounding.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * b.abs()
 }

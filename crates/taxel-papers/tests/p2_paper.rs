@@ -261,8 +261,7 @@ fn p2_inverse_error_table() {
     }
 }
 
-/// What an estimator reports that takes the parallel capacitance for zero
-/// (section 6).
+/// Estimates of an estimator that takes the parallel capacitance for zero (section 6).
 #[test]
 fn p2_unknown_parallel_capacitance() {
     let truth = parasitic();

@@ -1,4 +1,4 @@
-//! What is wrong with channels, for messages and the report.
+//! Faults of channels, for messages and the report.
 
 use serde::Serialize;
 use taxel::estimation::{ArrayEstimator, TouchSession};

@@ -61,7 +61,7 @@ pub struct Session {
     pub source: Box<dyn Source>,
     /// Estimator and observer of the device.
     pub touch: TouchSession,
-    /// How it runs.
+    /// Options of the run.
     pub options: PumpOptions,
     /// Program and device as reported to clients.
     pub provenance: Provenance,

@@ -30,7 +30,7 @@ pub struct PumpOptions {
     pub frames: Option<u64>,
     /// Frames of a rest capture; default 50, as in the paper.
     pub tare_frames: usize,
-    /// Whether a rest capture is taken at the start; default yes.
+    /// True if a rest capture is taken at the start; default yes.
     pub tare_at_start: bool,
     /// Write the frames of the source to this file.
     pub save: Option<PathBuf>,
@@ -54,7 +54,7 @@ impl Default for PumpOptions {
     }
 }
 
-/// What can be asked for while it runs.
+/// Commands while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Take a rest capture from the next frames.
@@ -75,7 +75,7 @@ pub(crate) struct Outgoing {
     pub(crate) bytes: Bytes,
 }
 
-/// What the pump lets others see.
+/// State of the pump that others see.
 #[derive(Debug)]
 pub(crate) struct Shared {
     /// Messages; a receiver that lags loses the oldest.
@@ -167,10 +167,10 @@ impl Shared {
     }
 }
 
-/// What a run of the pump came to.
+/// Summary of a run of the pump.
 #[derive(Debug)]
 pub struct Summary {
-    /// What was counted of the frames.
+    /// Count of the frames.
     pub continuity: Continuity,
     /// Frames with a clipped channel.
     pub clipped_frames: u64,

@@ -33,7 +33,7 @@ const STATUS_EVERY: Duration = Duration::from_millis(100);
 /// Largest command of a client, bytes.
 const LARGEST_COMMAND: usize = 4096;
 
-/// What the routes need.
+/// State of the routes.
 pub(crate) struct Site {
     pub(crate) token: String,
     pub(crate) hello: String,

@@ -15,7 +15,7 @@ pub enum By {
     Page,
 }
 
-/// What happened to the rest values.
+/// Kind of a change of the rest values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum TareKind {

@@ -180,13 +180,13 @@ fn number_length(text: &str) -> usize {
     at
 }
 
-/// What one value of a file must be: its dimension and its range.
+/// Rule for one value of a file: its dimension and its range.
 pub trait Rule {
     /// `None` for a plain number.
     const DIMENSION: Option<&'static Dimension>;
     /// Smallest value, SI.
     const LOWEST: f64;
-    /// Whether the smallest value itself is refused.
+    /// True if the smallest value itself is refused.
     const OPEN: bool;
     /// Largest value, SI.
     const HIGHEST: f64;

@@ -140,7 +140,7 @@ fn key_at(text: &str, span: &Range<usize>) -> String {
     path.join(".")
 }
 
-/// Whether the key that holds `span` was found and left in `path`.
+/// True if the key that holds `span` was found and left in `path`.
 ///
 /// The span of a table is only its header, so children are always searched.
 fn collect(table: &DeTable<'_>, span: &Range<usize>, path: &mut Vec<String>) -> bool {

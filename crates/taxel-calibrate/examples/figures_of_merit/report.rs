@@ -354,7 +354,7 @@ fn test(map: &ForceMap, session: &Session) -> Shown<Tested> {
     Ok(tested)
 }
 
-/// Whether the probe goes down (1) or up (−1) around `time`, by more than 20 um.
+/// True if the probe goes down (1) or up (−1) around `time`, by more than 20 um.
 fn branch(session: &Session, time: f64) -> i8 {
     let height = |t: f64| session.place.at(t, 10.0).map_or(0.0, |row| row[2]);
     let change = height(time + 0.3) - height(time - 0.3);

@@ -119,7 +119,7 @@ fn sensor_of(
     })
 }
 
-/// Whether forces and capacitances can be of this sensor.
+/// True if forces and capacitances can be of this sensor.
 fn units(
     calibrator: &InPlaneCalibrator<'_>,
     data: &ReadingTable,

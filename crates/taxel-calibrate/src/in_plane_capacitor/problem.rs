@@ -70,7 +70,7 @@ pub(super) struct Bench<'a> {
     motions: Vec<Option<Motion>>,
     /// Standard deviations of force and capacitance of each reading.
     pub(super) noise: Vec<[f64; 2]>,
-    /// Whether forces are readings beside displacements.
+    /// True if forces are readings beside displacements.
     with_force: bool,
 }
 

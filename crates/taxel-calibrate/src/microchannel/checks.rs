@@ -92,7 +92,7 @@ fn channel_of(
     })
 }
 
-/// Whether the table has the columns of a load and of a signal.
+/// True if the table has the columns of a load and of a signal.
 fn complete(data: &ReadingTable) -> Result<(), InputError> {
     let [pressure, force, area] = LOAD_AT.map(|column| data.given[column]);
     if !(pressure || force && area) {
@@ -127,7 +127,7 @@ fn voltage(
     read.or(data.number(row, RESISTANCE).map(of))
 }
 
-/// Whether voltages and loads can be of this array.
+/// True if voltages and loads can be of this array.
 fn units(
     calibrator: &MicrochannelCalibrator<'_>,
     data: &ReadingTable,

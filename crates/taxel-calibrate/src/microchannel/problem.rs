@@ -27,7 +27,7 @@ pub(crate) struct Reading {
     pub(super) voltage: f64,
     /// Standard deviation that the bench gives, V.
     pub(super) deviation: Option<f64>,
-    /// Whether the voltage says no more than that the load is at least as large.
+    /// True if the voltage says no more than that the load is at least as large.
     pub(super) saturated: bool,
     pub(super) marked: bool,
 }
@@ -76,7 +76,7 @@ pub(super) struct Bench<'a> {
 pub(super) struct Predicted {
     /// Resistance over that at rest.
     pub(super) ratio: f64,
-    /// Whether the closing curve does not reach so far.
+    /// True if the closing curve does not reach so far.
     pub(super) beyond: bool,
 }
 

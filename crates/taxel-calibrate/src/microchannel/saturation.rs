@@ -78,7 +78,7 @@ impl Plateau {
         })
     }
 
-    /// Whether a reading belongs to it.
+    /// True if a reading belongs to it.
     pub(super) fn holds(&self, reading: &Reading) -> bool {
         reading.voltage > self.voltage - apart(ALONE, self.count) * self.scatter
     }
@@ -92,7 +92,7 @@ fn spread(points: &[[f64; 2]]) -> [f64; 2] {
     [mean, (squares / (count - 1.0)).sqrt()]
 }
 
-/// Whether the voltages do not clearly change along the loads.
+/// True if the voltages do not clearly change along the loads.
 fn is_flat(points: &[[f64; 2]]) -> bool {
     line(points).is_some_and(|[slope, deviation]| {
         slope.abs() <= student_quantile(1.0 - FLAT, points.len() - 2) * deviation

@@ -141,14 +141,14 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Whether a signal clearly follows another element than its own.
+    /// True if a signal clearly follows another element than its own.
     fn moved(&self, k: usize) -> bool {
         let (like, best) = self.like[k];
         let apart = fisher(best) - fisher(self.own[k]);
         like != k && apart > CLEAR * 2.0_f64.sqrt() * self.deviation
     }
 
-    /// Whether a signal follows the element it is most like beyond what the best
+    /// True if a signal follows the element it is most like beyond what the best
     /// of many chances gives.
     fn is_like(&self, k: usize) -> bool {
         fisher(self.like[k].1) > 2.0 * CLEAR * self.deviation

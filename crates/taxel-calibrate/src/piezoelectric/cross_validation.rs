@@ -29,7 +29,7 @@ const LEAST_LEFT: usize = 12;
 pub(super) struct Candidate {
     pub(super) name: &'static str,
     pub(super) by: PositionMethod,
-    /// Whether the gains that the presses taught are used.
+    /// True if the gains that the presses taught are used.
     pub(super) with_gains: bool,
 }
 
@@ -54,16 +54,16 @@ pub(super) const CANDIDATES: [Candidate; 5] = [
 pub(super) struct Found {
     /// Index of the press.
     pub(super) press: usize,
-    /// Whether other presses of its radius were seen.
+    /// True if other presses of its radius were seen.
     pub(super) radius_seen: bool,
     /// m.
     pub(super) error: [f64; 2],
     /// m.
     pub(super) deviation: [f64; 2],
-    /// Whether the position is within its ellipse of 95 %; none where the signals
+    /// True if the position is within its ellipse of 95 %; none where the signals
     /// did not determine it.
     pub(super) inside: Option<bool>,
-    /// Whether it was estimated by what was learned, and not by the profile.
+    /// True if it was estimated by what was learned, and not by the profile.
     pub(super) learned: bool,
 }
 
@@ -93,7 +93,7 @@ pub(super) struct CrossValidation<'a> {
 
 /// What the regression and the profile say of presses that are held out.
 pub(super) struct FoldDistances {
-    /// Whether other presses of these radii were seen.
+    /// True if other presses of these radii were seen.
     radius_seen: bool,
     distances: Vec<Distances>,
 }
@@ -178,7 +178,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 /// A part of the presses that is held out.
 pub(super) struct Part {
     held: Vec<bool>,
-    /// Whether others of the same radius are not.
+    /// True if others of the same radius are not.
     pub(super) radius_seen: bool,
 }
 

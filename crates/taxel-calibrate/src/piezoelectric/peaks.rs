@@ -62,7 +62,7 @@ impl Sums {
         }
     }
 
-    /// Whether the model moves clearly more than readings that are noise and
+    /// True if the model moves clearly more than readings that are noise and
     /// nothing else, of at least the `deviation` of the board.
     fn is_clear(&self, deviation: f64) -> bool {
         let variance = (self.scatter[0] / self.count).max(deviation * deviation);

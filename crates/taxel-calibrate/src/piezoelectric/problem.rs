@@ -61,7 +61,7 @@ pub(crate) enum What {
     Peak {
         /// Place among the profiles.
         profile: usize,
-        /// Whether in the direction of loading.
+        /// True if in the direction of loading.
         first: bool,
     },
     /// The output at this time, s.

@@ -202,7 +202,7 @@ pub(super) fn rest_of(of: &[Reading]) -> [f64; 4] {
     })
 }
 
-/// Whether capacitances and forces can be of this sensor.
+/// True if capacitances and forces can be of this sensor.
 fn units(
     calibrator: &ThreeAxisCalibrator<'_>,
     data: &ReadingTable,
@@ -251,7 +251,7 @@ fn units(
     Ok(())
 }
 
-/// Whether each channel rises and falls with the side forces as its place
+/// True if each channel rises and falls with the side forces as its place
 /// under the bump demands; names channels that are swapped.
 fn channels(data: &ReadingTable, taxel: usize, of: &[Reading]) -> Result<(), InputError> {
     let axes: Vec<usize> = (0..3)

@@ -81,7 +81,7 @@ enum Model {
 impl Model {
     const ALL: [Self; 3] = [Self::Matrix, Self::Springs, Self::AsDrawn];
 
-    /// Whether a parameter is free where a gauge moved the axes `moved`.
+    /// True if a parameter is free where a gauge moved the axes `moved`.
     ///
     /// Under a normal force alone cross-talk is not: four closings of their
     /// own would take from the shared stiffness what identifies the parallel
@@ -324,7 +324,7 @@ fn moved_by(found: &Fit, from: &[f64]) -> f64 {
 /// What a table says of all its readings.
 pub(crate) struct Context {
     measured: Measured,
-    /// Whether the rows have times, which say which readings are of unloading.
+    /// True if the rows have times, which say which readings are of unloading.
     in_time: bool,
 }
 

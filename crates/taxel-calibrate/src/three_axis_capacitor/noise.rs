@@ -105,7 +105,7 @@ impl Noise {
     }
 }
 
-/// Whether the bench gives the deviations of all readings.
+/// True if the bench gives the deviations of all readings.
 pub(super) fn is_given(of: &[Reading]) -> bool {
     let gauged = |r: &Reading| r.gauged.contains(&true);
     of.iter()

@@ -30,7 +30,7 @@ pub(crate) struct Reading {
     pub(super) taxel: usize,
     pub(super) line: usize,
     pub(super) force: [f64; 3],
-    /// Whether a gauge read the force along each axis; else it is exact.
+    /// True if a gauge read the force along each axis; else it is exact.
     pub(super) gauged: [bool; 3],
     pub(super) capacitance: [f64; 4],
     /// Of a force, of a capacitance, where the bench gives them.

@@ -98,7 +98,7 @@ fn touched<'a>(runs: &'a [Run], found: &mut Found) -> Result<Vec<&'a Run>, Input
     Ok(touched)
 }
 
-/// Whether there are enough readings, and whether they last long enough.
+/// True if there are enough readings, and whether they last long enough.
 fn enough(runs: &[&Run], found: &mut Found) -> Result<(), InputError> {
     let readings = |run: &&Run| {
         run.session

@@ -135,7 +135,7 @@ impl Presses {
         }
     }
 
-    /// Whether the presses that are held out in time lie among those before.
+    /// True if the presses that are held out in time lie among those before.
     fn last_within_rest(&self) -> bool {
         let begin = ((1.0 - HELD_OUT) * self.places.len() as f64) as usize;
         let (rest, last) = self.places.split_at(begin);

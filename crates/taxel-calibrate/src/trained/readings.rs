@@ -24,7 +24,7 @@ pub struct TrainingFile {
 pub(super) struct Run {
     pub(super) name: String,
     pub(super) session: Session,
-    /// Whether it has places.
+    /// True if it has places.
     pub(super) placed: bool,
 }
 

@@ -20,7 +20,7 @@ pub struct ForceOptions {
     pub offset: f64,
     /// Blocks of time of each run that are held out in turn.
     pub blocks: usize,
-    /// Whether whole runs are held out in turn instead, if there are several.
+    /// True if whole runs are held out in turn instead, if there are several.
     pub whole_runs: bool,
 }
 

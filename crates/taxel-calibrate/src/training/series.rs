@@ -52,7 +52,7 @@ impl Series {
         Ok(series)
     }
 
-    /// Whether a text has numbers from its first row on.
+    /// True if a text has numbers from its first row on.
     pub(crate) fn recognises(text: &str) -> bool {
         let separator = separator_of(text);
         let numbers = |(_, line): (usize, &str)| {

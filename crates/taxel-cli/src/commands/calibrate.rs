@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
     files::write(None, &result)
 }
 
-/// What was found, and in which readings.
+/// Result of a calibration, and the readings it is from.
 struct Found {
     outcome: Outcome,
     /// The same with the maps of a device that was trained.

@@ -207,7 +207,7 @@ fn touch(
     })
 }
 
-/// Whether recordings of this sensor may come without a header: its file says
+/// True if recordings of this sensor may come without a header: its file says
 /// what the channels are.
 fn takes_bare(sensor: &Path) -> bool {
     let named = files::sensor(sensor);

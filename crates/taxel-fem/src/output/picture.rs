@@ -28,7 +28,7 @@ pub enum Values<'a> {
 /// A scalar shown in colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Colours<'a> {
-    /// What the scalar is, such as `pressure`.
+    /// Name of the scalar, such as `pressure`.
     pub title: &'a str,
     /// Its unit, such as `kPa`; empty for none.
     pub unit: &'a str,

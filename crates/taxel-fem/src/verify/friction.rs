@@ -53,7 +53,7 @@ struct Pulled {
     depth: Parameter,
 }
 
-/// What is found at a slide.
+/// Result at a slide.
 struct Found {
     pull: f64,
     press: f64,

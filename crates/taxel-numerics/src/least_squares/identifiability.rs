@@ -21,8 +21,7 @@ pub struct Direction {
 pub struct Member {
     /// Its index.
     pub parameter: usize,
-    /// How far it moves, in its size, for one step along the combination;
-    /// from −1 to 1.
+    /// Its movement, in its size, for one step along the combination; from −1 to 1.
     pub share: f64,
 }
 

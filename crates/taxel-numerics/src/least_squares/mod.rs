@@ -44,11 +44,11 @@ pub struct Parameter {
     /// A difference of this size matters, and no more than this is expected:
     /// an estimate that is worse counts as not identifiable.
     pub size: f64,
-    /// What is known of it beside the readings.
+    /// Prior knowledge beside the readings.
     pub prior: Option<Prior>,
 }
 
-/// What is known of a parameter beforehand: a normal distribution.
+/// Prior of a parameter: a normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     /// Mean.
@@ -71,7 +71,7 @@ impl Parameter {
         }
     }
 
-    /// Whether its bounds leave it anything to fit.
+    /// True if its bounds leave it anything to fit.
     pub fn is_free(&self) -> bool {
         self.bounds[0] < self.bounds[1]
     }
@@ -101,7 +101,7 @@ pub trait Problem {
     }
 }
 
-/// How the noise of the readings is known.
+/// Size of the noise of the readings: given, or estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NoiseSize {
     /// The σ in the residuals is right; χ² then tests the model.
@@ -114,9 +114,9 @@ pub enum NoiseSize {
 /// Options of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitOptions {
-    /// How the noise is known; by default given.
+    /// Size of the noise; by default given.
     pub noise: NoiseSize,
-    /// What a residual costs; by default its square.
+    /// Loss of a residual; by default its square.
     pub loss: Loss,
     /// Most iterations; by default 500.
     pub iterations: usize,
@@ -154,7 +154,7 @@ pub enum FitError {
     },
 }
 
-/// How well a parameter is known.
+/// Status of a parameter after a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// The readings determine it.
@@ -192,7 +192,7 @@ impl Status {
     }
 }
 
-/// What a fit says of one parameter.
+/// Estimate of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Best value.
@@ -202,7 +202,7 @@ pub struct Estimate {
     /// 95 % interval inside the bounds; of a parameter that is not identifiable,
     /// that of its prior or its bounds.
     pub interval: [f64; 2],
-    /// How well it is known.
+    /// Status of the parameter.
     pub status: Status,
 }
 
@@ -392,9 +392,8 @@ fn quantile(scale: f64, noise: NoiseSize, freedom: usize) -> f64 {
     student_quantile(0.975, if known { usize::MAX } else { freedom })
 }
 
-/// How far an interval reaches from a value that a bound keeps `beyond` away from
-/// the least sum: that sum costs t² more there than at the bound. Without a
-/// bound in the way it is t·σ.
+/// Reach of an interval from a value that a bound keeps `beyond` away from the least sum:
+/// that sum costs t² more there than at the bound. Without a bound in the way it is t·σ.
 fn one_sided(half: f64, beyond: f64) -> f64 {
     half * half / (half.hypot(beyond) + beyond).max(f64::MIN_POSITIVE)
 }

@@ -106,7 +106,7 @@ impl<R: BufRead> Lines<R> {
         &self.text
     }
 
-    /// Whether the line has an end, so that it is surely complete.
+    /// True if the line has an end, so that it is surely complete.
     pub(super) fn terminated(&self) -> bool {
         self.terminated
     }
@@ -162,7 +162,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// How a file separates its fields and writes its numbers.
+/// Separators and number format of a file.
 #[derive(Debug, Clone)]
 pub(super) struct Dialect {
     separator: u8,
@@ -201,7 +201,7 @@ impl Dialect {
         Fields::new(line, self.separator)
     }
 
-    /// Whether a line has nothing but blanks and separators.
+    /// True if a line has nothing but blanks and separators.
     pub(super) fn is_blank(&self, line: &str) -> bool {
         line.bytes()
             .all(|byte| byte == self.separator || byte.is_ascii_whitespace())
@@ -240,7 +240,7 @@ impl Dialect {
         scaled_integer(&self.decimal(text)?, power)
     }
 
-    /// What a number of this file must look like, for messages.
+    /// Form of a number of this file, for messages.
     pub(super) fn number_hint(&self) -> &'static str {
         match self.decimal {
             Some(b',') => {

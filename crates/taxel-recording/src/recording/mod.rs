@@ -139,7 +139,7 @@ enum Decoder {
     Xsensor(Box<xsensor::Decoder>),
 }
 
-/// What a decoder has learned from the head of a file.
+/// Head of a file as the decoder has read it.
 struct Opened {
     stream: Stream,
     sensors: Vec<String>,
@@ -209,7 +209,7 @@ impl<R: BufRead> Recording<R> {
         })
     }
 
-    /// What the frames mean: shape, unit, pitch (m), period (s), threshold.
+    /// Meaning of the frames: shape, unit, pitch (m), period (s), threshold.
     pub fn stream(&self) -> &Stream {
         &self.stream
     }
@@ -353,7 +353,7 @@ fn side(text: &str) -> Option<usize> {
         .then(|| usize::try_from(count).ok())?
 }
 
-/// What to say of a shape that is too large, if it is.
+/// Message for a shape that is too large, if it is.
 fn shape_fault(rows: usize, columns: usize) -> Option<String> {
     let taxels = rows as u128 * columns as u128;
     (taxels > u128::from(MOST_TAXELS)).then(|| {

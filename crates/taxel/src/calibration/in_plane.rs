@@ -1,4 +1,4 @@
-//! What is known of an array of in-plane capacitive sensors.
+//! Model of an array of in-plane capacitive sensors for estimation.
 
 use super::ChannelScale;
 use crate::layout::Layout;

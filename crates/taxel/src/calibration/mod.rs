@@ -1,4 +1,4 @@
-//! What is known of one device: the model that estimation inverts.
+//! Model of one device that estimation inverts.
 
 mod in_plane;
 mod microchannel;

@@ -12,7 +12,7 @@ use crate::mechanics::{fillings, solids};
 use crate::sensor::Microchannel;
 use crate::table::{Cell, Column};
 
-/// How far a section is known at a pressure.
+/// State of a section at a pressure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SectionState {
     /// Open over its whole width.

@@ -30,7 +30,7 @@ const RENAMED: &[(&[&str], &str)] = &[(&["channel_sections"], "microchannel_sect
 pub struct Study {
     /// Version of this format: 1.
     pub schema: u32,
-    /// What people call the study.
+    /// Name of the study.
     pub name: String,
     /// Sensor file, or name of a shipped one, that says what is not varied.
     pub sensor: String,
@@ -66,7 +66,7 @@ pub struct Lengths {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub to: f64,
-    /// How many, 1 to 100.
+    /// Number of lengths, 1 to 100.
     pub count: usize,
 }
 
@@ -82,7 +82,7 @@ pub struct Pressures {
     #[serde(deserialize_with = "quantity::one::<PositiveStress, _>")]
     #[schemars(with = "Checked<PositiveStress>")]
     pub to: f64,
-    /// How many, 1 to 100.
+    /// Number of pressures, 1 to 100.
     pub count: usize,
 }
 

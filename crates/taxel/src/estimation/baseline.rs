@@ -106,14 +106,14 @@ struct Channel {
     held: Option<Held>,
 }
 
-/// What the time since the last frame makes of the filters.
+/// Coefficients of the filters for the time since the last frame.
 struct Pace {
     elapsed: f64,
     /// The same, bounded.
     step: f64,
     /// Weight of a reading in the average.
     weight: f64,
-    /// What a level keeps.
+    /// Share of a level that stays.
     stay: f64,
 }
 
@@ -211,8 +211,8 @@ impl Baseline {
         self.channels[channel].level
     }
 
-    /// What the empty channel has drifted by since the last tare, in its unit:
-    /// to be taken from a reading before the model is asked what it means.
+    /// Drift of the empty channel since the last tare, in its unit: to be taken from a
+    /// reading before the model is asked what it means.
     pub fn drift(&self, channel: usize) -> f64 {
         let channel = &self.channels[channel];
         channel.level - channel.declared
@@ -230,7 +230,7 @@ impl Baseline {
         options.deviations[channel] * (noise + hidden * hidden).sqrt()
     }
 
-    /// Whether a channel is held.
+    /// True if a channel is held.
     pub fn held(&self, channel: usize) -> bool {
         self.channels[channel].held.is_some()
     }

@@ -14,8 +14,7 @@ use super::{ChannelFacts, Wiring};
 use crate::layout::Layout;
 use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 
-/// What is known of an array of elements whose signal is
-/// V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).
+/// Model of an array of elements whose signal is V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChargeModel {
     /// Where the elements are.
@@ -335,7 +334,7 @@ impl Reader for ChargeReader {
     }
 }
 
-/// What is known of each channel, in counts.
+/// Facts of each channel, in counts.
 fn channels(model: &ChargeModel) -> Vec<ChannelFacts> {
     let count = |volts: f64| (volts - model.volt_at_zero) / model.volt_per_count;
     let channel = |masked: &bool| ChannelFacts {

@@ -71,7 +71,7 @@ pub struct Cell {
     pub force: [f64; 3],
     /// Covariance of the force.
     pub force_covariance: [[f64; 3]; 3],
-    /// How far the cell can be trusted.
+    /// State of the value of the cell.
     pub state: State,
 }
 
@@ -174,7 +174,7 @@ impl Gathering {
     }
 }
 
-/// Whether a force in this state is no more than a bound.
+/// True if a force in this state is no more than a bound.
 fn bounds(state: State) -> bool {
     matches!(state, State::Saturated | State::Closed | State::OutOfRange)
 }

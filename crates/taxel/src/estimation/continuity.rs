@@ -1,4 +1,4 @@
-//! Whether a frame is new: gaps, late and duplicate frames.
+//! Sequence of frames: gaps, late and duplicate frames.
 
 use crate::acquisition::Frame;
 

@@ -37,7 +37,7 @@ impl Default for HistoryOptions {
     }
 }
 
-/// What the force of a contact did.
+/// Course of the force of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Course {
     /// It went from one held force to another one.
@@ -75,7 +75,7 @@ struct Cycle {
 
 /// Cycles that make a cyclic load: three periods between them.
 const CYCLES: usize = 4;
-/// What is left of an impact when it is over, as a share.
+/// Remainder of an impact when it is over, as a share.
 const OVER: f64 = 0.25;
 /// Samples of a rise that are kept; of a longer one the older half is dropped.
 const MOST_SAMPLES: usize = 8192;

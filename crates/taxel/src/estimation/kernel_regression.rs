@@ -35,7 +35,7 @@ pub struct KernelRegression {
     trust: Trust,
 }
 
-/// How far a regression can be trusted, by presses that it has not seen.
+/// Trust in a regression, from indentations that it has not seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
     /// Factor on the stated deviations.
@@ -46,7 +46,7 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// Of a regression that nobody has tried yet.
+    /// Trust in a regression before any test.
     pub const UNTRIED: Self = Self {
         spread: 1.0,
         reach: f64::INFINITY,
@@ -166,7 +166,7 @@ struct Group {
     elements: Vec<[f64; 2]>,
     side: f64,
     positions: Vec<Vec<f64>>,
-    /// What the directions are more than those of the profile.
+    /// Difference of the directions from those of the profile.
     beyond: Vec<Vec<f64>>,
 }
 

@@ -29,7 +29,7 @@ impl LastPositions {
         }
     }
 
-    /// Whether it is still good.
+    /// True if it is still good.
     pub(super) fn holds(&self, time_ns: u64, regions: usize) -> bool {
         time_ns < self.until_ns && regions == self.regions
     }

@@ -3,7 +3,7 @@
 
 use crate::mechanics::{Base, Contact, SoftCover};
 
-/// What finds the position of one contact from the forces on all elements.
+/// Estimator of the position of one contact from the forces on all elements.
 ///
 /// The profile that a press of known size gives ([`super::ProfileFit`]) needs no
 /// calibration; a map that was trained with the device may take its place. The
@@ -31,7 +31,7 @@ pub trait Localiser: std::fmt::Debug + Send + Sync {
 pub struct Located {
     /// Its position; `None` where the forces do not determine it.
     pub position: Option<ContactPosition>,
-    /// What it puts on each element, N.
+    /// Force on each element by this contact, N.
     pub carried: Vec<f64>,
 }
 
@@ -48,7 +48,7 @@ pub struct ContactPosition {
     pub radius: Option<f64>,
     /// Sum of the squared misfits over their variances; `NaN` without a model.
     pub misfit: f64,
-    /// How it was found.
+    /// Method that found it.
     pub method: Method,
 }
 
@@ -57,7 +57,7 @@ pub struct ContactPosition {
 pub const ELLIPSE_95: f64 = 5.991;
 
 impl ContactPosition {
-    /// Whether it is known better than to half of this pitch x, y, m.
+    /// True if it is known better than to half of this pitch x, y, m.
     pub(super) fn is_known(&self, pitch: [f64; 2]) -> bool {
         let within = |axis: usize| 4.0 * self.covariance[2 * axis] < pitch[axis].powi(2);
         within(0) && within(1)
@@ -79,7 +79,7 @@ impl ContactPosition {
     }
 }
 
-/// How a position was found.
+/// Method that found a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// Centre of the forces on the elements.
@@ -171,9 +171,9 @@ pub struct ProfileModel {
     pub radii: Vec<f64>,
     /// Standard deviation of the gains of the elements against each other.
     pub gain_deviation: f64,
-    /// How far beyond the centres of the outer elements a contact may be, as a
-    /// share of the pitch, at most a half. Out there one element carries it
-    /// alone, and its position is hardly known.
+    /// Distance beyond the centres of the outer elements that a contact may have, as a
+    /// share of the pitch, at most a half. Out there one element carries it alone, and
+    /// its position is hardly known.
     pub margin: f64,
 }
 

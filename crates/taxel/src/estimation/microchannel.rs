@@ -99,7 +99,7 @@ pub struct MicrochannelReader {
     rest: Vec<f64>,
     channels: Vec<MicrochannelTouch>,
     taxels: Vec<TaxelPressure>,
-    /// Whether a channel is or may be pressed.
+    /// True if a channel is or may be pressed.
     occupied: Vec<bool>,
     /// Standard deviation of the pressure of a quiet taxel, Pa.
     quiet: f64,
@@ -261,7 +261,7 @@ impl Reader for MicrochannelReader {
     }
 }
 
-/// What the numbers of such an array are.
+/// Meaning of the numbers of such an array.
 fn meaning(calibration: &MicrochannelCalibration) -> Meaning {
     let layout = &calibration.layout;
     let rows = (0..layout.rows).map(|row| format!("row {row}"));
@@ -287,8 +287,8 @@ fn meaning(calibration: &MicrochannelCalibration) -> Meaning {
     }
 }
 
-/// What is known of each channel, in counts. A channel all of whose taxels are
-/// masked is not used.
+/// Facts of each channel, in counts. A channel all of whose taxels are masked is not
+/// used.
 fn facts(calibration: &MicrochannelCalibration) -> Vec<ChannelFacts> {
     let scale = &calibration.scale;
     let wiring = Wiring::Crossing {
@@ -392,7 +392,7 @@ impl MicrochannelState {
         }
     }
 
-    /// Whether the channel is pressed.
+    /// True if the channel is pressed.
     pub fn active(&self) -> bool {
         matches!(self, Self::Pressed { .. } | Self::Saturated { .. })
     }

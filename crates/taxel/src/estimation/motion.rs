@@ -12,7 +12,7 @@ pub(super) struct Motion {
     pub(super) position: [f64; 2],
     pub(super) velocity: [f64; 2],
     pub(super) place_covariance: Matrix,
-    /// Of position (rows) and velocity (columns).
+    /// Covariance of position (rows) and velocity (columns).
     cross: Matrix,
     pub(super) velocity_covariance: Matrix,
 }
@@ -99,7 +99,7 @@ fn symmetric(a: Matrix) -> Matrix {
     [[a[0][0], mean], [mean, a[1][1]]]
 }
 
-/// Of a positive definite matrix.
+/// Inverse of a positive definite matrix.
 fn inverse(a: Matrix) -> Matrix {
     let determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
     [

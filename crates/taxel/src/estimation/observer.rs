@@ -1,5 +1,5 @@
-//! What lasts over frames: tracks, events, slip and the health of channels, from
-//! the touch of each of them, of any device.
+//! Observer of what lasts over frames: tracks, events, slip and the health of channels,
+//! from the touch of each frame, of any device.
 
 use super::{
     ChannelFacts, ChannelReading, HealthMonitor, HealthOptions, Slip, SlipEstimator, SlipOptions,
@@ -57,16 +57,16 @@ impl Wiring {
     }
 }
 
-/// What is known beforehand of a device that is observed.
+/// Options of an observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObserverOptions {
-    /// Of the tracker.
+    /// Options of the tracker.
     pub tracker: TrackerOptions,
-    /// Of the events of contacts.
+    /// Options of the events of contacts.
     pub events: TouchEventOptions,
-    /// Of the health of channels.
+    /// Options of the health of channels.
     pub health: HealthOptions,
-    /// Of the slip along rows, for a device whose signals show it; then the
+    /// Options of the slip along rows, for a device whose signals show it; then the
     /// motion of contacts is not used.
     pub slip: Option<SlipOptions>,
 }
@@ -141,7 +141,7 @@ impl Observer {
         }
     }
 
-    /// Whether a frame with a new number is the last one sent again, and must
+    /// True if a frame with a new number is the last one sent again, and must
     /// not be estimated ([`HealthMonitor::repeats`]).
     pub fn repeats(&self, frame: &Frame) -> bool {
         self.health.repeats(&frame.values)

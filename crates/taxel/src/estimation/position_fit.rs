@@ -21,7 +21,7 @@ pub struct ProfileFit {
     scatter: f64,
 }
 
-/// What a contact of each size does to the elements.
+/// Forces of a contact of each size on the elements.
 #[derive(Debug, Clone)]
 enum Tables {
     /// The share at offsets of i, j steps along x and y: all elements are
@@ -123,7 +123,7 @@ impl ProfileFit {
         self
     }
 
-    /// What it was made for.
+    /// Model of the elements and the cover.
     pub fn model(&self) -> &ProfileModel {
         &self.model
     }

@@ -112,7 +112,7 @@ struct Scene<'a> {
     roots: Vec<f64>,
     /// Forces over their deviations.
     weighted: Vec<f64>,
-    /// What is looked at first.
+    /// Candidates that are tried first.
     raster: Vec<Trial>,
 }
 
@@ -234,7 +234,7 @@ impl<'a> Scene<'a> {
         self.elements.iter().zip(&self.roots).map(weigh).collect()
     }
 
-    /// What is left of the forces over their deviations.
+    /// Residuals of the forces over their deviations.
     fn residuals(&self, shapes: &[Shape]) -> Vec<f64> {
         let predicted = |element: usize| -> f64 {
             let shares = shapes.iter();
@@ -414,7 +414,7 @@ const SEEDS: usize = 6;
 /// its own.
 const OWN_CONTACT: f64 = 0.05;
 
-/// Whether two positions are no further apart along x and along y.
+/// True if two positions are no further apart along x and along y.
 fn within(a: [f64; 2], b: [f64; 2], reach: f64) -> bool {
     (0..2).all(|axis| (a[axis] - b[axis]).abs() <= reach)
 }

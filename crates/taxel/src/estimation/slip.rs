@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-/// What is known of the array and of the slips that may occur.
+/// Options of the array and of the slips that may occur.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlipOptions {
     /// Rows of taxels.

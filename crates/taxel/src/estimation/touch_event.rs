@@ -4,7 +4,7 @@ use super::force_history::{Course, ForceHistory, HistoryOptions};
 use super::motion::Matrix;
 use super::{Contact, Ending, State, Track, Tracker};
 
-/// What happened to a contact. The value of the event is in brackets.
+/// Kind of an event of a contact. The value of the event is in brackets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TouchEventKind {
     /// A contact began (its force, N).
@@ -75,7 +75,7 @@ pub struct TouchEvent {
     pub time_ns: u64,
     /// The track of the contact.
     pub contact: u64,
-    /// What happened.
+    /// Kind of the event.
     pub kind: TouchEventKind,
     /// Its value in the unit that the kind states.
     pub value: f64,
@@ -86,7 +86,7 @@ pub struct TouchEvent {
 /// Options of the events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchEventOptions {
-    /// Of steps, impacts and cycles.
+    /// Options of steps, impacts and cycles.
     pub history: HistoryOptions,
     /// A contact slips above this many standard deviations of its speed;
     /// default 5.
@@ -94,7 +94,7 @@ pub struct TouchEventOptions {
     /// ... and above this speed, m/s; default 5 mm/s. Infinite where slip is
     /// observed by other means.
     pub slip_speed: f64,
-    /// Whether a reading at its end means a closed channel, as on crossing
+    /// True if a reading at its end means a closed channel, as on crossing
     /// channels, rather than a board at its limit; default no.
     pub saturation_is_closure: bool,
 }
@@ -120,14 +120,14 @@ pub struct TouchEvents {
     events: Vec<TouchEvent>,
 }
 
-/// What is remembered of a track.
+/// Memory of a track.
 #[derive(Debug, Clone)]
 struct Watched {
     id: u64,
     history: ForceHistory,
     force: [f64; 2],
     anchor: Option<Anchor>,
-    /// What the last anchor showed.
+    /// Movement that the last anchor showed.
     drag: Option<Moved>,
     slips: bool,
     bound: Option<State>,
@@ -148,7 +148,7 @@ struct Moved {
     covariance: Matrix,
 }
 
-/// What is remembered of a contact that lifted off.
+/// Memory of a contact that lifted off.
 #[derive(Debug, Clone)]
 struct Left {
     time_ns: u64,
@@ -301,7 +301,7 @@ impl TouchEvents {
 }
 
 impl Watched {
-    /// Whether the contact begins to move: by its velocity now, or by how far it
+    /// True if the contact begins to move: by its velocity now, or by how far it
     /// has come.
     fn slip(
         &mut self,
@@ -356,7 +356,7 @@ impl Watched {
         }
     }
 
-    /// Whether the contact comes to a bound.
+    /// True if the contact comes to a bound.
     fn bound(&mut self, contact: &Contact, options: &TouchEventOptions) -> Option<TouchEventKind> {
         if std::mem::replace(&mut self.bound, contact.bound) == contact.bound {
             return None;

@@ -10,8 +10,8 @@ pub struct TrackerOptions {
     /// Spacing of the taxels x, y, m: the position of a contact of unknown noise
     /// is known to a cell.
     pub pitch: [f64; 2],
-    /// How freely velocities change: density of a white acceleration, m²/s³;
-    /// default 0.001, 1 cm/s in a tenth of a second.
+    /// Freedom of velocities to change: density of a white acceleration, m²/s³; default
+    /// 0.001, 1 cm/s in a tenth of a second.
     pub acceleration: f64,
     /// Standard deviation of the speed of a new contact, m/s; default 0.1.
     pub speed: f64,
@@ -60,7 +60,7 @@ pub struct Track {
     motion: Motion,
 }
 
-/// How a track ended.
+/// End of a track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
     /// Lifted off.
@@ -74,7 +74,7 @@ pub enum Ending {
 pub struct EndedTrack {
     /// The track as it was last.
     pub track: Track,
-    /// How it ended.
+    /// End of the track.
     pub ending: Ending,
 }
 

@@ -76,12 +76,12 @@ pub struct TrainedReader {
     found: Found,
 }
 
-/// What the maps say of one frame.
+/// Estimates of the maps for one frame.
 #[derive(Debug, Clone, Default)]
 struct Found {
     position: Option<PositionEstimate>,
     force: Option<Estimate>,
-    /// Whether there is a contact; none where that is not known.
+    /// True if there is a contact; none where that is not known.
     contact: Option<bool>,
     /// Share of the contact in each cell.
     shares: Vec<f64>,
@@ -357,7 +357,7 @@ impl Reader for TrainedReader {
     }
 }
 
-/// What is known of the channels: the noise where nothing pressed in training.
+/// Facts of the channels: the noise where nothing pressed in training.
 fn facts(maps: &TrainedMaps, channels: usize, symbol: &str) -> Vec<ChannelFacts> {
     let noise = maps.rest.as_ref().filter(|_| symbol == "counts");
     let channel = |channel: usize| {

@@ -90,11 +90,11 @@ pub struct Sensor {
     /// Version of this format: 2.
     #[schemars(extend("const" = 2))]
     pub schema: u32,
-    /// What people call the device.
+    /// Name of the device.
     pub name: String,
-    /// How many taxels and where.
+    /// Number and positions of the taxels.
     pub array: ArrayDescription,
-    /// What one taxel is.
+    /// Element of one taxel.
     pub element: Element,
     /// The board that reads the taxels.
     pub electronics: Electronics,
@@ -106,7 +106,7 @@ pub struct Sensor {
     pub mask: Vec<Mask>,
 }
 
-/// What one taxel is made of; the header in the file names the model.
+/// Element of a taxel; the header in the file names the model.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Element {

@@ -15,7 +15,7 @@ use taxel_numerics::Noise;
 pub struct ThreeAxisCapacitor {
     /// The four plate pairs.
     pub plates: PlatesDescription,
-    /// What carries the bump and the upper plates.
+    /// Suspension that carries the bump and the upper plates.
     pub suspension: SuspensionDescription,
     /// Relaxing springs beside the long-time stiffness; an empty list is a
     /// unit that does not creep.
@@ -30,7 +30,7 @@ pub struct ThreeAxisCapacitor {
     pub usable_force: f64,
     /// The drawing around the electrodes.
     pub outline: Outline,
-    /// How far made devices differ from the drawing; used by the twin.
+    /// Scatter of made devices about the drawing; used by the twin.
     pub fabrication: Fabrication,
     /// Taxels that were calibrated, in the place of their drawing: a sensor
     /// file has no such key, a calibration file sets it.

@@ -29,7 +29,7 @@ pub struct TrainedBody {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelGroup {
-    /// What people call it.
+    /// Name of the group.
     pub name: String,
     /// Names of its channels, such as the axes x, y, z.
     pub channels: Vec<String>,

@@ -7,7 +7,7 @@ use super::{Kernel, TrainingError};
 /// Fewer presses make no map.
 pub(crate) const FEWEST_PRESSES: usize = 8;
 
-/// What finds the position of a contact on such an array.
+/// Method that estimates the position of a contact on such an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PositionMethod {
@@ -22,11 +22,11 @@ pub enum PositionMethod {
     KernelOrProfile,
 }
 
-/// What presses at known positions taught of one array.
+/// Map learned from indentations of one array at known positions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IndentationMap {
-    /// What finds a position.
+    /// Method that estimates a position.
     pub finder: PositionMethod,
     /// Gain of each element over their mean.
     pub gains: Vec<f64>,
@@ -65,7 +65,7 @@ impl IndentationMap {
         }
     }
 
-    /// Whether the tables of a map from a file belong together.
+    /// Checks that the tables of a map from a file belong together.
     ///
     /// # Errors
     /// [`TrainingError::Unsound`] names the first that does not.

@@ -38,7 +38,7 @@ pub use surface::Surface;
 
 use serde::Serialize;
 
-/// What an estimate rests on.
+/// Support of an estimate by the training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Support {
@@ -56,7 +56,7 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard deviation, in the same unit.
     pub deviation: f64,
-    /// Whether training saw such frames.
+    /// Support of the frame by the training.
     pub support: Support,
 }
 

@@ -18,7 +18,7 @@ use super::{Standard, Support, Surface, TrainingError};
 pub struct PositionMap {
     /// Channels and their scale.
     pub standard: Standard,
-    /// What the scaled channels answer, whitened: L⁻¹ x(p).
+    /// Scaled channels over the position, whitened: L⁻¹ x(p).
     pub surface: Surface,
     /// L⁻¹, rows of the lower triangle one after the other.
     pub whitening: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct PositionEstimate {
     pub covariance: [[f64; 2]; 2],
     /// |L⁻¹(r − x)|², which has as many degrees of freedom as channels, less two.
     pub misfit: f64,
-    /// Whether training saw such frames.
+    /// Support of the frame by the training.
     pub support: Support,
 }
 
@@ -76,7 +76,7 @@ impl PositionMap {
         scaled.map(|(v, scale)| v.sqrt() * scale).collect()
     }
 
-    /// Whether the parts of a map from a file belong together.
+    /// Checks that the parts of a map from a file belong together.
     pub(super) fn check(&self) -> Result<(), TrainingError> {
         let width = self.surface.width;
         let whitening = self.whitening.len() == width * (width + 1) / 2

@@ -131,7 +131,7 @@ impl Surface {
         }
     }
 
-    /// Whether a surface from a file is one.
+    /// True if a surface from a file is one.
     pub(super) fn is_sound(&self) -> bool {
         let most = 1 << 12;
         self.intervals

@@ -1,4 +1,4 @@
-//! What follows from the drawing of crossing channels.
+//! Quantities derived from the drawing of crossing microchannels.
 
 use super::{LAYERS, MicrochannelArray};
 use crate::device::timing;

@@ -103,7 +103,7 @@ pub(super) static LOADS: [LoadColumn; 9] = [
 /// Columns of the position of a load on the block.
 const PLACE: [usize; 5] = [PATCH_X, PATCH_Y, PUNCH, CENTRE_X, CENTRE_Y];
 
-/// Whether these columns put a load on a part of the top.
+/// True if these columns put a load on a part of the top.
 pub(super) fn is_local(given: &[bool]) -> bool {
     PLACE.iter().any(|column| given.get(*column) == Some(&true))
 }

@@ -71,7 +71,7 @@ impl ArrayBlock {
         })
     }
 
-    /// What presses where, and how much: Pa of a patch, N of a punch.
+    /// Load of a patch, Pa, or of a punch, N, with its position.
     pub(super) fn read(&self, load: &Load<'_>) -> Result<(LocalLoad, f64), LoadRefused> {
         let centre = [CENTRE_X, CENTRE_Y].map(|column| load.number(column).unwrap_or(0.0));
         let refused = |column: usize, message: &str, help: &str| LoadRefused {
@@ -107,7 +107,7 @@ impl ArrayBlock {
         Ok((pressed, value))
     }
 
-    /// What lies along x and y, along the upper and the lower channels.
+    /// Values along x and y as those along the upper and the lower channels.
     fn turned(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         if self.position == [0, 1] {
             [x, y]
@@ -165,7 +165,7 @@ impl ArrayBlock {
     }
 }
 
-/// Whether what is given makes one patch or one punch.
+/// Checks that the given columns make one patch or one punch.
 pub(super) fn combination(given: &[bool]) -> Result<(), String> {
     let has = |column: usize| given.get(column) == Some(&true);
     let problem = if has(LOADED_SHARE) {

@@ -37,7 +37,7 @@ const BELOW_PLATEAU: f64 = 4.0;
 #[derive(Debug, Clone)]
 pub struct MicrochannelArray<'a> {
     sensor: &'a Sensor,
-    /// What the channels are.
+    /// Element of the array.
     pub element: &'a Microchannel,
     /// Models of the row and of the column layer.
     pub layers: [MicrochannelLayer; 2],

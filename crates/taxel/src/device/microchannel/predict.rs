@@ -13,7 +13,7 @@ use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::MicrochannelLayer;
 
-/// What one pressure does to a channel of each layer.
+/// Response of a microchannel of each layer to one pressure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MicrochannelPrediction {
     /// Pressure on the surface, Pa.
@@ -46,11 +46,11 @@ pub struct LayerAnswer {
     pub voltage: f64,
     /// Code of the converter.
     pub code: Code,
-    /// How the layer takes the load.
+    /// State of the layer under the load.
     pub state: LayerState,
 }
 
-/// How a layer takes a load.
+/// State of a layer under a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerState {
     /// Open over the whole width.

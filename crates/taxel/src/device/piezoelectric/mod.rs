@@ -38,7 +38,7 @@ const SLIP_SPEEDS: [f64; 2] = [10e-3, 300e-3];
 #[derive(Debug, Clone)]
 pub struct PiezoelectricArray<'a> {
     sensor: &'a Sensor,
-    /// What the sensor file says of the elements.
+    /// Description of the elements in the sensor file.
     pub description: &'a Piezoelectric,
     /// The model of one element.
     pub element: PiezoelectricElement,
@@ -146,7 +146,7 @@ impl<'a> PiezoelectricArray<'a> {
         }
     }
 
-    /// What the estimator has to know of the device as drawn.
+    /// Model of the device as drawn, for the estimator.
     pub fn model(&self) -> ChargeModel {
         let [lowest, highest] = self.board.span();
         let at_zero = self.board.voltage(0.0);

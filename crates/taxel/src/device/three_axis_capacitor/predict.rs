@@ -8,7 +8,7 @@ use crate::quantity::FORCE;
 use crate::table::{Cell, Column};
 use crate::transduction::{Response, UnitModel};
 
-/// What one load does to one unit of a device.
+/// Response of one unit of a device to one load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
     /// The load: force x, y, pressing, N.
@@ -23,11 +23,11 @@ pub struct Prediction {
     pub code: [Code; 4],
     /// Force by the published inverse from these capacitances, N.
     pub published_inverse: [f64; 3],
-    /// How the unit takes the load.
+    /// State of the unit under the load.
     pub state: LoadState,
 }
 
-/// How a unit takes a load.
+/// State of a unit under a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoadState {
     /// Within the range in which the model was verified.

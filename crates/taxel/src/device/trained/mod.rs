@@ -20,9 +20,9 @@ pub use predict::TrainedPredictor;
 #[derive(Debug, Clone)]
 pub struct TrainedArray<'a> {
     sensor: &'a Sensor,
-    /// What the sensor file says of it, and what was learned.
+    /// Description in the sensor file, with the learned maps.
     pub body: &'a TrainedBody,
-    /// What the chips deliver.
+    /// Unit of the numbers that the chips deliver.
     pub unit: DigitalUnit,
 }
 
@@ -39,7 +39,7 @@ impl<'a> TrainedArray<'a> {
         })
     }
 
-    /// What frames of the device mean: one row of channels.
+    /// Meaning of the frames of the device: one row of channels.
     pub fn stream(&self) -> Stream {
         let channels = self.body.channels().len();
         Stream {

@@ -28,7 +28,7 @@ static LOADS: [LoadColumn; 2] = [
 #[derive(Debug, Clone)]
 pub struct TrainedPredictor {
     map: PositionMap,
-    /// Of each channel in use.
+    /// Standard deviation of each channel in use.
     deviation: Vec<f64>,
     columns: Vec<Column>,
 }

@@ -1,5 +1,5 @@
-//! What the forces leave open of several contacts: a population of all that
-//! explain them, in place of the best one with its slopes.
+//! Posterior sample of several contacts: a population of all that explain the forces, in
+//! place of the best one with its slopes.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

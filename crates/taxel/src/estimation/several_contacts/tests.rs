@@ -95,7 +95,7 @@ fn one_contact_stays_one() {
     }
 }
 
-/// What was found of pairs.
+/// Result for pairs of contacts.
 struct Pairs {
     /// In how many of the trials both were found.
     both: f64,
@@ -105,8 +105,8 @@ struct Pairs {
     inside: f64,
 }
 
-/// Of two contacts of 0.5 and 1 N, as far as they are found as two: each
-/// stated position against its own contact, by the least sum of distances.
+/// Two contacts of 0.5 and 1 N, as far as they are found as two: each stated position
+/// against its own contact, by the least sum of distances.
 fn two(bench: &mut Bench, distance: f64, trials: usize) -> Pairs {
     let (mut both, mut errors, mut inside) = (0_u32, Vec::new(), 0_usize);
     for _ in 0..trials {
