@@ -1,4 +1,4 @@
-//! What a run took.
+//! Time and memory of a run.
 
 use std::time::Instant;
 

@@ -57,7 +57,7 @@ pub(crate) struct Fitted<R, N> {
     pub(crate) readings: Vec<R>,
     /// Options of the profiles of its likelihood.
     pub(crate) options: FitOptions,
-    /// True if the noise was given with each reading.
+    /// Whether the noise was given with each reading.
     pub(crate) given: bool,
     /// Noise that was found.
     pub(crate) noise: N,
@@ -83,7 +83,7 @@ pub(crate) trait DeviceModel: Calibratable {
     /// What a table says of all its readings.
     type Context;
 
-    /// True if each series is a body with a fit of its own.
+    /// Whether each series is a body with a fit of its own.
     const SEPARATE: bool = false;
 
     /// Key of the element in the sensor file.
@@ -146,7 +146,7 @@ pub(crate) trait DeviceModel: Calibratable {
         all: &[Vec<Self::Reading>],
     ) -> Vec<ResidualSummary>;
 
-    /// True if the readings can be what their columns say, after the fit.
+    /// Whether the readings can be what their columns say, after the fit.
     fn explained(
         &self,
         context: &Self::Context,
@@ -215,7 +215,7 @@ pub(crate) trait DeviceModel: Calibratable {
     /// Readings, models and residuals; the first candidate is the one in use.
     fn figures(&self, context: &Self::Context, candidates: &[Vec<FittedOf<Self>>]) -> Vec<Figure>;
 
-    /// True if a table has indentations at known positions.
+    /// Whether a table has indentations at known positions.
     fn has_indentations(&self, table: &ReadingTable) -> bool {
         let _ = table;
         false

@@ -42,16 +42,16 @@ pub(crate) fn synthetic(hysteresis: f64) -> ForceHysteresis {
 pub(crate) struct Loops {
     pub(crate) parameters: Vec<(Parameter, Estimate)>,
     pub(crate) covariance: Vec<Vec<f64>>,
-    /// What it is worth, in words.
+    /// Remark on it, in words.
     pub(crate) about: String,
     pub(crate) figure: Figure,
 }
 
-/// What the loads are called.
+/// Name of the loads.
 pub(crate) struct Named<'a> {
     /// Before the names of the weights.
     pub(crate) prefix: &'a str,
-    /// Of the figure.
+    /// Title of the figure.
     pub(crate) title: String,
     /// Such as `force`.
     pub(crate) quantity: &'static str,
@@ -59,7 +59,7 @@ pub(crate) struct Named<'a> {
     pub(crate) unit: (&'static str, f64),
 }
 
-/// How much less of a load unloading carries, in words; less than nothing is no loss.
+/// Hysteresis loss in words; a negative share is no loss.
 pub(crate) fn loss_in_words(share: f64, quantity: &str) -> String {
     let percent = 100.0 * share.abs();
     if share > 0.0 {
@@ -287,7 +287,7 @@ struct Found {
     law: ForceHysteresis,
     parameters: Vec<(Parameter, Estimate)>,
     covariance: Vec<Vec<f64>>,
-    /// Of the noise.
+    /// Scale of the noise.
     scale: f64,
 }
 

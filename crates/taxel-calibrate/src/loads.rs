@@ -26,7 +26,7 @@ pub(crate) struct Loads {
     pub(crate) least: usize,
     /// Least span over the largest of them.
     pub(crate) span: f64,
-    /// True if they must begin at rest, press, and be several beside rest.
+    /// Whether they must begin at rest, press, and be several beside rest.
     pub(crate) from_rest: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What a calibration is asked to do.
+//! Options of a calibration.
 
 use taxel::sensor::Sensor;
 
@@ -11,7 +11,7 @@ pub struct NamedSensor<'a> {
     pub name: &'a str,
     /// Text of its file: a calibration is bound to its values.
     pub text: &'a str,
-    /// What the file says.
+    /// Description from the file.
     pub sensor: &'a Sensor,
 }
 

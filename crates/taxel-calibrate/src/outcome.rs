@@ -285,9 +285,10 @@ impl Outcome {
         self.parameters.extend(parameters);
     }
 
-    /// True if every parameter is identified by the readings or its prior.
+    /// Whether every parameter is identified by the readings or its prior.
     pub fn is_identified(&self) -> bool {
-        let known = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
+        let known =
+            |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
         self.parameters.iter().all(known)
     }
 }

@@ -228,7 +228,7 @@ impl ReadingTable {
         self.rows.len()
     }
 
-    /// True if there are none.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }

@@ -66,7 +66,7 @@ pub(crate) trait OfSeries {
     /// Number of the series.
     fn series(&self) -> usize;
 
-    /// True if its column `hold_out` is not zero.
+    /// Whether its column `hold_out` is not zero.
     fn is_marked(&self) -> bool;
 }
 
@@ -133,7 +133,7 @@ impl HoldOut {
         }
     }
 
-    /// True if each of these readings is held out, each series for itself.
+    /// Whether each of these readings is held out, each series for itself.
     pub(crate) fn of<R: OfSeries>(self, readings: &[R]) -> Vec<bool> {
         let mut held = vec![false; readings.len()];
         let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
@@ -150,7 +150,7 @@ impl HoldOut {
         held
     }
 
-    /// True if each of the readings of one series in time is held out; `marked` is
+    /// Whether each of the readings of one series in time is held out; `marked` is
     /// their column `hold_out`.
     pub fn held(self, marked: &[bool]) -> Vec<bool> {
         let count = marked.len();

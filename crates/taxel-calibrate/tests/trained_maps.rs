@@ -233,7 +233,10 @@ fn places_between_those_of_training_are_found() {
         let estimate = estimator.estimate(&answer(place, 9)).unwrap();
         for (axis, truth) in place.iter().enumerate() {
             // Cubic splines of 1 mm on bells of 7 mm: (1/7)⁴ of their height.
-            assert!((estimate.position[axis] - truth).abs() < 5e-6, "{estimate:?}");
+            assert!(
+                (estimate.position[axis] - truth).abs() < 5e-6,
+                "{estimate:?}"
+            );
         }
     }
 }
@@ -280,7 +283,7 @@ fn a_frame_unlike_training_is_outside_and_uncertain() {
     assert!(far.deviation()[0] <= 10.01e-3 && far.position[0].is_finite());
 }
 
-/// What `map` becomes as text and back, at rounding of the decimal numbers.
+/// `map` as text and back, at rounding of the decimal numbers.
 fn through_text<T: serde::Serialize + serde::de::DeserializeOwned>(map: &T) -> T {
     serde_json::from_str(&serde_json::to_string(map).unwrap()).unwrap()
 }

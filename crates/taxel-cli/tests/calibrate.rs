@@ -309,7 +309,15 @@ fn presses_at_places_teach_where_a_contact_is() {
         &peaks,
     ]);
     done(&[
-        "twin", sensor, "--calibration-data", "--probe", "2.5", "--probe", "3.6", "-o", &presses,
+        "twin",
+        sensor,
+        "--calibration-data",
+        "--probe",
+        "2.5",
+        "--probe",
+        "3.6",
+        "-o",
+        &presses,
     ]);
     let text = done(&[
         "calibrate",
@@ -365,7 +373,13 @@ fn presses_at_places_teach_where_a_contact_is() {
     assert!(refusal.contains("directions"), "{refusal}");
     let refusal = refused(&["calibrate", sensor, &presses, &presses]);
     assert!(refusal.contains("same kind"), "{refusal}");
-    let refusal = refused(&["twin", "three-axis-8x8", "--calibration-data", "--probe", "2"]);
+    let refusal = refused(&[
+        "twin",
+        "three-axis-8x8",
+        "--calibration-data",
+        "--probe",
+        "2",
+    ]);
     assert!(refusal.contains("--probe"), "{refusal}");
     refused(&["twin", sensor, "--calibration-data", "--probe", "0"]);
 }
@@ -434,7 +448,15 @@ fn signals_of_another_moment_than_their_loads_are_named() {
     let folder = Folder::new("clocks");
     let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
     for (sensor, columns) in [(SENSOR, 1), ("three-axis-8x8", 4), ("liquid-metal-2x4", 1)] {
-        let bench = ["twin", sensor, "--calibration-data", "-o", &data, "--noise", "0.002"];
+        let bench = [
+            "twin",
+            sensor,
+            "--calibration-data",
+            "-o",
+            &data,
+            "--noise",
+            "0.002",
+        ];
         done(&[&bench[..], &["--hysteresis", "0.1"]].concat());
         let text = fs::read_to_string(&data).unwrap();
         done(&["calibrate", sensor, &data]);

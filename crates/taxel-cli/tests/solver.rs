@@ -194,7 +194,11 @@ fn a_study_that_cannot_be_is_refused_with_its_key() {
         (
             pressures,
             "pressures = { from = \"25 kPa\", to = \"250 kPa\", count = 0 }",
-            ["microchannel_sections.pressures", "count = 0", "give 1 to 100"],
+            [
+                "microchannel_sections.pressures",
+                "count = 0",
+                "give 1 to 100",
+            ],
         ),
         (
             heights,

@@ -6,7 +6,7 @@ use taxel::estimation::{ArrayEstimator, TouchSession};
 /// A channel that something is against.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WrongChannel {
-    /// Its place in a frame.
+    /// Its index in a frame.
     pub channel: usize,
     /// Its name, as recordings have it.
     pub name: String,

@@ -94,7 +94,7 @@ fn assert_events(events: &[Value], expected: &[(&str, u64, f64)], within: f64) {
 #[test]
 fn a_finger_on_the_array_is_touch_step_slip_and_release() {
     // A step is known when the force was held for 0.4 s; the drag of 7 mm/s is a
-    // slip when its speed stands out of the noise of the places.
+    // slip when its speed stands out of the noise of the positions.
     let expected = [
         ("touch", 1, 2.02),
         ("step", 1, 3.0),
@@ -157,7 +157,10 @@ fn a_ridge_along_the_row_is_one_slip_and_a_press_is_none() {
     assert_eq!(slip["direction"], serde_json::json!([1.0, 0.0]));
     assert!(slip["score"].as_f64().unwrap() > 0.5);
     let press = events("piezo-1.5mm", "piezo-press", 5900);
-    let kinds: Vec<_> = kinds_and_times(&press).into_iter().map(|event| event.0).collect();
+    let kinds: Vec<_> = kinds_and_times(&press)
+        .into_iter()
+        .map(|event| event.0)
+        .collect();
     assert_eq!(kinds, ["touch", "step", "release"], "{press:?}");
 }
 
@@ -227,9 +230,9 @@ fn fingers_that_cross_keep_their_numbers() {
         };
         session.push(&frame).unwrap();
         let tracks = session.observer().tracks();
-        let places = tracks.iter().map(|track| (track.id, track.centre()[0]));
+        let positions = tracks.iter().map(|track| (track.id, track.centre()[0]));
         last = vec![frame.time_ns as f64 * 1e-9];
-        last.extend(places.flat_map(|(id, x)| [id as f64, x]));
+        last.extend(positions.flat_map(|(id, x)| [id as f64, x]));
     }
     let [_, 1.0, first, 2.0, second] = last[..] else {
         panic!("{last:?}")

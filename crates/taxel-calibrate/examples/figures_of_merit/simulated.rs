@@ -1,4 +1,4 @@
-//! What the estimators reach on simulated devices.
+//! Figures of merit of the estimators on simulated devices.
 
 use std::error::Error;
 
@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, Twin};
 use taxel::estimation::{
-    ArrayEstimator, Centroid, ChargeOptions, ChargeReader, ELLIPSE_95, ContactPosition, Localiser, ProfileFit,
-    SearchOptions, SlipEstimator, SlipOptions, TaxelTouch, estimate_unit,
+    ArrayEstimator, Centroid, ChargeOptions, ChargeReader, ContactPosition, ELLIPSE_95, Localiser,
+    ProfileFit, SearchOptions, SlipEstimator, SlipOptions, TaxelTouch, estimate_unit,
 };
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::{Element, Sensor};
@@ -248,7 +248,8 @@ fn pairs(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
                 continue;
             }
             two += 1;
-            let positions: Vec<ContactPosition> = found.iter().filter_map(|one| one.position).collect();
+            let positions: Vec<ContactPosition> =
+                found.iter().filter_map(|one| one.position).collect();
             for (error, position, truth) in paired(&positions, press) {
                 errors.push(error);
                 covered += usize::from(position.distance(truth) < ELLIPSE_95);

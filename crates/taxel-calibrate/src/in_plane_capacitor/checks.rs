@@ -119,7 +119,7 @@ fn sensor_of(
     })
 }
 
-/// True if forces and capacitances can be of this sensor.
+/// Whether forces and capacitances can be of this sensor.
 fn units(
     calibrator: &InPlaneCalibrator<'_>,
     data: &ReadingTable,

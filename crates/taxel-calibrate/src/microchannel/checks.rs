@@ -1,4 +1,4 @@
-//! What readings of crossing channels can and cannot be.
+//! Checks of the readings of crossing microchannels.
 
 use super::columns::{LOAD_AT, RESISTANCE, VOLTAGE};
 use super::problem::{Load, Reading};
@@ -92,7 +92,7 @@ fn channel_of(
     })
 }
 
-/// True if the table has the columns of a load and of a signal.
+/// Checks that the table has the columns of a load and of a signal.
 fn complete(data: &ReadingTable) -> Result<(), InputError> {
     let [pressure, force, area] = LOAD_AT.map(|column| data.given[column]);
     if !(pressure || force && area) {
@@ -127,7 +127,7 @@ fn voltage(
     read.or(data.number(row, RESISTANCE).map(of))
 }
 
-/// True if voltages and loads can be of this array.
+/// Checks that voltages and loads can be of this array.
 fn units(
     calibrator: &MicrochannelCalibrator<'_>,
     data: &ReadingTable,

@@ -42,7 +42,7 @@ impl OfSeries for Reading {
     }
 }
 
-/// What presses.
+/// Load on a microchannel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Load {
     /// Pa.
@@ -81,7 +81,7 @@ pub(super) struct Predicted {
 }
 
 impl Bench<'_> {
-    /// Place of the rest resistance of a reading's channel.
+    /// Index of the rest resistance of a reading's channel.
     fn rest(&self, reading: &Reading) -> usize {
         let found = self.channels.iter().position(|c| *c == reading.channel);
         SHARED + found.unwrap_or(0)

@@ -28,14 +28,14 @@ const RISING: f64 = 8.0;
 pub(crate) struct Plateau {
     /// Mean, V.
     voltage: f64,
-    /// Of one reading, V.
+    /// Scatter of one reading, V.
     scatter: f64,
     /// Least load, Pa.
     from: f64,
     count: usize,
 }
 
-/// How far from the mean of `count` readings another one of theirs lies with no
+/// Distance from the mean of `count` readings that another one of theirs exceeds with no
 /// more than this chance, in their scatter.
 fn apart(chance: f64, count: usize) -> f64 {
     student_quantile(1.0 - chance, count - 1) * (1.0 + 1.0 / count as f64).sqrt()

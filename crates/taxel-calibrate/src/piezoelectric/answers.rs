@@ -1,4 +1,4 @@
-//! Whether the signals of presses are of the places and of the elements that
+//! Check that the signals of indentations are of the positions and of the elements that
 //! the table says.
 
 use super::problem::Indentation;
@@ -104,7 +104,7 @@ fn sizes(
 /// Which element's share each signal follows.
 struct Places<'a> {
     pressed: &'a [usize],
-    /// Of each signal with its own share.
+    /// Correlation of each signal with its own share.
     own: Vec<f64>,
     /// The element with the highest correlation, and the correlation.
     like: Vec<(usize, f64)>,

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use super::PiezoelectricCalibrator;
 use super::problem::Indentation;
 use taxel::estimation::{
-    ELLIPSE_95, KernelRegression, Method, Localiser, Press, ProfileFit, localiser, regression,
+    ELLIPSE_95, KernelRegression, Localiser, Method, Press, ProfileFit, localiser, regression,
 };
 use taxel::mechanics::ShareTable;
-use taxel::trained::{Kernel, PositionMethod, IndentationMap, TrainingError};
+use taxel::trained::{IndentationMap, Kernel, PositionMethod, TrainingError};
 
 /// Presses of one probe are divided so often, each part held out in turn.
 pub(super) const FOLDS: usize = 5;
@@ -24,7 +24,7 @@ const LEAST_SCATTER: f64 = 1e-6;
 /// Presses that must be left when those of a radius are held out.
 const LEAST_LEFT: usize = 12;
 
-/// What may find places.
+/// Candidate for the estimation of positions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     pub(super) name: &'static str,
@@ -85,13 +85,13 @@ pub(super) struct CrossValidation<'a> {
     /// fits all presses best.
     shares: Vec<Vec<f64>>,
     kernel: Kernel,
-    /// Of the drawing.
+    /// Scatter of the gains by the drawing.
     gain_deviation: f64,
     /// Deviation of places that are as likely all over the array, m.
     anywhere: [f64; 2],
 }
 
-/// What the regression and the profile say of presses that are held out.
+/// Distances by the regression and by the profile of indentations that are held out.
 pub(super) struct FoldDistances {
     /// True if other presses of these radii were seen.
     radius_seen: bool,
@@ -302,7 +302,7 @@ impl<'a> CrossValidation<'a> {
         (gains, deviation.min(self.gain_deviation))
     }
 
-    /// What is learned without the presses that are `held`, not yet distances.
+    /// Map learned without the indentations that are `held`, not yet judged by distances.
     pub(super) fn map_without(&self, candidate: &Candidate, held: &[bool]) -> IndentationMap {
         let (gains, gain_deviation) = if candidate.with_gains {
             self.gains(held)
@@ -368,8 +368,8 @@ impl<'a> CrossValidation<'a> {
         parts
     }
 
-    /// How the two ways to find places do on the presses of each part, learned
-    /// from the others.
+    /// Distances of both ways to estimate positions on the indentations of each part,
+    /// learned from the others.
     pub(super) fn distances_of_folds(
         &self,
         parts: &[Part],

@@ -1,13 +1,13 @@
-//! Whether each column of voltages can be what it says: peaks in the direction
-//! of loading, peaks against it, or an output over time.
+//! Check of each column of voltages: peaks in the direction of loading, peaks against it,
+//! or an output over time.
 
 use super::problem::Table;
 use super::problem::{Reading, What};
 use super::{Fitted, InputError, PiezoelectricCalibrator, ReadingTable};
 use crate::loads::{range, right_prefix};
 
-/// What a column says counts above this many deviations. A column of the right
-/// model falls behind its mean with half as many: once in 700 tables at worst.
+/// A finding on a column counts above this many deviations. A column of the right model
+/// falls behind its mean with half as many: once in 700 tables at worst.
 const CLEAR: f64 = 6.0;
 /// Exchanged columns must explain so much of the squared misfit: three
 /// quarters. What hysteresis or drift take from the peaks of one direction, the

@@ -1,5 +1,5 @@
-//! What presses at known places teach: gains of the elements, and what finds
-//! the place of a contact best, by presses that it has not seen.
+//! Maps from indentations at known positions: gains of the elements, and the best method
+//! for the position of a contact, by indentations that it has not seen.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ use crate::training::Score;
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::trained::{IndentationMap, TrainingError};
 
-/// What was learned of the places of an array.
+/// Map of the positions on an array, and how well it does.
 pub(super) struct Learned {
     pub(super) map: IndentationMap,
     pub(super) hold_out: Vec<ResidualSummary>,
@@ -132,7 +132,7 @@ fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
     Remark::whole(remark)
 }
 
-/// What is used, and for which contacts it was judged.
+/// Method in use, and the contacts that it was judged for.
 fn used(candidate: &Candidate, radii: &[f64], several: bool) -> Remark {
     let name = candidate.name;
     let in_words: Vec<String> = radii.iter().map(|a| format!("{:.2}", 1e3 * a)).collect();

@@ -47,7 +47,7 @@ fn quiet() -> SyntheticOptions {
     }
 }
 
-/// How many of `runs` intervals hold each constant.
+/// Number of `runs` intervals that hold each constant.
 fn covered(
     runs: u64,
     readings: impl Fn(&PiezoelectricCalibrator<'_>, u64) -> String + Sync,

@@ -8,7 +8,7 @@ use crate::hysteresis::{Loops, Named, Sample, identify, on_loading, samples, ste
 use crate::split::{branches, turns};
 use taxel::transduction::UnitModel;
 
-/// What the names of the weights along an axis begin with.
+/// Prefix of the names of the weights along an axis.
 pub(super) fn prefix(axis: usize) -> String {
     format!("force_{}.", AXES[axis])
 }
@@ -68,7 +68,8 @@ pub(super) fn of_array(
         };
         let all: Vec<Sample> = estimated.iter().zip(taxels).flat_map(beside).collect();
         let mut moved = stepped.iter().enumerate().flat_map(|(place, steps)| {
-            let [before, behind] = [&estimated[..place], &estimated[place + 1..]].map(<[_]>::concat);
+            let [before, behind] =
+                [&estimated[..place], &estimated[place + 1..]].map(<[_]>::concat);
             steps
                 .iter()
                 .map(move |step| own(&[&before[..], step, &behind].concat()))

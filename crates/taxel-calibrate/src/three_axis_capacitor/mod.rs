@@ -39,7 +39,7 @@ use problem::{
     Bench, COMPLIANCE, GAP, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
 };
 
-/// What the names of the parameters of a taxel begin with.
+/// Prefix of the names of the parameters of a taxel.
 const PREFIX: &str = "taxel_";
 
 /// Calibrates the units of one array.
@@ -48,7 +48,7 @@ pub(super) struct ThreeAxisCalibrator<'a> {
     drawn: UnitModel,
     made: Vec<UnitModel>,
     channel: ChannelScale,
-    /// Of a reading by the board's own figures, F.
+    /// Standard deviation of a reading by the board's own figures, F.
     deviation: f64,
 }
 
@@ -321,7 +321,7 @@ fn moved_by(found: &Fit, from: &[f64]) -> f64 {
     steps.fold(0.0, f64::max)
 }
 
-/// What a table says of all its readings.
+/// Properties of a table that hold for all its readings.
 pub(crate) struct Context {
     measured: Measured,
     /// True if the rows have times, which say which readings are of unloading.

@@ -19,7 +19,7 @@ const PRELOAD: f64 = 0.3;
 /// Each cycle begins at rest, presses up and down, then pushes to both sides
 /// along x and along y under a light pressing force. Forces reach as far as
 /// closes `compression` of the air. A tilted probe turns the gauge about y;
-/// along each axis loading carries more than unloading by `hysteresis`.
+/// along each axis the force on loading exceeds that on unloading by `hysteresis`.
 pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
     let truth = tilted(made, options.tilt);
     let most = largest(made, options.compression);

@@ -187,7 +187,11 @@ fn a_short_sweep_says_that_it_cannot_identify_the_parallel_capacitance() {
             let words = outcome.open.first();
             let is_identified =
                 words.is_none_or(|words| !words.contains("cannot be identified separately: sigma"));
-            assert_eq!(is_identified, identified, "{last} {gauge}: {:?}", outcome.open);
+            assert_eq!(
+                is_identified, identified,
+                "{last} {gauge}: {:?}",
+                outcome.open
+            );
         }
         let text = normal_sweep(calibrator, 15, 0.29);
         let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
@@ -551,15 +555,22 @@ fn loops_are_found_along_each_axis_and_undone_live() {
         let near = |ratio: f64, truth: f64| (ratio - truth).abs() < 0.03;
         let path = [4.0, 8.0, 12.0, 11.0, 8.0, 5.0];
         let ratios = path.map(|z| estimate([0.0, 0.0, z * MN])[2] / (z * MN));
-        assert!(ratios[..3].iter().all(|ratio| near(*ratio, 1.0)), "{ratios:?}");
+        assert!(
+            ratios[..3].iter().all(|ratio| near(*ratio, 1.0)),
+            "{ratios:?}"
+        );
         assert!(
             ratios[4..].iter().all(|ratio| near(*ratio, 1.0 / 1.1)),
             "{ratios:?}"
         );
         // Sideways, to both sides.
         for side in [1.0, -1.0] {
-            let ratios = path.map(|x| estimate([side * x * MN, 0.0, 5.0 * MN])[0] / (side * x * MN));
-            assert!(near(ratios[2], 1.0) && near(ratios[5], 1.0 / 1.1), "{ratios:?}");
+            let ratios =
+                path.map(|x| estimate([side * x * MN, 0.0, 5.0 * MN])[0] / (side * x * MN));
+            assert!(
+                near(ratios[2], 1.0) && near(ratios[5], 1.0 / 1.1),
+                "{ratios:?}"
+            );
         }
     });
 }

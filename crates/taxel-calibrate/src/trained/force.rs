@@ -98,7 +98,7 @@ fn touched<'a>(runs: &'a [Run], found: &mut Found) -> Result<Vec<&'a Run>, Input
     Ok(touched)
 }
 
-/// True if there are enough readings, and whether they last long enough.
+/// Checks that there are enough readings, and that they last long enough.
 fn enough(runs: &[&Run], found: &mut Found) -> Result<(), InputError> {
     let readings = |run: &&Run| {
         run.session
@@ -230,7 +230,7 @@ fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
     Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
 }
 
-/// What the chosen options won against.
+/// Candidates that the chosen options won against.
 fn among(chosen: &AcrossRuns) -> Remark {
     let rms = |of: &HeldOutForce| Score::of(&of.errors, &of.deviations).rms;
     let without = chosen.without_memory.as_ref().map_or(0.0, rms);
@@ -249,7 +249,7 @@ fn among(chosen: &AcrossRuns) -> Remark {
     ))
 }
 
-/// What the intervals hold for.
+/// Range in which the intervals hold.
 fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
     let between = &chosen.map.between_runs;
     Remark::whole(if runs > 1 {

@@ -15,7 +15,7 @@ use taxel_recording::InputError;
 pub struct TrainingFile {
     /// Name for messages.
     pub name: String,
-    /// What is in it.
+    /// Contents of the file.
     pub text: String,
 }
 

@@ -7,7 +7,7 @@ use taxel::trained::{
 
 use super::{Score, Series, Session, blocks_of_time, interval_factor};
 
-/// What is tried: the form of a force map.
+/// Candidate: the form of a force map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceOptions {
     /// Largest number of channels in a product, 1 to 3.

@@ -208,7 +208,10 @@ fn what_is_not_identifiable_gets_no_number() {
     let found = fit(&problem, &parameters, &given()).unwrap();
     let [a, b, c] = [0, 1, 2].map(|i| found.estimates[i]);
     assert_eq!(a.status, Status::NotIdentifiable);
-    assert_eq!((b.status, b.interval), (Status::NotIdentifiable, [0.0, 5.0]));
+    assert_eq!(
+        (b.status, b.interval),
+        (Status::NotIdentifiable, [0.0, 5.0])
+    );
     assert_eq!(c.status, Status::Identified);
     close(c.value, 0.5, 1e-9);
     assert_eq!(found.directions.len(), 1);

@@ -1,7 +1,7 @@
 //! Design sweeps: one quantity computed for many drawings.
 
-mod microchannel_sections;
 mod heat_map;
+mod microchannel_sections;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -10,10 +10,10 @@ use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 use crate::toml_input;
 use taxel_recording::InputError;
 
+pub use heat_map::{HeatMap, MapCell};
 pub use microchannel_sections::{
     SectionAnswer, SectionRow, SectionState, cells, columns, heat_map, sweep,
 };
-pub use heat_map::{HeatMap, MapCell};
 
 /// Shipped studies: name and text.
 const SHIPPED: &[(&str, &str)] = &[(

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::contact::Cell;
-use super::localisation::Localiser;
 use super::last_positions::LastPositions;
+use super::localisation::Localiser;
 use super::reader::{
     Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
@@ -319,7 +319,7 @@ impl Reader for ChargeReader {
     }
 
     fn locate(&mut self, cells: &[Cell], touch: &mut Touch) {
-        self.place_contacts(cells, touch);
+        self.locate_contacts(cells, touch);
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {

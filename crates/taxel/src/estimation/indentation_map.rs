@@ -3,16 +3,19 @@
 use std::sync::Arc;
 
 use super::kernel_regression::{KernelRegression, Press, Trust};
-use super::localisation::{Located, ContactPosition, Localiser};
+use super::localisation::{ContactPosition, Localiser, Located};
 use super::position_fit::ProfileFit;
-use crate::trained::{PositionMethod, IndentationMap, TrainingError};
+use crate::trained::{IndentationMap, PositionMethod, TrainingError};
 
 /// Localiser that `map` asks for, with `profile` for the device as drawn.
 /// Forces are given over the gains of the map.
 ///
 /// # Errors
 /// [`TrainingError`] for a map that no regression can be made of.
-pub fn localiser(map: &IndentationMap, profile: ProfileFit) -> Result<Arc<dyn Localiser>, TrainingError> {
+pub fn localiser(
+    map: &IndentationMap,
+    profile: ProfileFit,
+) -> Result<Arc<dyn Localiser>, TrainingError> {
     let profile = profile.with_gain_deviation(map.gain_deviation);
     let profile = ScaledProfile {
         fit: profile,
@@ -33,7 +36,10 @@ pub fn localiser(map: &IndentationMap, profile: ProfileFit) -> Result<Arc<dyn Lo
 ///
 /// # Errors
 /// As [`localiser`].
-pub fn regression(map: &IndentationMap, profile: &ProfileFit) -> Result<KernelRegression, TrainingError> {
+pub fn regression(
+    map: &IndentationMap,
+    profile: &ProfileFit,
+) -> Result<KernelRegression, TrainingError> {
     let press = |index: usize| Press {
         forces: map.directions[index].clone(),
         position: map.positions[index],
@@ -57,7 +63,9 @@ struct ScaledProfile {
 impl ScaledProfile {
     fn scaled(&self, position: ContactPosition) -> Option<ContactPosition> {
         let position = position.spread(self.spread);
-        position.is_known(self.fit.model().pitch).then_some(position)
+        position
+            .is_known(self.fit.model().pitch)
+            .then_some(position)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::localisation::{Method, ContactPosition, Localiser, ProfileModel};
+use super::localisation::{ContactPosition, Localiser, Method, ProfileModel};
 use super::position_fit::{ProfileFit, grid};
 use crate::mechanics::ShareTable;
 use crate::trained::{FEWEST_PRESSES, GaussianProcess, Kernel, TrainingError};
@@ -181,16 +181,21 @@ impl Group {
             profile: radius.map(|radius| model.cover(radius).table()),
             elements: model.centroid().positions,
             side: model.side,
-            positions: presses.iter().map(|press| press.position.to_vec()).collect(),
+            positions: presses
+                .iter()
+                .map(|press| press.position.to_vec())
+                .collect(),
             beyond: Vec::new(),
         };
         for press in presses {
             let measured = direction(&press.forces).ok_or(TrainingError::NoSignal)?;
             let expected = group.expected(press.position);
             let pairs = measured.iter().zip(&expected);
-            group
-                .beyond
-                .push(pairs.map(|(measured, expected)| measured - expected).collect());
+            group.beyond.push(
+                pairs
+                    .map(|(measured, expected)| measured - expected)
+                    .collect(),
+            );
         }
         Ok(group)
     }
@@ -260,10 +265,10 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::localisation::tests::{Presses, THICKNESS, fit, rms};
     use super::super::indentation_map::{localiser, regression};
+    use super::super::localisation::tests::{Presses, THICKNESS, fit, rms};
     use super::*;
-    use crate::trained::{PositionMethod, IndentationMap};
+    use crate::trained::{IndentationMap, PositionMethod};
 
     /// Presses of each radius on a grid of 1 mm.
     fn presses(radii: &[f64]) -> Vec<Press> {
@@ -360,7 +365,9 @@ mod tests {
         let mut presses = presses(&[3.6e-3]);
         let mut bench = Presses::new(3.6e-3, 5);
         for press in &mut presses {
-            press.forces = bench.forces([press.position[0] - shift, press.position[1]]).0;
+            press.forces = bench
+                .forces([press.position[0] - shift, press.position[1]])
+                .0;
         }
         let profile = fit(ProfileModel::unknown_radii(THICKNESS, 8e-3));
         let kernel = KernelRegression::kernel(&presses, profile.model()).unwrap();

@@ -562,7 +562,10 @@ mod tests {
             (3, pressed(1e3)),
             (4, pressed(5e3)),
         ]);
-        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Ambiguous), [1, 2, 5, 6]);
+        assert_eq!(
+            taxels_that_are(&taxels, TaxelPressure::Ambiguous),
+            [1, 2, 5, 6]
+        );
         assert_eq!(taxels_that_are(&taxels, TaxelPressure::Quiet).len(), 4);
     }
 

@@ -49,7 +49,10 @@ impl Motion {
 
     /// Square of the Mahalanobis distance of a position measured with `noise`.
     pub(super) fn distance(&self, position: [f64; 2], noise: Matrix) -> f64 {
-        let off = [position[0] - self.position[0], position[1] - self.position[1]];
+        let off = [
+            position[0] - self.position[0],
+            position[1] - self.position[1],
+        ];
         let inverse = inverse(add(self.place_covariance, noise));
         (0..2)
             .map(|i| off[i] * (inverse[i][0] * off[0] + inverse[i][1] * off[1]))
@@ -58,7 +61,10 @@ impl Motion {
 
     /// Takes a position measured with `noise`.
     pub(super) fn update(&mut self, position: [f64; 2], noise: Matrix) {
-        let off = [position[0] - self.position[0], position[1] - self.position[1]];
+        let off = [
+            position[0] - self.position[0],
+            position[1] - self.position[1],
+        ];
         let inverse = inverse(add(self.place_covariance, noise));
         let gain = multiply(self.place_covariance, inverse);
         let velocity_gain = multiply(transpose(self.cross), inverse);

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::localisation::{Method, ContactPosition, ProfileModel, flat_position, peak};
+use super::localisation::{ContactPosition, Method, ProfileModel, flat_position, peak};
 
 /// Position, size and force of a contact by least squares on the profile of the
 /// soft cover, averaged by how well each position and size of a grid fits.
@@ -239,7 +239,11 @@ fn best(candidates: &[Candidate]) -> f64 {
 impl ProfileFit {
     /// The position with its misfit over the degrees of freedom; the position is
     /// given however badly it is known.
-    pub(super) fn search(&self, forces: &[f64], deviations: &[f64]) -> Option<(ContactPosition, f64)> {
+    pub(super) fn search(
+        &self,
+        forces: &[f64],
+        deviations: &[f64],
+    ) -> Option<(ContactPosition, f64)> {
         let elements = self.model.rows * self.model.columns;
         if forces.len() != elements || deviations.len() != elements {
             return None;

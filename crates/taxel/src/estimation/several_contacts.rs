@@ -7,7 +7,7 @@ mod raster;
 use population::{Population, Spread};
 use taxel_numerics::dense::{cholesky, cholesky_solve, dot};
 
-use super::localisation::{Located, Method, ContactPosition, Localiser, flat_position};
+use super::localisation::{ContactPosition, Localiser, Located, Method, flat_position};
 use super::position_fit::{NEAR, OFFSETS, ProfileFit, STEPS, WINDOW};
 
 /// More contacts than this are not looked for.

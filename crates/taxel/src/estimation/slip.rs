@@ -290,19 +290,19 @@ impl Pair {
         let reach = (self.correlation.len() / 2) as f64;
         // The second reading is later by the skew, so the texture seems to
         // arrive earlier in its frames.
-        let place = (slowness * self.distance - self.skew) / step + reach;
-        let middle = place.round();
+        let index = (slowness * self.distance - self.skew) / step + reach;
+        let middle = index.round();
         if middle < 1.0 || middle + 1.0 >= self.correlation.len() as f64 {
             return None;
         }
-        let t = place - middle;
+        let t = index - middle;
         let index = middle as usize;
         let [a, b, c] = [-1, 0, 1].map(|off| self.correlation[index.wrapping_add_signed(off)]);
         Some(b + 0.5 * t * (c - a) + 0.5 * t * t * (a - 2.0 * b + c))
     }
 }
 
-/// Place of the highest value between two bounds, by golden section.
+/// Position of the highest value between two bounds, by golden section.
 fn highest(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     for _ in 0..30 {

@@ -148,8 +148,8 @@ pub struct Unreadable {
 /// of its mechanics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with places in \
-     the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels of a place"
+    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with positions in \
+     the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels at a position"
 )]
 pub struct NoModel {
     /// Key of the element.

@@ -52,7 +52,10 @@ impl Surface {
         smoothing: f64,
     ) -> Result<Self, TrainingError> {
         let end = |axis: usize, of: fn(f64, f64) -> f64, start: f64| {
-            positions.iter().map(|position| position[axis]).fold(start, of)
+            positions
+                .iter()
+                .map(|position| position[axis])
+                .fold(start, of)
         };
         let corner = [0, 1].map(|axis| end(axis, f64::min, f64::INFINITY));
         let far = [0, 1].map(|axis| end(axis, f64::max, f64::NEG_INFINITY));

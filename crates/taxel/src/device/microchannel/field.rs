@@ -82,7 +82,13 @@ impl MicrochannelFieldPredictor {
     }
 
     /// Cells of one channel.
-    fn channel(&self, array_block: &ArrayBlock, layer: usize, void: &BlockVoid, row: &mut Vec<Cell>) {
+    fn channel(
+        &self,
+        array_block: &ArrayBlock,
+        layer: usize,
+        void: &BlockVoid,
+        row: &mut Vec<Cell>,
+    ) {
         let drawn = &self.layers[layer];
         let change = self.change(array_block, layer, void);
         let resistance = drawn.conductor.rest_resistance() * (1.0 + change);
@@ -137,7 +143,13 @@ impl MicrochannelFieldPredictor {
     }
 
     /// Cells of a block in a state.
-    fn block(&self, array_block: &ArrayBlock, pressed: &LocalLoad, state: &BlockState, row: &mut Vec<Cell>) {
+    fn block(
+        &self,
+        array_block: &ArrayBlock,
+        pressed: &LocalLoad,
+        state: &BlockState,
+        row: &mut Vec<Cell>,
+    ) {
         let drive = Cell::Number(state.drive);
         let radius = Cell::Number(state.contact_radius);
         row.push(Cell::Number(state.force));
@@ -169,7 +181,10 @@ impl MicrochannelFieldPredictor {
             Column::new("row_greatest_change", "", 1.0, "", 6),
             Column::new("column_greatest_change", "", 1.0, "", 6),
         ];
-        let counts = self.array_block.as_ref().map_or([0; 2], |array_block| array_block.counts);
+        let counts = self
+            .array_block
+            .as_ref()
+            .map_or([0; 2], |array_block| array_block.counts);
         for (layer, count) in super::LAYERS.into_iter().zip(counts) {
             for number in 0..count {
                 let of = |what: &str| format!("{layer}_{number}_{what}");

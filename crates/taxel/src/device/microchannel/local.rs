@@ -135,7 +135,9 @@ impl ArrayBlock {
                         micrometres(length),
                         micrometres(least)
                     ),
-                    help: String::from("give a larger one; the response of the microchannels would not become smaller"),
+                    help: String::from(
+                        "give a larger one; the response of the microchannels would not become smaller",
+                    ),
                 });
             }
             // A billionth is forgiven: lengths are often sums of others.
@@ -300,7 +302,11 @@ mod tests {
             ("fz=1 mN, punch=1.5 mm", PUNCH),
             ("fz=1 mN, punch=10 um", PUNCH),
         ] {
-            assert_eq!(read(&array_block, load).unwrap_err().column, column, "{load}");
+            assert_eq!(
+                read(&array_block, load).unwrap_err().column,
+                column,
+                "{load}"
+            );
         }
         // A patch as large as the block is on it.
         assert!(read(&array_block, "p=1 kPa, px=2.6 mm, py=1.4 mm").is_ok());

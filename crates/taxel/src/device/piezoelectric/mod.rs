@@ -13,7 +13,7 @@ use crate::acquisition::{Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
-    ChargeModel, ChargeOptions, ChargeReader, FrameError, ObserverOptions, Localiser, ProfileFit,
+    ChargeModel, ChargeOptions, ChargeReader, FrameError, Localiser, ObserverOptions, ProfileFit,
     ProfileModel, Reader, SlipOptions, localiser,
 };
 use crate::layout::Layout;

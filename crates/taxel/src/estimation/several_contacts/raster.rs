@@ -1,7 +1,7 @@
 //! Where contacts may be, before their positions are refined: each in turn on a
 //! coarse raster, beside the others.
 
-use super::{COARSE, OWN_CONTACT, Fitted, ROUNDS, SEEDS, Scene, Shape, Trial, within};
+use super::{COARSE, Fitted, OWN_CONTACT, ROUNDS, SEEDS, Scene, Shape, Trial, within};
 use crate::estimation::position_fit::{OFFSETS, WINDOW};
 use taxel_numerics::dense::{dot, remove_projections};
 

@@ -64,8 +64,10 @@ impl Bench {
     fn found(&mut self, contacts: &[([f64; 2], f64)]) -> Vec<Located> {
         let elements = self.elements.clone();
         let force = |at: &[f64; 2]| -> f64 {
-            let share =
-                |position: &[f64; 2]| self.table.share([at[0] - position[0], at[1] - position[1]], 2e-3);
+            let share = |position: &[f64; 2]| {
+                self.table
+                    .share([at[0] - position[0], at[1] - position[1]], 2e-3)
+            };
             contacts
                 .iter()
                 .map(|(position, force)| force * share(position))
@@ -126,7 +128,9 @@ fn two(bench: &mut Bench, distance: f64, trials: usize) -> Pairs {
             [(one, truth[1]), (other, truth[0])]
         };
         for (found, at) in pairs {
-            let Some(position) = found.position else { continue };
+            let Some(position) = found.position else {
+                continue;
+            };
             errors.push(far(found, at));
             inside += usize::from(position.distance(at) < ELLIPSE_95);
         }
