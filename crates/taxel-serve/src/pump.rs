@@ -30,7 +30,7 @@ pub struct PumpOptions {
     pub frames: Option<u64>,
     /// Frames of a rest capture; default 50, as in the paper.
     pub tare_frames: usize,
-    /// True if a rest capture is taken at the start; default yes.
+    /// True if a rest capture is taken at the start; default true.
     pub tare_at_start: bool,
     /// Write the frames of the source to this file.
     pub save: Option<PathBuf>,

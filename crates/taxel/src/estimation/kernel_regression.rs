@@ -7,7 +7,7 @@ use super::position_fit::{ProfileFit, grid};
 use crate::mechanics::ShareTable;
 use crate::trained::{FEWEST_PRESSES, GaussianProcess, Kernel, TrainingError};
 
-/// One press of known position.
+/// One indentation at a known position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Press {
     /// Forces on all elements, N.
@@ -18,9 +18,8 @@ pub struct Press {
     pub radius: Option<f64>,
 }
 
-/// Kernel regression on the position of what the presses differ from the profile
-/// by, one for each radius of the presses, and the positions that explain given
-/// forces.
+/// Kernel regression over position of the difference of the indentations from the
+/// profile, one for each radius, and the positions that explain given forces.
 ///
 /// It learns directions of the forces, vectors of unit length. Of presses whose
 /// radius is not known there is no profile, and it learns the whole. The

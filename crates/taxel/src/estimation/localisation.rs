@@ -9,7 +9,7 @@ use crate::mechanics::{Base, Contact, SoftCover};
 /// calibration; a map that was trained with the device may take its place. The
 /// centre of force ([`Centroid`]) is the baseline both are measured against.
 pub trait Localiser: std::fmt::Debug + Send + Sync {
-    /// The position for the forces on the elements with their standard
+    /// Position for the forces on the elements with their standard
     /// deviations, N. `None` where they hold no information on it.
     fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition>;
 
@@ -35,7 +35,7 @@ pub struct Located {
     pub carried: Vec<f64>,
 }
 
-/// Where a contact is.
+/// Estimated position of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPosition {
     /// Centre on the developed surface, m.

@@ -16,7 +16,7 @@ pub struct InPlaneCapacitor {
     pub layer: CompressedLayer,
     /// The electrodes in it.
     pub electrodes: Electrodes,
-    /// Material between and round them.
+    /// Dielectric between and around the electrodes.
     pub dielectric: Dielectric,
     /// Which law gives the capacitance.
     pub law: CapacitanceLaw,
@@ -26,7 +26,7 @@ pub struct InPlaneCapacitor {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub layer_width: f64,
-    /// Scatter of made devices about the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: GapScatter,
     /// Parallel capacitance, F; only a calibration gives it.
     #[serde(skip)]

@@ -33,7 +33,7 @@ pub struct Microchannel {
     pub rows: LayerDescription,
     /// The channels along y.
     pub columns: LayerDescription,
-    /// Scatter of made devices about the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: MicrochannelFabrication,
     /// Constants that a calibration found; `None` as drawn.
     #[serde(skip)]
@@ -106,7 +106,7 @@ pub struct LayerDescription {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub length: f64,
-    /// Closing of a cross-section under net pressure.
+    /// Closing curve of a cross-section under net pressure.
     pub closing: ClosingDescription,
     /// The thinnest section for a mean one, where it is known; an empty list
     /// is a layer whose sections are taken for equal.

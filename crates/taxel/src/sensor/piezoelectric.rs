@@ -25,7 +25,7 @@ pub struct Piezoelectric {
     pub ceramic: CeramicDescription,
     /// The silicone around it.
     pub cover: CoverDescription,
-    /// Scatter of made devices about the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: PiezoelectricFabrication,
     /// Map from indentations of this device; only a calibration gives it.
     #[serde(skip)]

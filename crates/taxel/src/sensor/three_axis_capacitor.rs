@@ -30,7 +30,7 @@ pub struct ThreeAxisCapacitor {
     pub usable_force: f64,
     /// The drawing around the electrodes.
     pub outline: Outline,
-    /// Scatter of made devices about the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: Fabrication,
     /// Taxels that were calibrated, in the place of their drawing: a sensor
     /// file has no such key, a calibration file sets it.

@@ -10,8 +10,9 @@
 //! range and the speeds they were trained with.
 //!
 //! [`PositionMap`] estimates where a probe of fixed depth presses, [`ForceMap`]
-//! how hard, with the memory of a creeping body. `taxel-calibrate` trains them. `docs/theory/trained-maps.md` has the equations
-//! and what the maps reach on real recordings.
+//! its force, with the memory of a creeping body. `taxel-calibrate` trains them.
+//! `docs/theory/trained-maps.md` has the equations and what the maps reach on real
+//! recordings.
 
 mod force;
 mod gaussian_process;

@@ -83,7 +83,7 @@ pub struct InPlaneModel {
     pub layer: CompressedLayer,
     /// The electrodes in it.
     pub electrodes: Electrodes,
-    /// Material between and round them.
+    /// Dielectric between and around the electrodes.
     pub dielectric: Dielectric,
     /// The published fit, where there is one.
     pub published_fit: Option<PublishedFit>,

@@ -50,7 +50,7 @@ impl Conductor {
 /// The channels of one layer: load to resistance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MicrochannelLayer {
-    /// Closing of a cross-section.
+    /// Closing curve of a cross-section.
     pub closing: ClosingCurve,
     /// Law of the pressure of the liquid.
     pub liquid: PressureLaw,
