@@ -7,6 +7,7 @@
 #
 # Usage: bench/outputs.sh PROGRAM FOLDER [DATA]
 # DATA: folder with the sensors' calibration data and recordings (default: this tree).
+# A program of before the option was renamed calls `twin --calibration-data` `twin --bench`.
 # FOLDER/texts has the outputs as they are, FOLDER/numbers the numbers in them,
 # in their order, one a line, so that words may change and numbers may not.
 set -u
@@ -27,6 +28,8 @@ run() {
     echo "exit $?" >>"$out/texts/$name.out"
 }
 
+synthetic=--calibration-data
+"$program" twin --help | grep -q -e "$synthetic" || synthetic=--bench
 sensors="in-plane-20um in-plane-50um in-plane-100um three-axis-8x8 three-axis-unit piezo-1.5mm piezo-2.3mm liquid-metal-2x4 eflesh-lattice"
 for sensor in $sensors; do
     run "check-$sensor" check "$sensor" --plot "drawing-$sensor.svg"
@@ -61,7 +64,7 @@ for r in iscan_excerpt.csv xsensor_excerpt.csv fscan_excerpt.asf; do
 done
 run calibrate-in-plane calibrate in-plane-50um "$bench/in-plane-synthetic.csv" --with in-plane-20um --with in-plane-100um -o in-plane.toml --report in-plane.html
 for sensor in in-plane-50um three-axis-unit three-axis-8x8 piezo-1.5mm liquid-metal-2x4; do
-    run "twin-$sensor" twin "$sensor" --bench -o "twin-$sensor.csv"
+    run "twin-$sensor" twin "$sensor" "$synthetic" -o "twin-$sensor.csv"
     run "calibrate-twin-$sensor" calibrate "$sensor" "twin-$sensor.csv" -o "twin-$sensor.toml" --report "twin-$sensor.html"
 done
 run sweep sweep p4-sections -o sections.csv --plot sections.svg

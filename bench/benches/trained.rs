@@ -24,18 +24,18 @@ macro_rules! recorded {
     };
 }
 
-fn place(criterion: &mut Criterion) {
+fn position(criterion: &mut Criterion) {
     let run = session(
         recorded!("position_sensor.csv"),
         recorded!("position_states.csv"),
     );
     let rows = run.place.rows().iter();
-    let places: Vec<[f64; 2]> = rows.map(|row| [row[0], row[1]]).collect();
+    let positions: Vec<[f64; 2]> = rows.map(|row| [row[0], row[1]]).collect();
     let options = [PositionOptions {
         smoothing: 1e-4,
         run_in: 0.0,
     }];
-    let (map, _) = train_position(run.sensor.rows(), &places, &options).expect("trains");
+    let (map, _) = train_position(run.sensor.rows(), &positions, &options).expect("trains");
     let mut estimator = PositionEstimator::new(map).expect("sound");
     let mut next = run.sensor.rows().iter().cycle();
     criterion.bench_function("15 channels to position", |bencher| {
@@ -59,5 +59,5 @@ fn force(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, place, force);
+criterion_group!(benches, position, force);
 criterion_main!(benches);

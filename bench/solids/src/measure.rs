@@ -1,4 +1,4 @@
-//! What a run took.
+//! Time and memory of a run.
 
 use std::time::Instant;
 
@@ -35,7 +35,7 @@ fn computed() -> f64 {
     nanoseconds.unwrap_or(0.0) * 1e-9
 }
 
-/// Greatest memory of this process so far, MB; zero where Linux does not tell it.
+/// Greatest memory of this process so far, MB; zero where Linux does not report it.
 pub(crate) fn peak_megabytes() -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let kilobytes = text

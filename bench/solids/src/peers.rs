@@ -7,7 +7,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// What runs without a list.
+/// Problems that run without a list.
 const USUAL: [&str; 14] = [
     "dolfinx:A:1",
     "ngsolve:A:1:sparsecholesky",

@@ -43,7 +43,7 @@ impl Case {
     }
 }
 
-/// How the way to the load is divided.
+/// Division of the way to the load.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Steps {
     /// As in the other programs: 5 equal steps for A, 2 for B, each from the last state.
@@ -70,7 +70,7 @@ impl Steps {
     }
 }
 
-/// What a solution gives.
+/// Result of a solution.
 pub(crate) struct Solution {
     pub(crate) unknowns: usize,
     pub(crate) steps: usize,

@@ -130,7 +130,7 @@ fn apart(
     Ok(worst / largest)
 }
 
-/// How many times faster than real time the whole signal went through.
+/// Speed of the whole signal over real time.
 fn pass(chain: &Chain, period: f64, signal: &[f64]) -> f64 {
     let step = chain.step(period);
     let mut memories = vec![chain.settled(0.0); CHANNELS];

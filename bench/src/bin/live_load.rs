@@ -150,7 +150,7 @@ async fn run(seconds: u64) -> Result<bool, Failed> {
     Ok(print(&report, frames, &clients, [early, late]))
 }
 
-/// What a reading client saw.
+/// Record of a reading client.
 #[derive(Default)]
 struct Client {
     received: u64,

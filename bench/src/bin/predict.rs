@@ -150,7 +150,7 @@ fn run() -> Result<(), Box<dyn Error>> {
 struct Compared {
     column: &'static str,
     si_per_unit: f64,
-    /// Whether nothing is timed.
+    /// True if nothing is timed.
     only: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Whether the load and the signal of each row are of one moment.
+//! Check that load and signal of each row are of one moment.
 
 use crate::readings::{ReadingTable, quantity};
 use taxel::predict::LoadColumn;

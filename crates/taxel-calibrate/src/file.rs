@@ -14,14 +14,14 @@ use crate::outcome::{CovarianceBlock, Outcome, Provenance, ResidualSummary};
 use crate::toml_tables::table as put_tables;
 use taxel::sensor::{Element, Sensor};
 use taxel::toml_input;
-use taxel::trained::{PlaceMap, TrainedMaps, TrainingError};
+use taxel::trained::{IndentationMap, TrainedMaps, TrainingError};
 use taxel_numerics::least_squares::singular_values;
 use taxel_recording::InputError;
 
 /// Version of the file's form.
 pub const CALIBRATION_SCHEMA: u32 = 2;
 
-/// What to do with a file that cannot be used.
+/// Advice for a file that cannot be used.
 const AGAIN: &str = "make the file again with `taxel calibrate`";
 /// Keys that a message about another sensor names.
 const NAMED: usize = 4;
@@ -53,11 +53,11 @@ pub struct CalibrationFile {
     pub element: String,
     /// Name of the model.
     pub model: String,
-    /// How the noise is known.
+    /// Size of the noise, in words: given or estimated.
     pub noise: String,
-    /// How the search ended.
+    /// End of the search.
     pub search: String,
-    /// What was noticed.
+    /// Remarks.
     pub remarks: Vec<String>,
     /// Combinations of parameters that the readings do not identify.
     pub not_identifiable: Vec<String>,
@@ -78,10 +78,10 @@ pub struct CalibrationFile {
     pub residual: Vec<ResidualOf>,
     /// Ranges within which it holds.
     pub scope: Vec<ScopeOf>,
-    /// What was learned of a device without a physical model.
+    /// Maps of a device without a physical model.
     pub trained: Option<TrainedMaps>,
-    /// What presses at known places taught of a device that has a model.
-    pub places: Option<PlaceMap>,
+    /// Map of indentations at known positions of a device with a model.
+    pub places: Option<IndentationMap>,
 }
 
 /// The readings of a calibration.
@@ -110,7 +110,7 @@ pub struct HeldOut {
 pub struct SensorOf {
     /// Name of its file.
     pub file: String,
-    /// What the names of its own parameters begin with.
+    /// Prefix of the names of its own parameters.
     pub prefix: String,
     /// The file itself: a calibration is for its values.
     pub text: String,
@@ -128,9 +128,9 @@ pub struct ParameterOf {
     pub value: f64,
     /// Standard deviation.
     pub deviation: f64,
-    /// 95 % interval; of what is not identified that of its prior or bounds.
+    /// 95 % interval; of what is not identifiable that of its prior or bounds.
     pub interval: [f64; 2],
-    /// How well it is known.
+    /// Status of the parameter.
     pub status: String,
 }
 
@@ -142,7 +142,7 @@ pub struct ResidualOf {
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// How many.
+    /// Number of residuals.
     pub count: usize,
     /// Root of the mean square.
     pub root_mean_square: f64,
@@ -323,7 +323,7 @@ impl CalibrationFile {
             };
             wrong(&format!("{key}.{table}"), error.to_string())
         };
-        if let Some(Err(error)) = found.places.as_ref().map(PlaceMap::check) {
+        if let Some(Err(error)) = found.places.as_ref().map(IndentationMap::check) {
             return unsound(PLACES, error);
         }
         match &found.trained {
@@ -472,7 +472,7 @@ impl CalibrationFile {
                     .key("places.gains")
                     .help(AGAIN));
             }
-            element.places = Some(map.clone());
+            element.indentations = Some(map.clone());
         }
         Ok(calibrated)
     }
@@ -484,7 +484,7 @@ impl CalibrationFile {
 }
 
 impl CovarianceBlock {
-    /// Whether no entry exceeds what its variances allow, on both sides alike.
+    /// True if no entry exceeds what its variances allow, on both sides alike.
     fn is_covariance(&self) -> bool {
         let c = &self.rows;
         (0..c.len()).all(|i| {
@@ -526,9 +526,8 @@ impl CovarianceBlock {
     }
 }
 
-/// How far [`CalibrationFile::spread`] goes, in standard deviations: small, so
-/// that strongly correlated parameters stay on the straight line along which
-/// their covariance was made.
+/// Step of [`CalibrationFile::spread`] in standard deviations: small, so that strongly
+/// correlated parameters stay on the straight line along which their covariance was made.
 pub const STEP: f64 = 0.05;
 
 /// The civil date of a moment, seconds after the beginning of 1970 in UTC.

@@ -27,7 +27,7 @@ pub(crate) fn law_of(prefix: &str, value: &dyn Fn(&str) -> Option<f64>) -> Optio
     Some(law(&weights))
 }
 
-/// The law of a synthetic bench whose loading carries more than unloading by
+/// Law of synthetic calibration data whose force on loading exceeds that on unloading by
 /// `hysteresis`: half of it is lost within 6 % of the load behind a turn, all
 /// within 20 %.
 pub(crate) fn synthetic(hysteresis: f64) -> ForceHysteresis {
@@ -42,16 +42,16 @@ pub(crate) fn synthetic(hysteresis: f64) -> ForceHysteresis {
 pub(crate) struct Loops {
     pub(crate) parameters: Vec<(Parameter, Estimate)>,
     pub(crate) covariance: Vec<Vec<f64>>,
-    /// What it is worth, in words.
+    /// Remark on it, in words.
     pub(crate) about: String,
     pub(crate) figure: Figure,
 }
 
-/// What the loads are called.
+/// Name of the loads.
 pub(crate) struct Named<'a> {
     /// Before the names of the weights.
     pub(crate) prefix: &'a str,
-    /// Of the figure.
+    /// Title of the figure.
     pub(crate) title: String,
     /// Such as `force`.
     pub(crate) quantity: &'static str,
@@ -59,7 +59,7 @@ pub(crate) struct Named<'a> {
     pub(crate) unit: (&'static str, f64),
 }
 
-/// How much less of a load unloading carries, in words; less than nothing is no loss.
+/// Hysteresis loss in words; a negative share is no loss.
 pub(crate) fn loss_in_words(share: f64, quantity: &str) -> String {
     let percent = 100.0 * share.abs();
     if share > 0.0 {
@@ -92,7 +92,7 @@ pub(crate) fn on_loading<T: Copy>(
 /// A load below this share of the largest is none: what it lost is noise.
 const NONE: f64 = 0.05;
 
-/// Whether a load in the order of time, of either sign, goes back towards zero
+/// True if a load in the order of time, of either sign, goes back towards zero
 /// at each reading, and is still there.
 pub(crate) fn unloading(load: &[f64]) -> Vec<bool> {
     let largest = load.iter().fold(0.0_f64, |most, load| most.max(load.abs()));
@@ -287,7 +287,7 @@ struct Found {
     law: ForceHysteresis,
     parameters: Vec<(Parameter, Estimate)>,
     covariance: Vec<Vec<f64>>,
-    /// Of the noise.
+    /// Scale of the noise.
     scale: f64,
 }
 

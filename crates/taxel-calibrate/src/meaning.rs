@@ -1,5 +1,5 @@
-//! What a sensor file means: its values in SI, whatever its comments, the order
-//! of its keys and the spelling of its units.
+//! Meaning of a sensor file: its values in SI, whatever its comments, the order of its
+//! keys and the spelling of its units.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use taxel::sensor::Sensor;
 
 /// Two spellings of one value differ by rounding alone.
 const ROUNDING: f64 = 1e-12;
-/// What people call the device is no value of it.
+/// The name of the device is no value of it.
 const NAME: &str = "name";
 
 /// A value with its spelling.
@@ -71,8 +71,8 @@ fn put(found: &mut BTreeMap<String, Spelled>, path: &str, value: &toml::Value) {
     }
 }
 
-/// How the file `now` of `sensor` differs from the one `before`: a sentence for
-/// each key; none where both mean the same device.
+/// Differences of the file `now` of `sensor` from the one `before`: a sentence for each
+/// key; none where both mean the same device.
 pub(crate) fn differences(before: &str, now: &str, sensor: &Sensor) -> Vec<String> {
     let (old, new) = (values(before), values(now));
     let mut found = Vec::new();

@@ -1,4 +1,4 @@
-//! What a calibration is asked to do.
+//! Options of a calibration.
 
 use taxel::sensor::Sensor;
 
@@ -11,7 +11,7 @@ pub struct NamedSensor<'a> {
     pub name: &'a str,
     /// Text of its file: a calibration is bound to its values.
     pub text: &'a str,
-    /// What the file says.
+    /// Description from the file.
     pub sensor: &'a Sensor,
 }
 
@@ -23,9 +23,9 @@ pub struct CalibrateOptions {
     /// Name of the model whose parameters are wanted; by default the first of
     /// [`crate::Calibratable::models`].
     pub model: Option<String>,
-    /// Whether intervals are taken from profiles of the likelihood.
+    /// True if intervals are taken from profiles of the likelihood.
     pub profile: bool,
-    /// Whether wrong readings are to be forgotten (Huber's loss).
+    /// True if wrong readings are to be forgotten (Huber's loss).
     pub robust: bool,
 }
 

@@ -6,7 +6,7 @@ use crate::hysteresis::Loops;
 use crate::options::NamedSensor;
 use crate::remark::Remark;
 use taxel::figure::Figure;
-use taxel::trained::PlaceMap;
+use taxel::trained::IndentationMap;
 use taxel_numerics::least_squares::{Direction, Estimate, Fit, Parameter, Status};
 
 /// What a calibration found.
@@ -25,7 +25,7 @@ pub struct Outcome {
     /// Combinations of parameters that are not identifiable, in words.
     pub open: Vec<String>,
     /// What indentations at known positions taught.
-    pub places: Option<PlaceMap>,
+    pub places: Option<IndentationMap>,
     /// Further quantities that follow: name, value, 95 % interval, meaning.
     pub derived: Vec<Derived>,
     /// The noise, and how it is known.
@@ -227,7 +227,7 @@ pub(crate) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
             format!("; {}", direction.remedy)
         };
         format!(
-            "{names}: moving them together ({}) by {:.1} of their sensible sizes changes the readings by no more than \
+            "{names}: moving them together ({}) by {:.1} of their typical sizes changes the readings by no more than \
              their noise{remedy}",
             signs.join(" "),
             direction.deviation
@@ -287,8 +287,9 @@ impl Outcome {
 
     /// Whether every parameter is identified by the readings or its prior.
     pub fn is_identified(&self) -> bool {
-        let told = |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentified;
-        self.parameters.iter().all(told)
+        let known =
+            |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
+        self.parameters.iter().all(known)
     }
 }
 

@@ -141,7 +141,7 @@ impl Outcome {
                 "finder": map.finder,
                 "gains": map.gains,
                 "gain_deviation": map.gain_deviation,
-                "presses": map.places.len(),
+                "presses": map.positions.len(),
             })),
             "derived": derived,
             "noise": self.noise,
@@ -240,7 +240,7 @@ impl Outcome {
             );
         }
         body.push_str(
-            "<p>A value that is not identified is one of many that fit as well; its interval is that of its bounds.</p>\n",
+            "<p>A value that is not identifiable is one of many that fit as well; its interval is that of its bounds.</p>\n",
         );
         body.push_str(&self.holds_for());
         section(page, "Parameters", &body);
@@ -271,7 +271,7 @@ impl Outcome {
             "What the readings do not identify",
             &items(
                 &open,
-                "Every combination of the parameters is identified to within its sensible size.",
+                "Every combination of the parameters is identified to within its typical size.",
             ),
         );
     }
@@ -367,7 +367,7 @@ fn shown(estimate: &Estimate, unit: &str) -> [String; 4] {
     let interval = format!("{low} to {high}");
     let none = || String::from("-");
     match estimate.status {
-        Status::NotIdentified => [format!("({value})"), none(), interval, unit],
+        Status::NotIdentifiable => [format!("({value})"), none(), interval, unit],
         Status::Fixed => [value, none(), none(), unit],
         _ => [value, deviation, interval, unit],
     }
@@ -447,7 +447,7 @@ const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:900px;margi
     th,td{border-bottom:1px solid #ddd;padding:.3rem .5rem;text-align:left;vertical-align:top}\
     th{border-bottom:2px solid #333}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
     td:last-child{border-left:5px solid transparent}\
-    tr.identified td:last-child{border-left-color:#009e73}tr.not-identified td:last-child{border-left-color:#d55e00}\
+    tr.identified td:last-child{border-left-color:#009e73}tr.not-identifiable td:last-child{border-left-color:#d55e00}\
     tr.prior-only td:last-child{border-left-color:#cc79a7}tr.at-bound td:last-child{border-left-color:#8a6d00}\
     tr.fixed td:last-child{border-left-color:#999}\
     figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem}";

@@ -1,4 +1,4 @@
-//! What the tests of several calibrators share.
+//! Shared by the tests of several calibrators.
 
 use rayon::prelude::*;
 
@@ -42,7 +42,7 @@ pub(crate) fn calibrated(outcome: &Outcome, sensor: &Sensor) -> Sensor {
     file.apply("calibration.toml", &unnamed(sensor)).unwrap()
 }
 
-/// How many of `runs` intervals hold each truth.
+/// Number of `runs` intervals that hold each truth.
 pub(crate) fn covered(
     runs: u64,
     truth: &[f64],
@@ -64,8 +64,8 @@ pub(crate) fn covered(
     (0..runs).into_par_iter().map(held).reduce(none, add)
 }
 
-/// What is left of a load at which the width of a loop is asked for: far enough
-/// from the turn that the noise of where it turned is small beside the way back.
+/// Shares of a load at which the width of a loop is asked for: far enough from the turn
+/// that the noise of where it turned is small beside the way back.
 pub(crate) const LEFT: [f64; 3] = [0.7, 0.5, 0.3];
 
 /// Lags of the plays where a load has come back to this share of where it
@@ -74,14 +74,14 @@ fn lags(left: f64) -> [f64; REVERSALS.len()] {
     REVERSALS.map(|width| (2.0 * width).min(-f64::ln(left)))
 }
 
-/// What a synthetic bench loses at each of [`LEFT`], as a share on the logarithm.
+/// Hysteresis loss of synthetic data at each of [`LEFT`], as a share on the logarithm.
 pub(crate) fn lost_on_bench(hysteresis: f64) -> Vec<f64> {
     let law = hysteresis::synthetic(hysteresis);
     let lost = |left| -law.share(&lags(left)).ln();
     LEFT.into_iter().map(lost).collect()
 }
 
-/// What the loops that were found lose there, with the 95 % interval that their
+/// Hysteresis loss there of the loops that were found, with the 95 % interval that their
 /// covariance gives.
 pub(crate) fn lost(found: &Loops) -> Vec<Estimate> {
     let lost = |left| {

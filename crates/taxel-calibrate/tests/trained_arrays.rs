@@ -131,7 +131,7 @@ const NORMAL: [f64; 12] = [
 ];
 
 #[test]
-fn two_runs_foretell_the_interval_of_a_third() {
+fn two_runs_predict_the_interval_of_a_third() {
     let sensor = sensor();
     let gain = |k: usize| 1.0 + 0.02 * NORMAL[k % 12];
     let (mut mean, mut count) = (0.0, 0.0);
@@ -147,7 +147,7 @@ fn two_runs_foretell_the_interval_of_a_third() {
         }
     }
     mean /= count;
-    // Two runs tell little: their intervals are right in the mean over pairs.
+    // Two runs determine little: their intervals are right in the mean over pairs.
     assert!((0.90..=0.995).contains(&mean), "{mean}");
 }
 

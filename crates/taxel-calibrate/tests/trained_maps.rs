@@ -233,7 +233,10 @@ fn places_between_those_of_training_are_found() {
         let estimate = estimator.estimate(&answer(place, 9)).unwrap();
         for (axis, truth) in place.iter().enumerate() {
             // Cubic splines of 1 mm on bells of 7 mm: (1/7)⁴ of their height.
-            assert!((estimate.place[axis] - truth).abs() < 5e-6, "{estimate:?}");
+            assert!(
+                (estimate.position[axis] - truth).abs() < 5e-6,
+                "{estimate:?}"
+            );
         }
     }
 }
@@ -255,7 +258,7 @@ fn intervals_of_places_cover_what_they_claim() {
         let estimate = estimator.estimate(&frame).unwrap();
         covered += (0..2)
             .filter(|a| {
-                let error = (estimate.place[*a] - place[*a]).abs();
+                let error = (estimate.position[*a] - place[*a]).abs();
                 error <= NORMAL_95 * estimate.deviation()[*a]
             })
             .count();
@@ -277,10 +280,10 @@ fn a_frame_unlike_training_is_outside_and_uncertain() {
     assert!(rest.deviation()[0] > 3.0 * inside.deviation()[0]);
     let far = estimator.estimate(&[1e12; 9]).unwrap();
     // At most the size of the rectangle, and finite.
-    assert!(far.deviation()[0] <= 10.01e-3 && far.place[0].is_finite());
+    assert!(far.deviation()[0] <= 10.01e-3 && far.position[0].is_finite());
 }
 
-/// What `map` becomes as text and back, at rounding of the decimal numbers.
+/// `map` as text and back, at rounding of the decimal numbers.
 fn through_text<T: serde::Serialize + serde::de::DeserializeOwned>(map: &T) -> T {
     serde_json::from_str(&serde_json::to_string(map).unwrap()).unwrap()
 }
@@ -297,7 +300,7 @@ fn maps_survive_a_file() {
         .estimate(&frames[17])
         .unwrap();
     let again = again.unwrap();
-    assert!((again.place[0] - before.place[0]).abs() < 1e-12);
+    assert!((again.position[0] - before.position[0]).abs() < 1e-12);
     assert!((again.deviation()[1] / before.deviation()[1] - 1.0).abs() < 1e-9);
     let session = cycles(3, 0.0);
     let runs = std::slice::from_ref(&session);
@@ -514,7 +517,7 @@ fn a_scale_of_one_kind_of_channel_only_is_no_matter() {
             .unwrap()
             .estimate(&frames[30])
             .unwrap()
-            .place
+            .position
     };
     let (a, b) = (estimate(&frames), estimate(&scaled));
     assert!((a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-9);

@@ -55,7 +55,7 @@ fn places_of_the_last_pass_are_found_better_than_by_neighbours() {
         let estimate = estimator.estimate(frame).unwrap();
         outside += usize::from(estimate.support == Support::Outside);
         for (axis, truth) in place.iter().enumerate() {
-            errors.push(estimate.place[axis] - truth);
+            errors.push(estimate.position[axis] - truth);
             deviations.push(estimate.deviation()[axis]);
             neighbours.push(nearest.estimate(frame).unwrap()[axis][0] - truth);
         }

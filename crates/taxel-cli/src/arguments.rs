@@ -47,7 +47,7 @@ pub(crate) enum Command {
     Schema(Schema),
 }
 
-/// How results are written.
+/// Format of results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     /// For people
@@ -72,7 +72,7 @@ impl From<Format> for taxel::table::Format {
 pub(crate) struct Check {
     /// Sensor file, or the name of a shipped one
     pub(crate) sensor: PathBuf,
-    /// How the result is written
+    /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,
     /// Write the result to this file instead of the standard output
@@ -107,7 +107,7 @@ pub(crate) struct Predict {
     /// Which mechanics answers; without it what the sensor file says
     #[arg(long, value_enum)]
     pub(crate) mechanics: Option<MechanicsName>,
-    /// How the result is written
+    /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,
     /// Write the result to this file instead of the standard output
@@ -122,7 +122,7 @@ pub(crate) struct Predict {
 pub(crate) struct Sweep {
     /// Study file (TOML), or the name of a shipped one, such as p4-sections
     pub(crate) study: PathBuf,
-    /// How the table is written
+    /// Format of the table
     #[arg(long, value_enum, default_value = "csv")]
     pub(crate) format: Format,
     /// Write the table to this file instead of the standard output
@@ -173,7 +173,7 @@ pub(crate) struct Live {
     /// No page; a summary at the end
     #[arg(long)]
     pub(crate) headless: bool,
-    /// How the summary is written
+    /// Format of the summary
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,
     /// Seed of the twin's noise
@@ -239,12 +239,12 @@ pub(crate) struct Calibrate {
     /// Give outliers little weight (Huber's loss)
     #[arg(long)]
     pub(crate) robust: bool,
-    /// How the result is written
+    /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: CalibrateFormat,
 }
 
-/// How the result of a calibration is written.
+/// Format of the result of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum CalibrateFormat {
     /// For people
@@ -259,7 +259,7 @@ pub(crate) struct Twin {
     pub(crate) sensor: PathBuf,
     /// Synthetic calibration data, as `taxel calibrate` reads them
     #[arg(long, required = true)]
-    pub(crate) bench: bool,
+    pub(crate) calibration_data: bool,
     /// Another sensor in the same table; may be repeated
     #[arg(long, value_name = "SENSOR")]
     pub(crate) with: Vec<PathBuf>,
@@ -325,9 +325,8 @@ pub(crate) struct Reproduce {
     /// Only these papers; all four if none is named
     #[arg(value_enum)]
     pub(crate) papers: Vec<PaperName>,
-    /// How the report is written; without it HTML to a file that ends in
-    /// .html, JSON to one that ends in .json, and the counts alone to the
-    /// standard output
+    /// Format of the report; without it HTML to a file that ends in .html, JSON to one
+    /// that ends in .json, and the counts alone to the standard output
     #[arg(long, value_enum)]
     pub(crate) format: Option<ReportFormat>,
     /// Write the report to this file
@@ -370,7 +369,7 @@ pub(crate) enum PaperName {
     P4,
 }
 
-/// How the report is written.
+/// Format of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ReportFormat {
     /// One page with its figures, readable without a network

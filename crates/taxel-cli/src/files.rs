@@ -155,7 +155,7 @@ fn recording(path: &Path) -> Result<TrainingFile, Stop> {
     })
 }
 
-/// Whether a figure goes to a page (.html) and not to a picture (.svg).
+/// True if a figure goes to a page (.html) and not to a picture (.svg).
 pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("svg") => Ok(false),

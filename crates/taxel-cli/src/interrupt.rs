@@ -1,6 +1,6 @@
 //! Ctrl-C during long work: what is done is kept.
 
-/// Whether the user has asked to stop.
+/// Request of the user to stop.
 pub(crate) struct Interrupt(taxel_serve::Interrupt);
 
 impl Interrupt {

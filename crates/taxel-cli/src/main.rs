@@ -15,7 +15,7 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 
-/// How a command ended; the exit codes are part of the contract.
+/// End of a command; the exit codes are part of the contract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Done {
     /// 0: done.

@@ -1,4 +1,4 @@
-//! How far long work is, on the standard error.
+//! Progress of long work, on the standard error.
 
 use std::io::{IsTerminal as _, Write as _};
 use std::time::{Duration, Instant};

@@ -23,7 +23,7 @@ impl Bench {
         done(&[
             "twin",
             SENSOR,
-            "--bench",
+            "--calibration-data",
             "-o",
             &bench.path("data.csv"),
             "--seed",
@@ -231,7 +231,7 @@ fn what_cannot_be_fitted_writes_no_file() {
         vec!["calibrate", SENSOR, &data, "--hold-out", "most"],
         vec!["calibrate", SENSOR, &data, "--model", "none"],
         vec!["twin", SENSOR],
-        vec!["twin", SENSOR, "--bench", "--noise", "2"],
+        vec!["twin", SENSOR, "--calibration-data", "--noise", "2"],
     ] {
         refused(&arguments);
     }
@@ -252,7 +252,7 @@ fn arrays_go_from_readings_to_predictions_and_live_touch() {
         done(&[
             "twin",
             sensor,
-            "--bench",
+            "--calibration-data",
             "--noise",
             "0.002",
             "--compression",
@@ -300,7 +300,7 @@ fn presses_at_places_teach_where_a_contact_is() {
     done(&[
         "twin",
         sensor,
-        "--bench",
+        "--calibration-data",
         "--noise",
         "0.002",
         "--compression",
@@ -309,7 +309,15 @@ fn presses_at_places_teach_where_a_contact_is() {
         &peaks,
     ]);
     done(&[
-        "twin", sensor, "--bench", "--probe", "2.5", "--probe", "3.6", "-o", &presses,
+        "twin",
+        sensor,
+        "--calibration-data",
+        "--probe",
+        "2.5",
+        "--probe",
+        "3.6",
+        "-o",
+        &presses,
     ]);
     let text = done(&[
         "calibrate",
@@ -365,9 +373,15 @@ fn presses_at_places_teach_where_a_contact_is() {
     assert!(refusal.contains("directions"), "{refusal}");
     let refusal = refused(&["calibrate", sensor, &presses, &presses]);
     assert!(refusal.contains("same kind"), "{refusal}");
-    let refusal = refused(&["twin", "three-axis-8x8", "--bench", "--probe", "2"]);
+    let refusal = refused(&[
+        "twin",
+        "three-axis-8x8",
+        "--calibration-data",
+        "--probe",
+        "2",
+    ]);
     assert!(refusal.contains("--probe"), "{refusal}");
-    refused(&["twin", sensor, "--bench", "--probe", "0"]);
+    refused(&["twin", sensor, "--calibration-data", "--probe", "0"]);
 }
 
 #[test]
@@ -378,7 +392,7 @@ fn loops_and_saturation_of_channels_are_found() {
     done(&[
         "twin",
         sensor,
-        "--bench",
+        "--calibration-data",
         "-o",
         &data,
         "--noise",
@@ -434,7 +448,15 @@ fn signals_of_another_moment_than_their_loads_are_named() {
     let folder = Folder::new("clocks");
     let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
     for (sensor, columns) in [(SENSOR, 1), ("three-axis-8x8", 4), ("liquid-metal-2x4", 1)] {
-        let bench = ["twin", sensor, "--bench", "-o", &data, "--noise", "0.002"];
+        let bench = [
+            "twin",
+            sensor,
+            "--calibration-data",
+            "-o",
+            &data,
+            "--noise",
+            "0.002",
+        ];
         done(&[&bench[..], &["--hysteresis", "0.1"]].concat());
         let text = fs::read_to_string(&data).unwrap();
         done(&["calibrate", sensor, &data]);
@@ -464,7 +486,7 @@ fn a_second_clock_is_looked_at_for_each_device() {
     let folder = Folder::new("two-clocks");
     let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
     for sensor in [SENSOR, "three-axis-unit", "liquid-metal-2x4", "piezo-1.5mm"] {
-        done(&["twin", sensor, "--bench", "-o", &data]);
+        done(&["twin", sensor, "--calibration-data", "-o", &data]);
         let text = fs::read_to_string(&data).unwrap();
         let late = with_rows(&text, |row, cells| {
             let time = cells[0].parse::<f64>().map(|time| time + 3.0);
@@ -489,7 +511,7 @@ fn a_force_that_hangs_is_named_and_a_missing_voltage_left_out() {
     let folder = Folder::new("hanging");
     let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
     let bench = |sensor: &str| {
-        done(&["twin", sensor, "--bench", "-o", &data]);
+        done(&["twin", sensor, "--calibration-data", "-o", &data]);
         fs::read_to_string(&data).unwrap()
     };
     let text = bench("three-axis-unit");

@@ -197,8 +197,8 @@ fn predict_answers_row_by_row_in_three_formats() {
     assert_eq!(rows[0]["name"], "press");
     let ratio = rows[0]["capacitance_11_f"].as_f64().unwrap() / 172.297_708_906_378e-15;
     assert!((ratio - 1.132_430_841_671_57).abs() < 1e-9);
-    assert_eq!(rows[2]["state"], "contact");
-    assert_eq!(rows[2]["touching"], "11 12 21 22");
+    assert_eq!(rows[2]["state"], "closed");
+    assert_eq!(rows[2]["closed"], "11 12 21 22");
     let csv = text(
         &taxel(&[
             "predict",

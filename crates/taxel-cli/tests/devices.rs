@@ -78,8 +78,8 @@ fn a_load_beyond_closure_has_a_state_and_bounds() {
     assert!(answer["closed_form_ends_at_pressure_pa"].as_f64().unwrap() < 500e3);
     // Three-axis: every tile touches, and the row says which.
     let answer = row("three-axis-8x8", "fz=90 mN");
-    assert_eq!(answer["state"], "contact", "{answer}");
-    assert_eq!(answer["touching"], "11 12 21 22", "{answer}");
+    assert_eq!(answer["state"], "closed", "{answer}");
+    assert_eq!(answer["closed"], "11 12 21 22", "{answer}");
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn loads_without_meaning_are_refused_with_exit_code_2() {
 }
 
 #[test]
-fn the_twin_is_felt_and_its_recording_is_felt_alike() {
+fn the_twin_and_its_recording_are_estimated_alike() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("in_plane");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();

@@ -178,6 +178,15 @@ fn a_study_that_cannot_be_is_refused_with_its_key() {
     let pressures = "pressures = { from = \"25 kPa\", to = \"250 kPa\", count = 10 }";
     for (from, to, parts) in [
         (
+            "[microchannel_sections]",
+            "[channel_sections]",
+            [
+                "`channel_sections`",
+                "called `microchannel_sections` now",
+                "rename it in the header",
+            ],
+        ),
+        (
             heights,
             "heights = { from = \"20 kPa\", to = \"200 um\", count = 10 }",
             ["heights", "kPa", "um"],
@@ -185,13 +194,17 @@ fn a_study_that_cannot_be_is_refused_with_its_key() {
         (
             pressures,
             "pressures = { from = \"25 kPa\", to = \"250 kPa\", count = 0 }",
-            ["channel_sections.pressures", "count = 0", "give 1 to 100"],
+            [
+                "microchannel_sections.pressures",
+                "count = 0",
+                "give 1 to 100",
+            ],
         ),
         (
             heights,
             "heights = { from = \"200 um\", to = \"20 um\", count = 10 }",
             [
-                "channel_sections.heights",
+                "microchannel_sections.heights",
                 "do not rise",
                 "give to above from",
             ],
@@ -200,7 +213,7 @@ fn a_study_that_cannot_be_is_refused_with_its_key() {
             heights,
             "heights = { from = \"20 um\", to = \"400 um\", count = 10 }",
             [
-                "channel_sections.thickness",
+                "microchannel_sections.thickness",
                 "600.0000 um of a sheet of 500.0000 um",
                 "give a thicker sheet",
             ],

@@ -172,7 +172,7 @@ fn nothing_follows_before_training() {
     for arguments in [
         vec!["predict", SENSOR, "--load", "x=0 mm, y=0 mm"],
         vec!["live", SENSOR, "--headless", "--frames", "3"],
-        vec!["twin", SENSOR, "--bench"],
+        vec!["twin", SENSOR, "--calibration-data"],
     ] {
         let message = refused(&arguments);
         assert!(message.contains("no physical model"), "{message}");
@@ -374,7 +374,7 @@ fn nothing_is_learned_from_when_the_sensor_was_not_read() {
 }
 
 #[test]
-fn runs_that_tell_no_force_are_named() {
+fn runs_that_determine_no_force_are_named() {
     let folder = Folder::new("trained-free");
     let file = folder.path("c.toml");
     let check = |run: &str, message: &str| {
@@ -450,7 +450,7 @@ fn a_single_pass_over_the_area_is_judged_among_its_presses() {
     };
     let found = trained(&run(&folder, "position", pass, pass));
     assert!(found.contains("every fourth press"), "{found}");
-    // The grid is 1 mm of 10 mm; a map that had to foretell beyond it would err by more.
+    // The grid is 1 mm of 10 mm; a map that had to extrapolate beyond it would err by more.
     let held_out = found
         .lines()
         .filter(|line| line.starts_with("held out  place."));

@@ -3,7 +3,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What a material law computes with.
+/// Number type that a material law computes with.
 pub trait Scalar:
     Copy
     + Add<Output = Self>

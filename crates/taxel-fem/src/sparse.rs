@@ -191,7 +191,7 @@ pub struct Cholesky {
     factor: Factor,
     /// Made for the first indefinite matrix.
     indefinite: Option<Indefinite>,
-    /// Of the last matrix.
+    /// Definiteness of the last matrix.
     definiteness: Definiteness,
 }
 

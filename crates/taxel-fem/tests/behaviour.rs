@@ -1,4 +1,4 @@
-//! What the solver does beside elastic loading: memory, friction, limit points,
+//! Behaviour of the solver beside elastic loading: memory, friction, limit points,
 //! restart, and failures that say why.
 #![allow(clippy::unwrap_used)]
 

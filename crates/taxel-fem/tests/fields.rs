@@ -9,7 +9,7 @@ use taxel_fem::field::cases::{
     ideal_dielectric_field, opposed_strips, sphere,
 };
 
-/// What was asked of a field solver here.
+/// Accuracy asked of a field solver here.
 const ASKED: f64 = 1e-4;
 
 /// Energies lie above the exact ones (Dirichlet's principle), but for the shape of the

@@ -153,7 +153,7 @@ const APART: f64 = 3e-6;
 pub struct Chain {
     static_gain: f64,
     real: Vec<Mode<f64>>,
-    /// Of each pair of conjugate poles the one above the axis.
+    /// The pole above the axis of each conjugate pair.
     pairs: Vec<Mode<Complex64>>,
 }
 
@@ -165,7 +165,7 @@ struct Mode<T> {
     weight: T,
 }
 
-/// What a chain remembers of its input.
+/// Memory of a chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Memory {
     input: f64,
@@ -264,8 +264,7 @@ impl Chain {
         output
     }
 
-    /// What [`Chain::advance`] over `duration` ≥ 0, s, would return, for a
-    /// single look.
+    /// Output of [`Chain::advance`] over `duration` ≥ 0, s, for a single look.
     fn peek(&self, memory: &Memory, duration: f64, input: f64) -> f64 {
         let before = memory.input;
         let mut output = self.static_gain * input;
@@ -309,7 +308,7 @@ impl Chain {
     }
 }
 
-/// Whether a pole dies out; not a number does not.
+/// True if a pole dies out; not a number does not.
 fn falls(pole: &Complex64) -> bool {
     pole.re < 0.0 && pole.im.is_finite()
 }

@@ -354,7 +354,7 @@ fn whole_range(ours: &mut Ours, narrow: &InPlaneModel) {
     }
 }
 
-/// Whether capacitance leads back to the force it came from.
+/// True if capacitance leads back to the force it came from.
 fn reads_back(model: &InPlaneModel) -> bool {
     let round = || {
         let pressed = model.respond(EXAMPLE).ok()?;

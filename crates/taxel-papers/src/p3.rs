@@ -125,7 +125,7 @@ pub(crate) fn fill(ours: &mut Ours) {
     figures(ours, &both);
 }
 
-/// Whether two numbers agree to rounding.
+/// True if two numbers agree to rounding.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * b.abs()
 }
@@ -504,7 +504,7 @@ fn shares(prototype: &Prototype<'_>, at: [f64; 2], radius: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Figures 18 to 21: which elements feel a touch.
+/// Figures 18 to 21: elements that respond to a touch.
 fn arrays(ours: &mut Ours, prototype: &Prototype<'_>) {
     let first = shares(prototype, [-6e-3, 2e-3], 1.5e-3);
     let alone = first[1..].iter().all(|share| *share < 0.1 * first[0]);

@@ -193,7 +193,7 @@ fn simulation_inputs(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     let Ok(study) = Study::parse(SWEEP, Study::shipped_text(SWEEP).unwrap_or_default()) else {
         return;
     };
-    let sections = &study.channel_sections;
+    let sections = &study.microchannel_sections;
     ours.number("sweep_force", sections.pressures.from * 1e-6 / 1e-3);
     ours.number("sweep_height", sections.heights.from * 1e6);
 }

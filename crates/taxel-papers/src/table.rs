@@ -95,7 +95,7 @@ pub enum Verdict {
     Follows,
     /// It contradicts another printed number.
     Contradicts,
-    /// What is printed does not determine it.
+    /// The printed data do not determine it.
     NotDetermined,
     /// It needs a field solution.
     AwaitsFieldSolver,

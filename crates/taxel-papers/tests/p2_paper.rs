@@ -128,7 +128,7 @@ fn p2_closure_force() {
     assert_eq!(state(15.1), LoadState::AboveUsable);
     assert_eq!(state(20.1), LoadState::OutOfRange);
     assert_eq!(state(62.3), LoadState::OutOfRange);
-    assert_eq!(state(62.5), LoadState::Contact);
+    assert_eq!(state(62.5), LoadState::Closed);
     // All three full scales together nearly use up the gap: 5.07 of 6 um.
     let all = predictor.predict([20.0 * MN; 3]);
     assert_near(
@@ -142,7 +142,7 @@ fn p2_closure_force() {
     let mut thin = array().three_axis().unwrap().unit_model();
     thin.plates.air_gap = [4.75645e-6, 4.72224e-6, 5.23394e-6, 4.68836e-6];
     assert_eq!(
-        thin.predict([20.0 * MN; 3]).1.touching(),
+        thin.predict([20.0 * MN; 3]).1.closed(),
         [false, true, false, false]
     );
 }
@@ -261,8 +261,7 @@ fn p2_inverse_error_table() {
     }
 }
 
-/// What an estimator reports that takes the parallel capacitance for zero
-/// (section 6).
+/// Estimates of an estimator that takes the parallel capacitance for zero (section 6).
 #[test]
 fn p2_unknown_parallel_capacitance() {
     let truth = parasitic();

@@ -250,12 +250,12 @@ fn p4_sweep_claims() {
 fn p4_eq2_never_closes() {
     let (ratio, state) = cell_ratio(20.0, 140.0, 250.0);
     assert!(
-        ratio > 0.06 && state == ClosingState::Touching,
+        ratio > 0.06 && state == ClosingState::Closed,
         "{ratio} {state:?}"
     );
     assert_eq!(cell_ratio(20.0, 140.0, 64.8).1, ClosingState::Open);
     // The first touch at 64.863 kPa.
-    assert_eq!(cell_ratio(20.0, 140.0, 65.0).1, ClosingState::Touching);
+    assert_eq!(cell_ratio(20.0, 140.0, 65.0).1, ClosingState::Closed);
     assert!(matches!(
         cell_ratio(20.0, 140.0, 400.0).1,
         ClosingState::Beyond { .. }

@@ -31,23 +31,25 @@ fn solved(sensor: &Sensor, load: &str) -> impl Fn(&str) -> f64 + use<> {
 #[test]
 fn a_tenth_of_the_sweep() {
     let stored = run("sweep");
-    for (name, column) in [("open", 1), ("touching", 2), ("beyond", 3)] {
+    for (name, column) in [("open", 1), ("closed", 2), ("beyond", 3)] {
         let sum: f64 = stored.rows.iter().map(|row| row[column]).sum();
         assert_eq!(sum, stored.values[name], "{name}");
     }
     let text = Study::shipped_text("p4-sections").unwrap();
     let mut study = Study::parse("p4-sections", text).unwrap();
     let row = &stored.rows[1];
-    let heights = &mut study.channel_sections.heights;
+    let heights = &mut study.microchannel_sections.heights;
     (heights.from, heights.count) = (row[0] * 1e-6, 1);
     let sensor = Sensor::shipped(&study.sensor).unwrap();
     let array = sensor.microchannels().unwrap();
     let pitch = array.layout().pitch[0];
-    let solved = sweep(&study.channel_sections, array.element, pitch, &|_| true);
+    let solved = sweep(&study.microchannel_sections, array.element, pitch, &|_| {
+        true
+    });
     let answers = || solved.iter().flat_map(|design| &design.answers);
     for (state, stored) in [
         (SectionState::Open, row[1]),
-        (SectionState::Touching, row[2]),
+        (SectionState::Closed, row[2]),
         (SectionState::Beyond, row[3]),
     ] {
         let count = answers().filter(|answer| answer.state == state).count();

@@ -12,10 +12,10 @@ pub struct Frame {
     pub values: Vec<f64>,
 }
 
-/// What the frames of a source mean.
+/// Meaning of the frames of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stream {
-    /// What the source calls itself.
+    /// Name of the source.
     pub name: String,
     /// Rows of taxels; row 0 is the first one of the device's drawing.
     pub rows: usize,

@@ -1,4 +1,4 @@
-//! What is wrong with an input file, and exactly where.
+//! Errors in input files, with the exact place.
 
 use std::fmt;
 use std::ops::Range;
@@ -17,9 +17,9 @@ pub struct InputError {
     pub place: Option<Box<Place>>,
     /// Key path (`electronics.scan.rate`) or column name; may be empty.
     pub key: String,
-    /// What is wrong, with the value found and the range allowed.
+    /// Description of the mistake, with the value found and the range allowed.
     pub message: String,
-    /// What to do about it; may be empty.
+    /// Advice how to correct it; may be empty.
     pub help: String,
 }
 
@@ -60,8 +60,8 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, FromUtf8Error> {
     }
 }
 
-/// What parts the fields of a table: semicolons or tabs where its first line
-/// that is no comment has them, and then `1,5` may be a number; else commas.
+/// Separator of the fields of a table: semicolons or tabs where its first line that is no
+/// comment has them, and then `1,5` may be a number; else commas.
 pub fn separator_of(text: &str) -> u8 {
     let line = text
         .lines()
@@ -76,7 +76,7 @@ impl Utf16 {
     /// Bytes of the mark.
     pub(crate) const MARK: usize = 2;
 
-    /// The order that the first bytes of a file tell.
+    /// Byte order by the mark at the start of a file.
     pub(crate) fn of_mark(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0xff, 0xfe, ..] => Some(Self::Little),
@@ -85,14 +85,14 @@ impl Utf16 {
         }
     }
 
-    /// How many of the bytes are whole characters.
+    /// Number of the bytes that are whole characters.
     pub(crate) fn whole(self, bytes: &[u8]) -> usize {
         let last = bytes.chunks_exact(2).next_back();
         let begun = last.is_some_and(|pair| (0xd800..0xdc00).contains(&self.unit(pair)));
         (bytes.len() & !1) - if begun { 2 } else { 0 }
     }
 
-    /// What the bytes say; a sign for what cannot be decoded.
+    /// Text of the bytes; a sign for what cannot be decoded.
     pub(crate) fn decode(self, bytes: &[u8]) -> String {
         let units = bytes.chunks_exact(2).map(|pair| self.unit(pair));
         char::decode_utf16(units)

@@ -1,4 +1,4 @@
-//! What is wrong with channels, for messages and the report.
+//! Faults of channels, for messages and the report.
 
 use serde::Serialize;
 use taxel::estimation::{ArrayEstimator, TouchSession};
@@ -6,7 +6,7 @@ use taxel::estimation::{ArrayEstimator, TouchSession};
 /// A channel that something is against.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WrongChannel {
-    /// Its place in a frame.
+    /// Its index in a frame.
     pub channel: usize,
     /// Its name, as recordings have it.
     pub name: String,
@@ -46,7 +46,7 @@ pub struct ChannelConditions {
 
 /// Channels that a message lists.
 const LISTED: usize = 512;
-/// While something is wrong its evidence is told again after this time, ns.
+/// While something is wrong its evidence is sent again after this time, ns.
 const AGAIN_NS: u64 = 1_000_000_000;
 
 impl ChannelConditions {
@@ -113,13 +113,13 @@ fn swapped(estimator: &ArrayEstimator) -> Vec<SwappedChannels> {
         .collect()
 }
 
-/// Decides when the conditions are told again.
+/// Decides when the conditions are sent again.
 #[derive(Debug, Default)]
-pub(crate) struct Teller {
-    told: Option<(u64, u64, u64)>,
+pub(crate) struct ConditionSender {
+    sent: Option<(u64, u64, u64)>,
 }
 
-impl Teller {
+impl ConditionSender {
     /// The message, if something has changed since the last one.
     pub(crate) fn message(
         &mut self,
@@ -129,12 +129,12 @@ impl Teller {
     ) -> Option<String> {
         let health = session.observer().health();
         let changes = health.changes();
-        let due = self.told.is_none_or(|(told, when, before)| {
+        let due = self.sent.is_none_or(|(sent, when, before)| {
             let long_ago = time_ns.abs_diff(when) >= AGAIN_NS;
-            changes != told || long_ago && (health.wrong() || repeated != before)
+            changes != sent || long_ago && (health.wrong() || repeated != before)
         });
         due.then(|| {
-            self.told = Some((changes, time_ns, repeated));
+            self.sent = Some((changes, time_ns, repeated));
             ChannelConditions::of(session).message(repeated)
         })
     }

@@ -38,13 +38,13 @@ pub struct EventRecord {
     /// Rise time of an impact from 10 to 90 %, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rise_time_s: Option<f64>,
-    /// Of a cyclic load, the smaller over the larger amplitude.
+    /// Smaller over larger amplitude of a cyclic load.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub symmetry: Option<f64>,
-    /// Of a slip, a unit vector.
+    /// Unit vector of a slip.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub direction: Option<[f64; 2]>,
-    /// Of a slip along rows, the correlation.
+    /// Correlation of a slip along rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub score: Option<f64>,
 }
@@ -266,10 +266,10 @@ impl EventLog {
     }
 }
 
-/// What a run had of events.
+/// Events of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventSummary {
-    /// How many of each kind, by name.
+    /// Number of events of each kind, by name.
     pub counts: BTreeMap<&'static str, u64>,
     /// The last ten, the oldest first.
     pub last: VecDeque<EventRecord>,

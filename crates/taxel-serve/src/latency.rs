@@ -33,7 +33,7 @@ impl Latencies {
         self.largest = self.largest.max((seconds * 1e9) as u64);
     }
 
-    /// How many were counted.
+    /// Number of counted values.
     pub fn count(&self) -> u64 {
         self.count
     }

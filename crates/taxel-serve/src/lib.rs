@@ -61,9 +61,9 @@ pub struct Session {
     pub source: Box<dyn Source>,
     /// Estimator and observer of the device.
     pub touch: TouchSession,
-    /// How it runs.
+    /// Options of the run.
     pub options: PumpOptions,
-    /// What clients are told of program and device.
+    /// Program and device as reported to clients.
     pub provenance: Provenance,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub drawing: String,
@@ -96,7 +96,7 @@ pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
 }
 
 /// Runs a session with its page at `address` until the process is interrupted
-/// or `options.frames` are done; `ready` is told the address of the page.
+/// or `options.frames` are done; `ready` receives the address of the page.
 ///
 /// # Errors
 /// As [`run_headless`], and when the address is taken.

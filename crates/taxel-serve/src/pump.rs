@@ -12,14 +12,14 @@ use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{Continuity, FrameError, RestRefused, TouchSession};
 use tokio::sync::broadcast;
 
-use crate::condition::{ChannelConditions, Teller};
+use crate::condition::{ChannelConditions, ConditionSender};
 use crate::events::{EventFile, EventLog, EventSummary, EventWriter, Events};
 use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
 use crate::message::{self, Health, Tare};
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
-use crate::tare::{BaselineTeller, By, TareHistory};
+use crate::tare::{BaselineSender, By, TareHistory};
 
 /// Options of the pump.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +30,7 @@ pub struct PumpOptions {
     pub frames: Option<u64>,
     /// Frames of a rest capture; default 50, as in the paper.
     pub tare_frames: usize,
-    /// Whether a rest capture is taken at the start; default yes.
+    /// True if a rest capture is taken at the start; default true.
     pub tare_at_start: bool,
     /// Write the frames of the source to this file.
     pub save: Option<PathBuf>,
@@ -54,7 +54,7 @@ impl Default for PumpOptions {
     }
 }
 
-/// What can be asked for while it runs.
+/// Commands while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Take a rest capture from the next frames.
@@ -75,7 +75,7 @@ pub(crate) struct Outgoing {
     pub(crate) bytes: Bytes,
 }
 
-/// What the pump lets others see.
+/// State of the pump that others see.
 #[derive(Debug)]
 pub(crate) struct Shared {
     /// Messages; a receiver that lags loses the oldest.
@@ -167,10 +167,10 @@ impl Shared {
     }
 }
 
-/// What a run of the pump came to.
+/// Summary of a run of the pump.
 #[derive(Debug)]
 pub struct Summary {
-    /// What was counted of the frames.
+    /// Count of the frames.
     pub continuity: Continuity,
     /// Frames with a clipped channel.
     pub clipped_frames: u64,
@@ -227,8 +227,8 @@ pub(crate) struct Pump {
     saver: Option<Saver>,
     events: Events,
     tares: TareHistory,
-    teller: Teller,
-    baselines: BaselineTeller,
+    conditions: ConditionSender,
+    baselines: BaselineSender,
 }
 
 /// Device time against host time.
@@ -290,8 +290,8 @@ impl Pump {
                 writer,
             ),
             tares: TareHistory::new(&session),
-            teller: Teller::default(),
-            baselines: BaselineTeller::default(),
+            conditions: ConditionSender::default(),
+            baselines: BaselineSender::default(),
             source,
             components: session.meaning().components,
             session,
@@ -504,7 +504,7 @@ impl Pump {
 
     fn tell_condition(&mut self, time_ns: u64) {
         let repeated = self.continuity.repeated;
-        let message = self.teller.message(time_ns, repeated, &self.session);
+        let message = self.conditions.message(time_ns, repeated, &self.session);
         if let Some(message) = message {
             self.shared.post(CONDITION, message);
         }

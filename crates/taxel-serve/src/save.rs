@@ -28,7 +28,7 @@ pub enum SaveError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What happened.
+        /// Cause.
         message: String,
     },
 }

@@ -28,12 +28,12 @@ const STYLE: &str = include_str!("../page/dist/app.css");
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
                       connect-src 'self'; frame-ancestors 'none'; base-uri 'none'";
 
-/// How often each client is told how the source is.
+/// Interval at which each client receives the state of the source.
 const STATUS_EVERY: Duration = Duration::from_millis(100);
 /// Largest command of a client, bytes.
 const LARGEST_COMMAND: usize = 4096;
 
-/// What the routes need.
+/// State of the routes.
 pub(crate) struct Site {
     pub(crate) token: String,
     pub(crate) hello: String,
@@ -198,9 +198,9 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
             },
             _ = ticks.tick() => {
                 let now = shared.status().clone();
-                let new = now.posts.iter().zip(&mut posted).filter(|(post, told)| post.version != **told);
-                for (post, told) in new {
-                    *told = post.version;
+                let new = now.posts.iter().zip(&mut posted).filter(|(post, sent)| post.version != **sent);
+                for (post, sent) in new {
+                    *sent = post.version;
                     alive = alive && socket.send(Message::Text(post.text.as_ref().into())).await.is_ok();
                 }
                 let events = shared.events().since(next_event);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
 use taxel_recording::{Recording, RecordingError};
 
-/// What a source gives next.
+/// Next item of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Next {
     /// A frame.
@@ -21,7 +21,7 @@ pub enum Next {
 /// Anything that delivers frames; real time is kept by the pump, from the
 /// device times.
 pub trait Source: Send {
-    /// What the frames mean.
+    /// Meaning of the frames.
     fn stream(&self) -> &Stream;
 
     /// The next frame, or none at this time, or the end.
@@ -90,10 +90,10 @@ pub struct ReplaySource {
     stream: Stream,
 }
 
-/// How a recording is opened: name and bytes to frames.
+/// Opener of a recording: name and bytes to frames.
 type Open = fn(&str, BufReader<File>) -> Result<Recording<BufReader<File>>, RecordingError>;
 
-/// What a look at the whole recording found.
+/// Size of a whole recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RecordingSize {
     /// Complete frames.

@@ -15,7 +15,7 @@ pub enum By {
     Page,
 }
 
-/// What happened to the rest values.
+/// Kind of a change of the rest values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum TareKind {
@@ -173,8 +173,8 @@ impl TareHistory {
 
 /// Tells of the changes that a baseline makes itself.
 #[derive(Debug, Default)]
-pub(crate) struct BaselineTeller {
-    told_ns: Option<u64>,
+pub(crate) struct BaselineSender {
+    sent_ns: Option<u64>,
     /// Changes of the history that were looked at.
     seen: usize,
     count: u64,
@@ -190,21 +190,21 @@ struct BaselineChange {
     reason: &'static str,
 }
 
-/// Changes that are told, and the time from one message to the next, ns.
-const TOLD: usize = 8;
-const TOLD_EVERY_NS: u64 = 1_000_000_000;
+/// Changes in a message, and the time from one message to the next, ns.
+const SENT: usize = 8;
+const SEND_EVERY_NS: u64 = 1_000_000_000;
 
-impl BaselineTeller {
+impl BaselineSender {
     /// The message, if there are changes since the last one.
     pub(crate) fn message(&mut self, time_ns: u64, session: &TouchSession) -> Option<String> {
         let soon = self
-            .told_ns
-            .is_some_and(|told| time_ns.abs_diff(told) < TOLD_EVERY_NS);
+            .sent_ns
+            .is_some_and(|sent| time_ns.abs_diff(sent) < SEND_EVERY_NS);
         let history = session.estimator().baseline()?.history();
         if soon || history.len() == self.seen {
             return None;
         }
-        self.told_ns = Some(time_ns);
+        self.sent_ns = Some(time_ns);
         let before = self.count;
         for change in history.get(self.seen..).unwrap_or_default() {
             // Tares have a history of their own.
@@ -219,7 +219,7 @@ impl BaselineTeller {
             }
         }
         self.seen = history.len();
-        self.last.drain(..self.last.len().saturating_sub(TOLD));
+        self.last.drain(..self.last.len().saturating_sub(SENT));
         let message = || {
             let message = serde_json::json!({
                 "type": "baseline",

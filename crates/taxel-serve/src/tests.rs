@@ -21,7 +21,7 @@ fn twin(sensor: &str, script: &str) -> (Twin, TouchSession) {
     (twin, session)
 }
 
-/// All that is told of a run: the summary, the events and the posted texts.
+/// All that is sent of a run: the summary, the events and the posted texts.
 fn pumped(
     source: Box<dyn Source>,
     session: TouchSession,
@@ -55,7 +55,7 @@ fn events(sensor: &str, script: &str, frames: u64) -> Vec<Value> {
 }
 
 /// Kind, contact and time in s of each event.
-fn told(events: &[Value]) -> Vec<(String, u64, f64)> {
+fn kinds_and_times(events: &[Value]) -> Vec<(String, u64, f64)> {
     let one = |event: &Value| {
         let time = event["time_ns"].as_u64().unwrap() as f64 * 1e-9;
         let kind = event["kind"].as_str().unwrap().to_owned();
@@ -67,8 +67,8 @@ fn told(events: &[Value]) -> Vec<(String, u64, f64)> {
 /// Each expected event is there once, at its time in s to `within`, in this
 /// order of each contact; nothing else is.
 #[track_caller]
-fn assert_told(events: &[Value], expected: &[(&str, u64, f64)], within: f64) {
-    let found = told(events);
+fn assert_events(events: &[Value], expected: &[(&str, u64, f64)], within: f64) {
+    let found = kinds_and_times(events);
     let sorted = |mut all: Vec<(String, u64, f64)>| {
         all.sort_by(|a, b| (a.1, a.2).partial_cmp(&(b.1, b.2)).unwrap());
         all
@@ -94,7 +94,7 @@ fn assert_told(events: &[Value], expected: &[(&str, u64, f64)], within: f64) {
 #[test]
 fn a_finger_on_the_array_is_touch_step_slip_and_release() {
     // A step is known when the force was held for 0.4 s; the drag of 7 mm/s is a
-    // slip when its speed stands out of the noise of the places.
+    // slip when its speed stands out of the noise of the positions.
     let expected = [
         ("touch", 1, 2.02),
         ("step", 1, 3.0),
@@ -117,7 +117,7 @@ fn a_finger_on_the_array_is_touch_step_slip_and_release() {
         ("release", 6, 17.18),
     ];
     let found = events("three-axis-8x8", "finger", 1075);
-    assert_told(&found, &expected, 0.25);
+    assert_events(&found, &expected, 0.25);
     let step = found.iter().find(|event| event["kind"] == "step").unwrap();
     // 90 mN, to the noise and to what reaches taxels below the threshold.
     assert!(
@@ -139,7 +139,7 @@ fn taps_on_piezoelectric_elements_are_impacts() {
             ]
         })
         .collect();
-    assert_told(&events("piezo-1.5mm", "piezo-tap", 7900), &expected, 0.02);
+    assert_events(&events("piezo-1.5mm", "piezo-tap", 7900), &expected, 0.02);
 }
 
 #[test]
@@ -157,7 +157,10 @@ fn a_ridge_along_the_row_is_one_slip_and_a_press_is_none() {
     assert_eq!(slip["direction"], serde_json::json!([1.0, 0.0]));
     assert!(slip["score"].as_f64().unwrap() > 0.5);
     let press = events("piezo-1.5mm", "piezo-press", 5900);
-    let kinds: Vec<_> = told(&press).into_iter().map(|event| event.0).collect();
+    let kinds: Vec<_> = kinds_and_times(&press)
+        .into_iter()
+        .map(|event| event.0)
+        .collect();
     assert_eq!(kinds, ["touch", "step", "release"], "{press:?}");
 }
 
@@ -227,9 +230,9 @@ fn fingers_that_cross_keep_their_numbers() {
         };
         session.push(&frame).unwrap();
         let tracks = session.observer().tracks();
-        let places = tracks.iter().map(|track| (track.id, track.centre()[0]));
+        let positions = tracks.iter().map(|track| (track.id, track.centre()[0]));
         last = vec![frame.time_ns as f64 * 1e-9];
-        last.extend(places.flat_map(|(id, x)| [id as f64, x]));
+        last.extend(positions.flat_map(|(id, x)| [id as f64, x]));
     }
     let [_, 1.0, first, 2.0, second] = last[..] else {
         panic!("{last:?}")
@@ -343,7 +346,7 @@ fn undoing_a_tare_restores_the_rest_values_bit_for_bit() {
 }
 
 #[test]
-fn what_a_late_client_is_told_begins_with_the_start() {
+fn what_a_late_client_receives_begins_with_the_start() {
     let (twin, session) = twin("three-axis-8x8", "finger");
     let (_, events, posts) = pumped(Box::new(TwinSource::new(twin)), session, 200);
     assert_eq!(events[0]["index"], 0);

@@ -15,9 +15,9 @@ pub struct Drawing {
 /// One view; its scale is the same across and upwards.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct View {
-    /// What is seen, such as `cross-section at y = 0`.
+    /// View, such as `cross-section at y = 0`.
     pub title: String,
-    /// What there is, in the order of painting. Lengths in m, y upwards.
+    /// Shapes in the order of painting. Lengths in m, y upwards.
     pub shapes: Vec<Shape>,
     /// Lengths with their arrows.
     pub dimensions: Vec<Dimension>,
@@ -28,7 +28,7 @@ pub struct View {
 /// Something with an outline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
-    /// What it is.
+    /// Part of the device that the shape shows.
     pub part: Part,
     /// Its outline.
     pub outline: Outline,
@@ -45,7 +45,7 @@ pub enum Outline {
     Circle([f64; 2], f64),
 }
 
-/// What a shape is made of or for; gives its colour and its name in the key.
+/// Part of a device; gives its colour and its name in the key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
     /// The rigid base.
@@ -75,8 +75,7 @@ pub struct Dimension {
     pub from: [f64; 2],
     /// To here, m; level with `from` or straight above or below it.
     pub to: [f64; 2],
-    /// How far beside the points the arrow stands, px: up or right is
-    /// positive.
+    /// Offset of the arrow from the points, px: up or right is positive.
     pub beside: f64,
     /// Text, such as `H = 950 um`.
     pub text: String,
@@ -219,7 +218,7 @@ impl Drawing {
         svg.finish([WIDTH, height], &self.title, STYLE)
     }
 
-    /// What the colours mean.
+    /// Key of the colours.
     fn key(&self, svg: &mut Svg, top: f64) {
         let shapes = self.views.iter().flat_map(|view| &view.shapes);
         let mut parts: Vec<Part> = shapes.map(|shape| shape.part).collect();
@@ -239,7 +238,7 @@ impl Drawing {
     }
 }
 
-/// How a view is fitted into the page.
+/// Placement of a view in the page.
 struct Frame {
     bounds: [[f64; 2]; 2],
     /// px per m.

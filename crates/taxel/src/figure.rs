@@ -14,7 +14,7 @@ pub struct Figure {
     pub title: String,
     /// Charts, one below the other.
     pub charts: Vec<Chart>,
-    /// What is shown and what is assumed; may be empty.
+    /// Contents and assumptions; may be empty.
     pub caption: String,
 }
 
@@ -38,7 +38,7 @@ pub struct Axis {
     pub label: String,
     /// Unit of the numbers in the series; empty for a plain number.
     pub unit: String,
-    /// Whether the axis is logarithmic; only positive values are drawn then.
+    /// True if the axis is logarithmic; only positive values are drawn then.
     pub logarithmic: bool,
 }
 
@@ -50,11 +50,11 @@ pub struct Series {
     /// Points in the units of the axes; those that are not finite interrupt
     /// the curve.
     pub points: Vec<[f64; 2]>,
-    /// How it is drawn.
+    /// Style of the series.
     pub style: Style,
 }
 
-/// How a series is drawn.
+/// Style of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// A line.

@@ -47,7 +47,7 @@ pub struct Cylinder {
     pub radius: f64,
 }
 
-/// Place and directions of one taxel in the sensor's frame.
+/// Position and directions of one taxel in the sensor's frame.
 ///
 /// The sensor's frame is right-handed: x along the columns, y from the last
 /// row to row 0, z outwards, origin at the centre of the array on its surface.

@@ -180,13 +180,13 @@ fn number_length(text: &str) -> usize {
     at
 }
 
-/// What one value of a file must be: its dimension and its range.
+/// Rule for one value of a file: its dimension and its range.
 pub trait Rule {
     /// `None` for a plain number.
     const DIMENSION: Option<&'static Dimension>;
     /// Smallest value, SI.
     const LOWEST: f64;
-    /// Whether the smallest value itself is refused.
+    /// True if the smallest value itself is refused.
     const OPEN: bool;
     /// Largest value, SI.
     const HIGHEST: f64;
@@ -323,7 +323,7 @@ fn limit(value: f64) -> String {
     }
 }
 
-/// Numbers before a unit as far as a pattern can tell them: their form and their sign.
+/// Numbers before a unit as far as a pattern can describe them: their form and their sign.
 fn number_pattern<R: Rule>() -> String {
     let sign_and_digits = if R::LOWEST < 0.0 {
         r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)"

@@ -1,4 +1,4 @@
-//! What follows from a sensor file: the derived quantities of `taxel check`.
+//! Derived quantities of a sensor file, as `taxel check` prints them.
 
 use crate::layout::Mount;
 use crate::sensor::{Sensor, Unreadable};
@@ -12,7 +12,7 @@ pub struct Fact {
     pub name: String,
     /// SI value, or a word.
     pub value: Value,
-    /// What it follows from.
+    /// Part of the sensor file that it follows from.
     pub source: &'static str,
 }
 

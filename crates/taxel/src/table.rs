@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value};
 
-/// How a table is written.
+/// Format of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// For people.
@@ -129,7 +129,7 @@ pub fn render(
     }
 }
 
-/// What stands before, between and after the rows of a file.
+/// Text before, between and after the rows of a file.
 #[derive(Debug, Clone)]
 pub struct Frame {
     format: Format,
@@ -139,7 +139,7 @@ pub struct Frame {
     pub tail: &'static str,
     /// JSON keys of the columns with their quotes and colons.
     keys: Vec<String>,
-    /// How the columns of CSV show their numbers.
+    /// Units in which the columns of CSV show their numbers.
     units: Vec<Shown>,
 }
 
@@ -320,7 +320,7 @@ fn csv_header(columns: &[Column]) -> String {
 }
 
 /// Appends one line of a CSV file: numbers in the unit for people, in as many
-/// digits as tell them apart; nothing for what is not known.
+/// digits as distinguish them; nothing for what is not known.
 fn csv_row(units: &[Shown], row: &[Cell], text: &mut String) {
     let mut digits = zmij::Buffer::new();
     for (index, (unit, cell)) in units.iter().zip(row).enumerate() {

@@ -312,7 +312,7 @@ fn the_field_goes_as_far_as_the_solid() {
     }
 }
 
-/// What is not of cells taken over from the layer, above the base, alone, with its nodes
+/// Cells that are not taken over from the layer, above the base, alone, with their nodes
 /// numbered as in all.
 fn outside(mesh: &Mesh) -> Mesh {
     let mut outside = Mesh::default();

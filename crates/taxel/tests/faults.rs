@@ -1,9 +1,8 @@
 //! Devices by faults: what holds for one device holds for all.
 //!
-//! Of each device one channel is dead, stuck or masked while another taxel is
-//! pressed. The tare works, the channel is faulty (or masked) and never
-//! saturated, and what is pressed elsewhere reads as on the sound device, or says
-//! why not.
+//! One channel of each device is dead, stuck or masked while another taxel is pressed.
+//! The tare works, the channel is faulty (or masked) and never saturated, and what is
+//! pressed elsewhere reads as on the sound device, or says why not.
 #![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;

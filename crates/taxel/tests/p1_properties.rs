@@ -1,4 +1,4 @@
-//! What must hold for any compressed layer and any in-plane sensor.
+//! Properties of any compressed layer and any in-plane sensor.
 #![allow(clippy::unwrap_used)]
 
 use proptest::prelude::*;

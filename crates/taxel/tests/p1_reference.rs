@@ -142,7 +142,7 @@ fn look_up_table_of_the_unknown() {
     }
 }
 
-/// What the tables of finite elements ask of the end conditions.
+/// Comparison of the end conditions with tables of finite elements.
 fn against_finite_elements(name: &str, end: EndCondition, allowed: impl Fn(&Row) -> [f64; 2]) {
     for row in table(name) {
         let (e, aspect) = (row.at("U_over_H"), row.at("ell"));
@@ -403,7 +403,7 @@ fn surroundings(name: &str) -> Option<Surroundings> {
     })
 }
 
-/// What the pages and the shipped files say of them.
+/// Statements of the pages and the shipped files.
 #[test]
 fn surroundings_matter() {
     let rows = table("p1_cap_surroundings.csv");

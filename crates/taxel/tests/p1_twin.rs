@@ -94,7 +94,7 @@ fn hold(force: &str) -> String {
 }
 
 #[test]
-fn shipped_press_is_felt_within_its_own_error_bars() {
+fn shipped_press_is_estimated_within_its_own_error_bars() {
     for gap in [20, 50, 100] {
         let (mut squares, mut count, mut worst) = (0.0, 0.0, 0.0_f64);
         for seed in 0..24 {

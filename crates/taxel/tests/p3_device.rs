@@ -286,7 +286,7 @@ fn noise_of_the_force_is_what_the_estimator_states() {
 }
 
 #[test]
-fn taps_are_felt_where_they_are() {
+fn taps_are_found_where_they_are() {
     // Figures 18 to 20: sensel 1, then 2; 2 and 6; 3 and 4 above 7 and 8.
     let sensor = sensor();
     let mut peaks = [[0.0_f64; 8]; 4];
@@ -304,7 +304,7 @@ fn taps_are_felt_where_they_are() {
         order
     };
     assert_eq!(order(&peaks[0])[0], 1);
-    // Only the first sensel is active: the next one feels less than a tenth.
+    // Only the first sensel is active: the next one gives less than a tenth.
     assert!(peaks[0][1..].iter().all(|peak| *peak < 0.1 * peaks[0][0]));
     assert_eq!(order(&peaks[1])[0], 2);
     let mut gap = order(&peaks[2])[..2].to_vec();

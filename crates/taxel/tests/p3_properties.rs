@@ -1,4 +1,4 @@
-//! What must hold for the piezoelectric array whatever the numbers are.
+//! Properties of the piezoelectric array whatever the numbers are.
 #![allow(clippy::unwrap_used)]
 
 use std::f64::consts::PI;

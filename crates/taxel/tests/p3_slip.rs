@@ -1,5 +1,5 @@
-//! Slip of ridges over the piezoelectric array: what is told of the speed, and
-//! whether its interval holds the truth.
+//! Slip of ridges over the piezoelectric array: the estimated speed, and whether its
+//! interval holds the truth.
 #![allow(clippy::unwrap_used)]
 
 use rayon::prelude::*;
@@ -7,8 +7,8 @@ use taxel::acquisition::{Delivery, Stimulus, Twin};
 use taxel::estimation::{Slip, SlipEstimator};
 use taxel::sensor::Sensor;
 
-/// The first slip that two looks in a row agree on, as it is told live.
-fn told(sensor: &Sensor, stimulus: &Stimulus, seed: u64) -> Option<Slip> {
+/// The first slip that two looks in a row agree on, as it is reported live.
+fn reported(sensor: &Sensor, stimulus: &Stimulus, seed: u64) -> Option<Slip> {
     let mut twin = Twin::new(sensor, stimulus, seed).unwrap();
     let options = sensor.device().unwrap().observed(&twin.stream()).slip?;
     let look_ns = (options.window * 1e9 / 8.0) as u64;
@@ -62,7 +62,7 @@ fn ninety_five_per_cent_intervals_hold_the_speed_of_two_hundred_ridges() {
             let speed = 18.0 * 4.0_f64.powf(part(0.618_034));
             let (radius, wavelength) = (1.5 + 2.0 * part(0.754_878), 9.0 + 40.0 * part(0.569_840));
             let (y, forward) = (4.0 * part(0.671_044) - 2.0, seed % 2 == 0);
-            let slip = told(
+            let slip = reported(
                 &sensor,
                 &pulled(speed, radius, wavelength, y, forward),
                 seed,
@@ -76,6 +76,6 @@ fn ninety_five_per_cent_intervals_hold_the_speed_of_two_hundred_ridges() {
         .filter(|[truth, found, deviation]| (found - truth).abs() < 1.96 * deviation)
         .count() as f64;
     let share = held / slips.len() as f64;
-    assert!(slips.len() > 150, "{} told", slips.len());
+    assert!(slips.len() > 150, "{} reported", slips.len());
     assert!((0.90..=0.99).contains(&share), "{share} {slips:?}");
 }

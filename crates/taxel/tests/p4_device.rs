@@ -351,7 +351,7 @@ fn channels_are_rows_from_plus_y_then_columns_from_minus_x() {
 }
 
 #[test]
-fn a_dead_channel_and_a_saturated_one_are_told_apart() {
+fn a_dead_channel_and_a_saturated_one_are_distinguished() {
     let sensor = sensor();
     let stimulus = Stimulus::parse("b", Stimulus::shipped_text("pad-b").unwrap()).unwrap();
     let mut twin = Twin::new(&sensor, &stimulus, 1).unwrap();
@@ -376,7 +376,7 @@ fn a_dead_channel_and_a_saturated_one_are_told_apart() {
         )
     };
     // Column 1 open (2.0 V of 2.5 V): somewhere on it is a touch that no row
-    // feels; nobody knows where.
+    // shows; nobody knows where.
     let open = (2.0_f64 / 2.5 * 262144.0).floor();
     let (found, clipped) = states(with(3, open));
     assert_eq!(

@@ -53,7 +53,7 @@ fn a_patch_closes_the_part_in_the_block_and_the_rest_takes_its_liquid() {
         assert!(of("volume_ratio") < of("thickest_ratio"));
         assert!(of("change") > 0.0);
     }
-    // The upper channels, the columns, feel the patch more.
+    // The upper channels, the columns, respond more to the patch.
     assert!(ending("column_greatest_change") > ending("row_greatest_change"));
     let long = answer(&one_crossing("8 mm"), load);
     for layer in ["row", "column"] {

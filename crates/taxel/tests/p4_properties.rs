@@ -1,4 +1,4 @@
-//! What must hold for any channel and any load.
+//! Properties of any microchannel and any load.
 #![allow(clippy::unwrap_used)]
 
 mod common;

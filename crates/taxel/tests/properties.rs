@@ -1,4 +1,4 @@
-//! What must hold for any unit and any load (section 11 of the physics of P2).
+//! Properties of any unit and any load (section 11 of the physics of P2).
 #![allow(clippy::unwrap_used, clippy::needless_range_loop)]
 
 use proptest::prelude::*;

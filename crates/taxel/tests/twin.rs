@@ -1,4 +1,4 @@
-//! The twin through the estimator: what was pressed is what is felt.
+//! The twin through the estimator: the estimated load is the applied one.
 #![allow(clippy::unwrap_used)]
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
@@ -79,7 +79,7 @@ fn probe(force: &str) -> String {
 }
 
 #[test]
-fn shipped_finger_script_is_felt_within_its_own_error_bars() {
+fn shipped_finger_script_is_estimated_within_its_own_error_bars() {
     let mut run = Run::new(&array(), Stimulus::shipped_text("finger").unwrap());
     let mut worst: f64 = 0.0;
     let (mut sum, mut count) = (0.0, 0.0);
@@ -108,7 +108,7 @@ fn pressing_pushing_and_two_fingers_look_like_the_paper() {
     let mut run = Run::new(&array(), Stimulus::shipped_text("finger").unwrap());
     let (press, _) = run.touch_at(3.0);
     let force = press.total.force;
-    // Of 90 mN the array feels what is not beside it: all of it here.
+    // Of 90 mN the array carries what is not beside it: all of it here.
     assert!((force[2] - 90e-3).abs() < 1e-3, "{force:?}");
     assert!(force[0].abs() < 2e-3 && force[1].abs() < 2e-3, "{force:?}");
     let (x, _) = run.touch_at(6.5);

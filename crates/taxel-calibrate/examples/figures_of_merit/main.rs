@@ -5,7 +5,7 @@
 //! `cargo run --release -p taxel-calibrate --example figures_of_merit [-- FOLDER [--figure FILE.html]]`
 //!
 //! FOLDER is searched for folders with `sensor.csv` and `states.csv`. Runs are
-//! told apart by what is in them: presses all over a plane are a position run,
+//! distinguished by their content: presses all over a plane are a position run,
 //! a moving probe with a scale is a force run; force runs of the same number of
 //! channels belong together.
 #![allow(clippy::print_stdout, clippy::print_stderr)]

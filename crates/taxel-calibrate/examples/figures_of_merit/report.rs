@@ -136,7 +136,10 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
     for (frame, place) in frames[train..].iter().zip(&places[train..]) {
         let estimate = shown(estimator.estimate(frame))?;
         outside += usize::from(estimate.support == Support::Outside);
-        let error = [estimate.place[0] - place[0], estimate.place[1] - place[1]];
+        let error = [
+            estimate.position[0] - place[0],
+            estimate.position[1] - place[1],
+        ];
         errors.push(error);
         flat.extend(error);
         deviations.extend(estimate.deviation());
@@ -157,7 +160,9 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
     }
     random_split(&frames, &places)?;
     let time = microseconds(frames.len(), |i| {
-        estimator.estimate(&frames[i]).map_or(0.0, |e| e.place[0])
+        estimator
+            .estimate(&frames[i])
+            .map_or(0.0, |e| e.position[0])
     });
     println!("  one frame: {time:.1} us");
     let ends = |axis: usize| {
@@ -256,7 +261,7 @@ fn process(inputs: &[Vec<f64>], targets: &[Vec<f64>], train: usize) -> Shown<()>
     Ok(())
 }
 
-/// What a random split would claim: every fifth press is held out.
+/// Result that a random split would claim: every fifth press is held out.
 fn random_split(frames: &[Vec<f64>], places: &[[f64; 2]]) -> Shown<()> {
     let mut mixed: Vec<usize> = (0..frames.len()).collect();
     // A fixed shuffle: multiples of a number without common factor.
@@ -278,7 +283,10 @@ fn random_split(frames: &[Vec<f64>], places: &[[f64; 2]]) -> Shown<()> {
     let (mut errors, mut deviations) = (Vec::new(), Vec::new());
     for (frame, place) in frames[train..].iter().zip(&places[train..]) {
         let estimate = shown(estimator.estimate(frame))?;
-        errors.extend([estimate.place[0] - place[0], estimate.place[1] - place[1]]);
+        errors.extend([
+            estimate.position[0] - place[0],
+            estimate.position[1] - place[1],
+        ]);
         deviations.extend(estimate.deviation());
     }
     let score = of_place(&errors, &deviations);
@@ -354,7 +362,7 @@ fn test(map: &ForceMap, session: &Session) -> Shown<Tested> {
     Ok(tested)
 }
 
-/// Whether the probe goes down (1) or up (−1) around `time`, by more than 20 um.
+/// True if the probe goes down (1) or up (−1) around `time`, by more than 20 um.
 fn branch(session: &Session, time: f64) -> i8 {
     let height = |t: f64| session.place.at(t, 10.0).map_or(0.0, |row| row[2]);
     let change = height(time + 0.3) - height(time - 0.3);

@@ -1,4 +1,4 @@
-//! What the estimators reach on simulated devices.
+//! Figures of merit of the estimators on simulated devices.
 
 use std::error::Error;
 
@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use taxel::acquisition::{Delivery, Finger, FingerPoint, Link, Slider, Stimulus, Twin};
 use taxel::estimation::{
-    ArrayEstimator, Centroid, ChargeOptions, ChargeReader, ELLIPSE_95, Place, Placing, ProfileFit,
-    SearchOptions, SlipEstimator, SlipOptions, TaxelTouch, estimate_unit,
+    ArrayEstimator, Centroid, ChargeOptions, ChargeReader, ContactPosition, ELLIPSE_95, Localiser,
+    ProfileFit, SearchOptions, SlipEstimator, SlipOptions, TaxelTouch, estimate_unit,
 };
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::{Element, Sensor};
@@ -92,7 +92,7 @@ fn in_plane() -> Result<(), Box<dyn Error>> {
             if estimate.status == Status::Identified {
                 ""
             } else {
-                ", not told apart"
+                ", not identifiable"
             }
         );
     }
@@ -186,10 +186,10 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
             .collect();
         let presses: Vec<Press> = places.iter().map(|at| vec![(*at, 1.0)]).collect();
         let profiles = profiles(sensor, radius, &presses)?;
-        let rms = |placing: &dyn Placing| {
+        let rms = |localiser: &dyn Localiser| {
             let (mut squares, mut found, mut covered) = (0.0, 0, 0);
             for (place, [forces, deviations]) in places.iter().zip(&profiles) {
-                if let Some(at) = placing.place(forces, deviations) {
+                if let Some(at) = localiser.position(forces, deviations) {
                     let [x, y] = [at.centre[0] - place[0], at.centre[1] - place[1]];
                     found += 1;
                     covered += u32::from(at.distance(*place) < ELLIPSE_95);
@@ -205,7 +205,7 @@ fn position(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
         let noise = noise.iter().sum::<f64>() / noise.len() as f64;
         let ((fitted, found, covered), (centre, ..)) = (rms(&fit), rms(&centroid));
         println!(
-            "  radius {:.1} mm: profile {fitted:.3} mm ({found} placed, {covered} in the ellipse of 95 %), centroid {centre:.3} mm, signal over noise {noise:.0}",
+            "  radius {:.1} mm: profile {fitted:.3} mm ({found} located, {covered} in the ellipse of 95 %), centroid {centre:.3} mm, signal over noise {noise:.0}",
             radius * 1e3
         );
     }
@@ -243,15 +243,16 @@ fn pairs(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
         let (mut two, mut errors, mut covered) = (0, Vec::new(), 0);
         for (press, [forces, deviations]) in presses.iter().zip(profiles(sensor, radius, &presses)?)
         {
-            let found = fit.places(&forces, &deviations);
+            let found = fit.positions(&forces, &deviations);
             if found.len() != 2 {
                 continue;
             }
             two += 1;
-            let places: Vec<Place> = found.iter().filter_map(|one| one.place).collect();
-            for (error, place, truth) in told(&places, press) {
+            let positions: Vec<ContactPosition> =
+                found.iter().filter_map(|one| one.position).collect();
+            for (error, position, truth) in paired(&positions, press) {
                 errors.push(error);
-                covered += usize::from(place.distance(truth) < ELLIPSE_95);
+                covered += usize::from(position.distance(truth) < ELLIPSE_95);
             }
         }
         errors.sort_by(f64::total_cmp);
@@ -266,18 +267,18 @@ fn pairs(sensor: &Sensor) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Places, up to two, with their contacts by the least sum of distances.
-fn told(places: &[Place], press: &Press) -> Vec<(f64, Place, [f64; 2])> {
-    let order = |first: usize| -> Vec<(f64, Place, [f64; 2])> {
-        let pairs = places.iter().enumerate();
-        let pair = |(k, place): (usize, &Place)| {
+/// Positions, up to two, with their contacts by the least sum of distances.
+fn paired(positions: &[ContactPosition], press: &Press) -> Vec<(f64, ContactPosition, [f64; 2])> {
+    let order = |first: usize| -> Vec<(f64, ContactPosition, [f64; 2])> {
+        let pairs = positions.iter().enumerate();
+        let pair = |(k, position): (usize, &ContactPosition)| {
             let truth = press[(first + k) % 2].0;
-            let [x, y] = [0, 1].map(|axis| place.centre[axis] - truth[axis]);
-            (x.hypot(y), *place, truth)
+            let [x, y] = [0, 1].map(|axis| position.centre[axis] - truth[axis]);
+            (x.hypot(y), *position, truth)
         };
         pairs.map(pair).collect()
     };
-    let sum = |one: &[(f64, Place, [f64; 2])]| one.iter().map(|pair| pair.0).sum::<f64>();
+    let sum = |one: &[(f64, ContactPosition, [f64; 2])]| one.iter().map(|pair| pair.0).sum::<f64>();
     let [straight, crossed] = [order(0), order(1)];
     if sum(&straight) <= sum(&crossed) {
         straight

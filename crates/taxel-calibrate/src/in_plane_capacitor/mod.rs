@@ -1,4 +1,4 @@
-//! Calibration of in-plane capacitive sensors (P1) from a bench: force,
+//! Calibration of in-plane capacitive sensors (P1) from test-bench data: force,
 //! displacement if there is one, and capacitance, for one gap or several.
 //!
 //! Modulus and scale of the end factor are shared by all gaps; rest capacitance, q, γ,

@@ -33,8 +33,8 @@ pub(crate) struct Reading {
 }
 
 impl Reading {
-    /// What drives the bench: the displacement where it was read, m, else the
-    /// force, N.
+    /// Load that drives the bench: the displacement where it was read, m, else the force,
+    /// N.
     pub(super) fn load(&self) -> f64 {
         self.displacement.unwrap_or(self.force)
     }
@@ -50,8 +50,8 @@ impl OfSeries for Reading {
     }
 }
 
-/// What of a reading does not depend on the parameters, where the displacement
-/// was read.
+/// Part of a reading that does not depend on the parameters, where the displacement was
+/// read.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
     compression: f64,
@@ -70,7 +70,7 @@ pub(super) struct Bench<'a> {
     motions: Vec<Option<Motion>>,
     /// Standard deviations of force and capacitance of each reading.
     pub(super) noise: Vec<[f64; 2]>,
-    /// Whether forces are readings beside displacements.
+    /// True if forces are readings beside displacements.
     with_force: bool,
 }
 
@@ -218,7 +218,7 @@ impl<'a> Bench<'a> {
         ]
     }
 
-    /// How compression and capacitance follow modulus and factor where the
+    /// Slopes of compression and capacitance against modulus and factor where the
     /// compression follows from the force: dC/dE and dC/dχ.
     fn slopes_through_force(&self, at: &[f64], reading: &Reading) -> Option<[f64; 2]> {
         let here = self.motion_of_force(at, reading)?;

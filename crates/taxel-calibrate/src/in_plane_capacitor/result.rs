@@ -1,4 +1,4 @@
-//! What the fits of in-plane sensors give to people: residuals, curves, scope.
+//! Results of the fits of in-plane sensors: residuals, curves, scope.
 
 use super::checks;
 use super::problem::{FACTOR_BOUNDS, Reading};

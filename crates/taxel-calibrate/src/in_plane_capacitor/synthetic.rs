@@ -1,5 +1,4 @@
-//! A bench for in-plane sensors that exists in the computer only: its truth is
-//! known.
+//! Synthetic calibration data of in-plane sensors, of known true constants.
 
 use std::fmt::Write as _;
 

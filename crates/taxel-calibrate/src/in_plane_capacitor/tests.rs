@@ -150,10 +150,10 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
                     .directions
                     .iter()
                     .flat_map(|direction| &direction.members);
-                let told = !open
+                let identified = !open
                     .into_iter()
                     .any(|member| member.parameter + 1 == truth.len());
-                [inside.count(), truth.len(), usize::from(told)]
+                [inside.count(), truth.len(), usize::from(identified)]
             })
             .collect();
         let sum = |k: usize| runs.iter().map(|run| run[k]).sum::<usize>();
@@ -166,7 +166,7 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
             sum(1)
         );
         // The floor of the widest gap lies beyond the readings.
-        assert!(sum(2) <= 4, "{} tell n of the widest gap", sum(2));
+        assert!(sum(2) <= 4, "{} identify n of the widest gap", sum(2));
     });
 }
 

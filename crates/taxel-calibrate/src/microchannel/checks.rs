@@ -1,4 +1,4 @@
-//! What readings of crossing channels can and cannot be.
+//! Checks of the readings of crossing microchannels.
 
 use super::columns::{LOAD_AT, RESISTANCE, VOLTAGE};
 use super::problem::{Load, Reading};
@@ -67,8 +67,8 @@ pub(super) fn readings(
         let message = "no row has a load and a voltage between 0 and the supply";
         return Err(data.error("voltage", message, "give both in each row"));
     }
-    let told: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
-    units(calibrator, data, &told)?;
+    let unsaturated: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
+    units(calibrator, data, &unsaturated)?;
     Ok(readings)
 }
 
@@ -92,7 +92,7 @@ fn channel_of(
     })
 }
 
-/// Whether the table has the columns of a load and of a signal.
+/// Checks that the table has the columns of a load and of a signal.
 fn complete(data: &ReadingTable) -> Result<(), InputError> {
     let [pressure, force, area] = LOAD_AT.map(|column| data.given[column]);
     if !(pressure || force && area) {
@@ -127,7 +127,7 @@ fn voltage(
     read.or(data.number(row, RESISTANCE).map(of))
 }
 
-/// Whether voltages and loads can be of this array.
+/// Checks that voltages and loads can be of this array.
 fn units(
     calibrator: &MicrochannelCalibrator<'_>,
     data: &ReadingTable,

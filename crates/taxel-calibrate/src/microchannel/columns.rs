@@ -1,4 +1,4 @@
-//! What readings of crossing microchannels may name.
+//! Columns of the readings of crossing microchannels.
 
 use crate::clock::sensor_clock;
 use crate::readings::{hold_out, number, quantity, required, size};

@@ -51,7 +51,7 @@ pub(super) fn of_array(
 const BEYOND: f64 = 1.5;
 /// Below this share of the largest pressure the noise is as there.
 const LEAST: f64 = 1e-3;
-/// Of a difference over the pressure, for smooth curves.
+/// Step of a difference over the pressure, for smooth curves.
 const STEP: f64 = 1e-4;
 
 /// A reading whose voltage says which pressure it would be on loading.
@@ -59,7 +59,7 @@ struct Inverted {
     reading: Reading,
     /// Pa.
     pressure: f64,
-    /// Of the voltage with the pressure, V/Pa.
+    /// Slope of the voltage against the pressure, V/Pa.
     rise: f64,
     sample: Sample,
 }
@@ -127,8 +127,8 @@ impl Curve<'_> {
         (ends[0] < 0.0 && ends[1] > 0.0).then(|| roots::ridders([0.0, highest], misfit))
     }
 
-    /// How the voltage of a reading rises with the pressure, V/Pa; `None` where it
-    /// does not.
+    /// Slope of the voltage of a reading against the pressure, V/Pa; `None` where it does
+    /// not rise.
     fn rise(&self, reading: &Reading, pressure: f64) -> Option<f64> {
         let step = STEP * pressure;
         let [below, above] = [pressure - step, pressure + step].map(|at| self.voltage(reading, at));

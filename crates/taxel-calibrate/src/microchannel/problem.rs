@@ -27,7 +27,7 @@ pub(crate) struct Reading {
     pub(super) voltage: f64,
     /// Standard deviation that the bench gives, V.
     pub(super) deviation: Option<f64>,
-    /// Whether the voltage says no more than that the load is at least as large.
+    /// True if the voltage says no more than that the load is at least as large.
     pub(super) saturated: bool,
     pub(super) marked: bool,
 }
@@ -42,7 +42,7 @@ impl OfSeries for Reading {
     }
 }
 
-/// What presses.
+/// Load on a microchannel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Load {
     /// Pa.
@@ -76,12 +76,12 @@ pub(super) struct Bench<'a> {
 pub(super) struct Predicted {
     /// Resistance over that at rest.
     pub(super) ratio: f64,
-    /// Whether the closing curve does not reach so far.
+    /// True if the closing curve does not reach so far.
     pub(super) beyond: bool,
 }
 
 impl Bench<'_> {
-    /// Place of the rest resistance of a reading's channel.
+    /// Index of the rest resistance of a reading's channel.
     fn rest(&self, reading: &Reading) -> usize {
         let found = self.channels.iter().position(|c| *c == reading.channel);
         SHARED + found.unwrap_or(0)

@@ -1,4 +1,4 @@
-//! What the fit of crossing channels gives to people: residuals, curves, scope.
+//! Results of the fit of crossing microchannels: residuals, curves, scope.
 
 use super::{BIAS, CHANNEL, Fitted, MicrochannelCalibrator, Reading, checks};
 use crate::loads::range;

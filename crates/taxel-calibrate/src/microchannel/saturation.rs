@@ -28,14 +28,14 @@ const RISING: f64 = 8.0;
 pub(crate) struct Plateau {
     /// Mean, V.
     voltage: f64,
-    /// Of one reading, V.
+    /// Scatter of one reading, V.
     scatter: f64,
     /// Least load, Pa.
     from: f64,
     count: usize,
 }
 
-/// How far from the mean of `count` readings another one of theirs lies with no
+/// Distance from the mean of `count` readings that another one of theirs exceeds with no
 /// more than this chance, in their scatter.
 fn apart(chance: f64, count: usize) -> f64 {
     student_quantile(1.0 - chance, count - 1) * (1.0 + 1.0 / count as f64).sqrt()
@@ -78,7 +78,7 @@ impl Plateau {
         })
     }
 
-    /// Whether a reading belongs to it.
+    /// True if a reading belongs to it.
     pub(super) fn holds(&self, reading: &Reading) -> bool {
         reading.voltage > self.voltage - apart(ALONE, self.count) * self.scatter
     }
@@ -92,7 +92,7 @@ fn spread(points: &[[f64; 2]]) -> [f64; 2] {
     [mean, (squares / (count - 1.0)).sqrt()]
 }
 
-/// Whether the voltages do not clearly change along the loads.
+/// True if the voltages do not clearly change along the loads.
 fn is_flat(points: &[[f64; 2]]) -> bool {
     line(points).is_some_and(|[slope, deviation]| {
         slope.abs() <= student_quantile(1.0 - FLAT, points.len() - 2) * deviation
@@ -144,7 +144,7 @@ pub(super) fn parameters(
                 value: divider.saturation,
                 deviation: (divider.supply - most) / 12.0_f64.sqrt(),
                 interval: parameter.bounds,
-                status: Status::NotIdentified,
+                status: Status::NotIdentifiable,
             };
             return (parameter, estimate);
         };

@@ -1,5 +1,4 @@
-//! A bench for crossing channels that exists in the computer only: its truth is
-//! known.
+//! Synthetic calibration data of crossing microchannels, of known true constants.
 
 use std::fmt::Write as _;
 

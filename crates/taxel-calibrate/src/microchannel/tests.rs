@@ -141,7 +141,7 @@ fn a_device_comes_back_and_live_touch_inverts_it() {
     // No channel saturates; that is said, with what is known.
     for (parameter, estimate) in &outcome.parameters[TRUTH.len() + RESTS.len()..] {
         assert!(parameter.name.ends_with(SATURATION));
-        assert_eq!(estimate.status, Status::NotIdentified);
+        assert_eq!(estimate.status, Status::NotIdentifiable);
         let [most, supply] = estimate.interval;
         let number = parameter.name.split(['_', '.']).nth(1);
         let volts = text.lines().filter(|line| line.split(',').nth(1) == number);
@@ -280,9 +280,9 @@ fn calibrated(text: &str) -> (Outcome, Sensor) {
     (outcome, found)
 }
 
-/// What channel 0 feels at these changes of its resistance, one after the
-/// other; the other channels are at rest.
-fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
+/// State of channel 0 at these changes of its resistance, one after the other;
+/// the other channels are at rest.
+fn states_at(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
     let model = sensor.microchannels().unwrap().calibration().unwrap();
     let scale = model.scale;
     let counts = |resistance: f64| {
@@ -315,7 +315,7 @@ fn felt(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
 }
 
 #[test]
-fn a_saturation_that_was_reached_is_fitted_and_felt() {
+fn a_saturation_that_was_reached_is_fitted_and_estimated() {
     let saturating = SyntheticOptions {
         saturation: 0.8,
         noise: 1e-3,
@@ -328,7 +328,7 @@ fn a_saturation_that_was_reached_is_fitted_and_felt() {
         let found = outcome.parameters.iter().find(|(p, _)| p.name == name);
         found.unwrap().1
     };
-    // The same bench without noise and saturation tells where 80 % are.
+    // The same data without noise and saturation show where 80 % are.
     let exact = bench(
         &SyntheticOptions {
             noise: 0.0,
@@ -368,7 +368,7 @@ fn a_saturation_that_was_reached_is_fitted_and_felt() {
     let (row, scale) = (&model.rows[0], &model.scale);
     let change = |voltage: f64| scale.resistance(voltage) / row.rest_resistance - 1.0;
     // The bench pressed the whole channel: one taxel cannot close it so far.
-    let states = felt(
+    let states = states_at(
         &sensor,
         &[0.5 * row.pressure.end()[0], change(1.001 * row.saturation)],
     );
@@ -410,7 +410,7 @@ fn a_loop_is_found_and_undone_live() {
     let end = model.rows[0].pressure.end()[0];
     let up: Vec<f64> = (1..=60).map(|i| 0.016 * end * f64::from(i)).collect();
     let down: Vec<f64> = up.iter().rev().copied().collect();
-    let pressures: Vec<f64> = felt(&sensor, &[up, down].concat())
+    let pressures: Vec<f64> = states_at(&sensor, &[up, down].concat())
         .into_iter()
         .map(|state| match state {
             MicrochannelState::Pressed { pressure, .. } => pressure,

@@ -1,4 +1,4 @@
-//! Whether the signals of presses are of the places and of the elements that
+//! Check that the signals of indentations are of the positions and of the elements that
 //! the table says.
 
 use super::problem::Indentation;
@@ -49,9 +49,9 @@ pub(super) fn answers(
     places.swapped(calibrator, data, &column, presses)
 }
 
-/// What each element, by the drawing, feels of each press, over what it would
-/// feel of one right above it. Of an unknown radius by the middle one of the
-/// drawing: where an element answers hardly depends on it.
+/// Force of each press on each element by the drawing, over that of a press right
+/// above it. An unknown radius counts as the middle one of the drawing, which
+/// hardly changes where an element responds.
 fn shares(model: &ProfileModel, presses: &[Indentation]) -> Vec<Vec<f64>> {
     let usual = model.radii.get(model.radii.len() / 2).copied();
     let radius = |press: &Indentation| press.radius.or(usual).unwrap_or(model.side);
@@ -104,7 +104,7 @@ fn sizes(
 /// Which element's share each signal follows.
 struct Places<'a> {
     pressed: &'a [usize],
-    /// Of each signal with its own share.
+    /// Correlation of each signal with its own share.
     own: Vec<f64>,
     /// The element with the highest correlation, and the correlation.
     like: Vec<(usize, f64)>,
@@ -141,14 +141,14 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Whether a signal clearly follows another element than its own.
+    /// True if a signal clearly follows another element than its own.
     fn moved(&self, k: usize) -> bool {
         let (like, best) = self.like[k];
         let apart = fisher(best) - fisher(self.own[k]);
         like != k && apart > CLEAR * 2.0_f64.sqrt() * self.deviation
     }
 
-    /// Whether a signal follows the element it is most like beyond what the best
+    /// True if a signal follows the element it is most like beyond what the best
     /// of many chances gives.
     fn is_like(&self, k: usize) -> bool {
         fisher(self.like[k].1) > 2.0 * CLEAR * self.deviation

@@ -1,4 +1,4 @@
-//! What readings of piezoelectric elements can and cannot be.
+//! Checks of the readings of piezoelectric elements.
 
 use super::columns::{
     CYCLES, DEVIATION, DISPLACEMENT, DWELL, FIRST_PEAK, FORCE_Z, HOLD_OUT, PERIOD, RAMP,

@@ -1,4 +1,4 @@
-//! What readings of piezoelectric elements may name.
+//! Columns of the readings of piezoelectric elements.
 
 use std::sync::LazyLock;
 

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use super::PiezoelectricCalibrator;
 use super::problem::Indentation;
 use taxel::estimation::{
-    ELLIPSE_95, KernelRegression, Method, Placing, Press, ProfileFit, placing, regression,
+    ELLIPSE_95, KernelRegression, Localiser, Method, Press, ProfileFit, localiser, regression,
 };
 use taxel::mechanics::ShareTable;
-use taxel::trained::{Kernel, PlaceFinder, PlaceMap, TrainingError};
+use taxel::trained::{IndentationMap, Kernel, PositionMethod, TrainingError};
 
 /// Presses of one probe are divided so often, each part held out in turn.
 pub(super) const FOLDS: usize = 5;
@@ -24,16 +24,16 @@ const LEAST_SCATTER: f64 = 1e-6;
 /// Presses that must be left when those of a radius are held out.
 const LEAST_LEFT: usize = 12;
 
-/// What may find places.
+/// Candidate for the estimation of positions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     pub(super) name: &'static str,
-    pub(super) by: PlaceFinder,
-    /// Whether the gains that the presses taught are used.
+    pub(super) by: PositionMethod,
+    /// True if the gains that the presses taught are used.
     pub(super) with_gains: bool,
 }
 
-const fn candidate(name: &'static str, by: PlaceFinder, with_gains: bool) -> Candidate {
+const fn candidate(name: &'static str, by: PositionMethod, with_gains: bool) -> Candidate {
     Candidate {
         name,
         by,
@@ -42,28 +42,28 @@ const fn candidate(name: &'static str, by: PlaceFinder, with_gains: bool) -> Can
 }
 
 pub(super) const CANDIDATES: [Candidate; 5] = [
-    candidate("centroid", PlaceFinder::Centroid, false),
-    candidate("profile", PlaceFinder::Profile, false),
-    candidate("profile_with_gains", PlaceFinder::Profile, true),
+    candidate("centroid", PositionMethod::Centroid, false),
+    candidate("profile", PositionMethod::Profile, false),
+    candidate("profile_with_gains", PositionMethod::Profile, true),
     // Before the regression alone, which is no better where they are alike.
-    candidate("kernel_or_profile", PlaceFinder::KernelOrProfile, true),
-    candidate("kernel", PlaceFinder::Kernel, true),
+    candidate("kernel_or_profile", PositionMethod::KernelOrProfile, true),
+    candidate("kernel", PositionMethod::Kernel, true),
 ];
 /// A press that was held out, with where it was found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     /// Index of the press.
     pub(super) press: usize,
-    /// Whether other presses of its radius were seen.
+    /// True if other presses of its radius were seen.
     pub(super) radius_seen: bool,
     /// m.
     pub(super) error: [f64; 2],
     /// m.
     pub(super) deviation: [f64; 2],
-    /// Whether the place is within its ellipse of 95 %; none where the signals
-    /// told no place.
+    /// True if the position is within its ellipse of 95 %; none where the signals
+    /// did not determine it.
     pub(super) inside: Option<bool>,
-    /// Whether what was learned told it, and not the profile.
+    /// True if it was estimated by what was learned, and not by the profile.
     pub(super) learned: bool,
 }
 
@@ -85,15 +85,15 @@ pub(super) struct CrossValidation<'a> {
     /// fits all presses best.
     shares: Vec<Vec<f64>>,
     kernel: Kernel,
-    /// Of the drawing.
+    /// Scatter of the gains by the drawing.
     gain_deviation: f64,
     /// Deviation of places that are as likely all over the array, m.
     anywhere: [f64; 2],
 }
 
-/// What the regression and the profile say of presses that are held out.
+/// Distances by the regression and by the profile of indentations that are held out.
 pub(super) struct FoldDistances {
-    /// Whether other presses of these radii were seen.
+    /// True if other presses of these radii were seen.
     radius_seen: bool,
     distances: Vec<Distances>,
 }
@@ -110,7 +110,7 @@ struct Distances {
 const IN_DISTRIBUTION: f64 = 0.99;
 const WITH_GAINS: Candidate = Candidate {
     name: "",
-    by: PlaceFinder::Kernel,
+    by: PositionMethod::Kernel,
     with_gains: true,
 };
 
@@ -121,9 +121,9 @@ const WITH_GAINS: Candidate = Candidate {
 /// that of the radius at which it does worst, with nine in ten confidence: a
 /// radius between those may do worse still.
 pub(super) fn trusted<'a>(
-    map: PlaceMap,
+    map: IndentationMap,
     distances_of_folds: impl Iterator<Item = &'a FoldDistances>,
-) -> PlaceMap {
+) -> IndentationMap {
     let seen: Vec<&Distances> = distances_of_folds
         .filter(|fold| fold.radius_seen)
         .flat_map(|fold| &fold.distances)
@@ -140,7 +140,7 @@ pub(super) fn trusted<'a>(
         // Of fewer the largest one would decide.
         (distances.len() >= FEWEST_FOR_FACTOR).then(|| factor(distances, SURE))
     };
-    PlaceMap {
+    IndentationMap {
         spread: factor(all(|distances| distances.learned), 0.0),
         reach: quantile(
             all(|distances| distances.out_of_distribution),
@@ -178,7 +178,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 /// A part of the presses that is held out.
 pub(super) struct Part {
     held: Vec<bool>,
-    /// Whether others of the same radius are not.
+    /// True if others of the same radius are not.
     pub(super) radius_seen: bool,
 }
 
@@ -192,7 +192,7 @@ impl<'a> CrossValidation<'a> {
         let stride = presses.len().div_ceil(FOR_KERNEL);
         let of = |press: &Indentation| Press {
             forces: press.forces.clone(),
-            place: press.place,
+            position: press.place,
             radius: press.radius,
         };
         let some: Vec<Press> = presses.iter().step_by(stride).map(of).collect();
@@ -277,13 +277,13 @@ impl<'a> CrossValidation<'a> {
             misfit = 0.0;
             for (press, shares) in &seen {
                 let pairs = gains.iter().zip(shares.iter());
-                let felt: Vec<f64> = pairs.map(|(gain, share)| gain * share).collect();
-                let force = ratio(&press.forces, &felt);
+                let expected: Vec<f64> = pairs.map(|(gain, share)| gain * share).collect();
+                let force = ratio(&press.forces, &expected);
                 for element in 0..elements {
                     let [size, noise] = [force * shares[element], press.deviation];
                     sums[element] += size * press.forces[element] / (noise * noise);
                     weights[element] += (size / noise).powi(2);
-                    misfit += ((press.forces[element] - force * felt[element]) / noise).powi(2);
+                    misfit += ((press.forces[element] - force * expected[element]) / noise).powi(2);
                 }
             }
             for (gain, (sum, weight)) in gains.iter_mut().zip(sums.iter().zip(&weights)) {
@@ -302,8 +302,8 @@ impl<'a> CrossValidation<'a> {
         (gains, deviation.min(self.gain_deviation))
     }
 
-    /// What is learned without the presses that are `held`, not yet distances.
-    pub(super) fn map_without(&self, candidate: &Candidate, held: &[bool]) -> PlaceMap {
+    /// Map learned without the indentations that are `held`, not yet judged by distances.
+    pub(super) fn map_without(&self, candidate: &Candidate, held: &[bool]) -> IndentationMap {
         let (gains, gain_deviation) = if candidate.with_gains {
             self.gains(held)
         } else {
@@ -311,11 +311,11 @@ impl<'a> CrossValidation<'a> {
         };
         let seen: Vec<&Indentation> = self.seen(held).map(|(press, _)| press).collect();
         let direction = |press: &&Indentation| {
-            let felt = over(&press.forces, &gains);
-            let length = felt.iter().map(|force| force * force).sum::<f64>().sqrt();
-            felt.iter().map(|force| force / length).collect()
+            let forces = over(&press.forces, &gains);
+            let length = forces.iter().map(|force| force * force).sum::<f64>().sqrt();
+            forces.iter().map(|force| force / length).collect()
         };
-        PlaceMap {
+        IndentationMap {
             finder: candidate.by,
             gain_deviation,
             profile_spread: 1.0,
@@ -323,7 +323,7 @@ impl<'a> CrossValidation<'a> {
             spread: 1.0,
             reach: f64::MAX,
             directions: seen.iter().map(direction).collect(),
-            places: seen.iter().map(|press| press.place).collect(),
+            positions: seen.iter().map(|press| press.place).collect(),
             // All or none.
             radii: if seen.iter().all(|press| press.radius.is_some()) {
                 seen.iter().filter_map(|press| press.radius).collect()
@@ -368,8 +368,8 @@ impl<'a> CrossValidation<'a> {
         parts
     }
 
-    /// How the two ways to find places do on the presses of each part, learned
-    /// from the others.
+    /// Distances of both ways to estimate positions on the indentations of each part,
+    /// learned from the others.
     pub(super) fn distances_of_folds(
         &self,
         parts: &[Part],
@@ -393,7 +393,7 @@ impl<'a> CrossValidation<'a> {
                 learned: learned.map(|(place, _)| place.distance(press.place)),
                 out_of_distribution: learned.map(|(_, out_of_distribution)| out_of_distribution),
                 profile: profile
-                    .place(&forces, &deviations)
+                    .position(&forces, &deviations)
                     .map(|place| place.distance(press.place)),
             }
         });
@@ -419,26 +419,26 @@ impl<'a> CrossValidation<'a> {
                 self.map_without(candidate, &part.held),
                 others.map(|(_, fold)| fold),
             );
-            let placing = placing(&map, self.profile.clone())?;
+            let localiser = localiser(&map, self.profile.clone())?;
             let held = (0..self.presses.len()).filter(|press| part.held[*press]);
             all.extend(held.map(|press| Found {
                 radius_seen: part.radius_seen,
-                ..self.find(&placing, &map.gains, press)
+                ..self.find(&localiser, &map.gains, press)
             }));
         }
         Ok(all)
     }
 
-    fn find(&self, placing: &Arc<dyn Placing>, gains: &[f64], index: usize) -> Found {
+    fn find(&self, localiser: &Arc<dyn Localiser>, gains: &[f64], index: usize) -> Found {
         let press = &self.presses[index];
         let noise = vec![press.deviation; gains.len()];
-        let place = placing.place(&over(&press.forces, gains), &over(&noise, gains));
-        let told = place.map(|place| {
+        let place = localiser.position(&over(&press.forces, gains), &over(&noise, gains));
+        let estimated = place.map(|place| {
             let variances = [place.covariance[0], place.covariance[2]];
             (place.centre, variances.map(f64::sqrt))
         });
         // Without information it may be anywhere.
-        let (centre, deviation) = told.unwrap_or(([0.0; 2], self.anywhere));
+        let (centre, deviation) = estimated.unwrap_or(([0.0; 2], self.anywhere));
         Found {
             press: index,
             radius_seen: true,

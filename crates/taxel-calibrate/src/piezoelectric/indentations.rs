@@ -13,7 +13,7 @@ use crate::split::picked;
 const LEAST: usize = 20;
 /// The work grows with the third power of the presses, live with the second.
 const MOST: usize = 1000;
-/// Whether a table is one of presses at places.
+/// True if a table is one of presses at places.
 pub(super) fn has(data: &ReadingTable) -> bool {
     PLACE.iter().all(|column| data.given[*column])
 }

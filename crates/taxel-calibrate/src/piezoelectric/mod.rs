@@ -40,7 +40,7 @@ pub(super) struct PiezoelectricCalibrator<'a> {
     named: &'a NamedSensor<'a>,
     /// Least and greatest voltage that is not clipped, V.
     span: [f64; 2],
-    /// Of a reading by the board's own figures, V.
+    /// Standard deviation of a reading by the board's own figures, V.
     deviation: f64,
     /// Output per force in the middle of the band, V/N.
     volt_per_newton: f64,

@@ -1,13 +1,13 @@
-//! Whether each column of voltages can be what it says: peaks in the direction
-//! of loading, peaks against it, or an output over time.
+//! Check of each column of voltages: peaks in the direction of loading, peaks against it,
+//! or an output over time.
 
 use super::problem::Table;
 use super::problem::{Reading, What};
 use super::{Fitted, InputError, PiezoelectricCalibrator, ReadingTable};
 use crate::loads::{range, right_prefix};
 
-/// What a column says counts above this many deviations. A column of the right
-/// model falls behind its mean with half as many: once in 700 tables at worst.
+/// A finding on a column counts above this many deviations. A column of the right model
+/// falls behind its mean with half as many: once in 700 tables at worst.
 const CLEAR: f64 = 6.0;
 /// Exchanged columns must explain so much of the squared misfit: three
 /// quarters. What hysteresis or drift take from the peaks of one direction, the
@@ -62,7 +62,7 @@ impl Sums {
         }
     }
 
-    /// Whether the model moves clearly more than readings that are noise and
+    /// True if the model moves clearly more than readings that are noise and
     /// nothing else, of at least the `deviation` of the board.
     fn is_clear(&self, deviation: f64) -> bool {
         let variance = (self.scatter[0] / self.count).max(deviation * deviation);

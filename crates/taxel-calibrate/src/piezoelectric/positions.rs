@@ -1,5 +1,5 @@
-//! What presses at known places teach: gains of the elements, and what finds
-//! the place of a contact best, by presses that it has not seen.
+//! Maps from indentations at known positions: gains of the elements, and the best method
+//! for the position of a contact, by indentations that it has not seen.
 
 use std::fmt::Write as _;
 
@@ -13,11 +13,11 @@ use crate::outcome::{ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::Score;
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
-use taxel::trained::{PlaceMap, TrainingError};
+use taxel::trained::{IndentationMap, TrainingError};
 
-/// What was learned of the places of an array.
+/// Map of the positions on an array, and how well it does.
 pub(super) struct Learned {
-    pub(super) map: PlaceMap,
+    pub(super) map: IndentationMap,
     pub(super) hold_out: Vec<ResidualSummary>,
     pub(super) held_out: String,
     pub(super) scope: Vec<Scope>,
@@ -105,17 +105,17 @@ fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
     );
     for (seen, radii) in [(true, "of radii"), (false, "of a radius not")] {
         let such: Vec<&Found> = found.iter().filter(|one| one.radius_seen == seen).collect();
-        let told: Vec<bool> = such.iter().filter_map(|one| one.inside).collect();
+        let estimated: Vec<bool> = such.iter().filter_map(|one| one.inside).collect();
         if such.is_empty() {
             continue;
         }
         let share = |count: usize, of: usize| 100.0 * count as f64 / of.max(1) as f64;
-        let inside = told.iter().filter(|inside| **inside).count();
+        let inside = estimated.iter().filter(|inside| **inside).count();
         let learned = such.iter().filter(|one| one.learned).count();
         let _ = write!(
             remark,
             "; {radii} learned {:.1} % within their ellipses of 95 %",
-            share(inside, told.len())
+            share(inside, estimated.len())
         );
         if learned > 0 && learned < such.len() {
             let _ = write!(
@@ -124,15 +124,15 @@ fn ranked(rank: usize, name: &str, score: &Score, found: &[Found]) -> Remark {
                 share(learned, such.len())
             );
         }
-        if told.len() < such.len() {
-            let untold = such.len() - told.len();
-            let _ = write!(remark, ", no information in {untold} of {}", such.len());
+        if estimated.len() < such.len() {
+            let unknown = such.len() - estimated.len();
+            let _ = write!(remark, ", no information in {unknown} of {}", such.len());
         }
     }
     Remark::whole(remark)
 }
 
-/// What is used, and for which contacts it was judged.
+/// Method in use, and the contacts that it was judged for.
 fn used(candidate: &Candidate, radii: &[f64], several: bool) -> Remark {
     let name = candidate.name;
     let in_words: Vec<String> = radii.iter().map(|a| format!("{:.2}", 1e3 * a)).collect();

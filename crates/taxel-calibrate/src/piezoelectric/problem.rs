@@ -19,7 +19,7 @@ pub(super) const OWN: usize = 3;
 /// Time constants after the last corner of a load until it has died away.
 const FADED: f64 = 8.0;
 
-/// What moves the element.
+/// Quantity that drives the element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Drive {
     /// Displacement of the surface, m.
@@ -53,22 +53,22 @@ impl OfSeries for Reading {
     }
 }
 
-/// What a voltage is.
+/// Kind of a voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum What {
     /// A peak of the profile with this number, in the direction of loading or
     /// against it.
     Peak {
-        /// Place among the profiles.
+        /// Index among the profiles.
         profile: usize,
-        /// Whether in the direction of loading.
+        /// True if in the direction of loading.
         first: bool,
     },
     /// The output at this time, s.
     Sample(f64),
 }
 
-/// What the sensor file says, with constants to be put in place.
+/// Device by the sensor file, with constants to be replaced.
 #[derive(Debug, Clone)]
 pub(crate) struct Device {
     sensor: Sensor,
@@ -195,7 +195,7 @@ pub(super) struct Bench<'a> {
     pub(super) profiles: &'a [Profile],
     pub(super) readings: &'a [Reading],
     pub(super) path: &'a [[f64; 2]],
-    /// Of a voltage without one of its own, V.
+    /// Standard deviation of a voltage without one of its own, V.
     pub(super) deviation: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What the fit of a piezoelectric sensor gives to people.
+//! Results of the fit of a piezoelectric sensor.
 
 use super::problem::Table;
 use super::problem::{Drive, LEAK, Reading, What};

@@ -1,4 +1,4 @@
-//! A bench for a piezoelectric element that exists in the computer only.
+//! Synthetic calibration data of a piezoelectric element.
 
 use std::fmt::Write as _;
 
@@ -135,8 +135,8 @@ pub(super) fn indentations(
         let most = most * calibrator.volt_per_newton.signum();
         for y in steps(model.rows, model.pitch[1]) {
             for x in steps(model.columns, model.pitch[0]) {
-                let felt = positions.iter().zip(&gains);
-                let exact: Vec<f64> = felt
+                let elements = positions.iter().zip(&gains);
+                let exact: Vec<f64> = elements
                     .map(|(at, gain)| most * gain * share(at, [x, y]))
                     .collect();
                 let highest = exact

@@ -9,10 +9,10 @@ use super::*;
 use crate::driver::Calibrator;
 use crate::split::HoldOut;
 use crate::{CalibrationFile, Provenance};
-use taxel::estimation::{ELLIPSE_95, Placing, ProfileFit, placing};
+use taxel::estimation::{ELLIPSE_95, Localiser, ProfileFit, localiser};
 use taxel::mechanics::{Base, Contact, SoftCover};
 use taxel::sensor::Element;
-use taxel::trained::PlaceFinder;
+use taxel::trained::PositionMethod;
 use taxel_numerics::Noise;
 
 fn with<T>(run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -> T {
@@ -47,7 +47,7 @@ fn quiet() -> SyntheticOptions {
     }
 }
 
-/// How many of `runs` intervals hold each constant.
+/// Number of `runs` intervals that hold each constant.
 fn covered(
     runs: u64,
     readings: impl Fn(&PiezoelectricCalibrator<'_>, u64) -> String + Sync,
@@ -374,7 +374,7 @@ fn a_probe_that_was_trained_is_placed_within_a_tenth_of_a_millimetre() {
         let map = outcome.places.as_ref().unwrap();
         assert!(matches!(
             map.finder,
-            PlaceFinder::Kernel | PlaceFinder::KernelOrProfile
+            PositionMethod::Kernel | PositionMethod::KernelOrProfile
         ));
         // Nothing was said of the constants, which stay as drawn.
         let drawn = Device::new(calibrator.named.sensor, Drive::Force).drawn();
@@ -388,7 +388,7 @@ fn a_probe_that_was_trained_is_placed_within_a_tenth_of_a_millimetre() {
 fn gains_come_back_and_a_probe_of_another_size_is_placed_too() {
     // Under 1.11 mm of silicone, as in the specification, and under the
     // 0.75 mm of the shipped drawing. With exact gains and the true noise the
-    // best that forces can tell without the radius are 0.34 mm at both.
+    // best that forces determine without the radius is 0.34 mm at both.
     for (share_above, least) in [(0.74, 0.35e-3), (0.5, 0.45e-3)] {
         let mut sensor = Sensor::shipped("piezo-1.5mm").unwrap();
         if let Element::Piezoelectric(element) = &mut sensor.element {
@@ -412,8 +412,8 @@ fn places_between(calibrator: &PiezoelectricCalibrator<'_>, least: f64) {
     }
     // Probes of sizes between those, at places anywhere over the elements.
     let profile = ProfileFit::new(calibrator.profile.clone()).unwrap();
-    let placing = placing(map, profile).unwrap();
-    let of = |radius: f64| off(calibrator, &*placing, &map.gains, radius);
+    let localiser = localiser(map, profile).unwrap();
+    let of = |radius: f64| off(calibrator, &*localiser, &map.gains, radius);
     let found = [2.3e-3, 3.6e-3].map(of);
     let learned = (found.iter().map(|[square, _]| square).sum::<f64>() / 2.0).sqrt();
     // The specification's own simulation has 0.38 to 0.75 mm.
@@ -428,7 +428,7 @@ fn places_between(calibrator: &PiezoelectricCalibrator<'_>, least: f64) {
 /// share of them within their ellipses of 95 %.
 fn off(
     calibrator: &PiezoelectricCalibrator<'_>,
-    placing: &dyn Placing,
+    localiser: &dyn Localiser,
     gains: &[f64],
     radius: f64,
 ) -> [f64; 2] {
@@ -442,7 +442,7 @@ fn off(
     let sensor = calibrator.named.sensor.piezoelectric().unwrap();
     let made = sensor.description.fabricate(8);
     let mut noise = Noise::seeded(17);
-    let (mut told, mut squares, mut inside) = (0.0, 0.0, 0.0);
+    let (mut found, mut squares, mut inside) = (0.0, 0.0, 0.0);
     for trial in 0..300 {
         let part = |step: f64| (f64::from(trial) * step).fract() - 0.5;
         let place = [12e-3 * part(0.754_877_67), 4e-3 * part(0.569_840_29)];
@@ -459,15 +459,15 @@ fn off(
             .zip(gains)
             .map(|(share, gain)| (share + sigma * noise.normal()) / gain)
             .collect();
-        if let Some(found) = placing.place(&forces, &[sigma; 8]) {
-            told += 1.0;
-            squares += (found.centre[0] - place[0]).powi(2) + (found.centre[1] - place[1]).powi(2);
-            inside += f64::from(u8::from(found.distance(place) < ELLIPSE_95));
+        if let Some(at) = localiser.position(&forces, &[sigma; 8]) {
+            found += 1.0;
+            squares += (at.centre[0] - place[0]).powi(2) + (at.centre[1] - place[1]).powi(2);
+            inside += f64::from(u8::from(at.distance(place) < ELLIPSE_95));
         }
     }
-    // The wider deviations leave some places untold.
-    assert!(told > 240.0, "{told}");
-    [squares / told, inside / told]
+    // The wider deviations leave some positions unknown.
+    assert!(found > 240.0, "{found}");
+    [squares / found, inside / found]
 }
 
 #[test]

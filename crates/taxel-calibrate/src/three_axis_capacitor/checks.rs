@@ -1,4 +1,4 @@
-//! What readings of three-axis units can and cannot be.
+//! Checks of the readings of three-axis units.
 
 use super::columns::{
     CAPACITANCE_AT, COLUMNS, COUNTS_AT, DEVIATION_AT, FORCE_AT, HOLD_OUT, PARALLEL_AT,
@@ -26,7 +26,7 @@ pub(super) fn readings(
 ) -> Result<Vec<Reading>, InputError> {
     let counts = is_counts(data)?;
     let mut readings = Vec::with_capacity(data.len());
-    let (mut unread, mut touching) = (Vec::new(), Vec::new());
+    let (mut unread, mut too_high) = (Vec::new(), Vec::new());
     for row in 0..data.len() {
         let taxel = taxel(calibrator, data, row)?;
         let line = data.line(row);
@@ -54,7 +54,7 @@ pub(super) fn readings(
             .iter()
             .any(|c| *c > OTHER * most && *c < 100.0 * most)
         {
-            touching.push(line);
+            too_high.push(line);
         } else {
             readings.push(reading);
         }
@@ -65,7 +65,7 @@ pub(super) fn readings(
             "readings without four capacitances, or with a clipped code, are left out",
         ),
         (
-            &touching,
+            &too_high,
             "readings above what a closed gap can give are left out",
         ),
     ] {
@@ -202,7 +202,7 @@ pub(super) fn rest_of(of: &[Reading]) -> [f64; 4] {
     })
 }
 
-/// Whether capacitances and forces can be of this sensor.
+/// Checks that capacitances and forces can be of this sensor.
 fn units(
     calibrator: &ThreeAxisCalibrator<'_>,
     data: &ReadingTable,
@@ -251,7 +251,7 @@ fn units(
     Ok(())
 }
 
-/// Whether each channel rises and falls with the side forces as its place
+/// Checks that each channel rises and falls with the side forces as its place
 /// under the bump demands; names channels that are swapped.
 fn channels(data: &ReadingTable, taxel: usize, of: &[Reading]) -> Result<(), InputError> {
     let axes: Vec<usize> = (0..3)

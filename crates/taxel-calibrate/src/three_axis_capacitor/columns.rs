@@ -1,4 +1,4 @@
-//! What readings of three-axis units may name.
+//! Columns of the readings of three-axis units.
 
 use crate::clock::sensor_clock;
 use crate::readings::{hold_out, number, quantity, required};

@@ -8,7 +8,7 @@ use crate::hysteresis::{Loops, Named, Sample, identify, on_loading, samples, ste
 use crate::split::{branches, turns};
 use taxel::transduction::UnitModel;
 
-/// What the names of the weights along an axis begin with.
+/// Prefix of the names of the weights along an axis.
 pub(super) fn prefix(axis: usize) -> String {
     format!("force_{}.", AXES[axis])
 }
@@ -47,7 +47,7 @@ pub(super) fn of_array(
     held: &[bool],
 ) -> Vec<Loops> {
     let pairs = || fits.iter().zip(taxels);
-    let told: Vec<Vec<[f64; 3]>> = pairs()
+    let estimated: Vec<Vec<[f64; 3]>> = pairs()
         .map(|(fitted, of)| by_capacitances(&calibrator.unit(fitted), of))
         .collect();
     // Of each taxel, with its constants at each step.
@@ -62,13 +62,14 @@ pub(super) fn of_array(
     let stepped: Vec<Vec<Vec<[f64; 3]>>> = pairs().map(step).collect();
     let of_axis = |axis: usize| {
         let own = |forces: &[[f64; 3]]| forces.iter().map(|force| force[axis]).collect::<Vec<_>>();
-        let beside = |(told, of): (&Vec<[f64; 3]>, &Vec<Reading>)| {
+        let beside = |(estimated, of): (&Vec<[f64; 3]>, &Vec<Reading>)| {
             let forces = along(of, axis);
-            samples(&own(told), &forces, &forces)
+            samples(&own(estimated), &forces, &forces)
         };
-        let all: Vec<Sample> = told.iter().zip(taxels).flat_map(beside).collect();
+        let all: Vec<Sample> = estimated.iter().zip(taxels).flat_map(beside).collect();
         let mut moved = stepped.iter().enumerate().flat_map(|(place, steps)| {
-            let [before, behind] = [&told[..place], &told[place + 1..]].map(<[_]>::concat);
+            let [before, behind] =
+                [&estimated[..place], &estimated[place + 1..]].map(<[_]>::concat);
             steps
                 .iter()
                 .map(move |step| own(&[&before[..], step, &behind].concat()))

@@ -39,7 +39,7 @@ use problem::{
     Bench, COMPLIANCE, GAP, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
 };
 
-/// What the names of the parameters of a taxel begin with.
+/// Prefix of the names of the parameters of a taxel.
 const PREFIX: &str = "taxel_";
 
 /// Calibrates the units of one array.
@@ -48,7 +48,7 @@ pub(super) struct ThreeAxisCalibrator<'a> {
     drawn: UnitModel,
     made: Vec<UnitModel>,
     channel: ChannelScale,
-    /// Of a reading by the board's own figures, F.
+    /// Standard deviation of a reading by the board's own figures, F.
     deviation: f64,
 }
 
@@ -81,7 +81,7 @@ enum Model {
 impl Model {
     const ALL: [Self; 3] = [Self::Matrix, Self::Springs, Self::AsDrawn];
 
-    /// Whether a parameter is free where a gauge moved the axes `moved`.
+    /// True if a parameter is free where a gauge moved the axes `moved`.
     ///
     /// Under a normal force alone cross-talk is not: four closings of their
     /// own would take from the shared stiffness what identifies the parallel
@@ -321,10 +321,10 @@ fn moved_by(found: &Fit, from: &[f64]) -> f64 {
     steps.fold(0.0, f64::max)
 }
 
-/// What a table says of all its readings.
+/// Properties of a table that hold for all its readings.
 pub(crate) struct Context {
     measured: Measured,
-    /// Whether the rows have times, which say which readings are of unloading.
+    /// True if the rows have times, which say which readings are of unloading.
     in_time: bool,
 }
 

@@ -42,8 +42,8 @@ impl Noise {
         of.iter().map(deviations).collect()
     }
 
-    /// How large the misfit is: χ² in the noise that was found, so that fits
-    /// with their own noises can be compared.
+    /// Size of the misfit: χ² in the noise that was found, so that fits with their own
+    /// noises can be compared.
     pub(super) fn size(&self, of: &[Reading], found: &Fit) -> f64 {
         if is_given(of) {
             found.chi_square
@@ -105,7 +105,7 @@ impl Noise {
     }
 }
 
-/// Whether the bench gives the deviations of all readings.
+/// True if the bench gives the deviations of all readings.
 pub(super) fn is_given(of: &[Reading]) -> bool {
     let gauged = |r: &Reading| r.gauged.contains(&true);
     of.iter()

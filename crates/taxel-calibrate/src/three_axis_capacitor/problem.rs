@@ -17,11 +17,11 @@ pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 /// Parameters of a unit: four parallel capacitances, four air gaps, nine
 /// compliances by rows, two sinkings of the bump.
 pub(super) const OWN: usize = 19;
-/// Place of the first air gap.
+/// Index of the first air gap.
 pub(super) const GAP: usize = 4;
-/// Place of the first compliance.
+/// Index of the first compliance.
 pub(super) const COMPLIANCE: usize = 8;
-/// Place of the first sinking.
+/// Index of the first sinking.
 pub(super) const SINKING: usize = 17;
 
 /// One reading of one taxel, SI.
@@ -30,10 +30,10 @@ pub(crate) struct Reading {
     pub(super) taxel: usize,
     pub(super) line: usize,
     pub(super) force: [f64; 3],
-    /// Whether a gauge read the force along each axis; else it is exact.
+    /// True if a gauge read the force along each axis; else it is exact.
     pub(super) gauged: [bool; 3],
     pub(super) capacitance: [f64; 4],
-    /// Of a force, of a capacitance, where the bench gives them.
+    /// Standard deviation of a force, of a capacitance, where the bench gives them.
     pub(super) deviation: [Option<f64>; 2],
     pub(super) marked: bool,
 }
@@ -116,7 +116,7 @@ pub(super) struct Bench<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Whitening {
     rows: [[f64; 4]; 4],
-    /// How many of the rows, the first ones, the gauge's errors reach.
+    /// Number of rows, the first ones, that the gauge's errors reach.
     pub(super) gauged: usize,
 }
 
@@ -232,7 +232,7 @@ impl<'a> Bench<'a> {
 /// touches.
 pub(super) fn misfit(unit: &UnitModel, reading: &Reading) -> Option<[f64; 4]> {
     let (_, response) = unit.predict(reading.force);
-    if response.touching().contains(&true) {
+    if response.closed().contains(&true) {
         return None;
     }
     let model = response.capacitance();
@@ -329,7 +329,7 @@ impl Problem for Bench<'_> {
     }
 }
 
-/// What separates parallel capacitance and gap.
+/// Range of loads that separates parallel capacitance and gap.
 pub(super) fn far_enough(drawn: &UnitModel) -> String {
     let air = drawn
         .plates

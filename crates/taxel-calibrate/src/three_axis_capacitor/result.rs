@@ -1,4 +1,4 @@
-//! What the fits of three-axis units give to people.
+//! Results of the fits of three-axis units.
 
 use super::problem::{AXES, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, misfit};
 use super::stiffness::{Observation, fit_stiffness};
@@ -117,14 +117,14 @@ impl ThreeAxisCalibrator<'_> {
         summaries
     }
 
-    /// What the readings do not identify: first in short, then each combination.
+    /// Combinations that the readings do not identify: first in short, then each.
     pub(super) fn open(&self, fits: &[Fitted]) -> Vec<String> {
         let mut open = Vec::new();
         for fitted in fits {
             let estimates = &fitted.fit.estimates;
             let stiffness = &estimates[COMPLIANCE + 8];
             let mut together = estimates[..COMPLIANCE].iter().chain([stiffness]);
-            if together.any(|e| e.status == Status::NotIdentified) {
+            if together.any(|e| e.status == Status::NotIdentifiable) {
                 let mean = |places: std::ops::Range<usize>| {
                     let count = places.len() as f64;
                     estimates[places].iter().map(|e| e.deviation).sum::<f64>() / count
@@ -268,8 +268,8 @@ fn forces(unit: &UnitModel, of: &[Reading]) -> Chart {
     }
 }
 
-/// How much less force unloading carries along an axis, as a share of
-/// loading; `None` where it is within the noise.
+/// Hysteresis loss along an axis, as a share of loading; `None` where it is within the
+/// noise.
 fn lost(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<f64> {
     let sizes: Vec<f64> = of.iter().map(|r| r.force[axis].abs()).collect();
     let [_, most] = range(sizes.iter().copied());

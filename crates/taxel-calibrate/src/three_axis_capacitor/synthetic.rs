@@ -1,5 +1,4 @@
-//! A bench for a three-axis unit that exists in the computer only: its truth
-//! is known.
+//! Synthetic calibration data of a three-axis unit, of known true constants.
 
 use std::fmt::Write as _;
 
@@ -20,7 +19,7 @@ const PRELOAD: f64 = 0.3;
 /// Each cycle begins at rest, presses up and down, then pushes to both sides
 /// along x and along y under a light pressing force. Forces reach as far as
 /// closes `compression` of the air. A tilted probe turns the gauge about y;
-/// along each axis loading carries more than unloading by `hysteresis`.
+/// along each axis the force on loading exceeds that on unloading by `hysteresis`.
 pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
     let truth = tilted(made, options.tilt);
     let most = largest(made, options.compression);

@@ -160,9 +160,9 @@ fn normal_sweep(calibrator: &ThreeAxisCalibrator<'_>, last: u32, gauge: f64) -> 
 /// Smallest possible deviations (Cramér and Rao's bound) of C_par, gap
 /// and stiffness.
 #[test]
-fn a_short_sweep_says_that_it_cannot_tell_the_parallel_capacitance() {
+fn a_short_sweep_says_that_it_cannot_identify_the_parallel_capacitance() {
     with(&sensor(), |calibrator| {
-        for (last, gauge, parallel, gap, stiffness, told) in [
+        for (last, gauge, parallel, gap, stiffness, identified) in [
             (15, 0.29, 56.0, 2.7, 6200.0, false),
             (15, 0.03, 7.0, 0.34, 780.0, false),
             (40, 0.29, 5.3, 0.25, 490.0, true),
@@ -185,9 +185,13 @@ fn a_short_sweep_says_that_it_cannot_tell_the_parallel_capacitance() {
                 );
             }
             let words = outcome.open.first();
-            let is_told =
+            let is_identified =
                 words.is_none_or(|words| !words.contains("cannot be identified separately: sigma"));
-            assert_eq!(is_told, told, "{last} {gauge}: {:?}", outcome.open);
+            assert_eq!(
+                is_identified, identified,
+                "{last} {gauge}: {:?}",
+                outcome.open
+            );
         }
         let text = normal_sweep(calibrator, 15, 0.29);
         let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
@@ -537,7 +541,7 @@ fn loops_are_found_along_each_axis_and_undone_live() {
         let quantity = Quantity::Capacitance;
         let reader = ThreeAxisReader::new(calibration, quantity, ThreeAxisOptions::default());
         let mut estimator = ArrayEstimator::new(Box::new(reader.unwrap()));
-        let mut feel = |force: [f64; 3]| {
+        let mut estimate = |force: [f64; 3]| {
             let read = calibrator.made[0].predict(force).1.capacitance();
             let frame = Frame {
                 sequence: 0,
@@ -550,16 +554,23 @@ fn loops_are_found_along_each_axis_and_undone_live() {
         // that the bench lost, to a third of it.
         let near = |ratio: f64, truth: f64| (ratio - truth).abs() < 0.03;
         let path = [4.0, 8.0, 12.0, 11.0, 8.0, 5.0];
-        let felt = path.map(|z| feel([0.0, 0.0, z * MN])[2] / (z * MN));
-        assert!(felt[..3].iter().all(|ratio| near(*ratio, 1.0)), "{felt:?}");
+        let ratios = path.map(|z| estimate([0.0, 0.0, z * MN])[2] / (z * MN));
         assert!(
-            felt[4..].iter().all(|ratio| near(*ratio, 1.0 / 1.1)),
-            "{felt:?}"
+            ratios[..3].iter().all(|ratio| near(*ratio, 1.0)),
+            "{ratios:?}"
+        );
+        assert!(
+            ratios[4..].iter().all(|ratio| near(*ratio, 1.0 / 1.1)),
+            "{ratios:?}"
         );
         // Sideways, to both sides.
         for side in [1.0, -1.0] {
-            let felt = path.map(|x| feel([side * x * MN, 0.0, 5.0 * MN])[0] / (side * x * MN));
-            assert!(near(felt[2], 1.0) && near(felt[5], 1.0 / 1.1), "{felt:?}");
+            let ratios =
+                path.map(|x| estimate([side * x * MN, 0.0, 5.0 * MN])[0] / (side * x * MN));
+            assert!(
+                near(ratios[2], 1.0) && near(ratios[5], 1.0 / 1.1),
+                "{ratios:?}"
+            );
         }
     });
 }

@@ -31,8 +31,8 @@ const FARTHEST: i32 = 30;
 /// Another delay is the right one when it leaves less than this share of the
 /// error.
 const CLEARLY_LESS: f64 = 0.7;
-/// Of a delay that leaves fewer readings than this share there is no telling:
-/// a map may suit the few by chance.
+/// A delay that leaves fewer readings than this share is not considered: a map
+/// may suit the few by chance.
 const OVERLAP: f64 = 0.75;
 
 /// The map of the force, where runs have a scale; `frame_rate` in Hz is that of
@@ -98,7 +98,7 @@ fn touched<'a>(runs: &'a [Run], found: &mut Found) -> Result<Vec<&'a Run>, Input
     Ok(touched)
 }
 
-/// Whether there are enough readings, and whether they last long enough.
+/// Checks that there are enough readings, and that they last long enough.
 fn enough(runs: &[&Run], found: &mut Found) -> Result<(), InputError> {
     let readings = |run: &&Run| {
         run.session
@@ -214,7 +214,7 @@ fn begins_free(run: &Run) -> Result<(), InputError> {
         let message = format!("the recording begins with {first:.3} N of at most {peak:.3} N");
         return Err(InputError::whole(&run.name, message)
             .key("force_z")
-            .help("begin each recording before the first contact: its first frames tell the readings at rest"));
+            .help("begin each recording before the first contact: its first frames give the readings at rest"));
     }
     Ok(())
 }
@@ -230,7 +230,7 @@ fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
     Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
 }
 
-/// What the chosen options won against.
+/// Candidates that the chosen options won against.
 fn among(chosen: &AcrossRuns) -> Remark {
     let rms = |of: &HeldOutForce| Score::of(&of.errors, &of.deviations).rms;
     let without = chosen.without_memory.as_ref().map_or(0.0, rms);
@@ -249,7 +249,7 @@ fn among(chosen: &AcrossRuns) -> Remark {
     ))
 }
 
-/// What the intervals hold for.
+/// Range in which the intervals hold.
 fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
     let between = &chosen.map.between_runs;
     Remark::whole(if runs > 1 {

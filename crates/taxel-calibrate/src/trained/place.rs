@@ -20,7 +20,7 @@ const ONE_DEPTH: f64 = 0.05;
 /// Where forces show the depth, indentations above this share of the peak count.
 const PRESSED: f64 = 0.5;
 /// The last quarter is held out unless more than this share of it presses
-/// beyond the rest: there nothing could foretell it.
+/// beyond the rest, where nothing could predict it.
 const BEYOND_REST: f64 = 0.1;
 /// Presses may reach this much beyond the area, as a share of it.
 const BEYOND: f64 = 0.05;
@@ -135,7 +135,7 @@ impl Presses {
         }
     }
 
-    /// Whether the presses that are held out in time lie among those before.
+    /// True if the presses that are held out in time lie among those before.
     fn last_within_rest(&self) -> bool {
         let begin = ((1.0 - HELD_OUT) * self.places.len() as f64) as usize;
         let (rest, last) = self.places.split_at(begin);

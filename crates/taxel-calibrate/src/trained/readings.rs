@@ -15,7 +15,7 @@ use taxel_recording::InputError;
 pub struct TrainingFile {
     /// Name for messages.
     pub name: String,
-    /// What is in it.
+    /// Contents of the file.
     pub text: String,
 }
 
@@ -24,7 +24,7 @@ pub struct TrainingFile {
 pub(super) struct Run {
     pub(super) name: String,
     pub(super) session: Session,
-    /// Whether it has places.
+    /// True if it has places.
     pub(super) placed: bool,
 }
 

@@ -12,10 +12,9 @@ use taxel::trained::{BetweenRuns, ForceMap, MemoryLaw, Polynomial, TrainingError
 use super::force::{intervals_of, trained_force};
 use super::{ForceOptions, HeldOutForce, Score, Session, blocks_of_time};
 
-/// What is known before any run is held out: deviation of the gain, and that
-/// of the offset over the largest force. The public recordings of a printed
-/// lattice, one run under the best maps of the other, have gains of 1 to 2 % and
-/// offsets of 0 to 0.6 N of 32 N.
+/// Knowledge before any run is held out: deviation of the gain, and that of the offset
+/// over the largest force. The public recordings of a printed lattice, one run under the
+/// best maps of the other, have gains of 1 to 2 % and offsets of 0 to 0.6 N of 32 N.
 const USUAL: [f64; 2] = [0.02, 0.01];
 /// As many runs as this knowledge counts for.
 const USUAL_RUNS: f64 = 2.0;

@@ -16,7 +16,7 @@ pub fn blocks_of_time(rows: usize, count: usize) -> Vec<std::ops::Range<usize>> 
     (0..count).map(|b| start(b)..start(b + 1)).collect()
 }
 
-/// How well predictions with deviations meet what came.
+/// Agreement of predictions and their deviations with the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Score {
     /// Number of values.

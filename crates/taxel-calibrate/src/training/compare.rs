@@ -9,7 +9,7 @@ use super::{Nearest, Score, Session};
 /// A map beside others, with its held-out score.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compared {
-    /// What it is.
+    /// Name of the method.
     pub name: String,
     /// Score of the held-out rows.
     pub score: Score,

@@ -7,7 +7,7 @@ use taxel::trained::{
 
 use super::{Score, Series, Session, blocks_of_time, interval_factor};
 
-/// What is tried: the form of a force map.
+/// Candidate: the form of a force map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceOptions {
     /// Largest number of channels in a product, 1 to 3.
@@ -20,7 +20,7 @@ pub struct ForceOptions {
     pub offset: f64,
     /// Blocks of time of each run that are held out in turn.
     pub blocks: usize,
-    /// Whether whole runs are held out in turn instead, if there are several.
+    /// True if whole runs are held out in turn instead, if there are several.
     pub whole_runs: bool,
 }
 

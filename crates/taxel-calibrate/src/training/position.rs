@@ -6,7 +6,7 @@ use taxel::trained::{PositionEstimator, PositionMap, Standard, Surface, Training
 
 use super::{Score, interval_factor};
 
-/// What is tried: the form of a position map.
+/// Candidate: the form of a position map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionOptions {
     /// Smoothing of the surface (see [`Surface::fit`]).
@@ -16,7 +16,7 @@ pub struct PositionOptions {
     pub run_in: f64,
 }
 
-/// What a map makes of the rows that it has not seen.
+/// Estimates of a map for the rows that it has not seen.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldOutPlaces {
     /// Score before the factor on the deviations.
@@ -124,9 +124,9 @@ fn held_out(
     for (frame, place) in frames.iter().zip(places) {
         let estimate = estimator.estimate(frame)?;
         misfit = misfit.max(estimate.misfit);
-        estimates.push(estimate.place);
+        estimates.push(estimate.position);
         for (axis, truth) in place.iter().enumerate() {
-            errors.push(estimate.place[axis] - truth);
+            errors.push(estimate.position[axis] - truth);
             deviations.push(estimate.deviation()[axis]);
         }
     }

@@ -52,7 +52,7 @@ impl Series {
         Ok(series)
     }
 
-    /// Whether a text has numbers from its first row on.
+    /// True if a text has numbers from its first row on.
     pub(crate) fn recognises(text: &str) -> bool {
         let separator = separator_of(text);
         let numbers = |(_, line): (usize, &str)| {
@@ -178,7 +178,7 @@ impl Series {
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// How far `time` is from the nearest row, s.
+    /// Distance of `time` from the nearest row, s.
     pub fn distance(&self, time: f64) -> f64 {
         let after = self.times.partition_point(|t| *t < time);
         let near = self.times[after.saturating_sub(1)..].iter().take(2);

@@ -5,7 +5,7 @@ use taxel_recording::InputError;
 
 /// Standard acceleration of gravity, m/s²: grams of a scale to newtons.
 pub const STANDARD_GRAVITY: f64 = 9.80665;
-/// What the scale of a stage writes when it has nothing new.
+/// Value that the scale of a stage writes when it has nothing new.
 const NO_READING: f64 = -1.0;
 /// A stage has begun to move beyond this distance from its start, m.
 const MOVED: f64 = 1e-6;

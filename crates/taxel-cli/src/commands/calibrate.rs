@@ -1,4 +1,4 @@
-//! `taxel calibrate`: readings of a bench to what is known of one device.
+//! `taxel calibrate`: calibration data to the constants of one device.
 
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
     files::write(None, &result)
 }
 
-/// What was found, and in which readings.
+/// Result of a calibration, and the readings it is from.
 struct Found {
     outcome: Outcome,
     /// The same with the maps of a device that was trained.

@@ -207,7 +207,7 @@ fn touch(
     })
 }
 
-/// Whether recordings of this sensor may come without a header: its file says
+/// True if recordings of this sensor may come without a header: its file says
 /// what the channels are.
 fn takes_bare(sensor: &Path) -> bool {
     let named = files::sensor(sensor);
@@ -363,7 +363,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
             "largest": latencies.largest(),
         })
     };
-    // Without a pitch the places of a map are counted in cells.
+    // Without a pitch the positions of a map are counted in cells.
     let in_cells = about.get("pitch_m").is_some_and(Value::is_null)
         && summary.last.as_ref().is_some_and(|last| last.sum.is_some());
     let centre_key = if in_cells {

@@ -49,7 +49,7 @@ fn write_pages(folder: &Path, ledgers: &[Ledger]) -> Result<(), Stop> {
     Ok(())
 }
 
-/// What the format or the name of the file asks for; none for the counts.
+/// Format by the option or by the name of the file; none for the counts.
 fn format(arguments: &Reproduce) -> Result<Option<ReportFormat>, Stop> {
     let Some(path) = &arguments.output else {
         return Ok(arguments.format);

@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     let named = files::sensor(study.sensor.as_ref())?;
     let Element::Microchannel(element) = &named.sensor.element else {
         return Err(Stop::WrongInput(format!(
-            "{name}: sensor = {:?} is a {}; channel_sections needs a microchannel",
+            "{name}: sensor = {:?} is a {}; microchannel_sections needs a microchannel",
             study.sensor,
             named.sensor.element.key()
         )));
@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     let interrupt = Interrupt::listen();
     let progress = Mutex::new(Progress::new("sweeping"));
     let rows = design::sweep(
-        &study.channel_sections,
+        &study.microchannel_sections,
         element,
         named.sensor.array.pitch[0],
         &|fraction| {
@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     );
     files::write(arguments.output.as_deref(), &answer)?;
     if let Some((path, page)) = plot {
-        let map = design::heat_map(&study.name, &study.channel_sections, &rows);
+        let map = design::heat_map(&study.name, &study.microchannel_sections, &rows);
         files::write(Some(path), &if page { map.html() } else { map.svg() })?;
     }
     let ended = rows.iter().filter(|row| row.ended.is_some()).count();
@@ -76,7 +76,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
             rows.len()
         );
     }
-    let sections = &study.channel_sections;
+    let sections = &study.microchannel_sections;
     let asked = sections.heights.count * sections.covers.count;
     if rows.len() < asked {
         eprintln!("note: stopped after {} of {asked} designs", rows.len());

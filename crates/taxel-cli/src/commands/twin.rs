@@ -1,4 +1,4 @@
-//! `taxel twin --bench`: synthetic calibration data.
+//! `taxel twin --calibration-data`: synthetic calibration data.
 
 use taxel_calibrate::{Calibrator, IndentationOptions, SyntheticOptions, calibrator};
 

@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Verify) -> Result<Done, Stop> {
     })
 }
 
-/// How long the rest will probably take; nothing while there is nothing to tell it from.
+/// Estimated time of the rest; empty as long as too little is done for an estimate.
 fn left(elapsed: f64, done: f64) -> String {
     if done < 0.05 {
         return String::new();

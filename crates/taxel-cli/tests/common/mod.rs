@@ -1,4 +1,4 @@
-//! What tests of the program share: running it, and a folder for its files.
+//! Shared by the tests of the program: running it, and a folder for its files.
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
@@ -12,7 +12,7 @@ pub(crate) fn taxel(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// What it prints when it ends well.
+/// Standard output of a run that ends well.
 #[track_caller]
 pub(crate) fn done(arguments: &[&str]) -> String {
     let output = taxel(arguments);

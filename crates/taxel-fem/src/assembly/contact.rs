@@ -312,7 +312,7 @@ struct Touch {
     bound: f64,
 }
 
-/// How far the travel of an obstacle has gone.
+/// Travel of an obstacle so far.
 fn shift_of(obstacle: &Obstacle, state: &State) -> [f64; 3] {
     match obstacle.travel {
         Some((direction, parameter)) => direction.map(|x| x * state.parameters[parameter.0]),

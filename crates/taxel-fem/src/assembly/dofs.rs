@@ -22,7 +22,7 @@ pub struct Unknowns {
 impl Unknowns {
     /// Numbers the free components of the nodes.
     ///
-    /// `held` tells whether a component of a node is not unknown; `groups` are the
+    /// `held` says whether a component of a node is not unknown; `groups` are the
     /// nodes that act on each other.
     pub fn new<'g>(
         points: &[[f64; 3]],

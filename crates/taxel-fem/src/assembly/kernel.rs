@@ -42,7 +42,7 @@ pub struct Memory<'a> {
     pub carried: &'a [Symmetric<f64>],
 }
 
-/// What a cell is made from.
+/// Input of the kernel for a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct CellInput<'a> {
     /// Reference places of the nodes.
@@ -104,7 +104,7 @@ pub struct Kernel {
     pub energy: f64,
 }
 
-/// What the passes over nodes need of some points.
+/// States of points for the passes over nodes.
 #[derive(Clone, Copy)]
 struct PointStates {
     /// `H^-1`, H the gradient of the present place in the reference cell.
@@ -229,8 +229,8 @@ impl Kernel {
         (block * self.nodes.next_multiple_of(ROWS) + row) * width
     }
 
-    /// How the pressures follow the displacements, `D^-1 Kup'`: by component, then
-    /// group of nodes, then pressure function.
+    /// Pressures by displacements, `D^-1 Kup'`: by component, then group of nodes, then
+    /// pressure function.
     pub fn recovery(&self) -> &[Lanes] {
         &self.recovery
     }
@@ -441,7 +441,7 @@ impl Kernel {
         Ok(())
     }
 
-    /// What the past carries at a group of points.
+    /// Stress that the history carries at a group of points.
     #[inline(always)]
     fn carried(&self, group: usize, memory: &Memory<'_>) -> Symmetric<Lanes> {
         let mut carried = [ZERO; 6];

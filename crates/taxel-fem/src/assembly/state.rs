@@ -18,7 +18,7 @@ pub struct State {
     pub parameters: Vec<f64>,
     /// Multipliers of each contact.
     pub contacts: Vec<ContactState>,
-    /// What solids with memory carry over.
+    /// History of the solids with memory.
     pub memory: Carried,
 }
 

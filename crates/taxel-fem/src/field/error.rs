@@ -1,4 +1,4 @@
-//! What can be wrong with a field problem.
+//! Errors of field problems.
 
 use thiserror::Error;
 
@@ -9,7 +9,7 @@ pub enum FieldError {
     /// A name that the mesh does not know.
     #[error("the mesh has no {kind} \"{name}\"; it has {known}")]
     UnknownName {
-        /// What was looked for.
+        /// Kind of the object looked for.
         kind: &'static str,
         /// Name that was given.
         name: String,
@@ -39,7 +39,7 @@ pub enum FieldError {
     /// A length or a count out of its range.
     #[error("{quantity} is {value}; allowed is {allowed}")]
     OutOfRange {
-        /// What was given.
+        /// Quantity that was given.
         quantity: &'static str,
         /// Its value.
         value: f64,

@@ -53,7 +53,7 @@ impl Exterior {
         found.map(|&(_, inside)| inside)
     }
 
-    /// What the coefficient is multiplied with at a place of the image.
+    /// Factor on the coefficient at a position of the image.
     pub(super) fn weight(&self, geometry: Geometry, at: [f64; 3]) -> f64 {
         if geometry == Geometry::Plane {
             return 1.0;

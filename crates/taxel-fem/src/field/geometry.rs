@@ -1,10 +1,10 @@
-//! How a field uses the directions, and what its parts share of them.
+//! Use of the three directions by a field, and the factors that its parts share.
 
 use super::FieldError;
 use crate::mesh::Mesh;
 use crate::scalar::Tensor;
 
-/// What a mesh stands for.
+/// Body that a mesh stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Geometry {
     /// A plane section; results are per unit depth.

@@ -38,9 +38,9 @@ pub enum Coefficient {
 pub struct Domain<'a> {
     /// The mesh; coordinates in m.
     pub mesh: &'a Mesh,
-    /// What the mesh stands for.
+    /// Body that the mesh stands for.
     pub geometry: Geometry,
-    /// How it has moved.
+    /// Motion of the mesh.
     pub motion: Motion<'a>,
     /// The unbounded rest of space, when the mesh carries its image.
     pub exterior: Option<&'a Exterior>,
@@ -332,7 +332,7 @@ impl Domain<'_> {
         })
     }
 
-    /// What the plane or solid measure is multiplied with at a place.
+    /// Factor on the plane or solid measure at a position.
     fn measure(&self, cell: usize, at: [f64; 3]) -> Result<f64, FieldError> {
         let turn = match self.geometry {
             Geometry::Axisymmetric if at[0].is_nan() || at[0] <= 0.0 => {

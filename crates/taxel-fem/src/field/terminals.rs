@@ -21,7 +21,7 @@ pub(super) struct Terminal {
 /// Square matrix between the terminals, row first.
 pub(super) type Square = Vec<Vec<f64>>;
 
-/// What the terminals see of the field.
+/// Response of the field at the terminals.
 pub(super) struct Response {
     /// From the energies; symmetric, its error is the square of that of the potential.
     pub(super) by_energy: Square,
@@ -29,7 +29,7 @@ pub(super) struct Response {
     pub(super) by_flux: Square,
     /// Potential of each node for each terminal at one; zero outside the field.
     pub(super) potentials: Vec<Vec<f64>>,
-    /// What each terminal would take with all other nodes at zero.
+    /// Flux into each terminal with all other nodes at zero.
     pub(super) stiffness: Vec<f64>,
 }
 

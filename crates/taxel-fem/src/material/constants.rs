@@ -3,7 +3,7 @@
 use super::stability::{self, Instability};
 use super::{Law, Material, OgdenTerm, Volumetric};
 
-/// What is wrong with the constants of a material.
+/// Error in the constants of a material.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MaterialError {
@@ -12,9 +12,9 @@ pub enum MaterialError {
     OutOfRange {
         /// The constant, with its unit.
         constant: &'static str,
-        /// What was given.
+        /// Value that was given.
         value: f64,
-        /// What is allowed.
+        /// Range that is allowed.
         allowed: &'static str,
     },
     /// A number of terms that a law does not have.

@@ -5,7 +5,7 @@ use super::Law;
 use crate::scalar::Tensor;
 use std::fmt;
 
-/// How a specimen is pulled.
+/// Loading of a specimen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mode {
     /// Along one axis, the sides free.

@@ -22,7 +22,7 @@ pub(super) struct Slopes<S> {
     pub(super) curvature: S,
 }
 
-/// What the entries of the tangent are made of, see [`response`].
+/// Parts of the entries of the tangent, see [`response`].
 struct Parts<S> {
     b: Symmetric<S>,
     /// `s = dev b` and `4 w'' s`.

@@ -23,7 +23,7 @@ pub use constants::MaterialError;
 use crate::scalar::{Scalar, Symmetric, Tensor};
 use invariants::{Isochoric, Slopes};
 
-/// What an isochoric law answers at one deformation gradient.
+/// Response of an isochoric law at one deformation gradient.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<S> {
     /// Energy per reference volume, Pa.

@@ -28,7 +28,7 @@ pub(super) fn response<S: Scalar>(f: &Tensor<S>, terms: &[OgdenTerm]) -> Respons
     }
 }
 
-/// What the energy gives in principal axes.
+/// Energy and its derivatives in principal axes.
 struct Principal {
     energy: f64,
     /// `tau_i`.

@@ -20,11 +20,11 @@ pub enum Instability {
     /// A stretch from which on the law is not stable.
     #[error("loses stability at stretch {stretch:.4} in {mode}: {criterion}")]
     Stretch {
-        /// How the solid is stretched.
+        /// Loading that stretches the solid.
         mode: Mode,
         /// Stretch of the first axis.
         stretch: f64,
-        /// What does not hold any more.
+        /// Criterion that does not hold any more.
         criterion: Criterion,
     },
 }
@@ -48,7 +48,7 @@ impl fmt::Display for Criterion {
     }
 }
 
-/// What [`Material::require_stable`] asks for, of a range that was checked.
+/// Check of [`Material::require_stable`] over a range of stretches.
 pub(super) fn over_range(law: &Law, smallest: f64, largest: f64) -> Result<(), Instability> {
     let modulus = law.shear_modulus();
     // Not a number is no modulus either.
@@ -143,7 +143,7 @@ pub struct Ellipticity {
 }
 
 impl Ellipticity {
-    /// Whether the point is strongly elliptic.
+    /// True if the point is strongly elliptic.
     pub fn holds(&self) -> bool {
         self.least > 0.0
     }

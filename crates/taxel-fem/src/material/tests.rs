@@ -1,4 +1,4 @@
-//! What must hold for every law: one list of laws, one test for each property.
+//! Properties of every law: one list of laws, one test for each property.
 
 use super::dual::Dual;
 use super::{Law, Material, MaterialError, OgdenTerm, Response, Volumetric};

@@ -83,7 +83,7 @@ impl Relaxation {
     }
 }
 
-/// What the points of a solid remember.
+/// History of the points of a solid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
     relaxation: Relaxation,

@@ -54,7 +54,7 @@ impl CrossingVoids {
             .mesh()
     }
 
-    /// How cells grow away from the edges of the voids.
+    /// Growth of cells away from the edges of the voids.
     pub(super) fn growth(&self) -> Growth {
         Growth {
             smallest: self.smallest,

@@ -1,4 +1,4 @@
-//! What can be wrong with a description of a mesh.
+//! Errors in descriptions of meshes.
 
 use thiserror::Error;
 
@@ -31,9 +31,9 @@ pub enum MeshError {
     /// A number lies outside its range.
     #[error("{quantity} is {value}, allowed is {low} to {high}")]
     OutOfRange {
-        /// What the number says.
+        /// Quantity that the number is.
         quantity: &'static str,
-        /// What was given.
+        /// Value that was given.
         value: f64,
         /// Least value allowed.
         low: f64,

@@ -1,4 +1,4 @@
-//! A plane mesh sewn together from blocks that meet node to node.
+//! Plane mesh of blocks that are tied node to node.
 
 use std::collections::HashMap;
 

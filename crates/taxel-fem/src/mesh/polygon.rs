@@ -106,7 +106,7 @@ fn cut_ears(outline: &[Place]) -> Result<Vec<[usize; 3]>, Place> {
     Ok(triangles)
 }
 
-/// Whether three corners that follow each other make a triangle without any other corner.
+/// True if three corners that follow each other make a triangle without any other corner.
 fn is_ear(outline: &[Place], left: &[usize], ear: [usize; 3]) -> bool {
     let [a, b, c] = ear.map(|k| outline[k]);
     let holds = |p: Place| {
@@ -120,7 +120,7 @@ fn is_ear(outline: &[Place], left: &[usize], ear: [usize; 3]) -> bool {
         && !left.iter().any(|k| !ear.contains(k) && holds(outline[*k]))
 }
 
-/// How deep `p` lies in the circle through `a`, `b`, `c`; not positive outside and, up to
+/// Depth of `p` inside the circle through `a`, `b`, `c`; not positive outside and, up to
 /// rounding, on it.
 fn inside_circle([a, b, c]: [Place; 3], p: Place) -> f64 {
     let [a, b, c] = [a, b, c].map(|corner| minus(corner, p));

@@ -1,4 +1,4 @@
-//! Whether a mesh is fit for a solution.
+//! Checks of a mesh before it is solved.
 
 use std::collections::HashMap;
 
@@ -26,7 +26,7 @@ pub struct Distortion {
     pub relative: f64,
 }
 
-/// What a check of a mesh found.
+/// Result of a check of a mesh.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Quality {
     /// Smallest relative determinant of all cells; none without cells.

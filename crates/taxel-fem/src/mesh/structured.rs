@@ -7,7 +7,7 @@ use super::{CellShape, Facet, Mesh};
 /// Most cells of a grid.
 const MOST_CELLS: usize = 20_000_000;
 
-/// What fills a cell of a grid.
+/// Contents of a cell of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part<'a> {
     /// Solid of the region of this name.

@@ -61,7 +61,7 @@ impl VoidBlock {
         Ok(mesh)
     }
 
-    /// Whether only the half beyond zero is meshed along an axis.
+    /// True if only the half beyond zero is meshed along an axis.
     pub fn is_half(&self, axis: usize) -> bool {
         self.footprint.centre[axis] == 0.0
     }
@@ -142,8 +142,9 @@ impl VoidBlock {
         Axis::new(&places, &gradings)
     }
 
-    /// How cells grow between two places along an axis. From a quarter of a pitch beside the
-    /// footprint on two cells in the width of a void do: it bends little there.
+    /// Growth of cells between two positions along an axis. From a quarter of a pitch
+    /// beside the footprint on two cells in the width of a void do: it bends little
+    /// there.
     fn growth_between(&self, axis: usize, ends: &[f64]) -> Growth {
         let [near, far] = self.pressed(axis);
         let growth = self.voids.growth();

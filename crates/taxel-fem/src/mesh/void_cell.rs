@@ -269,7 +269,7 @@ impl Corner {
         in_range(
             "smallest cell over the height of the void",
             smallest,
-            // Places of nodes must tell cells apart anywhere in the mesh.
+            // Positions of nodes must distinguish cells anywhere in the mesh.
             f64::max(1e-6, 1e-8 * extent / cell.height),
             0.5,
         )?;

@@ -28,7 +28,7 @@ pub enum Values<'a> {
 /// A scalar shown in colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Colours<'a> {
-    /// What the scalar is, such as `pressure`.
+    /// Name of the scalar, such as `pressure`.
     pub title: &'a str,
     /// Its unit, such as `kPa`; empty for none.
     pub unit: &'a str,
@@ -453,7 +453,7 @@ fn pair([x, y]: [f64; 2]) -> String {
 
 fn fill(colours: &Colours<'_>, [low, high]: [f64; 2], value: f64) -> String {
     if value.is_finite() {
-        // As many colours as the eye tells apart.
+        // As many colours as the eye distinguishes.
         let share = (value - low) / (high - low);
         colours.map.hex((share * 128.0).round() / 128.0)
     } else {

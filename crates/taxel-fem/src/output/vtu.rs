@@ -6,7 +6,7 @@ use std::io;
 use super::{OutputError, check_length, escape};
 use crate::mesh::{CellShape, Mesh};
 
-/// How numbers are written.
+/// Encoding of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// As text, for people.

@@ -1,6 +1,6 @@
-//! How a body uses the three directions.
+//! Use of the three directions by a body.
 
-/// How the third direction behaves.
+/// Kinematics of the third direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kinematics {
     /// Two dimensions, no stretch along the third; per unit depth.

@@ -1,4 +1,4 @@
-//! What is asked: a mesh of solids, how it is held, what acts on it.
+//! Boundary-value problem: a mesh of solids, its supports and its loads.
 //!
 //! Everything that acts is driven by scalar parameters: a pressure, the travel of a
 //! support or of an obstacle, the factor of a dead load. A [`Rule`] says for each
@@ -22,7 +22,7 @@ pub use load::{DeadLoad, Pressure};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Parameter(pub usize);
 
-/// What determines a parameter.
+/// Equation that determines a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
     /// The step prescribes its value.
@@ -73,7 +73,7 @@ pub struct Support {
 pub struct Problem {
     /// The undeformed body.
     pub mesh: Mesh,
-    /// How the third direction behaves.
+    /// Kinematics of the third direction.
     pub kinematics: Kinematics,
     /// Solid of each region of the mesh.
     pub materials: Vec<Material>,
@@ -127,7 +127,7 @@ pub enum ProblemError {
     Unstable {
         /// Name of the region.
         region: String,
-        /// What is wrong with its constants.
+        /// Error in its constants.
         reason: MaterialError,
     },
     /// Nothing keeps the body from moving in a direction.

@@ -1,4 +1,4 @@
-//! What determines the parameters: the equations that border those of the body.
+//! Equations that determine the parameters: they border those of the body.
 
 use super::newton::Solver;
 use super::small::dot;

@@ -108,7 +108,7 @@ impl Reason {
         }
     }
 
-    /// What would probably help.
+    /// Advice that probably helps.
     pub fn advice(&self) -> &'static str {
         match self {
             Self::Problem(_) | Self::Mesh(_) | Self::Field(_) => "Mend the input",

@@ -31,7 +31,7 @@ pub struct Settings {
     pub smallest_step: f64,
     /// Starts each step on the straight line through the last two states.
     pub extrapolate: bool,
-    /// How far along that line, as a share of the step: where contacts change, the whole
+    /// Reach along that line, as a share of the step: where contacts change, the whole
     /// line leads too far.
     pub reach: f64,
     /// Gives up a stalled step: after this many iterations the energy norm must have fallen to a
@@ -69,7 +69,7 @@ impl Default for Settings {
     }
 }
 
-/// What a converged step was like.
+/// Record of a converged step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Newton iterations, all rounds together.
@@ -80,7 +80,7 @@ pub struct Step {
     pub fraction: f64,
 }
 
-/// Whether to continue after an accepted step.
+/// Decision after an accepted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continue {
     /// Go on.
@@ -122,8 +122,8 @@ struct Previous {
 }
 
 impl Previous {
-    /// How many times the step from here to `now` has to be repeated to come from
-    /// `now` to `target`; none when the path turns.
+    /// Number of times the step from here to `now` has to be repeated to come from `now`
+    /// to `target`; none when the path turns.
     fn ratio(&self, now: &[f64], target: &[f64]) -> Option<f64> {
         let last = (0..now.len()).map(|k| now[k] - self.targets[k]);
         let next = (0..now.len()).map(|k| target[k] - now[k]);
@@ -409,7 +409,7 @@ impl Solver {
         trial.memory.begin(duration);
         let mut outcome = self.iterate(&mut trial, targets);
         if outcome.is_err() && self.previous.take().is_some() {
-            // The straight line may have led astray.
+            // The extrapolated start may be the cause.
             trial = self.state.clone();
             trial.memory.begin(duration);
             outcome = self.iterate(&mut trial, targets);
@@ -515,7 +515,7 @@ impl Solver {
         Err(self.why_not(trial, &energies))
     }
 
-    /// Whether the iteration has stalled.
+    /// True if the iteration has stalled.
     fn wanders(&self, energies: &[f64]) -> bool {
         let (Some(allowed_iterations), [first, second, .., last]) =
             (self.settings.stall_iterations, energies)
@@ -697,7 +697,7 @@ fn since_least(energies: &[f64]) -> usize {
     least.map_or(0, |(since, _)| since)
 }
 
-/// Whether an iteration goes to and fro, as it does between two sets of touching points:
+/// True if an iteration goes to and fro, as it does between two sets of touching points:
 /// neither side's tangent knows of the other. Half of a change ends that.
 fn alternates(energies: &[f64]) -> bool {
     let [.., before, last, now] = energies else {
@@ -731,7 +731,7 @@ mod tests {
     use super::{alternates, since_least};
 
     #[test]
-    fn an_iteration_that_finds_no_less_energy_is_told() {
+    fn an_iteration_that_finds_no_less_energy_is_reported() {
         // Under a punch beside the middle, with far too large a step.
         assert_eq!(since_least(&[9e4, 2e4, 4e2, 7e2, 1e3, 8e2]), 3);
         assert_eq!(since_least(&[9e4, 2e4, 4e2]), 0);
@@ -739,7 +739,7 @@ mod tests {
     }
 
     #[test]
-    fn going_to_and_fro_is_told_from_slow_convergence() {
+    fn alternation_is_distinguished_from_slow_convergence() {
         // Between two sets of points under a punch; by a tangent that is not exact; and
         // one bad step on the way.
         assert!(alternates(&[8.0e-4, 4.3e-5, 4.6e-5, 4.5e-5]));

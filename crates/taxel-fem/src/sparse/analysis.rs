@@ -1,4 +1,4 @@
-//! What a pattern says about its factor, once for all values: the tree of fronts, their
+//! Symbolic factorisation of a pattern, once for all values: the tree of fronts, their
 //! rows, and where everything stands.
 
 use super::Pattern;
@@ -9,7 +9,7 @@ use super::tiles::SIDE;
 pub(super) struct Front {
     /// Number of unknowns.
     pub(super) width: usize,
-    /// Of [`Analysis::indices`], and of [`Analysis::places`].
+    /// First one of [`Analysis::indices`], and of [`Analysis::places`].
     first: usize,
     height: usize,
     /// First column of the factor.
@@ -18,7 +18,7 @@ pub(super) struct Front {
     pub(super) update: usize,
     /// In which of both stacks.
     pub(super) stack: usize,
-    /// Of [`Analysis::children`].
+    /// Range of [`Analysis::children`].
     children: (usize, usize),
 }
 

@@ -160,7 +160,7 @@ impl Parts<'_> {
         (row / SIDE * self.width * SIDE + row % SIDE) as u32
     }
 
-    /// What a child left on unknowns of this front, by the places of its rows here.
+    /// Adds the remainder of a child on unknowns of this front, by its rows here.
     #[inline(always)]
     fn take_columns<S: Simd>(&mut self, simd: S, left: &[Lanes], places: &[u32]) {
         let width = self.width;
@@ -169,7 +169,7 @@ impl Parts<'_> {
         add(simd, left, places, 0..unknowns, 0, begin, self.columns);
     }
 
-    /// What a child left on rows of this front.
+    /// Adds the remainder of a child on rows of this front.
     #[inline(always)]
     fn take_rest<S: Simd>(&mut self, simd: S, left: &[Lanes], places: &[u32]) {
         let width = self.width;

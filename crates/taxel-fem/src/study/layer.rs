@@ -11,7 +11,7 @@ use crate::problem::{Contact, Motion, Obstacle, Parameter, Problem, ProblemError
 use crate::solver::failure::{Failure, Reason};
 use crate::solver::newton::{Continue, Settings, Solver};
 
-/// What stands at the end of the layer.
+/// Condition at the end of the layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SideFace {
     /// The base is no wider than the layer: the face may pass below its plane.
@@ -41,13 +41,13 @@ pub struct Layer {
     pub thickness: f64,
     /// Half of the loaded length, m.
     pub loaded: f64,
-    /// How far the layer goes on beside the load, m; its top is free there.
+    /// Length of the layer beside the load, m; its top is free there.
     pub beyond: f64,
     /// Its end.
     pub side: SideFace,
     /// The bars in it.
     pub bar: Option<Bar>,
-    /// Whether what presses grips the top; otherwise the top slides without friction.
+    /// True if the top sticks to the load; otherwise it slides without friction.
     pub gripped: bool,
     /// Sizes of the cells.
     pub division: LayerDivision,
@@ -87,7 +87,7 @@ impl LayerDivision {
     /// At the foot of a side face that lies down on the base the stretch has no bound. The
     /// pressure keeps the volume of each cell in the mean only, so that cells turn inside
     /// out there, the sooner the smaller they are and the longer the layer. The force hardly
-    /// hangs on them: with cells of a fifth it is 0.1 % larger up to a compression of 0.3.
+    /// depends on them: with cells of a fifth it is 0.1 % larger up to a compression of 0.3.
     pub fn for_aspect(aspect: f64) -> Self {
         let usual = Self::default();
         if aspect <= LONG {
@@ -220,7 +220,7 @@ fn graded(marks: &[(f64, Option<Growth>)], free: Growth) -> Result<Axis, MeshErr
 /// The layer under one load; forces of the whole, per depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pressed {
-    /// How far the top has sunk over the thickness.
+    /// Sinking of the top over the thickness.
     pub compression: f64,
     /// Force over the loaded length at rest, Pa.
     pub mean_stress: f64,

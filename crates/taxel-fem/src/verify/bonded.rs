@@ -55,8 +55,8 @@ pub(super) fn compressed(case: &mut Case, effort: Effort) -> Result<(), Failure>
     let node = node_near(mesh, [0.5, 1.0, 0.0]) as usize;
     let place = mesh.points[node][0];
     for (compression, stretch) in rows {
-        // The ends lose their stability on the way to the last row; the middle does not
-        // feel them.
+        // The ends lose their stability on the way to the last row; the middle is not
+        // affected.
         solver.settings.stable = *compression < 0.08;
         load_to(&mut solver, &[*compression])?;
         let ours = 1.0 + solver.state().displacement[node][0] / place;

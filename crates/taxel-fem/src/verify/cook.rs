@@ -25,7 +25,7 @@ struct Panel {
 struct Found {
     middle: f64,
     corner: f64,
-    /// Of the corner, to the right.
+    /// Displacement of the corner to the right.
     sideways: f64,
 }
 

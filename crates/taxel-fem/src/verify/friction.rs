@@ -53,7 +53,7 @@ struct Pulled {
     depth: Parameter,
 }
 
-/// What is found at a slide.
+/// Result at a slide.
 struct Found {
     pull: f64,
     press: f64,
@@ -142,7 +142,7 @@ pub(super) fn cylinder(case: &mut Case, effort: Effort) -> Result<(), Failure> {
 pub(super) fn sphere(case: &mut Case, effort: Effort) -> Result<(), Failure> {
     case.note = String::from(
         "The far sides, 40 radii of contact away and held, take about 2 % off the shift; the \
-                 friction itself does not feel them.",
+                 friction itself is not affected.",
     );
     let (cells, ways, limit): (_, &[f64], _) = match effort {
         Effort::Full => (4, &[0.2, 0.4, 0.6, 0.8], 5e-3),

@@ -133,8 +133,8 @@ fn pressed(case: &mut Case, layer: &Layer, product: f64, cells: usize) -> Result
     }));
     let mut solver = eager(problem)?;
     solver.settings.first_step = 1.0;
-    // Far places are rounded, which flat cells there feel as strain; the force is in
-    // error by the square.
+    // Far positions are rounded, which strains flat cells there; the force is in error
+    // by the square.
     solver.settings.tolerance = 3e-4;
     // Contact takes up to 4 % of the depth, on the thinnest layer; each round of
     // multipliers leaves that share of what is left.

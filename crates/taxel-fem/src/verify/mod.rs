@@ -32,7 +32,7 @@ pub enum Kind {
     Published,
     /// Numbers of a program that shares no code with this one.
     IndependentProgram,
-    /// What this library found before: it shows changes, and proves nothing.
+    /// Earlier result of this library: it shows changes, and proves nothing.
     OwnRegression,
 }
 
@@ -66,7 +66,7 @@ impl Kind {
     }
 }
 
-/// How much is computed.
+/// Effort of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Coarser meshes and fewer rows; every case is tried.
@@ -75,7 +75,7 @@ pub enum Effort {
     Full,
 }
 
-/// How far ours may lie from outside.
+/// Allowed difference of our number from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tolerance {
     /// Share of the outside number.
@@ -87,13 +87,13 @@ pub enum Tolerance {
 /// A number from outside beside ours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared {
-    /// What is compared.
+    /// Quantity that is compared.
     pub what: String,
     /// The number from outside.
     pub outside: f64,
     /// The number found here.
     pub ours: f64,
-    /// How far they may lie apart.
+    /// Allowed difference.
     pub tolerance: Tolerance,
     /// Unit of both numbers, SI; empty for a plain number.
     pub unit: &'static str,
@@ -108,7 +108,7 @@ impl Compared {
         }
     }
 
-    /// Whether ours lies within the tolerance; what is not a number does not.
+    /// True if ours lies within the tolerance; what is not a number does not.
     pub fn holds(&self) -> bool {
         let (Tolerance::Relative(limit) | Tolerance::Absolute(limit)) = self.tolerance;
         self.difference().abs() <= limit
@@ -118,7 +118,7 @@ impl Compared {
 /// Errors on a sequence of meshes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refinement {
-    /// What is in error.
+    /// Quantity that is in error.
     pub what: String,
     /// Size of the cells (a share of the body) and error (a share of the answer).
     pub points: Vec<(f64, f64)>,
@@ -136,12 +136,12 @@ impl Refinement {
     }
 }
 
-/// What a case found.
+/// Result of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// Short name, such as `B2`.
     pub id: &'static str,
-    /// What is solved.
+    /// Problem that is solved.
     pub title: &'static str,
     /// Where the answer comes from.
     pub kind: Kind,
@@ -151,7 +151,7 @@ pub struct Case {
     pub mesh: (usize, usize),
     /// Errors on sequences of meshes.
     pub refinement: Vec<Refinement>,
-    /// What has to be known to judge the numbers; may be empty.
+    /// Remark that is needed to judge the numbers; may be empty.
     pub note: String,
     /// Time it took, for the caller to fill in.
     pub seconds: Option<f64>,
@@ -171,7 +171,7 @@ impl Case {
         }
     }
 
-    /// Whether every number is within its tolerance, and there is one.
+    /// True if every number is within its tolerance, and there is one.
     pub fn holds(&self) -> bool {
         !self.quantities.is_empty() && self.quantities.iter().all(Compared::holds)
     }
@@ -214,7 +214,7 @@ impl Case {
 pub struct Entry {
     /// Short name, such as `B2`.
     pub id: &'static str,
-    /// What is solved.
+    /// Problem that is solved.
     pub title: &'static str,
     /// Where the answer comes from.
     pub kind: Kind,
@@ -234,7 +234,7 @@ impl Entry {
         Ok(case)
     }
 
-    /// Whether a name means this case: its own, that of its family (`B7` of `B7.1`), or
+    /// True if a name means this case: its own, that of its family (`B7` of `B7.1`), or
     /// the letter of its group.
     pub fn is_meant_by(&self, name: &str) -> bool {
         let name = name.to_ascii_uppercase();
@@ -287,7 +287,7 @@ entries! {
     "D7", Exact, 1.0, fields::corner_square, "Corner square of a conductor";
 }
 
-/// What happens while cases run.
+/// Event while cases run.
 #[derive(Debug)]
 pub enum Event<'a> {
     /// A case begins.
@@ -306,12 +306,12 @@ pub enum Event<'a> {
 pub struct Outcome {
     /// The case.
     pub entry: &'static Entry,
-    /// What it found.
+    /// Result of the case.
     pub result: Result<Case, Failure>,
 }
 
 impl Outcome {
-    /// Whether the case was solved and all its numbers are within tolerance.
+    /// True if the case was solved and all its numbers are within tolerance.
     pub fn holds(&self) -> bool {
         self.result.as_ref().is_ok_and(Case::holds)
     }

@@ -17,8 +17,8 @@ use crate::solver::newton::Solver;
 
 const C10: f64 = 0.4;
 const C01: f64 = 0.1;
-/// Of the piece that is solved; the radius is one. A shorter one is held by its ends
-/// like a thin film, whose pressure is sensitive.
+/// Length of the piece that is solved; the radius is one. A shorter one is held by its
+/// ends like a thin film, whose pressure is sensitive.
 const LENGTH: f64 = 0.5;
 /// Cells along it: a helix is not quadratic.
 const LAYERS: usize = 3;

@@ -12,16 +12,16 @@ pub(super) struct Triangle {
     pub(super) target: Vec<f64>,
 }
 
-/// Along a combination of sensible sizes the covariance is at most the square
+/// Along a combination in typical sizes the covariance is at most the square
 /// of this.
 const LARGEST_DEVIATION: f64 = 1e6;
 /// Singular values below this share of the largest are rounding.
 const ROUNDING: f64 = 1e-13;
 
 impl Triangle {
-    /// Of columns of equal length, each with a factor, and one right-hand side,
-    /// all with the same weights of rows; rows with one entry each (column,
-    /// value, right-hand side) are appended.
+    /// Triangle of columns of equal length, each with a factor, and one right-hand side,
+    /// all with the same weights of rows; rows with one entry each (column, value,
+    /// right-hand side) are appended.
     ///
     /// Readings of one kind touch few of the unknowns, so runs of rows that
     /// are zero in the same columns are factored by themselves first.
@@ -60,7 +60,7 @@ impl Triangle {
         Self::of_rows(rows)
     }
 
-    /// Of rows that end with their right-hand side.
+    /// Triangle of rows that end with their right-hand side.
     fn of_rows(mut rows: Vec<Vec<f64>>) -> Self {
         let width = rows.first().map_or(1, Vec::len);
         rows.resize(rows.len().max(width), vec![0.0; width]);
@@ -78,7 +78,7 @@ impl Triangle {
         self.target.iter().map(|t| t * t).sum::<f64>().sqrt()
     }
 
-    /// How much of the sum of squares a step removes, if the slopes stay.
+    /// Decrease of the sum of squares by a step, if the slopes stay.
     pub(super) fn decrease(&self, step: &[f64]) -> f64 {
         let left: f64 = self
             .rows

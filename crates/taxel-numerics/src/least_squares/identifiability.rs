@@ -1,9 +1,9 @@
-//! What the readings cannot tell, as combinations of parameters.
+//! Combinations of parameters that the readings do not identify.
 
 use super::Problem;
 use super::dense::Spectrum;
 
-/// A combination of parameters that the readings do not tell to within the
+/// Combination of parameters that the readings do not identify to within the
 /// sizes of its members.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
@@ -11,7 +11,8 @@ pub struct Direction {
     pub members: Vec<Member>,
     /// Standard deviation along it, in sizes of the parameters; above 1.
     pub deviation: f64,
-    /// What would tell it, as a sentence without a full stop; may be empty.
+    /// Measurement that would identify it, as a sentence without a full stop; may
+    /// be empty.
     pub remedy: String,
 }
 
@@ -20,8 +21,7 @@ pub struct Direction {
 pub struct Member {
     /// Its index.
     pub parameter: usize,
-    /// How far it moves, in its size, for one step along the combination;
-    /// from −1 to 1.
+    /// Its movement, in its size, for one step along the combination; from −1 to 1.
     pub share: f64,
 }
 

@@ -27,7 +27,7 @@ impl Stop {
         }
     }
 
-    /// Whether a minimum was reached.
+    /// True if a minimum was reached.
     pub fn converged(self) -> bool {
         self != Self::Iterations
     }
@@ -44,7 +44,7 @@ pub(super) struct Minimum {
     pub(super) cost: f64,
     pub(super) stop: Stop,
     pub(super) iterations: usize,
-    /// What the weights of the residuals are made with.
+    /// Loss that the weights of the residuals are made with.
     loss: Loss,
     noise: f64,
 }
@@ -283,8 +283,8 @@ enum Attempt {
     Last(Stop),
 }
 
-/// How much shorter the next step is after one that gained `gain` of what was
-/// promised: the least of the parabola through both sums and the first slope.
+/// Factor on the next step after one that gained `gain` of what was promised: the least
+/// of the parabola through both sums and the first slope.
 fn shorter(gain: f64) -> f64 {
     if gain.is_finite() {
         (0.5 / (1.0 - 0.5 * gain.min(0.0))).clamp(0.1, 0.5)

@@ -1,4 +1,4 @@
-//! What a residual costs.
+//! Loss of a residual.
 
 /// Cost ρ of a squared residual, in units of the noise.
 ///

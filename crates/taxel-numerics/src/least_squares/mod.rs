@@ -1,5 +1,5 @@
-//! Nonlinear least squares: estimates with their covariance, and what the
-//! readings cannot tell.
+//! Nonlinear least squares: estimates with their covariance, and the
+//! combinations of parameters that the readings do not identify.
 //!
 //! A [`Problem`] gives residuals (measured − model)/σ for values of its
 //! [`Parameter`]s; [`fit`] finds the values with the least
@@ -7,7 +7,7 @@
 //! Σ ρ(rᵢ²) + Σ ((θⱼ − priorⱼ)/σⱼ)²
 //!
 //! inside their bounds by the method of Levenberg and Marquardt on a QR
-//! factorisation. A parameter that the readings do not tell to within its own
+//! factorisation. A parameter that the readings do not identify to within its own
 //! [`Parameter::size`] gets no confident number: its [`Status`] says so, and
 //! its interval is that of its prior or its bounds.
 
@@ -42,13 +42,13 @@ pub struct Parameter {
     /// Least and largest value; equal ones hold the parameter fixed.
     pub bounds: [f64; 2],
     /// A difference of this size matters, and no more than this is expected:
-    /// what the readings do not tell to within it counts as not told.
+    /// an estimate that is worse counts as not identifiable.
     pub size: f64,
-    /// What is known of it beside the readings.
+    /// Prior knowledge beside the readings.
     pub prior: Option<Prior>,
 }
 
-/// What is known of a parameter beforehand: a normal distribution.
+/// Prior of a parameter: a normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     /// Mean.
@@ -71,7 +71,7 @@ impl Parameter {
         }
     }
 
-    /// Whether its bounds leave it anything to fit.
+    /// True if its bounds leave it anything to fit.
     pub fn is_free(&self) -> bool {
         self.bounds[0] < self.bounds[1]
     }
@@ -93,30 +93,30 @@ pub trait Problem {
         differences(self, parameters, at, columns)
     }
 
-    /// What would tell these parameters apart, as a sentence without a full
-    /// stop; empty when the problem knows none.
+    /// Measurement that would identify these parameters separately, as a sentence
+    /// without a full stop; empty when the problem knows none.
     fn remedy(&self, together: &[usize]) -> String {
         let _ = together;
         String::new()
     }
 }
 
-/// How the noise of the readings is known.
+/// Size of the noise of the readings: given, or estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NoiseSize {
     /// The σ in the residuals is right; χ² then tests the model.
     #[default]
     Given,
-    /// The σ is right up to one common factor, which the residuals tell.
+    /// The σ is right up to one common factor, which the residuals determine.
     Estimated,
 }
 
 /// Options of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitOptions {
-    /// How the noise is known; by default given.
+    /// Size of the noise; by default given.
     pub noise: NoiseSize,
-    /// What a residual costs; by default its square.
+    /// Loss of a residual; by default its square.
     pub loss: Loss,
     /// Most iterations; by default 500.
     pub iterations: usize,
@@ -154,14 +154,14 @@ pub enum FitError {
     },
 }
 
-/// How well a parameter is known.
+/// Status of a parameter after a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// The readings tell it.
+    /// The readings determine it.
     Identified,
-    /// The readings do not tell it; interval and deviation are those of its
+    /// The readings do not determine it; interval and deviation are those of its
     /// bounds.
-    NotIdentified,
+    NotIdentifiable,
     /// Its prior says more of it than the readings do.
     PriorOnly,
     /// The best value lies on a bound; the interval goes from there to one side.
@@ -174,7 +174,7 @@ impl Status {
     /// All of them.
     pub const ALL: [Self; 5] = [
         Self::Identified,
-        Self::NotIdentified,
+        Self::NotIdentifiable,
         Self::PriorOnly,
         Self::AtBound,
         Self::Fixed,
@@ -184,7 +184,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Self::Identified => "identified",
-            Self::NotIdentified => "not identified",
+            Self::NotIdentifiable => "not identifiable",
             Self::PriorOnly => "prior only",
             Self::AtBound => "at bound",
             Self::Fixed => "fixed",
@@ -192,17 +192,17 @@ impl Status {
     }
 }
 
-/// What a fit says of one parameter.
+/// Estimate of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Best value.
     pub value: f64,
     /// Standard deviation; see [`Fit::covariance`].
     pub deviation: f64,
-    /// 95 % interval inside the bounds; of a parameter that is not identified,
+    /// 95 % interval inside the bounds; of a parameter that is not identifiable,
     /// that of its prior or its bounds.
     pub interval: [f64; 2],
-    /// How well it is known.
+    /// Status of the parameter.
     pub status: Status,
 }
 
@@ -212,7 +212,7 @@ pub struct Fit {
     /// In the order of the parameters.
     pub estimates: Vec<Estimate>,
     /// Covariance of all parameters (that of fixed ones is zero). Along
-    /// combinations that the readings do not tell at all it is large, not
+    /// combinations that the readings do not determine at all it is large, not
     /// infinite.
     pub covariance: Vec<Vec<f64>>,
     /// (measured − model)/σ at the best values.
@@ -226,7 +226,7 @@ pub struct Fit {
     /// Standard deviation of a residual that intervals are made with: 1 for
     /// given noise, unless χ² refutes it.
     pub scale: f64,
-    /// Combinations that the readings do not tell apart.
+    /// Combinations that the readings do not identify.
     pub directions: Vec<Direction>,
     /// Why the search ended.
     pub stop: Stop,
@@ -344,7 +344,7 @@ fn report(
         _ => spectrum(true).bounded_inverse(),
     };
     let leverage = minimum.leverage(parameters, &free, scale, &inverse);
-    let told = data.deviations();
+    let of_data = data.deviations();
     let quantile = quantile(scale, options.noise, freedom);
     let mut slopes = vec![0.0; parameters.len()];
     for &j in &free {
@@ -362,13 +362,13 @@ fn report(
         .enumerate()
         .map(|(j, parameter)| {
             let place = free.iter().position(|k| *k == j);
-            let told = place.map(|place| told[place]);
+            let of_data = place.map(|place| of_data[place]);
             let deviation = covariance[j][j].sqrt();
             // Where the sum would be least if there were no bounds.
             let pairs = free.iter().map(|k| covariance[j][*k] * slopes[*k]);
             let beyond = pairs.sum::<f64>().abs();
             let half = one_sided(quantile * deviation, beyond);
-            estimate(parameter, minimum.at[j], deviation, told, half)
+            estimate(parameter, minimum.at[j], deviation, of_data, half)
         })
         .collect();
     Fit {
@@ -392,31 +392,30 @@ fn quantile(scale: f64, noise: NoiseSize, freedom: usize) -> f64 {
     student_quantile(0.975, if known { usize::MAX } else { freedom })
 }
 
-/// How far an interval reaches from a value that a bound keeps `beyond` away from
-/// the least sum: that sum costs t² more there than at the bound. Without a
-/// bound in the way it is t·σ.
+/// Reach of an interval from a value that a bound keeps `beyond` away from the least sum:
+/// that sum costs t² more there than at the bound. Without a bound in the way it is t·σ.
 fn one_sided(half: f64, beyond: f64) -> f64 {
     half * half / (half.hypot(beyond) + beyond).max(f64::MIN_POSITIVE)
 }
 
-/// `told` is the deviation that the readings alone leave, in sizes; `None` for
+/// `of_data` is the deviation that the readings alone leave, in sizes; `None` for
 /// a fixed parameter; `half` is half the interval.
 fn estimate(
     parameter: &Parameter,
     value: f64,
     deviation: f64,
-    told: Option<f64>,
+    of_data: Option<f64>,
     half: f64,
 ) -> Estimate {
     let [low, high] = parameter.bounds;
     let around = |centre: f64, half: f64| [(centre - half).max(low), (centre + half).min(high)];
-    let (status, interval) = match (told, parameter.prior) {
+    let (status, interval) = match (of_data, parameter.prior) {
         (None, _) => (Status::Fixed, [value; 2]),
         (Some(_), Some(prior)) if deviation > PRIOR_ONLY * prior.deviation => {
             let half = student_quantile(0.975, usize::MAX) * prior.deviation;
             (Status::PriorOnly, around(prior.value, half))
         }
-        (Some(told), None) if told > 1.0 => (Status::NotIdentified, [low, high]),
+        (Some(of_data), None) if of_data > 1.0 => (Status::NotIdentifiable, [low, high]),
         _ if value <= low || value >= high => (Status::AtBound, around(value, half)),
         _ => (Status::Identified, around(value, half)),
     };

@@ -198,7 +198,7 @@ fn the_valley_of_rosenbrock_ends_at_one_one_or_at_a_bound() {
 }
 
 #[test]
-fn what_cannot_be_told_apart_gets_no_number() {
+fn what_is_not_identifiable_gets_no_number() {
     // Only the sum of the first two columns is seen.
     let design = (0..8).map(|i| vec![1.0, 1.0, f64::from(i)]).collect();
     let readings = (0..8).map(|i| 3.0 + 0.5 * f64::from(i)).collect();
@@ -207,8 +207,11 @@ fn what_cannot_be_told_apart_gets_no_number() {
     parameters[1].bounds = [0.0, 5.0];
     let found = fit(&problem, &parameters, &given()).unwrap();
     let [a, b, c] = [0, 1, 2].map(|i| found.estimates[i]);
-    assert_eq!(a.status, Status::NotIdentified);
-    assert_eq!((b.status, b.interval), (Status::NotIdentified, [0.0, 5.0]));
+    assert_eq!(a.status, Status::NotIdentifiable);
+    assert_eq!(
+        (b.status, b.interval),
+        (Status::NotIdentifiable, [0.0, 5.0])
+    );
     assert_eq!(c.status, Status::Identified);
     close(c.value, 0.5, 1e-9);
     assert_eq!(found.directions.len(), 1);
@@ -221,7 +224,7 @@ fn what_cannot_be_told_apart_gets_no_number() {
     );
     assert!(direction.deviation > 1e5);
     assert!(direction.remedy.starts_with("measure"));
-    // With a prior on one of them both are told, one by its prior alone.
+    // With a prior on one of them both are known, one by its prior alone.
     parameters[1].prior = Some(Prior {
         value: 1.0,
         deviation: 0.1,

@@ -18,7 +18,7 @@ pub(super) struct Decoder {
     row: u64,
 }
 
-/// Whether `line` is such a row: a time and at least one channel.
+/// True if `line` is such a row: a time and at least one channel.
 pub(super) fn recognises(line: &str) -> bool {
     let dialect = Dialect::of_line(line);
     let mut fields = dialect.fields(line);

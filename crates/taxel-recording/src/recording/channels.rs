@@ -36,7 +36,7 @@ pub(super) struct Decoder {
     row: u64,
 }
 
-/// What a column of the file holds.
+/// Contents of a column of the file.
 #[derive(Debug, Clone)]
 struct Column {
     name: String,
@@ -64,7 +64,7 @@ struct Channel {
     capacitor: Option<usize>,
 }
 
-/// What the title of a column says.
+/// Meaning of the title of a column.
 enum Entry {
     Sequence,
     Time { power: i32 },
@@ -173,7 +173,7 @@ fn read_header<R: BufRead>(lines: &Lines<R>) -> Result<(Stream, Decoder), InputE
     Ok((stream, decoder))
 }
 
-/// What the title of a column says; a fault is what is wrong and what to do.
+/// Meaning of the title of a column; an error is the mistake and what to do.
 fn title_entry(title: &str) -> Result<Entry, (String, String)> {
     let (name, unit) = split_unit(title);
     if name.eq_ignore_ascii_case("sequence") {

@@ -1,4 +1,4 @@
-//! Text in UTF-16, as spreadsheets save "Unicode text", told by its mark.
+//! Text in UTF-16, as spreadsheets save "Unicode text", recognised by its byte order mark.
 
 use std::io::{self, BufRead};
 

@@ -2,7 +2,7 @@
 //!
 //! The lines are split here and not by the `csv` crate, because errors name
 //! the character at which a value stands, a file that ends inside a line must
-//! be told from one that is wrong, and no line may grow without bound.
+//! be distinguished from one that is wrong, and no line may grow without bound.
 
 use std::borrow::Cow;
 use std::io::{BufRead, ErrorKind};
@@ -106,7 +106,7 @@ impl<R: BufRead> Lines<R> {
         &self.text
     }
 
-    /// Whether the line has an end, so that it is surely complete.
+    /// True if the line has an end, so that it is surely complete.
     pub(super) fn terminated(&self) -> bool {
         self.terminated
     }
@@ -162,7 +162,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// How a file separates its fields and writes its numbers.
+/// Separators and number format of a file.
 #[derive(Debug, Clone)]
 pub(super) struct Dialect {
     separator: u8,
@@ -185,7 +185,7 @@ impl Dialect {
         decimal: Some(b'.'),
     };
 
-    /// That of a file whose first telling line is `line`: semicolons, else
+    /// That of a file whose first line with a separator is `line`: semicolons, else
     /// tabs, else commas. Only with the first two can a number have a comma.
     pub(super) fn of_line(line: &str) -> Self {
         let separator = [b';', b'\t']
@@ -201,7 +201,7 @@ impl Dialect {
         Fields::new(line, self.separator)
     }
 
-    /// Whether a line has nothing but blanks and separators.
+    /// True if a line has nothing but blanks and separators.
     pub(super) fn is_blank(&self, line: &str) -> bool {
         line.bytes()
             .all(|byte| byte == self.separator || byte.is_ascii_whitespace())
@@ -240,7 +240,7 @@ impl Dialect {
         scaled_integer(&self.decimal(text)?, power)
     }
 
-    /// What a number of this file must look like, for messages.
+    /// Form of a number of this file, for messages.
     pub(super) fn number_hint(&self) -> &'static str {
         match self.decimal {
             Some(b',') => {

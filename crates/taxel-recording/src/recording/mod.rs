@@ -69,8 +69,8 @@ pub enum Format {
     /// recording delivers one of them, the first unless another is asked for
     /// with [`Recording::open_sensor`]. `GROUP` blocks repeat the readings of
     /// regions without saying where they lie, in lines of up to 20 values, and
-    /// are passed over. The file does not tell a sensel that does not exist
-    /// from one without load, so that all count as present.
+    /// are passed over. The file does not distinguish a sensel that does not
+    /// exist from one without load, so that all count as present.
     ///
     /// Times are those of day relative to the first frame; midnight may pass,
     /// frames must be less than 12 h apart.
@@ -139,7 +139,7 @@ enum Decoder {
     Xsensor(Box<xsensor::Decoder>),
 }
 
-/// What a decoder has learned from the head of a file.
+/// Head of a file as the decoder has read it.
 struct Opened {
     stream: Stream,
     sensors: Vec<String>,
@@ -209,7 +209,7 @@ impl<R: BufRead> Recording<R> {
         })
     }
 
-    /// What the frames mean: shape, unit, pitch (m), period (s), threshold.
+    /// Meaning of the frames: shape, unit, pitch (m), period (s), threshold.
     pub fn stream(&self) -> &Stream {
         &self.stream
     }
@@ -353,7 +353,7 @@ fn side(text: &str) -> Option<usize> {
         .then(|| usize::try_from(count).ok())?
 }
 
-/// What to say of a shape that is too large, if it is.
+/// Message for a shape that is too large, if it is.
 fn shape_fault(rows: usize, columns: usize) -> Option<String> {
     let taxels = rows as u128 * columns as u128;
     (taxels > u128::from(MOST_TAXELS)).then(|| {

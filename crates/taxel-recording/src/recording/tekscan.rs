@@ -40,7 +40,7 @@ const KEYS: [&str; 24] = [
     "ASCII_DATA",
 ];
 
-/// What may stand around a value when a spreadsheet has padded the line.
+/// Characters around a value when a spreadsheet has padded the line.
 const PADDING: [char; 6] = [',', ';', ' ', '\t', ':', '"'];
 
 /// Longest period, s.
@@ -58,7 +58,7 @@ pub(super) struct Decoder {
     period: Option<f64>,
     start_frame: Option<u64>,
     end_mark: String,
-    /// How readings are written, once a row was seen.
+    /// Number format of the readings, once a row was seen.
     dialect: Option<Dialect>,
     /// Which sensels exist; empty before the first frame.
     present: Vec<bool>,

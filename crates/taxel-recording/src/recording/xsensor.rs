@@ -49,7 +49,7 @@ pub(super) struct Decoder {
     clock: Clock,
     /// The first frame, read when the file was opened.
     first: Option<Frame>,
-    /// What ends the reading after the frame that was delivered last.
+    /// End of the reading after the frame that was delivered last.
     ending: Option<RecordingError>,
 }
 
@@ -68,7 +68,7 @@ struct Clock {
     latest: Option<i128>,
 }
 
-/// What was read of one frame.
+/// One frame as read.
 #[derive(Debug, Default)]
 struct Block {
     sequence: u64,
@@ -237,7 +237,7 @@ impl Decoder {
 
     /// Reads from one `FRAME` to the next or to the end of the file.
     ///
-    /// What goes wrong behind the readings that are delivered is kept for
+    /// Reads the next block. An error behind the readings that are delivered is kept for
     /// after them.
     fn block<R: BufRead>(&mut self, lines: &mut Lines<R>) -> Result<Option<Block>, RecordingError> {
         if !lines.advance_to_row(&self.dialect)? {

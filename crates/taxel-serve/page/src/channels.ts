@@ -8,7 +8,7 @@ import { Strip } from "./strip";
 
 /** More channels than this are not listed; then the image shows how they compare. */
 const MOST_LISTED = 32;
-/** More lines than this cannot be told apart. */
+/** More lines than this cannot be distinguished. */
 const MOST_LINES = 8;
 /** From this line on they are dashed. */
 const FIRST_DASHED = 4;
@@ -57,7 +57,7 @@ export class ChannelList {
   private readonly history: History;
   private readonly stripNote = create("span", { class: "note", "data-testid": "strip-note" });
   private readonly rows: Row[] = [];
-  /** SI; null before the server has told them. */
+  /** SI; null before the server has sent them. */
   private rest: readonly (number | null)[] | null = null;
   /** Whether the lines are in per cent; null before the first frame. */
   private perCent: boolean | null = null;

@@ -5,7 +5,7 @@ import { seconds } from "./format";
 import type { Cell, PanelListener } from "./panel";
 import type { Health, Hello, WrongChannel } from "./protocol";
 
-/** Colours of the conditions, by name; each has a letter too, so that colour alone tells none. */
+/** Colours of the conditions, by name; each has a letter too, so that none depends on colour alone. */
 const SIGNS: Record<string, [letter: string, colour: string]> = {
   dead: ["D", "--bad"],
   saturated: ["S", "--bad"],

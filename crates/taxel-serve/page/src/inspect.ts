@@ -110,7 +110,7 @@ function channelTable(hello: Hello, frame: Frame, channels: readonly number[], r
 /** States of channels whose reading is used. */
 const USABLE = ["ok", "closed"];
 
-/** What tells the channels of one taxel apart: `11` of `r0c0.11`. */
+/** Name of a channel within its taxel: `11` of `r0c0.11`. */
 function shortName(hello: Hello, channel: number): string {
   const name = hello.channels[channel] ?? "";
   return name.slice(name.lastIndexOf(".") + 1);

@@ -45,7 +45,7 @@ export class Journal {
     this.open("events");
   }
 
-  /** Begins anew for a connection: the server tells everything again. */
+  /** Begins anew for a connection: the server sends everything again. */
   greet(hello: Hello): void {
     this.events.clear();
     this.tares.greet(hello);

@@ -1,4 +1,4 @@
-// The marks of a cell's state. Each has a shape of its own, so that colour alone never tells a state.
+// The marks of a cell's state. Each has its own shape, so that no state depends on colour alone.
 
 import { cssValue } from "./dom";
 

@@ -6,7 +6,7 @@ import type { FrameHeader, Hello, Status } from "./protocol";
 
 const AXES = ["x", "y", "z"] as const;
 
-/** Below this spacing of taxels places are given to the micrometre, m. */
+/** Below this spacing of taxels positions are given to the micrometre, m. */
 const SMALL_PITCH = 5e-4;
 
 /** Numbers that come from the connection and not from the shown frame. */

@@ -1,7 +1,7 @@
-// The values at rest that the estimator works with, as the server tells them.
+// The values at rest that the estimator works with, as the server sends them.
 
 export class RestValues {
-  /** In shown units; null before the server has told them. */
+  /** In shown units; null before the server has sent them. */
   values: Float64Array | null = null;
 
   /** Takes values in SI units, `per` to a shown one. Returns the mean of those that are known. */

@@ -230,7 +230,7 @@ export class TouchView {
   }
 }
 
-/** Colours of the image of pressing; null for those of the theme that tell either sign. */
+/** Colours of the image of pressing; null for those of the theme, which show either sign. */
 function mapOf({ components, picture, signed }: Hello): ColourMap | null {
   if (components === 3 || picture === "map") return SEQUENTIAL;
   if (picture === "grayscale") return GREY;

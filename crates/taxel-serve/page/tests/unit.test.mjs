@@ -340,7 +340,7 @@ test("events, tares and health are messages of their own", () => {
   for (const type of ["events", "tares", "baseline", "health"]) assert.equal(read({ type }).type, "unknown");
 });
 
-test("an event is told in words and with its value, deviation and unit", () => {
+test("an event is reported in words and with its value, deviation and unit", () => {
   assert.equal(eventInWords({ kind: "split", parent: 3 }), "split from 3");
   assert.equal(eventInWords({ kind: "merged", into: 1 }), "merged into 1");
   assert.equal(eventInWords({ kind: "impact", rise_time_s: 0.0257 }), "impact, rise 25.7 ms");

@@ -60,7 +60,7 @@ impl Slider {
         self.start + self.length() / self.speed
     }
 
-    /// What is wrong with it: the key, the message and what to do.
+    /// Mistake in it: the key, the message and what to do.
     pub(super) fn mistake(&self, duration: f64) -> Option<(&'static str, String, &'static str)> {
         let length = self.length();
         if length < 2.0 * self.radius {

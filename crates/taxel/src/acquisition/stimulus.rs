@@ -46,7 +46,7 @@ pub struct Stimulus {
     /// Version of this format: 1.
     #[schemars(extend("const" = 1))]
     pub schema: u32,
-    /// What people call the script.
+    /// Name of the script.
     pub name: String,
     /// Length of the script, s.
     #[serde(deserialize_with = "quantity::one::<PositiveTime, _>")]
@@ -133,7 +133,7 @@ pub struct ProbePoint {
 pub struct Fault {
     /// Which one.
     pub channel: Mask,
-    /// What it reads instead.
+    /// Reading of the failed capacitor.
     pub reads: FaultReading,
     /// Start, s.
     #[serde(deserialize_with = "quantity::one::<NonNegativeTime, _>")]
@@ -145,7 +145,7 @@ pub struct Fault {
     pub to: f64,
 }
 
-/// What a failed capacitor reads.
+/// Reading of a failed capacitor.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaultReading {
@@ -179,7 +179,7 @@ pub struct Outage {
     pub to: f64,
 }
 
-/// What the way from the device does to frames.
+/// Transmission of frames from the device: lost and doubled frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
@@ -408,8 +408,8 @@ impl<'a> Script<'a> {
         total
     }
 
-    /// What channel `capacitor` of taxel `taxel` reads when it fails at device
-    /// time `time`, s, if it does.
+    /// Reading of channel `capacitor` of taxel `taxel` if it fails at device time `time`,
+    /// s.
     pub fn fault(&self, taxel: usize, capacitor: usize, time: f64) -> Option<FaultReading> {
         let time = self.script_time(time);
         let here = [taxel / self.layout.columns, taxel % self.layout.columns];
@@ -423,7 +423,7 @@ impl<'a> Script<'a> {
         failed.map(|fault| fault.reads)
     }
 
-    /// Whether the link is down at device time `time`, s.
+    /// True if the link is down at device time `time`, s.
     pub(super) fn silent(&self, time: f64) -> bool {
         let time = self.script_time(time);
         let outages = &self.stimulus.outage;

@@ -11,7 +11,7 @@ use taxel_numerics::Noise;
 /// One piece of fabrication of a device, with whatever it remembers of its
 /// loads.
 pub trait Simulated: Send {
-    /// What its frames mean; the twin fills in the name.
+    /// Meaning of its frames; the twin fills in the name.
     fn stream(&self) -> Stream;
 
     /// Codes of all channels of the frame that starts at `start`, s, in the
@@ -35,7 +35,7 @@ pub struct Twin {
     doubled: Option<Frame>,
 }
 
-/// What the twin does next.
+/// Next delivery of the twin.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Delivery {
     /// A frame arrives.
@@ -80,7 +80,7 @@ impl Twin {
         })
     }
 
-    /// What the frames mean.
+    /// Meaning of the frames.
     pub fn stream(&self) -> Stream {
         self.stream.clone()
     }

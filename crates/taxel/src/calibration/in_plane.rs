@@ -1,4 +1,4 @@
-//! What is known of an array of in-plane capacitive sensors.
+//! Model of an array of in-plane capacitive sensors for estimation.
 
 use super::ChannelScale;
 use crate::layout::Layout;
@@ -18,6 +18,6 @@ pub struct InPlaneCalibration {
     pub deviation: Vec<f64>,
     /// Taxels that are not used.
     pub masked: Vec<bool>,
-    /// What unloading carries less than loading, where slow loops told it.
+    /// Hysteresis of the force, where slow loops identified it.
     pub hysteresis: Option<ForceHysteresis>,
 }

@@ -1,4 +1,4 @@
-//! What is known of an array of crossing channels.
+//! Model of an array of crossing microchannels for estimation.
 
 use crate::layout::Layout;
 use crate::mechanics::{ClosingState, ForceHysteresis, MicrochannelError, Stretch};
@@ -18,7 +18,7 @@ pub struct MicrochannelCalibration {
     pub scale: DividerScale,
     /// Taxels that are not used, row by row.
     pub masked: Vec<bool>,
-    /// What unloading carries less than loading, where slow loops told it.
+    /// Hysteresis of the pressure, where slow loops identified it.
     pub hysteresis: Option<ForceHysteresis>,
 }
 
@@ -54,7 +54,7 @@ pub struct DividerScale {
     pub lead: f64,
 }
 
-/// What one reading says of its channel.
+/// Resistance of a microchannel by one reading, or why there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MicrochannelSignal {
     /// Resistance without leads, Ω.
@@ -156,7 +156,7 @@ fn highest_known(layer: &MicrochannelLayer, share: f64) -> Result<f64, Microchan
 }
 
 impl DividerScale {
-    /// What a code says of its channel, which saturates at the voltage
+    /// Resistance of a microchannel by a code; it saturates at the voltage
     /// `saturation`, V; a NaN is no reading.
     ///
     /// Code zero and the largest code are outside the converter's range: the

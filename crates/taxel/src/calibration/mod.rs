@@ -1,4 +1,4 @@
-//! What is known of one device: the model that estimation inverts.
+//! Model of one device that estimation inverts.
 
 mod in_plane;
 mod microchannel;
@@ -27,8 +27,7 @@ pub struct Calibration {
     pub masked: Vec<[bool; 4]>,
     /// Relaxing springs beside the long-time stiffness.
     pub relaxation: Vec<RelaxationTerm>,
-    /// What unloading carries less than loading along x, y and z, where slow
-    /// loops told it.
+    /// Hysteresis of the force along x, y and z, where slow loops identified it.
     pub hysteresis: [Option<ForceHysteresis>; 3],
     /// Force on each axis that the device is meant for, N.
     pub full_scale: f64,

@@ -7,7 +7,7 @@ use crate::svg::{Anchor, Svg};
 pub struct HeatMap {
     /// Title of all maps.
     pub title: String,
-    /// What the colours mean, with the unit.
+    /// Meaning of the colours, with the unit.
     pub value: String,
     /// Name and places of the columns.
     pub across: (String, Vec<String>),
@@ -16,7 +16,7 @@ pub struct HeatMap {
     /// Title and numbers of each map, row by row from below; a mark behind a number
     /// says what else holds there.
     pub maps: Vec<(String, Vec<MapCell>)>,
-    /// What the marks mean.
+    /// Meaning of the marks.
     pub caption: String,
 }
 

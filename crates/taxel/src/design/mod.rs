@@ -1,7 +1,7 @@
-//! Design: the same question to many drawings.
+//! Design sweeps: one quantity computed for many drawings.
 
-mod channel_sections;
 mod heat_map;
+mod microchannel_sections;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -10,10 +10,10 @@ use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 use crate::toml_input;
 use taxel_recording::InputError;
 
-pub use channel_sections::{
+pub use heat_map::{HeatMap, MapCell};
+pub use microchannel_sections::{
     SectionAnswer, SectionRow, SectionState, cells, columns, heat_map, sweep,
 };
-pub use heat_map::{HeatMap, MapCell};
 
 /// Shipped studies: name and text.
 const SHIPPED: &[(&str, &str)] = &[(
@@ -21,21 +21,24 @@ const SHIPPED: &[(&str, &str)] = &[(
     include_str!("../../studies/p4-sections.toml"),
 )];
 
+/// Keys that had another name, with the name that they have now.
+const RENAMED: &[(&[&str], &str)] = &[(&["channel_sections"], "microchannel_sections")];
+
 /// A study as its file describes it.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
     /// Version of this format: 1.
     pub schema: u32,
-    /// What people call the study.
+    /// Name of the study.
     pub name: String,
     /// Sensor file, or name of a shipped one, that says what is not varied.
     pub sensor: String,
-    /// Channels of other heights and covers (P4 II.D).
-    pub channel_sections: MicrochannelSections,
+    /// Microchannels of other heights and covers (P4 II.D).
+    pub microchannel_sections: MicrochannelSections,
 }
 
-/// One row of channels, their height and cover varied.
+/// One row of microchannels with heights and covers to sweep.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MicrochannelSections {
@@ -43,9 +46,9 @@ pub struct MicrochannelSections {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub thickness: f64,
-    /// Heights of the channels.
+    /// Heights of the microchannels.
     pub heights: Lengths,
-    /// Solid above the channels.
+    /// Solid above the microchannels.
     pub covers: Lengths,
     /// Pressures on the whole top.
     pub pressures: Pressures,
@@ -63,7 +66,7 @@ pub struct Lengths {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub to: f64,
-    /// How many, 1 to 100.
+    /// Number of lengths, 1 to 100.
     pub count: usize,
 }
 
@@ -79,7 +82,7 @@ pub struct Pressures {
     #[serde(deserialize_with = "quantity::one::<PositiveStress, _>")]
     #[schemars(with = "Checked<PositiveStress>")]
     pub to: f64,
-    /// How many, 1 to 100.
+    /// Number of pressures, 1 to 100.
     pub count: usize,
 }
 
@@ -110,8 +113,12 @@ impl Study {
     /// # Errors
     /// The first mistake with its place.
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
+        let help = "rename it in the header";
+        if let Some(error) = toml_input::renamed_key(file, text, RENAMED, "now", help) {
+            return Err(error);
+        }
         let study: Self = toml_input::parse(file, text)?;
-        let sections = &study.channel_sections;
+        let sections = &study.microchannel_sections;
         let lists = [
             (
                 "heights",
@@ -130,7 +137,7 @@ impl Study {
             ),
         ];
         for (name, count, [from, to]) in lists {
-            let path = ["channel_sections", name];
+            let path = ["microchannel_sections", name];
             let wrong = |message: String, help: &str| {
                 Err(toml_input::at_key(file, text, &path, &message, help))
             };
@@ -150,13 +157,13 @@ impl Study {
             return Err(toml_input::at_key(
                 file,
                 text,
-                &["channel_sections", "thickness"],
+                &["microchannel_sections", "thickness"],
                 &format!(
-                    "the tallest channel under the thickest cover takes {:.4} um of a sheet of {:.4} um",
+                    "the tallest microchannel under the thickest cover takes {:.4} um of a sheet of {:.4} um",
                     um(tallest),
                     um(sections.thickness)
                 ),
-                "give a thicker sheet, or lower channels and covers",
+                "give a thicker sheet, or lower microchannels and covers",
             ));
         }
         Ok(study)

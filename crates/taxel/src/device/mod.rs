@@ -1,4 +1,4 @@
-//! What taxel can do with each kind of device: one file or folder per kind.
+//! Kinds of device, each in its own file or folder.
 //!
 //! The physics of a device stands in [`crate::mechanics`],
 //! [`crate::transduction`] and [`crate::electronics`]; here it is joined to
@@ -67,7 +67,7 @@ pub trait Device {
     /// [`FrameError`] when the frames cannot be of this device.
     fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError>;
 
-    /// How contacts and events of the device are followed.
+    /// Options for following contacts and events of the device.
     fn observed(&self, stream: &Stream) -> ObserverOptions {
         ObserverOptions::new(stream)
     }
@@ -128,7 +128,7 @@ fn counts_of(layout: &Layout, channels_per_taxel: usize, period: f64) -> Stream 
     Stream::of_counts(taxels, pitch, channels_per_taxel, period)
 }
 
-/// How long a board takes for a frame and for the `scan` in it, s.
+/// Times of a board for a frame and for the `scan` in it, s.
 fn timing(period: f64, scan: f64, of_what: &'static str) -> Vec<Fact> {
     let time = |name, seconds, source| {
         let seconds = number(seconds, "s", "ms", 1e-3);
@@ -140,7 +140,7 @@ fn timing(period: f64, scan: f64, of_what: &'static str) -> Vec<Fact> {
     ]
 }
 
-/// What follows from a board that reads capacitors.
+/// Quantities derived from a board that reads capacitors.
 fn capacitor_board(board: &FrontEnd) -> Vec<Fact> {
     let [low, high] = board.span();
     let mut facts = timing(

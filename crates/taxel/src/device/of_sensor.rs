@@ -52,7 +52,7 @@ impl Sensor {
         device.check()
     }
 
-    /// What taxel can do with this kind of device.
+    /// Device of this sensor.
     ///
     /// # Errors
     /// [`Unreadable`] when the board cannot read the element; never after

@@ -10,7 +10,7 @@ pub struct ChargeBoard {
     converter: Converter,
     rows: usize,
     columns: usize,
-    /// What becomes of the charge of one element.
+    /// Pass band for the charge of one element.
     pub band: ChargeBand,
     /// Output of the last analogue stage.
     pub output: Output,

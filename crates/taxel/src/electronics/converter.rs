@@ -23,7 +23,7 @@ pub struct Converter {
 pub struct Code {
     /// Counts, 0 to [`Converter::highest`].
     pub counts: u32,
-    /// Whether the voltage was outside the range.
+    /// True if the voltage was outside the range.
     pub clipped: bool,
 }
 

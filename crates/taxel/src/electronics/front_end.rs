@@ -16,7 +16,7 @@ pub struct Electronics {
     pub frame_rate: f64,
     /// Order of reading.
     pub scan: Scan,
-    /// What turns the response of a taxel into a voltage.
+    /// Stage that turns the response of a taxel into a voltage.
     pub readout: Readout,
     /// Voltage to counts; every readout but `digital` needs it.
     #[serde(default)]
@@ -44,11 +44,11 @@ pub enum Readout {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Digital {
-    /// What the numbers are.
+    /// Unit of the numbers.
     pub unit: DigitalUnit,
 }
 
-/// What the numbers of a chip are.
+/// Unit of the numbers of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DigitalUnit {

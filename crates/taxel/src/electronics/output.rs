@@ -7,7 +7,7 @@ use crate::quantity::{
     self, AnyVoltage, Checked, NonNegativeTime, NonNegativeVoltage, PositiveVoltage,
 };
 
-/// What the last analogue stage adds to its ideal voltage.
+/// Offset, noise and limits of the last analogue stage.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Output {

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::quantity::{self, Checked, PositiveTime};
 
-/// How the electrode rows and columns are read.
+/// Scheme by which the electrode rows and columns are read.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Scan {

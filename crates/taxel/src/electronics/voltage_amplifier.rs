@@ -51,8 +51,8 @@ pub struct ChargeMode {
     pub output: Output,
 }
 
-/// What a front end makes of the charge of an element, as one band:
-/// V/q = gain · τs/(1 + τs) · 1/(1 + τ_f s).
+/// Pass band of a front end for the charge of an element: V/q = gain · τs/(1 + τs) · 1/(1
+/// + τ_f s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChargeBand {
     /// Gain in the middle of the band, V/C; negative where the stages invert.

@@ -93,7 +93,7 @@ impl VoltageDivider {
         self.supply * self.reference / (sum * sum)
     }
 
-    /// Whether `voltage` counts as saturated: the channel is closed at some
+    /// True if `voltage` counts as saturated: the channel is closed at some
     /// place, and its resistance says no more than that.
     pub fn saturated(&self, voltage: f64) -> bool {
         voltage >= self.saturation

@@ -29,7 +29,7 @@ pub enum FrameError {
     /// The channels carry a quantity that the device does not have.
     #[error("the channels carry {found:?}; this device has other ones")]
     Quantity {
-        /// What they carry.
+        /// Quantity of the frames.
         found: Quantity,
     },
     /// A device without a physical model, of which nothing was learned yet.
@@ -54,7 +54,7 @@ pub struct ArrayEstimator {
     still: StillWatch,
     segmentation: Segmentation,
     cells: Vec<Cell>,
-    /// Whether a contact is on each channel.
+    /// True if a contact is on each channel.
     occupied: Vec<bool>,
     touch: Touch,
     last_time_ns: Option<u64>,
@@ -90,17 +90,17 @@ impl ArrayEstimator {
         estimator
     }
 
-    /// What readings and values are.
+    /// Meaning of readings and values.
     pub fn meaning(&self) -> &Meaning {
         self.reader.meaning()
     }
 
-    /// How the device is treated.
+    /// Rules for this device.
     pub fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// What is known of each channel, in the order and unit of a frame.
+    /// Facts of each channel, in the order and unit of a frame.
     pub fn channels(&self) -> &[ChannelFacts] {
         self.reader.channels()
     }
@@ -137,7 +137,7 @@ impl ArrayEstimator {
         self.capture = Some(RestCapture::new(self.noise.len(), frames));
     }
 
-    /// Whether a rest capture is under way.
+    /// True if a rest capture is under way.
     pub fn capturing(&self) -> bool {
         self.capture.is_some()
     }

@@ -11,7 +11,7 @@ pub struct BaselineOptions {
     pub fastest_drift: f64,
     /// Time over which a drift is followed, s; default 20.
     pub follow: f64,
-    /// Time over which readings are averaged to tell a contact, s; default 1.
+    /// Time over which readings are averaged to detect a contact, s; default 1.
     pub smoothing: f64,
     /// A pause between frames after which the average begins anew, s; default 1.
     pub longest_pause: f64,
@@ -106,14 +106,14 @@ struct Channel {
     held: Option<Held>,
 }
 
-/// What the time since the last frame makes of the filters.
+/// Coefficients of the filters for the time since the last frame.
 struct Pace {
     elapsed: f64,
     /// The same, bounded.
     step: f64,
     /// Weight of a reading in the average.
     weight: f64,
-    /// What a level keeps.
+    /// Share of a level that stays.
     stay: f64,
 }
 
@@ -211,8 +211,8 @@ impl Baseline {
         self.channels[channel].level
     }
 
-    /// What the empty channel has drifted by since the last tare, in its unit:
-    /// to be taken from a reading before the model is asked what it means.
+    /// Drift of the empty channel since the last tare, in its unit: to be taken from a
+    /// reading before the model is asked what it means.
     pub fn drift(&self, channel: usize) -> f64 {
         let channel = &self.channels[channel];
         channel.level - channel.declared
@@ -237,7 +237,7 @@ impl Baseline {
         deviation * deviation * (noise + hidden * hidden / 3.0)
     }
 
-    /// Whether a channel is held.
+    /// True if a channel is held.
     pub fn held(&self, channel: usize) -> bool {
         self.channels[channel].held.is_some()
     }

@@ -5,9 +5,8 @@ use super::touch::{ChannelReadings, ChannelState};
 use crate::acquisition::Quantity;
 use crate::calibration::ChannelScale;
 
-/// What is known of the channel of a capacitor with the noise `deviation`, F, in
-/// frames of `quantity`. Capacitances may have been rounded: their step is not
-/// known.
+/// Facts of the channel of a capacitor with the noise `deviation`, F, in frames of
+/// `quantity`. Capacitances may have been rounded: their step is not known.
 pub(super) fn capacitor_facts(
     scale: &ChannelScale,
     deviation: f64,

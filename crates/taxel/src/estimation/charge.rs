@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::contact::Cell;
-use super::localisation::Placing;
-use super::placing_live::Placed;
+use super::last_positions::LastPositions;
+use super::localisation::Localiser;
 use super::reader::{
     Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
@@ -14,8 +14,7 @@ use super::{ChannelFacts, Wiring};
 use crate::layout::Layout;
 use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 
-/// What is known of an array of elements whose signal is
-/// V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).
+/// Model of an array of elements whose signal is V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChargeModel {
     /// Where the elements are.
@@ -93,12 +92,12 @@ pub struct ChargeReader {
     wrong_until_ns: Vec<u64>,
     last_time_ns: Option<u64>,
     deviation: f64,
-    placing: Option<Arc<dyn Placing>>,
-    placed: Option<Placed>,
+    localiser: Option<Arc<dyn Localiser>>,
+    located: Option<LastPositions>,
 }
 
 /// Positions are looked for so often, ns: it takes up to some milliseconds.
-const PLACE_EVERY_NS: u64 = 10_000_000;
+const LOCATE_EVERY_NS: u64 = 10_000_000;
 
 /// Pause that counts, as a share of the time constant of the high-pass.
 const PAUSE: f64 = 0.1;
@@ -122,8 +121,8 @@ impl ChargeReader {
             wrong_until_ns: vec![0; taxels],
             last_time_ns: None,
             deviation,
-            placing: None,
-            placed: None,
+            localiser: None,
+            located: None,
             inverse,
             step,
             options,
@@ -131,11 +130,11 @@ impl ChargeReader {
         }
     }
 
-    /// Finds contacts and their positions by `placing`; without, and where that
+    /// Finds contacts and their positions by `localiser`; without, and where that
     /// finds no information, a contact is at the centre of its forces.
     #[must_use]
-    pub fn with_placing(mut self, placing: Arc<dyn Placing>) -> Self {
-        self.placing = Some(placing);
+    pub fn with_localiser(mut self, localiser: Arc<dyn Localiser>) -> Self {
+        self.localiser = Some(localiser);
         self
     }
 
@@ -179,28 +178,28 @@ impl ChargeReader {
         step.map_or(f64::NAN, |step| chain.advance(memory, step, change))
     }
 
-    /// The profiles of contacts tell their positions better than the centres of
-    /// force do, and how many there are.
-    fn place_contacts(&mut self, cells: &[Cell], touch: &mut Touch) {
-        let (Some(placing), regions @ 1..) = (&self.placing, touch.contacts.len()) else {
-            self.placed = None;
+    /// Number and positions of the contacts by their profiles, better than by centres
+    /// of force.
+    fn locate_contacts(&mut self, cells: &[Cell], touch: &mut Touch) {
+        let (Some(localiser), regions @ 1..) = (&self.localiser, touch.contacts.len()) else {
+            self.located = None;
             return;
         };
-        if !matches!(&self.placed, Some(placed) if placed.holds(touch.time_ns, regions)) {
+        if !matches!(&self.located, Some(located) if located.holds(touch.time_ns, regions)) {
             let taxels = touch.taxels.iter();
             let (forces, deviations): (Vec<f64>, Vec<f64>) = taxels
                 .map(|taxel| (taxel.pressed(), taxel.pressed_deviation()))
                 .unzip();
-            let until_ns = touch.time_ns.saturating_add(PLACE_EVERY_NS);
-            let parts = placing.places(&forces, &deviations);
-            self.placed = Some(Placed::new(parts, until_ns, regions));
+            let until_ns = touch.time_ns.saturating_add(LOCATE_EVERY_NS);
+            let parts = localiser.positions(&forces, &deviations);
+            self.located = Some(LastPositions::new(parts, until_ns, regions));
         }
-        let Some(placed) = &mut self.placed else {
+        let Some(located) = &mut self.located else {
             return;
         };
         let pitch = self.model.layout.pitch;
-        placed.split(cells, pitch, &mut touch.contacts, &mut touch.regions);
-        placed.apply(&mut touch.contacts);
+        located.split(cells, pitch, &mut touch.contacts, &mut touch.regions);
+        located.apply(&mut touch.contacts);
         if let [contact] = &touch.contacts[..] {
             touch.centre_of_pressure = Some((contact.centre, contact.covariance));
         }
@@ -320,7 +319,7 @@ impl Reader for ChargeReader {
     }
 
     fn locate(&mut self, cells: &[Cell], touch: &mut Touch) {
-        self.place_contacts(cells, touch);
+        self.locate_contacts(cells, touch);
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
@@ -335,7 +334,7 @@ impl Reader for ChargeReader {
     }
 }
 
-/// What is known of each channel, in counts.
+/// Facts of each channel, in counts.
 fn channels(model: &ChargeModel) -> Vec<ChannelFacts> {
     let count = |volts: f64| (volts - model.volt_at_zero) / model.volt_per_count;
     let channel = |masked: &bool| ChannelFacts {

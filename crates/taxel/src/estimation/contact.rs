@@ -71,7 +71,7 @@ pub struct Cell {
     pub force: [f64; 3],
     /// Covariance of the force.
     pub force_covariance: [[f64; 3]; 3],
-    /// How far the cell can be trusted.
+    /// State of the value of the cell.
     pub state: State,
 }
 
@@ -161,8 +161,8 @@ impl Gathering {
         contact.area = contact.taxels as f64 * pitch[0] * pitch[1];
         let square = self.weight * self.weight;
         contact.covariance = self.noise.map(|sum| sum / square);
-        for (axis, place) in [(0, 0), (1, 2)] {
-            contact.covariance[place] +=
+        for (axis, entry) in [(0, 0), (1, 2)] {
+            contact.covariance[entry] +=
                 grid_variance(self.spread[axis] / self.weight, pitch[axis]);
         }
         contact
@@ -174,7 +174,7 @@ impl Gathering {
     }
 }
 
-/// Whether a force in this state is no more than a bound.
+/// True if a force in this state is no more than a bound.
 fn bounds(state: State) -> bool {
     matches!(state, State::Saturated | State::Closed | State::OutOfRange)
 }
@@ -182,7 +182,7 @@ fn bounds(state: State) -> bool {
 /// Variance of a centre along one axis because cells of width `pitch` gather
 /// the load, where the weights spread by the variance `spread` about it.
 ///
-/// A cell tells nothing of a place within it: a load on one cell may be
+/// A cell gives no information on the position within it: a load on one cell may be
 /// anywhere in it, p²/12. A load over the border of two cells is narrower than
 /// they are and lies between the border and the centre of force: (p²/4 − s²)/3.
 /// Of a wide load the error is the first harmonic of the grid,

@@ -1,4 +1,4 @@
-//! Whether a frame is new: gaps, late and duplicate frames.
+//! Sequence of frames: gaps, late and duplicate frames.
 
 use crate::acquisition::Frame;
 
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_late_and_duplicates_are_told_apart() {
+    fn gaps_late_and_duplicates_are_distinguished() {
         let (counts, taken) = run(&[5, 6, 6, 9, 7, 10]);
         assert_eq!(taken, [5, 6, 9, 10]);
         assert_eq!((counts.lost, counts.late, counts.duplicate), (1, 1, 1));

@@ -18,7 +18,7 @@ pub struct HistoryOptions {
     pub regularity: f64,
     /// A pause between frames after which the history begins anew, s; default 0.1.
     pub longest_pause: f64,
-    /// A contact that comes back to its place within this time, s, goes on with
+    /// A contact that comes back to its position within this time, s, goes on with
     /// its history: so a load that lifts off is cyclic too; default 1.
     pub longest_break: f64,
 }
@@ -37,7 +37,7 @@ impl Default for HistoryOptions {
     }
 }
 
-/// What the force of a contact did.
+/// Course of the force of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Course {
     /// It went from one held force to another one.
@@ -75,7 +75,7 @@ struct Cycle {
 
 /// Cycles that make a cyclic load: three periods between them.
 const CYCLES: usize = 4;
-/// What is left of an impact when it is over, as a share.
+/// Remainder of an impact when it is over, as a share.
 const OVER: f64 = 0.25;
 /// Samples of a rise that are kept; of a longer one the older half is dropped.
 const MOST_SAMPLES: usize = 8192;

@@ -1,6 +1,6 @@
-//! Whether each channel of a device can be trusted, with evidence and a reason.
+//! Health of each channel of a device, with evidence and a reason.
 
-/// What is known beforehand of a channel.
+/// Prior knowledge of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelFacts {
     /// Standard deviation of one reading, in the unit of the channel; `NaN`
@@ -11,7 +11,7 @@ pub struct ChannelFacts {
     /// At or below the first a channel is dead, at or above the second
     /// saturated.
     pub span: [f64; 2],
-    /// Whether the channel is not used, or does not exist.
+    /// True if the channel is not used, or does not exist.
     pub masked: bool,
 }
 
@@ -76,7 +76,7 @@ impl Condition {
         }
     }
 
-    /// Whether something is against the channel.
+    /// True if something is against the channel.
     pub fn wrong(self) -> bool {
         !matches!(self, Self::Well | Self::Masked)
     }
@@ -89,14 +89,14 @@ pub struct ChannelHealth {
     pub condition: Condition,
     /// Since when, ns.
     pub since_ns: u64,
-    /// What shows it: s without change, times its noise, residual in
-    /// deviations, or the reading.
+    /// Evidence: s without change, times its noise, residual in deviations, or the
+    /// reading.
     pub evidence: f64,
     suspected: Condition,
     /// For how long something else than the condition has been suspected, s.
     against: f64,
     last: f64,
-    /// Whether a contact was there in the last frame.
+    /// True if a contact was there in the last frame.
     occupied: bool,
     still: f64,
     /// Readings in a row that were the same as the one before.
@@ -112,7 +112,7 @@ pub struct ChannelReading {
     pub value: f64,
     /// Consistency residual in deviations; `NaN` without redundancy.
     pub residual: f64,
-    /// Whether a contact is or may be there: then a changing reading is no
+    /// True if a contact is or may be there: then a changing reading is no
     /// noise, and one at the high end no fault.
     pub occupied: bool,
 }
@@ -182,12 +182,12 @@ impl HealthMonitor {
         }
     }
 
-    /// How often a condition has changed.
+    /// Number of changes of conditions.
     pub fn changes(&self) -> u64 {
         self.changes
     }
 
-    /// Whether something is against any channel.
+    /// True if something is against any channel.
     pub fn wrong(&self) -> bool {
         self.channels
             .iter()
@@ -199,7 +199,7 @@ impl HealthMonitor {
         &self.channels
     }
 
-    /// Whether a frame with a new number is the last one sent again: it repeats
+    /// True if a frame with a new number is the last one sent again: it repeats
     /// every reading, which noise does not allow. Such a frame must not be used,
     /// neither for estimation nor in [`HealthMonitor::push`].
     pub fn repeats(&self, values: &[f64]) -> bool {
@@ -231,12 +231,12 @@ impl ChannelFacts {
         }
     }
 
-    /// Whether two readings in a row differ as a rule.
+    /// True if two readings in a row differ as a rule.
     fn shows_noise(&self) -> bool {
         self.deviation > SHOWS_NOISE * self.resolution
     }
 
-    /// Whether a reading that repeats so often in a row stands still: noise lets
+    /// True if a reading that repeats so often in a row stands still: noise lets
     /// that happen by chance in one of 10⁹ cases at most, wherever in a step of
     /// the converter the true value lies. Of a channel whose noise is not known
     /// nothing is said.

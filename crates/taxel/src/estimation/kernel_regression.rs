@@ -2,31 +2,30 @@
 
 use rayon::prelude::*;
 
-use super::localisation::{Method, Place, Placing, ProfileModel};
-use super::placing_fit::{ProfileFit, grid};
+use super::localisation::{ContactPosition, Localiser, Method, ProfileModel};
+use super::position_fit::{ProfileFit, grid};
 use crate::mechanics::ShareTable;
 use crate::trained::{FEWEST_PRESSES, GaussianProcess, Kernel, TrainingError};
 
-/// One press of known place.
+/// One indentation at a known position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Press {
     /// Forces on all elements, N.
     pub forces: Vec<f64>,
     /// Centre on the developed surface, m.
-    pub place: [f64; 2],
+    pub position: [f64; 2],
     /// Radius of the contact, m, where it is known.
     pub radius: Option<f64>,
 }
 
-/// Kernel regression on the place of what the presses differ from the profile
-/// by, one for each radius of the presses, and the places that explain given
-/// forces.
+/// Kernel regression over position of the difference of the indentations from the
+/// profile, one for each radius, and the positions that explain given forces.
 ///
 /// It learns directions of the forces, vectors of unit length. Of presses whose
 /// radius is not known there is no profile, and it learns the whole. The
-/// regression goes from place to forces, as
-/// the body does: the same forces may come from two places, so that a map from
-/// forces to place would be between both and sure of it. Forces that no place
+/// regression goes from position to forces, as
+/// the body does: the same forces may come from two positions, so that a map from
+/// forces to position would be between both and sure of it. Forces that no position
 /// explains are of a contact unlike those that pressed: no information.
 #[derive(Debug, Clone)]
 pub struct KernelRegression {
@@ -35,7 +34,7 @@ pub struct KernelRegression {
     trust: Trust,
 }
 
-/// How far a regression can be trusted, by presses that it has not seen.
+/// Trust in a regression, from indentations that it has not seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
     /// Factor on the stated deviations.
@@ -46,7 +45,7 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// Of a regression that nobody has tried yet.
+    /// Trust in a regression before any test.
     pub const UNTRIED: Self = Self {
         spread: 1.0,
         reach: f64::INFINITY,
@@ -100,7 +99,7 @@ impl KernelRegression {
     /// known.
     ///
     /// # Errors
-    /// [`TrainingError`] for too few presses, presses in one place, forces of
+    /// [`TrainingError`] for too few presses, presses in one position, forces of
     /// another number of elements, or none at all.
     pub fn observe(
         kernel: Kernel,
@@ -108,11 +107,11 @@ impl KernelRegression {
         model: &ProfileModel,
     ) -> Result<Self, TrainingError> {
         let groups = groups(presses, model)?;
-        let places: Vec<[f64; 2]> = grid(model).collect();
+        let positions: Vec<[f64; 2]> = grid(model).collect();
         let table = |group: &Group| {
             let process = group.process(kernel)?;
-            let felt = |at: &[f64; 2]| sum(&group.expected(*at), &process.mean(at));
-            Ok(places.par_iter().flat_map_iter(felt).collect())
+            let forces = |at: &[f64; 2]| sum(&group.expected(*at), &process.mean(at));
+            Ok(positions.par_iter().flat_map_iter(forces).collect())
         };
         let tables: Result<Vec<Vec<f64>>, TrainingError> = groups.par_iter().map(table).collect();
         let learned = ProfileModel {
@@ -137,25 +136,25 @@ impl KernelRegression {
         Self { trust, ..self }
     }
 
-    /// The place by what was learned, however unlike the contact and however
+    /// The position by what was learned, however unlike the contact and however
     /// badly known, with the misfit over its degrees of freedom.
-    pub fn search(&self, forces: &[f64], deviations: &[f64]) -> Option<(Place, f64)> {
-        let (place, strangeness) = self.fit.search(forces, deviations)?;
-        let place = Place {
+    pub fn search(&self, forces: &[f64], deviations: &[f64]) -> Option<(ContactPosition, f64)> {
+        let (position, score) = self.fit.search(forces, deviations)?;
+        let position = ContactPosition {
             force: forces.iter().sum(),
-            radius: place.radius.filter(|_| self.sizes_known),
+            radius: position.radius.filter(|_| self.sizes_known),
             method: Method::Trained,
-            ..place
+            ..position
         };
-        Some((place.spread(self.trust.spread), strangeness))
+        Some((position.spread(self.trust.spread), score))
     }
 }
 
-impl Placing for KernelRegression {
-    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
-        let (place, strangeness) = self.search(forces, deviations)?;
-        let like = strangeness <= self.trust.reach;
-        (like && place.is_known(self.fit.model().pitch)).then_some(place)
+impl Localiser for KernelRegression {
+    fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition> {
+        let (position, score) = self.search(forces, deviations)?;
+        let like = score <= self.trust.reach;
+        (like && position.is_known(self.fit.model().pitch)).then_some(position)
     }
 }
 
@@ -165,8 +164,8 @@ struct Group {
     profile: Option<ShareTable>,
     elements: Vec<[f64; 2]>,
     side: f64,
-    places: Vec<Vec<f64>>,
-    /// What the directions are more than those of the profile.
+    positions: Vec<Vec<f64>>,
+    /// Difference of the directions from those of the profile.
     beyond: Vec<Vec<f64>>,
 }
 
@@ -181,27 +180,32 @@ impl Group {
             profile: radius.map(|radius| model.cover(radius).table()),
             elements: model.centroid().positions,
             side: model.side,
-            places: presses.iter().map(|press| press.place.to_vec()).collect(),
+            positions: presses
+                .iter()
+                .map(|press| press.position.to_vec())
+                .collect(),
             beyond: Vec::new(),
         };
         for press in presses {
-            let felt = direction(&press.forces).ok_or(TrainingError::NoSignal)?;
-            let expected = group.expected(press.place);
-            let pairs = felt.iter().zip(&expected);
-            group
-                .beyond
-                .push(pairs.map(|(felt, expected)| felt - expected).collect());
+            let measured = direction(&press.forces).ok_or(TrainingError::NoSignal)?;
+            let expected = group.expected(press.position);
+            let pairs = measured.iter().zip(&expected);
+            group.beyond.push(
+                pairs
+                    .map(|(measured, expected)| measured - expected)
+                    .collect(),
+            );
         }
         Ok(group)
     }
 
-    /// Direction of the forces of a press at a place by the profile; zero
+    /// Direction of the forces of a press at a position by the profile; zero
     /// without one.
-    fn expected(&self, place: [f64; 2]) -> Vec<f64> {
+    fn expected(&self, position: [f64; 2]) -> Vec<f64> {
         let Some(profile) = &self.profile else {
             return vec![0.0; self.elements.len()];
         };
-        let offset = |at: &[f64; 2]| [at[0] - place[0], at[1] - place[1]];
+        let offset = |at: &[f64; 2]| [at[0] - position[0], at[1] - position[1]];
         let shares = self.elements.iter();
         let shares: Vec<f64> = shares
             .map(|at| profile.share(offset(at), self.side))
@@ -210,7 +214,7 @@ impl Group {
     }
 
     fn process(&self, kernel: Kernel) -> Result<GaussianProcess, TrainingError> {
-        GaussianProcess::observe(kernel, &self.places, &self.beyond)
+        GaussianProcess::observe(kernel, &self.positions, &self.beyond)
     }
 }
 
@@ -226,7 +230,7 @@ fn groups(presses: &[Press], model: &ProfileModel) -> Result<Vec<Group>, Trainin
         let found = other.forces.len();
         return Err(TrainingError::Channels { found, expected });
     }
-    if presses.iter().all(|press| press.place == first.place) {
+    if presses.iter().all(|press| press.position == first.position) {
         return Err(TrainingError::NoArea(0.0, 0.0));
     }
     let mut radii: Vec<Option<f64>> = presses.iter().map(|press| press.radius).collect();
@@ -260,10 +264,10 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::indentation_map::{localiser, regression};
     use super::super::localisation::tests::{Presses, THICKNESS, fit, rms};
-    use super::super::place_map::{placing, regression};
     use super::*;
-    use crate::trained::{PlaceFinder, PlaceMap};
+    use crate::trained::{IndentationMap, PositionMethod};
 
     /// Presses of each radius on a grid of 1 mm.
     fn presses(radii: &[f64]) -> Vec<Press> {
@@ -271,14 +275,14 @@ mod tests {
         for radius in radii {
             let mut bench = Presses::new(*radius, 5);
             for index in 0..65 {
-                let place = [
+                let position = [
                     f64::from(index % 13) * 1e-3 - 6e-3,
                     f64::from(index / 13) * 1e-3 - 2e-3,
                 ];
-                let (forces, _) = bench.forces(place);
+                let (forces, _) = bench.forces(position);
                 presses.push(Press {
                     forces,
-                    place,
+                    position,
                     radius: Some(*radius),
                 });
             }
@@ -301,7 +305,7 @@ mod tests {
     #[test]
     fn a_probe_that_was_trained_is_placed_better_than_by_any_model() {
         let [error, ratio] = rms(&trained(&presses(&[3.6e-3])).unwrap(), 3.6e-3);
-        // Half of the 0.11 mm of a map from forces to place in the
+        // Half of the 0.11 mm of a map from forces to position in the
         // specification's own simulation.
         assert!(error < 0.07e-3, "{error}");
         // The noise of training is in the tables and in the forces: too wide
@@ -317,10 +321,10 @@ mod tests {
         }
         let learned = trained(&presses).unwrap();
         let [error, _] = rms(&learned, 3.6e-3);
-        // Without the profile the grid of 1 mm has to tell all.
+        // Without the profile the grid of 1 mm alone determines all.
         assert!(error < 0.11e-3, "{error}");
         let (forces, sigma) = Presses::new(3.6e-3, 1).forces([1e-3, 0.5e-3]);
-        assert_eq!(learned.place(&forces, &[sigma; 8]).unwrap().radius, None);
+        assert_eq!(learned.position(&forces, &[sigma; 8]).unwrap().radius, None);
     }
 
     #[test]
@@ -341,30 +345,32 @@ mod tests {
         };
         let like = strange(3.6e-3);
         let unlike = strange(1.5e-3);
-        // Nine in ten contacts of less than half the radius are told from all
-        // that pressed; the others look like them.
+        // Nine in ten contacts of less than half the radius are distinguished
+        // from all that pressed; the others look like them.
         assert!(unlike[5] > like[49], "{unlike:?} {like:?}");
         let careful = learned.with_trust(Trust {
             spread: 1.0,
             reach: like[49],
         });
         let (forces, sigma) = Presses::new(1.5e-3, 3).forces([1.5e-3, 1.0e-3]);
-        assert_eq!(careful.place(&forces, &[sigma; 8]), None);
+        assert_eq!(careful.position(&forces, &[sigma; 8]), None);
         let (forces, sigma) = Presses::new(3.6e-3, 3).forces([0.0; 2]);
-        assert!(careful.place(&forces, &[sigma; 8]).is_some());
+        assert!(careful.position(&forces, &[sigma; 8]).is_some());
     }
 
     /// `finder` after presses of 3.6 mm on a device whose elements lie by `shift`
     /// along x beside their drawing.
-    fn finder(finder: PlaceFinder, shift: f64) -> std::sync::Arc<dyn Placing> {
+    fn finder(finder: PositionMethod, shift: f64) -> std::sync::Arc<dyn Localiser> {
         let mut presses = presses(&[3.6e-3]);
         let mut bench = Presses::new(3.6e-3, 5);
         for press in &mut presses {
-            press.forces = bench.forces([press.place[0] - shift, press.place[1]]).0;
+            press.forces = bench
+                .forces([press.position[0] - shift, press.position[1]])
+                .0;
         }
         let profile = fit(ProfileModel::unknown_radii(THICKNESS, 8e-3));
         let kernel = KernelRegression::kernel(&presses, profile.model()).unwrap();
-        let mut map = PlaceMap {
+        let mut map = IndentationMap {
             finder,
             gains: vec![1.0; 8],
             gain_deviation: 0.02,
@@ -373,38 +379,38 @@ mod tests {
             spread: 1.0,
             reach: f64::MAX,
             directions: presses.iter().map(|one| one.forces.clone()).collect(),
-            places: presses.iter().map(|one| one.place).collect(),
+            positions: presses.iter().map(|one| one.position).collect(),
             radii: vec![3.6e-3; presses.len()],
         };
         // As calibration does: what presses that it has not seen hardly exceed.
         let learned = regression(&map, &profile).unwrap();
-        let strange = places().map(|at| {
+        let strange = positions().map(|at| {
             let (forces, sigma) = bench.forces([at[0] - shift, at[1]]);
             learned.search(&forces, &[sigma; 8]).unwrap().1
         });
         map.reach = strange.fold(0.0, f64::max);
-        placing(&map, profile).unwrap()
+        localiser(&map, profile).unwrap()
     }
 
-    /// Fifty places all over the elements.
-    fn places() -> impl Iterator<Item = [f64; 2]> {
+    /// Fifty positions all over the elements.
+    fn positions() -> impl Iterator<Item = [f64; 2]> {
         (0..50).map(|index| {
             let part = |step: f64| (f64::from(index) * step).fract() - 0.5;
             [11e-3 * part(0.754_877_67), 3.6e-3 * part(0.569_840_29)]
         })
     }
 
-    /// Median error, m, and share of the places that came from the regression.
-    fn median(finder: &dyn Placing, radius: f64, shift: f64) -> [f64; 2] {
+    /// Median error, m, and share of the positions that came from the regression.
+    fn median(finder: &dyn Localiser, radius: f64, shift: f64) -> [f64; 2] {
         let mut bench = Presses::new(radius, 17);
         let (mut errors, mut learned) = (Vec::new(), 0.0);
-        for at in places() {
+        for at in positions() {
             let (forces, sigma) = bench.forces([at[0] - shift, at[1]]);
-            let Some(place) = finder.place(&forces, &[sigma; 8]) else {
+            let Some(position) = finder.position(&forces, &[sigma; 8]) else {
                 continue;
             };
-            errors.push((place.centre[0] - at[0]).hypot(place.centre[1] - at[1]));
-            learned += f64::from(u8::from(place.method == Method::Trained));
+            errors.push((position.centre[0] - at[0]).hypot(position.centre[1] - at[1]));
+            learned += f64::from(u8::from(position.method == Method::Trained));
         }
         errors.sort_by(f64::total_cmp);
         assert!(errors.len() > 30, "{}", errors.len());
@@ -414,15 +420,15 @@ mod tests {
     #[test]
     fn kernel_or_profile_takes_the_one_that_is_right() {
         // A small contact after presses of a large one: the kernel is wrong.
-        let both = finder(PlaceFinder::KernelOrProfile, 0.0);
+        let both = finder(PositionMethod::KernelOrProfile, 0.0);
         let [error, learned] = median(&*both, 1.5e-3, 0.0);
-        let [right, _] = median(&*finder(PlaceFinder::Profile, 0.0), 1.5e-3, 0.0);
+        let [right, _] = median(&*finder(PositionMethod::Profile, 0.0), 1.5e-3, 0.0);
         assert!(learned < 0.2, "{learned}");
         assert!(error < 1.2 * right, "{error} {right}");
         // Elements that lie half a millimetre beside the drawing: the profile is.
-        let both = finder(PlaceFinder::KernelOrProfile, 0.5e-3);
+        let both = finder(PositionMethod::KernelOrProfile, 0.5e-3);
         let [error, learned] = median(&*both, 3.6e-3, 0.5e-3);
-        let [wrong, _] = median(&*finder(PlaceFinder::Profile, 0.5e-3), 3.6e-3, 0.5e-3);
+        let [wrong, _] = median(&*finder(PositionMethod::Profile, 0.5e-3), 3.6e-3, 0.5e-3);
         assert!(learned > 0.9, "{learned}");
         assert!(error < 0.1e-3 && wrong > 0.4e-3, "{error} {wrong}");
     }
@@ -437,14 +443,14 @@ mod tests {
         };
         let found = refused(&|presses| presses.truncate(3));
         assert!(matches!(found, TrainingError::TooFew { found: 3, .. }));
-        let found = refused(&|presses| presses.iter_mut().for_each(|one| one.place = [0.0; 2]));
+        let found = refused(&|presses| presses.iter_mut().for_each(|one| one.position = [0.0; 2]));
         assert!(matches!(found, TrainingError::NoArea(..)));
         let found = refused(&|presses| presses[4].forces = vec![0.0; 8]);
         assert!(matches!(found, TrainingError::NoSignal));
         let found = refused(&|presses| presses[4].forces = vec![1.0; 3]);
         assert!(matches!(found, TrainingError::Channels { found: 3, .. }));
         let regression = trained(&sound).unwrap();
-        assert_eq!(regression.place(&[0.0; 8], &[1e-3; 8]), None);
-        assert_eq!(regression.place(&[1.0; 3], &[1e-3; 3]), None);
+        assert_eq!(regression.position(&[0.0; 8], &[1e-3; 8]), None);
+        assert_eq!(regression.position(&[1.0; 3], &[1e-3; 3]), None);
     }
 }

@@ -3,23 +3,23 @@
 
 use crate::mechanics::{Base, Contact, SoftCover};
 
-/// What finds the place of one contact from the forces on all elements.
+/// Estimator of the position of one contact from the forces on all elements.
 ///
 /// The profile that a press of known size gives ([`super::ProfileFit`]) needs no
 /// calibration; a map that was trained with the device may take its place. The
 /// centre of force ([`Centroid`]) is the baseline both are measured against.
-pub trait Placing: std::fmt::Debug + Send + Sync {
-    /// The place for the forces on the elements with their standard
+pub trait Localiser: std::fmt::Debug + Send + Sync {
+    /// Position for the forces on the elements with their standard
     /// deviations, N. `None` where they hold no information on it.
-    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place>;
+    fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition>;
 
-    /// All contacts that the forces need, each with its place; none where no
-    /// force is significant. One that holds no information on its place is
+    /// All contacts that the forces need, each with its position; none where no
+    /// force is significant. One that holds no information on its position is
     /// still there.
-    fn places(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
+    fn positions(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
         let found = peak(forces, deviations);
         let one = |_| Located {
-            place: self.place(forces, deviations),
+            position: self.position(forces, deviations),
             carried: forces.to_vec(),
         };
         found.map(one).into_iter().collect()
@@ -29,15 +29,15 @@ pub trait Placing: std::fmt::Debug + Send + Sync {
 /// One of the contacts below a cover.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Located {
-    /// Its place; `None` where the forces do not tell it.
-    pub place: Option<Place>,
-    /// What it puts on each element, N.
+    /// Its position; `None` where the forces do not determine it.
+    pub position: Option<ContactPosition>,
+    /// Force on each element by this contact, N.
     pub carried: Vec<f64>,
 }
 
-/// Where a contact is.
+/// Estimated position of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct ContactPosition {
     /// Centre on the developed surface, m.
     pub centre: [f64; 2],
     /// Its covariance xx, xy, yy, m².
@@ -48,7 +48,7 @@ pub struct Place {
     pub radius: Option<f64>,
     /// Sum of the squared misfits over their variances; `NaN` without a model.
     pub misfit: f64,
-    /// How it was found.
+    /// Method that found it.
     pub method: Method,
 }
 
@@ -56,8 +56,8 @@ pub struct Place {
 /// coordinates lie.
 pub const ELLIPSE_95: f64 = 5.991;
 
-impl Place {
-    /// Whether it is known better than to half of this pitch x, y, m.
+impl ContactPosition {
+    /// True if it is known better than to half of this pitch x, y, m.
     pub(super) fn is_known(&self, pitch: [f64; 2]) -> bool {
         let within = |axis: usize| 4.0 * self.covariance[2 * axis] < pitch[axis].powi(2);
         within(0) && within(1)
@@ -79,7 +79,7 @@ impl Place {
     }
 }
 
-/// How a place was found.
+/// Method that found a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// Centre of the forces on the elements.
@@ -91,8 +91,8 @@ pub enum Method {
     Trained,
 }
 
-/// A profile whose highest force is below this many standard deviations tells
-/// nothing.
+/// A profile whose highest force is below this many standard deviations gives no
+/// information.
 const LEAST_PEAK: f64 = 6.0;
 
 /// Centre of the forces on the elements.
@@ -105,8 +105,8 @@ pub struct Centroid {
     pub pitch: [f64; 2],
 }
 
-impl Placing for Centroid {
-    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
+impl Localiser for Centroid {
+    fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition> {
         peak(forces, deviations)?;
         let readings = || self.positions.iter().zip(forces).zip(deviations);
         let pressing = || readings().filter(|((_, force), _)| **force > 0.0);
@@ -130,7 +130,7 @@ impl Placing for Centroid {
                 *sum += variance * factor;
             }
         }
-        Some(Place {
+        Some(ContactPosition {
             centre,
             covariance,
             force: total,
@@ -171,9 +171,9 @@ pub struct ProfileModel {
     pub radii: Vec<f64>,
     /// Standard deviation of the gains of the elements against each other.
     pub gain_deviation: f64,
-    /// How far beyond the centres of the outer elements a contact may be, as a
-    /// share of the pitch, at most a half. Out there one element feels it
-    /// alone, and its place is hardly known.
+    /// Distance beyond the centres of the outer elements that a contact may have, as a
+    /// share of the pitch, at most a half. Out there one element carries it alone, and
+    /// its position is hardly known.
     pub margin: f64,
 }
 
@@ -276,20 +276,20 @@ pub(super) mod tests {
         }
 
         /// Forces on the elements for a press of 1 N, and their deviation.
-        pub(in crate::estimation) fn forces(&mut self, place: [f64; 2]) -> (Vec<f64>, f64) {
-            let offset = |at: [f64; 2]| [at[0] - place[0], at[1] - place[1]];
+        pub(in crate::estimation) fn forces(&mut self, position: [f64; 2]) -> (Vec<f64>, f64) {
+            let offset = |at: [f64; 2]| [at[0] - position[0], at[1] - position[1]];
             let share = |at: [f64; 2]| self.table.share(offset(at), 2e-3);
             let shares: Vec<f64> = positions().into_iter().map(share).collect();
             let sigma = 0.01 * shares.iter().copied().fold(0.0, f64::max);
-            let felt = (0..8).map(|i| shares[i] * self.gains[i] + sigma * self.normal());
-            (felt.collect(), sigma)
+            let forces = (0..8).map(|i| shares[i] * self.gains[i] + sigma * self.normal());
+            (forces.collect(), sigma)
         }
     }
 
-    /// Root mean square error over random places in the rectangle of the
+    /// Root mean square error over random positions in the rectangle of the
     /// elements' centres, and the mean square of the error over its stated
     /// deviation, per axis.
-    pub(in crate::estimation) fn rms(placing: &dyn Placing, radius: f64) -> [f64; 2] {
+    pub(in crate::estimation) fn rms(localiser: &dyn Localiser, radius: f64) -> [f64; 2] {
         let mut presses = Presses::new(radius, 13);
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(12);
         let (mut squares, mut ratios) = (0.0, 0.0);
@@ -300,11 +300,11 @@ pub(super) mod tests {
                 random.random_range(-2e-3..2e-3),
             ];
             let (forces, sigma) = presses.forces(true_centre);
-            let place = placing.place(&forces, &[sigma; 8]).unwrap();
+            let position = localiser.position(&forces, &[sigma; 8]).unwrap();
             for (axis, truth) in true_centre.iter().enumerate() {
-                let error = place.centre[axis] - truth;
+                let error = position.centre[axis] - truth;
                 squares += error * error / f64::from(trials);
-                ratios += error * error / place.covariance[2 * axis] / f64::from(2 * trials);
+                ratios += error * error / position.covariance[2 * axis] / f64::from(2 * trials);
             }
         }
         [squares.sqrt(), ratios]
@@ -322,7 +322,7 @@ pub(super) mod tests {
             let [error, ratio] = rms(&fit, radius);
             squares += error * error / 5.0;
             // The mean of 600 squares of a model that holds is within 1 ± 0.2;
-            // radii and places between the steps of the grid add to it.
+            // radii and positions between the steps of the grid add to it.
             assert!(ratio < 1.5, "{radius}: {ratio}");
             // The centre of force may be lucky for one size, not for all.
             assert!(error < 1.2 * rms(&centroid, radius)[0] || error < 0.4e-3);
@@ -334,15 +334,15 @@ pub(super) mod tests {
     #[test]
     fn a_flat_or_silent_profile_is_no_information() {
         let fit = fit(vec![2e-3, 4e-3]);
-        assert_eq!(fit.place(&[0.0; 8], &[1e-3; 8]), None);
-        assert_eq!(fit.place(&[f64::NAN; 8], &[1e-3; 8]), None);
-        // One element alone: the place behind it is open.
+        assert_eq!(fit.position(&[0.0; 8], &[1e-3; 8]), None);
+        assert_eq!(fit.position(&[f64::NAN; 8], &[1e-3; 8]), None);
+        // One element alone: the position behind it is open.
         let mut one = [0.0; 8];
         one[0] = 0.01;
-        let place = fit.place(&one, &[1.6e-3; 8]);
+        let position = fit.position(&one, &[1.6e-3; 8]);
         assert!(
-            place.is_none_or(|place| place.covariance[0] > 1e-7),
-            "{place:?}"
+            position.is_none_or(|position| position.covariance[0] > 1e-7),
+            "{position:?}"
         );
     }
 }

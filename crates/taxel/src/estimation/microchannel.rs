@@ -26,7 +26,7 @@ pub enum MicrochannelState {
         /// Its standard deviation from the noise, Pa.
         deviation: f64,
     },
-    /// Closed at some place, or further than the model is known.
+    /// Closed somewhere along it, or further than the model is known.
     Saturated {
         /// The pressure is at least this, Pa.
         at_least: f64,
@@ -99,7 +99,7 @@ pub struct MicrochannelReader {
     rest: Vec<f64>,
     channels: Vec<MicrochannelTouch>,
     taxels: Vec<TaxelPressure>,
-    /// Whether a channel is or may be pressed.
+    /// True if a channel is or may be pressed.
     occupied: Vec<bool>,
     /// Standard deviation of the pressure of a quiet taxel, Pa.
     quiet: f64,
@@ -261,7 +261,7 @@ impl Reader for MicrochannelReader {
     }
 }
 
-/// What the numbers of such an array are.
+/// Meaning of the numbers of such an array.
 fn meaning(calibration: &MicrochannelCalibration) -> Meaning {
     let layout = &calibration.layout;
     let rows = (0..layout.rows).map(|row| format!("row {row}"));
@@ -287,8 +287,8 @@ fn meaning(calibration: &MicrochannelCalibration) -> Meaning {
     }
 }
 
-/// What is known of each channel, in counts. A channel all of whose taxels are
-/// masked is not used.
+/// Facts of each channel, in counts. A channel all of whose taxels are masked is not
+/// used.
 fn facts(calibration: &MicrochannelCalibration) -> Vec<ChannelFacts> {
     let scale = &calibration.scale;
     let wiring = Wiring::Crossing {
@@ -392,7 +392,7 @@ impl MicrochannelState {
         }
     }
 
-    /// Whether the channel is pressed.
+    /// True if the channel is pressed.
     pub fn active(&self) -> bool {
         matches!(self, Self::Pressed { .. } | Self::Saturated { .. })
     }
@@ -409,7 +409,7 @@ fn locate(rows: &[MicrochannelTouch], columns: &[MicrochannelTouch], taxels: &mu
             .count()
     };
     let (many_rows, many_columns) = (possible(rows) > 1, possible(columns) > 1);
-    // A load that only one layer feels lies somewhere along its channel.
+    // A load that only one layer shows lies somewhere along its channel.
     let no_row = possible(rows) == 0;
     let no_column = possible(columns) == 0;
     for (r, row) in rows.iter().enumerate() {
@@ -515,7 +515,7 @@ mod tests {
         taxels
     }
 
-    fn places(taxels: &[TaxelPressure], wanted: TaxelPressure) -> Vec<usize> {
+    fn taxels_that_are(taxels: &[TaxelPressure], wanted: TaxelPressure) -> Vec<usize> {
         (0..taxels.len()).filter(|i| taxels[*i] == wanted).collect()
     }
 
@@ -531,7 +531,7 @@ mod tests {
             panic!()
         };
         assert!((pressure - 1.5e3).abs() < 1e-9 && (deviation - 50.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(places(&taxels, TaxelPressure::Quiet).len(), 7);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Quiet).len(), 7);
     }
 
     #[test]
@@ -551,7 +551,7 @@ mod tests {
                 deviation: 10.0
             }
         );
-        assert_eq!(places(&taxels, TaxelPressure::Quiet).len(), 6);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Quiet).len(), 6);
     }
 
     #[test]
@@ -562,14 +562,17 @@ mod tests {
             (3, pressed(1e3)),
             (4, pressed(5e3)),
         ]);
-        assert_eq!(places(&taxels, TaxelPressure::Ambiguous), [1, 2, 5, 6]);
-        assert_eq!(places(&taxels, TaxelPressure::Quiet).len(), 4);
+        assert_eq!(
+            taxels_that_are(&taxels, TaxelPressure::Ambiguous),
+            [1, 2, 5, 6]
+        );
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Quiet).len(), 4);
     }
 
     #[test]
     fn a_load_that_one_layer_feels_is_somewhere_on_its_channel() {
         let taxels = map(&[(3, pressed(1e3))]);
-        assert_eq!(places(&taxels, TaxelPressure::Ambiguous), [1, 5]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Ambiguous), [1, 5]);
     }
 
     #[test]
@@ -592,7 +595,7 @@ mod tests {
 
     #[test]
     fn a_faulty_channel_may_be_active() {
-        // Row 1 is dead: a touch on column 3 that row 0 feels is certain there
+        // Row 1 is dead: a touch on column 3 that row 0 shows is certain there
         // and unknown on row 1; with two columns nothing is certain.
         let taxels = map(&[
             (0, pressed(1e3)),
@@ -600,14 +603,14 @@ mod tests {
             (3, pressed(1e3)),
         ]);
         assert!(matches!(taxels[1], TaxelPressure::Pressed { .. }));
-        assert_eq!(places(&taxels, TaxelPressure::Unknown), [5]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Unknown), [5]);
         let taxels = map(&[
             (0, pressed(1e3)),
             (1, MicrochannelState::Faulty),
             (3, pressed(1e3)),
             (4, pressed(1e3)),
         ]);
-        assert_eq!(places(&taxels, TaxelPressure::Ambiguous), [1, 2]);
-        assert_eq!(places(&taxels, TaxelPressure::Unknown), [5, 6]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Ambiguous), [1, 2]);
+        assert_eq!(taxels_that_are(&taxels, TaxelPressure::Unknown), [5, 6]);
     }
 }

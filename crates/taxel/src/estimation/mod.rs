@@ -11,20 +11,20 @@ mod event;
 mod force_history;
 mod health;
 mod in_plane;
+mod indentation_map;
 mod kernel_regression;
+mod last_positions;
 mod localisation;
 mod map;
 mod microchannel;
 mod motion;
 mod observer;
-mod place_map;
-mod placing_fit;
-mod placing_live;
-mod placing_several;
+mod position_fit;
 mod reader;
 mod rest;
 mod segmentation;
 mod session;
+mod several_contacts;
 mod slip;
 mod swap;
 mod three_axis;
@@ -45,15 +45,17 @@ pub use health::{
     ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
 };
 pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneReader, InPlaneReaderError};
+pub use indentation_map::{localiser, regression};
 pub use kernel_regression::{KernelRegression, Press, Trust};
-pub use localisation::{Centroid, ELLIPSE_95, Located, Method, Place, Placing, ProfileModel};
+pub use localisation::{
+    Centroid, ContactPosition, ELLIPSE_95, Localiser, Located, Method, ProfileModel,
+};
 pub use map::MapReader;
 pub use microchannel::{
     MicrochannelOptions, MicrochannelReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
 };
 pub use observer::{Observer, ObserverOptions, Wiring};
-pub use place_map::{placing, regression};
-pub use placing_fit::ProfileFit;
+pub use position_fit::ProfileFit;
 pub use reader::{Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total};
 pub use rest::{Rest, RestRefused};
 pub use session::{Observed, TouchSession};

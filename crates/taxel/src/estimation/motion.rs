@@ -3,25 +3,25 @@
 /// A matrix of two by two.
 pub(super) type Matrix = [[f64; 2]; 2];
 
-/// Place and velocity of a contact with their covariance.
+/// Position and velocity of a contact with their covariance.
 ///
 /// The velocity wanders by a white acceleration of density q, m²/s³: after a
-/// time t the place is uncertain by q t³/3, the velocity by q t.
+/// time t the position is uncertain by q t³/3, the velocity by q t.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Motion {
-    pub(super) place: [f64; 2],
+    pub(super) position: [f64; 2],
     pub(super) velocity: [f64; 2],
     pub(super) place_covariance: Matrix,
-    /// Of place (rows) and velocity (columns).
+    /// Covariance of position (rows) and velocity (columns).
     cross: Matrix,
     pub(super) velocity_covariance: Matrix,
 }
 
 impl Motion {
-    /// At rest at `place`, with a speed of the standard deviation `speed`.
-    pub(super) fn begin(place: [f64; 2], covariance: Matrix, speed: f64) -> Self {
+    /// At rest at `position`, with a speed of the standard deviation `speed`.
+    pub(super) fn begin(position: [f64; 2], covariance: Matrix, speed: f64) -> Self {
         Self {
-            place,
+            position,
             velocity: [0.0; 2],
             place_covariance: covariance,
             cross: [[0.0; 2]; 2],
@@ -32,7 +32,7 @@ impl Motion {
     /// Goes on by `dt`, s.
     pub(super) fn predict(&mut self, dt: f64, density: f64) {
         for i in 0..2 {
-            self.place[i] += self.velocity[i] * dt;
+            self.position[i] += self.velocity[i] * dt;
         }
         let (cross, velocity) = (self.cross, self.velocity_covariance);
         for i in 0..2 {
@@ -47,27 +47,33 @@ impl Motion {
         }
     }
 
-    /// Square of the Mahalanobis distance of a place measured with `noise`.
-    pub(super) fn distance(&self, place: [f64; 2], noise: Matrix) -> f64 {
-        let off = [place[0] - self.place[0], place[1] - self.place[1]];
+    /// Square of the Mahalanobis distance of a position measured with `noise`.
+    pub(super) fn distance(&self, position: [f64; 2], noise: Matrix) -> f64 {
+        let off = [
+            position[0] - self.position[0],
+            position[1] - self.position[1],
+        ];
         let inverse = inverse(add(self.place_covariance, noise));
         (0..2)
             .map(|i| off[i] * (inverse[i][0] * off[0] + inverse[i][1] * off[1]))
             .sum()
     }
 
-    /// Takes a place measured with `noise`.
-    pub(super) fn update(&mut self, place: [f64; 2], noise: Matrix) {
-        let off = [place[0] - self.place[0], place[1] - self.place[1]];
+    /// Takes a position measured with `noise`.
+    pub(super) fn update(&mut self, position: [f64; 2], noise: Matrix) {
+        let off = [
+            position[0] - self.position[0],
+            position[1] - self.position[1],
+        ];
         let inverse = inverse(add(self.place_covariance, noise));
         let gain = multiply(self.place_covariance, inverse);
         let velocity_gain = multiply(transpose(self.cross), inverse);
         for i in 0..2 {
-            self.place[i] += gain[i][0] * off[0] + gain[i][1] * off[1];
+            self.position[i] += gain[i][0] * off[0] + gain[i][1] * off[1];
             self.velocity[i] += velocity_gain[i][0] * off[0] + velocity_gain[i][1] * off[1];
         }
         let cross = self.cross;
-        // Its unsymmetric part would grow with each place that is known well.
+        // Its unsymmetric part would grow with each position that is known well.
         self.velocity_covariance = symmetric(subtract(
             self.velocity_covariance,
             multiply(velocity_gain, cross),
@@ -99,7 +105,7 @@ fn symmetric(a: Matrix) -> Matrix {
     [[a[0][0], mean], [mean, a[1][1]]]
 }
 
-/// Of a positive definite matrix.
+/// Inverse of a positive definite matrix.
 fn inverse(a: Matrix) -> Matrix {
     let determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
     [
@@ -113,7 +119,7 @@ mod tests {
     use super::*;
 
     /// With no acceleration the filter is the straight line of least squares;
-    /// of n + 1 places at 0 … n its slope has the variance 12σ²/(n(n+1)(n+2)).
+    /// of n + 1 positions at 0 … n its slope has the variance 12σ²/(n(n+1)(n+2)).
     #[test]
     fn without_acceleration_it_is_the_line_of_least_squares() {
         let noise = [[1e-6, 0.0], [0.0, 4e-6]];
@@ -140,7 +146,7 @@ mod tests {
         }
         let [[xx, xy], [yx, yy]] = motion.velocity_covariance;
         assert!(xx > 0.0 && yy > 0.0 && xx * yy > xy * yx, "{motion:?}");
-        // Rounding of places of a millimetre over steps of 17 ms.
+        // Rounding of positions of a millimetre over steps of 17 ms.
         assert!(motion.velocity[0].hypot(motion.velocity[1]) < 1e-13);
     }
 

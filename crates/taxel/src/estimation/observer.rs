@@ -1,5 +1,5 @@
-//! What lasts over frames: tracks, events, slip and the health of channels, from
-//! the touch of each of them, of any device.
+//! Observer of what lasts over frames: tracks, events, slip and the health of channels,
+//! from the touch of each frame, of any device.
 
 use super::{
     ChannelFacts, ChannelReading, HealthMonitor, HealthOptions, Slip, SlipEstimator, SlipOptions,
@@ -57,17 +57,17 @@ impl Wiring {
     }
 }
 
-/// What is known beforehand of a device that is observed.
+/// Options of an observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObserverOptions {
-    /// Of the tracker.
+    /// Options of the tracker.
     pub tracker: TrackerOptions,
-    /// Of the events of contacts.
+    /// Options of the events of contacts.
     pub events: TouchEventOptions,
-    /// Of the health of channels.
+    /// Options of the health of channels.
     pub health: HealthOptions,
-    /// Of the slip along rows, for a device whose signals tell it; then the
-    /// motion of contacts does not.
+    /// Options of the slip along rows, for a device whose signals show it; then the
+    /// motion of contacts is not used.
     pub slip: Option<SlipOptions>,
 }
 
@@ -141,7 +141,7 @@ impl Observer {
         }
     }
 
-    /// Whether a frame with a new number is the last one sent again, and must
+    /// True if a frame with a new number is the last one sent again, and must
     /// not be estimated ([`HealthMonitor::repeats`]).
     pub fn repeats(&self, frame: &Frame) -> bool {
         self.health.repeats(&frame.values)
@@ -237,7 +237,7 @@ impl Observer {
     }
 }
 
-/// Slip along rows as an event: told when it begins or turns round.
+/// Slip along rows as an event: reported when it begins or turns round.
 #[derive(Debug, Clone)]
 struct RowSlip {
     estimator: SlipEstimator,
@@ -253,7 +253,7 @@ struct RowSlip {
 
 /// The slip is looked for so many times in a window ...
 const LOOKS: u64 = 8;
-/// ... and told when two looks in a row agree within this share.
+/// ... and reported when two looks in a row agree within this share.
 const AGREES: f64 = 0.05;
 
 impl RowSlip {

@@ -1,4 +1,4 @@
-//! What a device adds to the estimator that all share: how its readings become values.
+//! Part of the estimator that each device adds: from readings to values.
 
 use std::any::Any;
 use std::borrow::Cow;
@@ -56,35 +56,35 @@ impl Picture {
     }
 }
 
-/// What the numbers of a [`Touch`] are, for people and programs.
+/// Meaning of the numbers of a [`Touch`], for people and programs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meaning {
     /// Where the taxels are; without a pitch, a cell is one long.
     pub layout: Layout,
-    /// Whether the pitch is known; without it lengths are in cells.
+    /// True if the pitch is known; without it lengths are in cells.
     pub in_metres: bool,
     /// Name of each channel in the order of a frame, such as `row 0`.
     pub channels: Vec<String>,
     /// Which taxels the channels belong to.
     pub wiring: Wiring,
-    /// What a channel carries, such as a resistance.
+    /// Quantity of a channel, such as a resistance.
     pub reading: Scale,
-    /// What a taxel's value is, such as a force.
+    /// Quantity of a taxel's value, such as a force.
     pub value: Scale,
     /// Components of a value: 1 (pressing alone) or 3.
     pub components: usize,
-    /// Whether values of either sign occur in normal use.
+    /// True if values of either sign occur in normal use.
     pub signed: bool,
     /// Value at the end of the colour scale, SI; none where it is not known.
     pub full_scale: Option<f64>,
     /// Value up to which the model was verified, SI, where that is stated.
     pub verified: Option<f64>,
-    /// How the image of the taxels is coloured.
+    /// Colouring of the image of the taxels.
     pub picture: Picture,
     /// Factors that turn a sum of values into newtons: 1 for forces, the sides
     /// of a cell for pressures; none where values have no unit of force.
     pub newtons: Option<[f64; 2]>,
-    /// Whether the total force is a number of this device.
+    /// True if the total force is a number of this device.
     pub total_known: bool,
 }
 
@@ -98,7 +98,7 @@ impl Meaning {
         }
     }
 
-    /// Whether the values themselves add up, and their sum is not the total
+    /// True if the values themselves add up, and their sum is not the total
     /// force.
     pub fn adds_up(&self) -> bool {
         self.components == 1
@@ -138,24 +138,24 @@ pub enum Total {
     Unknown,
 }
 
-/// How a rest capture treats a device.
+/// Rules of a rest capture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestRules {
     /// Why the device takes none; the reason stands in the refusal.
     pub refused: Option<&'static str>,
-    /// Whether one is taken at the start of a run.
+    /// True if one is taken at the start of a run.
     pub at_start: bool,
     /// Channels that make one unit: a unit is captured whole or not at all.
     pub channels_per_unit: usize,
-    /// What such a unit is called in messages.
+    /// Name of such a unit in messages.
     pub unit: &'static str,
-    /// Whether the noise of the readings is taken from the capture too.
+    /// True if the noise of the readings is taken from the capture too.
     pub measures_noise: bool,
-    /// Whether a capture ends when a touch begins, with what came before it.
+    /// True if a capture ends when a touch begins, with what came before it.
     pub ends_at_touch: bool,
 }
 
-/// What the shared estimator has to know of a device beside its readings.
+/// Rules of a device for the shared estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
     /// When a taxel is touched.
@@ -164,7 +164,7 @@ pub struct Rules {
     pub counted: [bool; State::ALL.len()],
     /// Which total there is.
     pub total: Total,
-    /// Whether the readings of the empty device drift and are followed.
+    /// True if the readings of the empty device drift and are followed.
     pub drifts: bool,
     /// The rest capture.
     pub rest: RestRules,
@@ -179,7 +179,7 @@ pub(super) fn counting(states: &[State]) -> [bool; State::ALL.len()] {
     counted
 }
 
-/// What is known of the channels when a frame is read.
+/// Knowledge of the channels when a frame is read.
 #[derive(Debug, Clone, Copy)]
 pub struct Known<'a> {
     /// Seconds since the frame before; `None` for the first, or after the
@@ -190,12 +190,12 @@ pub struct Known<'a> {
     /// Readings of the empty device as they drift; none for a device whose
     /// readings do not.
     pub baseline: Option<&'a Baseline>,
-    /// Whether a rest capture is under way.
+    /// True if a rest capture is under way.
     pub capturing: bool,
 }
 
 impl Known<'_> {
-    /// What a channel has drifted by since its rest value was taken, SI.
+    /// Drift of a channel since its rest value was taken, SI.
     #[inline]
     pub fn drift(&self, channel: usize) -> f64 {
         self.baseline
@@ -216,13 +216,13 @@ impl Known<'_> {
 /// capture, baseline, segmentation, totals. A reader has the model of one
 /// device, and what that model remembers.
 pub trait Reader: Any + Send {
-    /// What readings and values are; does not change.
+    /// Meaning of readings and values; does not change.
     fn meaning(&self) -> &Meaning;
 
-    /// What is known of each channel, in the order and unit of a frame.
+    /// Facts of each channel, in the order and unit of a frame.
     fn channels(&self) -> &[ChannelFacts];
 
-    /// How the device is treated; does not change.
+    /// Rules for the device; do not change.
     fn rules(&self) -> Rules;
 
     /// Standard deviation of one reading of each channel as drawn, SI.
@@ -232,7 +232,7 @@ pub trait Reader: Any + Send {
     /// force; `NaN` where it is not known.
     fn rest(&self) -> Vec<f64>;
 
-    /// Whether a frame of this time, ns, can still be read. A device with a
+    /// True if a frame of this time, ns, can still be read. A device with a
     /// memory does not take one that is late.
     fn takes(&self, _time_ns: u64) -> bool {
         true
@@ -253,7 +253,7 @@ pub trait Reader: Any + Send {
     /// touched cells are in `touch`.
     fn locate(&mut self, _cells: &[Cell], _touch: &mut Touch) {}
 
-    /// Whether a contact may be on each channel, where the taxels do not say it.
+    /// True if a contact may be on each channel, where the taxels do not say it.
     fn occupied(&self) -> Option<&[bool]> {
         None
     }

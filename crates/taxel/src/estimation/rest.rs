@@ -39,7 +39,7 @@ impl RestReadings {
         self.frames >= self.wanted
     }
 
-    /// What each channel read.
+    /// Readings of each channel.
     fn channels(&self) -> &[Running] {
         &self.channels
     }
@@ -58,7 +58,7 @@ pub enum RestRefused {
         moving: usize,
         /// Units of the device.
         units: usize,
-        /// What a unit is called.
+        /// Name of a unit.
         unit: &'static str,
         /// The channel that moved most.
         name: String,
@@ -82,8 +82,8 @@ pub enum RestRefused {
 /// Rest values in force, to be put back later bit for bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
-    /// Of each channel its captured reading, SI, and the noise that the capture
-    /// measured; none where the channel is as drawn.
+    /// Captured reading of each channel, SI, and the noise that the capture measured;
+    /// none where the channel is as drawn.
     pub(super) captured: Vec<Option<[f64; 2]>>,
     /// Reading of each channel at rest, SI.
     pub(super) values: Vec<f64>,
@@ -122,7 +122,7 @@ pub(super) struct RestCapture {
 pub(super) trait Judge {
     /// Name of a channel.
     fn name(&self, channel: usize) -> &str;
-    /// What is known of it.
+    /// Facts of a channel.
     fn facts(&self, channel: usize) -> &ChannelFacts;
     /// Why a unit cannot read this at rest.
     fn problem(&self, unit: usize, rest: &[f64]) -> Option<String>;
@@ -299,7 +299,7 @@ impl Running {
         (self.squares / (self.count - 1.0)).sqrt()
     }
 
-    /// Whether the readings were all the same although their noise must show.
+    /// True if the readings were all the same although their noise must show.
     fn stands_still(&self, facts: &ChannelFacts) -> bool {
         self.squares == 0.0 && facts.stands_still(self.count - 1.0)
     }

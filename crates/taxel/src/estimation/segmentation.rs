@@ -106,8 +106,8 @@ impl Segmentation {
     fn flood(&mut self) {
         self.labels.fill(NONE);
         self.peaks.clear();
-        for place in 0..self.order.len() {
-            let index = self.order[place];
+        for rank in 0..self.order.len() {
+            let index = self.order[rank];
             // The highest neighbour decides to which peak the cell belongs.
             let mut up: Option<(f64, u32)> = None;
             for next in neighbours(self.rows, self.columns, index as usize) {
@@ -211,9 +211,9 @@ impl Segmentation {
                 .map(|(share, contact)| share * contact.centre[axis])
                 .sum()
         });
-        let mut covariance: [f64; 3] = std::array::from_fn(|place| {
+        let mut covariance: [f64; 3] = std::array::from_fn(|entry| {
             parts()
-                .map(|(share, contact)| share * share * contact.covariance[place])
+                .map(|(share, contact)| share * share * contact.covariance[entry])
                 .sum()
         });
         // That the shares are not exact either moves the centre between them.

@@ -17,7 +17,7 @@ pub struct TouchSession {
 
 /// Result of one frame.
 pub struct Observed<'a> {
-    /// What touches the array; contacts have their identity.
+    /// Touch on the array; contacts have their identity.
     pub touch: &'a Touch,
     /// Events of contacts.
     pub events: &'a [TouchEvent],
@@ -45,7 +45,7 @@ impl TouchSession {
         )
     }
 
-    /// Estimates and observes one frame. Nothing is told of contacts while a
+    /// Estimates and observes one frame. No contact is reported while a
     /// rest capture runs.
     ///
     /// # Errors
@@ -70,13 +70,13 @@ impl TouchSession {
         })
     }
 
-    /// Whether a frame with a new number is the last one sent again, and must
+    /// True if a frame with a new number is the last one sent again, and must
     /// not be used.
     pub fn repeats(&self, frame: &Frame) -> bool {
         self.observer.repeats(frame)
     }
 
-    /// What readings and values are.
+    /// Meaning of readings and values.
     pub fn meaning(&self) -> &Meaning {
         self.estimator.meaning()
     }
@@ -86,7 +86,7 @@ impl TouchSession {
         &self.estimator
     }
 
-    /// What was observed so far.
+    /// Observer with all tracks and events so far.
     pub fn observer(&self) -> &Observer {
         &self.observer
     }
@@ -96,7 +96,7 @@ impl TouchSession {
         self.estimator.begin_rest_capture(frames);
     }
 
-    /// Whether a rest capture is under way.
+    /// True if a rest capture is under way.
     pub fn capturing(&self) -> bool {
         self.estimator.capturing()
     }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-/// What is known of the array and of the slips that may occur.
+/// Options of the array and of the slips that may occur.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlipOptions {
     /// Rows of taxels.
@@ -54,8 +54,8 @@ pub struct SlipEstimator {
 const POINTS: usize = 512;
 /// Steps of the search through slownesses of one sign.
 const SLOWNESSES: usize = 240;
-/// A slip must explain the signals better by this than that all feel the same at
-/// once: what fades after a press looks alike at any small lag.
+/// A slip must explain the signals better by this than equal signals at the same
+/// time: what fades after a press looks alike at any small lag.
 const AT_ONCE: f64 = 0.15;
 /// Share of the slowness within which it is looked for without one taxel.
 const NEAR: f64 = 0.1;
@@ -213,7 +213,7 @@ impl SlipEstimator {
         let around = best.abs() * (ratio - 1.0);
         let slowness = highest(best - around, best + around, stack);
         let score = stack(slowness);
-        // What all feel at once does not move along the row.
+        // A signal of all at the same time does not move along the row.
         if score < self.options.least_score || score < stack(0.0) + AT_ONCE {
             return None;
         }
@@ -290,19 +290,19 @@ impl Pair {
         let reach = (self.correlation.len() / 2) as f64;
         // The second reading is later by the skew, so the texture seems to
         // arrive earlier in its frames.
-        let place = (slowness * self.distance - self.skew) / step + reach;
-        let middle = place.round();
+        let index = (slowness * self.distance - self.skew) / step + reach;
+        let middle = index.round();
         if middle < 1.0 || middle + 1.0 >= self.correlation.len() as f64 {
             return None;
         }
-        let t = place - middle;
+        let t = index - middle;
         let index = middle as usize;
         let [a, b, c] = [-1, 0, 1].map(|off| self.correlation[index.wrapping_add_signed(off)]);
         Some(b + 0.5 * t * (c - a) + 0.5 * t * t * (a - 2.0 * b + c))
     }
 }
 
-/// Place of the highest value between two bounds, by golden section.
+/// Position of the highest value between two bounds, by golden section.
 fn highest(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     for _ in 0..30 {
@@ -363,7 +363,7 @@ mod tests {
 
     /// Frames with uneven steps; `noise` in deviations of the texture over the
     /// noise.
-    fn feel(texture: &Texture, velocity: f64, noise: f64, window: f64) -> Option<Slip> {
+    fn estimated(texture: &Texture, velocity: f64, noise: f64, window: f64) -> Option<Slip> {
         let mut estimator = SlipEstimator::new(SlipOptions {
             window,
             ..options()
@@ -394,7 +394,7 @@ mod tests {
         {
             for velocity in [speed, -speed] {
                 // 40 mm of travel, signal over noise 20.
-                let found = feel(&Texture::new(seed), velocity, 0.05, 0.04 / speed).unwrap();
+                let found = estimated(&Texture::new(seed), velocity, 0.05, 0.04 / speed).unwrap();
                 assert!(found.velocity * velocity > 0.0, "{velocity} {found:?}");
                 errors.push((found.velocity / velocity - 1.0).abs());
             }
@@ -412,7 +412,7 @@ mod tests {
             .map(|seed| {
                 let speed = 20e-3 * 7.5_f64.powf((seed % 20) as f64 / 19.0);
                 let velocity = if seed % 2 == 0 { speed } else { -speed };
-                let found = feel(&Texture::new(seed), velocity, 0.05, 0.04 / speed).unwrap();
+                let found = estimated(&Texture::new(seed), velocity, 0.05, 0.04 / speed).unwrap();
                 (found.velocity - velocity) / found.deviation
             })
             .collect();
@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn two_taxels_alone_tell_a_speed_with_a_deviation() {
+    fn two_taxels_alone_give_a_speed_with_a_deviation() {
         let mut estimator = SlipEstimator::new(SlipOptions {
             rows: 1,
             columns: 2,
@@ -450,8 +450,8 @@ mod tests {
     #[test]
     fn noise_silence_and_a_press_on_all_are_no_slip() {
         let silent = Texture { waves: Vec::new() };
-        assert_eq!(feel(&silent, 0.05, 1.0, 0.5), None);
-        assert_eq!(feel(&silent, 0.05, 0.0, 0.5), None);
+        assert_eq!(estimated(&silent, 0.05, 1.0, 0.5), None);
+        assert_eq!(estimated(&silent, 0.05, 0.0, 0.5), None);
         let mut options = options();
         options.delays.clear();
         let mut estimator = SlipEstimator::new(options);

@@ -80,8 +80,8 @@ impl SwapWatch {
         }
     }
 
-    /// The pairs of capacitors of a unit, one of which has changed places as far
-    /// as its last readings tell; empty when none explains them.
+    /// The pairs of capacitors of a unit, one of which has changed places according
+    /// to its last readings; empty when none explains them.
     pub fn pairs(&self, unit: usize) -> &[[usize; 2]] {
         self.units.get(unit).map_or(&[], |unit| &unit.pairs)
     }

@@ -62,7 +62,7 @@ pub struct ThreeAxisReader {
     /// Least and most that a capacitor without fault reads, F.
     bounds: Vec<[[f64; 4]; 2]>,
     relaxation: Vec<Relaxation<3>>,
-    /// Of the force of each taxel along x, y and z.
+    /// History of the force of each taxel along x, y and z.
     histories: Vec<[LoadHistory; 3]>,
     /// Seconds since each taxel last had a force.
     pause: Vec<f64>,

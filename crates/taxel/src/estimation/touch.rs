@@ -1,9 +1,9 @@
-//! What touches an array in one frame, whatever the device: the result of estimation.
+//! Touch on an array in one frame, whatever the device: the result of estimation.
 
 use super::contact::Contact;
 use crate::layout::Wrench;
 
-/// How far the value of a taxel can be trusted.
+/// State of the value of a taxel: how far it can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum State {
@@ -101,7 +101,7 @@ impl ChannelState {
         }
     }
 
-    /// Whether the reading is a number that may be used.
+    /// True if the reading is a number that may be used.
     pub fn usable(self) -> bool {
         matches!(self, Self::Ok | Self::Closed)
     }
@@ -114,7 +114,7 @@ pub struct ChannelReadings {
     pub readings: Vec<f64>,
     /// Reading of the empty device, SI; `NaN` where it is not known.
     pub rest: Vec<f64>,
-    /// How far each reading can be used.
+    /// State of each reading.
     pub states: Vec<ChannelState>,
 }
 
@@ -129,7 +129,7 @@ impl ChannelReadings {
     }
 }
 
-/// What touches one taxel.
+/// Touch on one taxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaxelTouch {
     /// Value along x, y and z in the taxel's frame, SI; z presses. `NaN` where
@@ -140,9 +140,9 @@ pub struct TaxelTouch {
     /// Signed consistency residual, one standard deviation wide; `NaN` without
     /// redundant channels.
     pub residual: f64,
-    /// How far the value can be trusted.
+    /// State of the value.
     pub state: State,
-    /// Whether the value is part of totals and contacts.
+    /// True if the value is part of totals and contacts.
     pub counted: bool,
 }
 
@@ -181,7 +181,7 @@ impl TaxelTouch {
     }
 }
 
-/// What touches the whole array in one frame.
+/// Touch on the whole array in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Touch {
     /// Sequence number of the frame.
@@ -213,7 +213,7 @@ pub struct Touch {
     /// Channels whose reading was at an end of the range, masked ones not
     /// counted.
     pub clipped: usize,
-    /// Whether the history of the values is uncertain: a relaxing device, and a
+    /// True if the history of the values is uncertain: a relaxing device, and a
     /// pause longer than three of its relaxation times not long ago.
     pub history_uncertain: bool,
 }

@@ -4,7 +4,7 @@ use super::force_history::{Course, ForceHistory, HistoryOptions};
 use super::motion::Matrix;
 use super::{Contact, Ending, State, Track, Tracker};
 
-/// What happened to a contact. The value of the event is in brackets.
+/// Kind of an event of a contact. The value of the event is in brackets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TouchEventKind {
     /// A contact began (its force, N).
@@ -71,11 +71,11 @@ impl TouchEventKind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchEvent {
     /// Device time at which it is known, ns; of an end, when the contact was
-    /// last felt.
+    /// last observed.
     pub time_ns: u64,
     /// The track of the contact.
     pub contact: u64,
-    /// What happened.
+    /// Kind of the event.
     pub kind: TouchEventKind,
     /// Its value in the unit that the kind states.
     pub value: f64,
@@ -86,15 +86,15 @@ pub struct TouchEvent {
 /// Options of the events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchEventOptions {
-    /// Of steps, impacts and cycles.
+    /// Options of steps, impacts and cycles.
     pub history: HistoryOptions,
     /// A contact slips above this many standard deviations of its speed;
     /// default 5.
     pub slip_deviations: f64,
     /// ... and above this speed, m/s; default 5 mm/s. Infinite where slip is
-    /// told by other means.
+    /// observed by other means.
     pub slip_speed: f64,
-    /// Whether a reading at its end means a closed channel, as on crossing
+    /// True if a reading at its end means a closed channel, as on crossing
     /// channels, rather than a board at its limit; default no.
     pub saturation_is_closure: bool,
 }
@@ -120,14 +120,14 @@ pub struct TouchEvents {
     events: Vec<TouchEvent>,
 }
 
-/// What is remembered of a track.
+/// Memory of a track.
 #[derive(Debug, Clone)]
 struct Watched {
     id: u64,
     history: ForceHistory,
     force: [f64; 2],
     anchor: Option<Anchor>,
-    /// What the last anchor showed.
+    /// Movement that the last anchor showed.
     drag: Option<Moved>,
     slips: bool,
     bound: Option<State>,
@@ -137,7 +137,7 @@ struct Watched {
 #[derive(Debug, Clone, Copy)]
 struct Anchor {
     time_ns: u64,
-    place: [f64; 2],
+    position: [f64; 2],
     covariance: Matrix,
 }
 
@@ -148,11 +148,11 @@ struct Moved {
     covariance: Matrix,
 }
 
-/// What is remembered of a contact that lifted off.
+/// Memory of a contact that lifted off.
 #[derive(Debug, Clone)]
 struct Left {
     time_ns: u64,
-    place: [f64; 2],
+    position: [f64; 2],
     history: ForceHistory,
 }
 
@@ -190,13 +190,13 @@ impl TouchEvents {
                 .iter()
                 .any(|other| other.inside == Some(track.id));
             if shared {
-                // Nor does their place.
+                // Nor does their position.
                 let watched = self.watched.iter_mut().find(|one| one.id == track.id);
                 if let Some(watched) = watched {
                     (watched.anchor, watched.drag) = (None, None);
                 }
             } else {
-                self.feel(time_ns, track, contact);
+                self.observe(time_ns, track, contact);
             }
         }
         &self.events
@@ -223,7 +223,7 @@ impl TouchEvents {
             }
             self.left.push(Left {
                 time_ns: track.seen_ns,
-                place: track.centre(),
+                position: track.centre(),
                 history: watched.history,
             });
         }
@@ -244,11 +244,11 @@ impl TouchEvents {
         });
     }
 
-    /// The history of a contact that begins: that of the one that left its place.
+    /// The history of a contact that begins: that of the one that left its position.
     fn history(&mut self, time_ns: u64, contact: &Contact) -> ForceHistory {
         let near = (contact.area / contact.taxels as f64).sqrt();
         let [x, y] = contact.centre;
-        let came_back = |left: &Left| (left.place[0] - x).hypot(left.place[1] - y) < near;
+        let came_back = |left: &Left| (left.position[0] - x).hypot(left.position[1] - y) < near;
         match self.left.iter().rposition(came_back) {
             Some(at) => {
                 let mut history = self.left.remove(at).history;
@@ -259,7 +259,7 @@ impl TouchEvents {
         }
     }
 
-    fn feel(&mut self, time_ns: u64, track: &Track, contact: &Contact) {
+    fn observe(&mut self, time_ns: u64, track: &Track, contact: &Contact) {
         let force = [contact.force[2], contact.force_covariance[2][2].sqrt()];
         let known = self.watched.iter().position(|one| one.id == track.id);
         let at = known.unwrap_or_else(|| {
@@ -301,7 +301,7 @@ impl TouchEvents {
 }
 
 impl Watched {
-    /// Whether the contact begins to move: by its velocity now, or by how far it
+    /// True if the contact begins to move: by its velocity now, or by how far it
     /// has come.
     fn slip(
         &mut self,
@@ -336,16 +336,16 @@ impl Watched {
     fn follow_anchor(&mut self, time_ns: u64, track: &Track) {
         let here = Anchor {
             time_ns,
-            place: track.centre(),
+            position: track.centre(),
             covariance: track.centre_covariance(),
         };
         let anchor = self.anchor.get_or_insert(here);
         let elapsed = time_ns.saturating_sub(anchor.time_ns);
         if elapsed >= DRAG_NS {
             let seconds = elapsed as f64 * 1e-9;
-            let (from, covariance) = (anchor.place, anchor.covariance);
+            let (from, covariance) = (anchor.position, anchor.covariance);
             self.drag = Some(Moved {
-                velocity: std::array::from_fn(|i| (here.place[i] - from[i]) / seconds),
+                velocity: std::array::from_fn(|i| (here.position[i] - from[i]) / seconds),
                 covariance: std::array::from_fn(|i| {
                     std::array::from_fn(|j| {
                         (here.covariance[i][j] + covariance[i][j]) / (seconds * seconds)
@@ -356,7 +356,7 @@ impl Watched {
         }
     }
 
-    /// Whether the contact comes to a bound.
+    /// True if the contact comes to a bound.
     fn bound(&mut self, contact: &Contact, options: &TouchEventOptions) -> Option<TouchEventKind> {
         if std::mem::replace(&mut self.bound, contact.bound) == contact.bound {
             return None;

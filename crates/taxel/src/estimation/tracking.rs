@@ -7,11 +7,11 @@ use super::motion::{Matrix, Motion};
 /// Options of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerOptions {
-    /// Spacing of the taxels x, y, m: the place of a contact of unknown noise
+    /// Spacing of the taxels x, y, m: the position of a contact of unknown noise
     /// is known to a cell.
     pub pitch: [f64; 2],
-    /// How freely velocities change: density of a white acceleration, m²/s³;
-    /// default 0.001, 1 cm/s in a tenth of a second.
+    /// Freedom of velocities to change: density of a white acceleration, m²/s³; default
+    /// 0.001, 1 cm/s in a tenth of a second.
     pub acceleration: f64,
     /// Standard deviation of the speed of a new contact, m/s; default 0.1.
     pub speed: f64,
@@ -22,7 +22,7 @@ pub struct TrackerOptions {
     /// pause without any frame a contact that still covers taxels of the one
     /// before is the same.
     pub longest_outage: f64,
-    /// Two contacts may be one for this time and still be told apart after,
+    /// Two contacts may be one for this time and still be distinguished after,
     /// s; default 0.3.
     pub longest_crossing: f64,
 }
@@ -60,7 +60,7 @@ pub struct Track {
     motion: Motion,
 }
 
-/// How a track ended.
+/// End of a track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
     /// Lifted off.
@@ -74,14 +74,14 @@ pub enum Ending {
 pub struct EndedTrack {
     /// The track as it was last.
     pub track: Track,
-    /// How it ended.
+    /// End of the track.
     pub ending: Ending,
 }
 
 impl Track {
     /// Filtered centre on the developed surface, m.
     pub fn centre(&self) -> [f64; 2] {
-        self.motion.place
+        self.motion.position
     }
 
     /// Covariance of the centre, m².
@@ -103,7 +103,7 @@ impl Track {
 /// Follows contacts from frame to frame; the same contacts give the same
 /// tracks.
 ///
-/// Places are predicted with constant velocity and assigned at the least sum
+/// Positions are predicted with constant velocity and assigned at the least sum
 /// of Mahalanobis distances. Taxels that two frames share hold a track too. A
 /// track that vanishes inside the contact of another one waits there, and both
 /// go on as they moved: when the two part in time, each keeps its identity.
@@ -221,7 +221,7 @@ impl Tracker {
                 .motion
                 .distance(contact.centre, noise(contact, options));
             // A contact that jumped but still covers the same taxels. After a pause
-            // a track may be anywhere, and only its taxels tell.
+            // a track may be anywhere, and only its taxels identify it.
             let shares = (paused || distance > gate)
                 && owners.iter().zip(regions).any(|(owner, region)| {
                     *owner == Some(track.id) && *region == Some(column as u32)
@@ -329,7 +329,7 @@ impl Tracker {
     }
 }
 
-/// Covariance of the place of a contact.
+/// Covariance of the position of a contact.
 fn noise(contact: &Contact, options: &TrackerOptions) -> Matrix {
     let [xx, xy, yy] = contact.covariance;
     let determinant = xx * yy - xy * xy;

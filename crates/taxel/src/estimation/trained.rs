@@ -58,7 +58,7 @@ const CELL_SHARE: f64 = 0.05;
 ///
 /// A cell holds the share of the force (without a force map: of the contact)
 /// that the estimated position and its covariance put into it. A position that
-/// the maps do not tell is the middle of the area with the covariance of
+/// the maps do not determine is the middle of the area with the covariance of
 /// anywhere.
 #[derive(Debug, Clone)]
 pub struct TrainedReader {
@@ -76,12 +76,12 @@ pub struct TrainedReader {
     found: Found,
 }
 
-/// What the maps say of one frame.
+/// Estimates of the maps for one frame.
 #[derive(Debug, Clone, Default)]
 struct Found {
     position: Option<PositionEstimate>,
     force: Option<Estimate>,
-    /// Whether there is a contact; none where that is not known.
+    /// True if there is a contact; none where that is not known.
     contact: Option<bool>,
     /// Share of the contact in each cell.
     shares: Vec<f64>,
@@ -154,7 +154,7 @@ impl TrainedReader {
         let force = self.force.as_mut().map(|force| force.push(time, values));
         let force = force.transpose()?;
         let position = self.position.as_mut().map(|map| map.estimate(values));
-        // A frame unlike all presses tells no position.
+        // A frame unlike all training indentations determines no position.
         let position = position
             .transpose()?
             .filter(|position| position.support == Support::Trained);
@@ -188,7 +188,7 @@ impl TrainedReader {
             self.area.columns,
             -x,
             self.area.pitch[0],
-            position.place[0],
+            position.position[0],
             dx,
         );
         // Row 0 is at +y.
@@ -196,7 +196,7 @@ impl TrainedReader {
             self.area.rows,
             -y,
             self.area.pitch[1],
-            -position.place[1],
+            -position.position[1],
             dy,
         );
         let cells = rows.iter().flat_map(|r| columns.iter().map(move |c| r * c));
@@ -208,7 +208,7 @@ impl TrainedReader {
         let (centre, covariance) = match &found.position {
             Some(position) => {
                 let [[xx, xy], [_, yy]] = position.covariance;
-                (position.place, [xx, xy, yy])
+                (position.position, [xx, xy, yy])
             }
             None => ([0.0; 2], self.area.anywhere()),
         };
@@ -357,7 +357,7 @@ impl Reader for TrainedReader {
     }
 }
 
-/// What is known of the channels: the noise where nothing pressed in training.
+/// Facts of the channels: the noise where nothing pressed in training.
 fn facts(maps: &TrainedMaps, channels: usize, symbol: &str) -> Vec<ChannelFacts> {
     let noise = maps.rest.as_ref().filter(|_| symbol == "counts");
     let channel = |channel: usize| {

@@ -22,7 +22,7 @@ impl Default for SearchOptions {
     }
 }
 
-/// How a search ended.
+/// End of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// At the least misfit.
@@ -49,7 +49,7 @@ pub struct UnitEstimate {
     /// sign(C11 − C11(F))·√chi2: one standard deviation wide when the model
     /// holds. It detects one bad capacitor but cannot name it.
     pub signed_residual: f64,
-    /// How the search ended.
+    /// End of the search.
     pub outcome: Outcome,
 }
 

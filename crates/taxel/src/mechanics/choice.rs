@@ -1,9 +1,9 @@
-//! Which mechanics answers.
+//! Method that computes deformations.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// How deformations are found.
+/// Method that computes deformations.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Mechanics {

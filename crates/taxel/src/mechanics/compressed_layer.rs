@@ -14,7 +14,7 @@ use super::layer_range::{LARGEST_COMPRESSION, LayerError, LayerRange};
 use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 use taxel_numerics::roots;
 
-/// How the pressed face may move sideways.
+/// Sideways motion of the pressed face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TopFace {
@@ -45,18 +45,18 @@ pub struct CompressedLayer {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub contact_depth: f64,
-    /// How the pressed face may move sideways.
+    /// Sideways motion of the pressed face.
     pub top: TopFace,
-    /// What happens at the ends of the loaded length.
+    /// Condition at the ends of the loaded length.
     pub end_condition: EndCondition,
-    /// What multiplies the factor of the end condition: 1 as drawn, and what a
-    /// calibration finds on a device.
+    /// Factor on the factor of the end condition: 1 as drawn; a calibration finds that of
+    /// a device.
     #[serde(skip, default = "as_drawn")]
     #[schemars(skip)]
     pub end_scale: f64,
 }
 
-/// What a compression does to a layer as a whole.
+/// State of a layer under a compression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerState {
     /// Motion of its points.
@@ -67,7 +67,7 @@ pub struct LayerState {
     pub mean_stress: f64,
     /// Force, N; pressing is positive (−F of P1 Eq. 6).
     pub force: f64,
-    /// Whether this force was verified.
+    /// Range in which this force was verified.
     pub range: LayerRange,
 }
 
@@ -130,7 +130,7 @@ impl CompressedLayer {
         })
     }
 
-    /// Whether the force at this compression was verified.
+    /// Range in which the force at this compression was verified.
     pub fn range(&self, compression: f64) -> LayerRange {
         let aspect = self.aspect();
         let limit = self.end_condition.verified_compression(aspect);

@@ -71,17 +71,17 @@ pub struct Electrodes {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub depth: f64,
-    /// How stiff they are beside the layer.
+    /// Stiffness of the electrodes beside the layer.
     pub stiffness: ElectrodeStiffness,
 }
 
-/// How stiff the electrodes are beside the layer.
+/// Stiffness of electrodes beside the layer.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ElectrodeStiffness {
     /// As the layer, or too thin to disturb it: exact.
     AsLayer,
-    /// Of another modulus: tabulated finite elements of one cross-section.
+    /// Electrodes of another modulus: tabulated finite elements of one cross-section.
     Modulus(ElectrodeModulus),
 }
 
@@ -123,7 +123,7 @@ pub struct PublishedThinning {
     pub rate: f64,
 }
 
-/// What became of the electrodes.
+/// Electrodes after a deformation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeformedElectrodes {
     /// Mean gap (d), m.
@@ -313,7 +313,7 @@ impl Electrodes {
         }))
     }
 
-    /// Whether this is the published cross-section, for which `table` was
+    /// Checks that this is the published cross-section, for which `table` was
     /// computed: any gap from 0.2 to 1 thickness (10 % beyond), all else in
     /// proportion.
     ///

@@ -1,5 +1,4 @@
-//! What happens at the ends of a compressed layer: the factor χ of its bottom
-//! shear.
+//! Conditions at the ends of a compressed layer: the factor χ of its bottom shear.
 
 use schemars::JsonSchema;
 use serde::Deserialize;

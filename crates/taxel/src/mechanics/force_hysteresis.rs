@@ -1,7 +1,7 @@
-//! Rubber that gives back less force than it took, however slowly it moves.
+//! Hysteresis of rubber: less force on unloading than on loading, however slow.
 //!
-//! Of a soft layer the shape is read, and on loading its force follows from the
-//! shape. On unloading the same shape carries less, by a share that grows from
+//! The shape of a soft layer is measured, and on loading its force follows from the
+//! shape. On unloading the same shape gives less force, by a share that grows from
 //! the turning point on and then stays: f = F·exp(−Σ wⱼ lⱼ), F the force of
 //! loading and lⱼ the lag of a play of half-width ρⱼ behind ln F, from 0 on
 //! loading to 2ρⱼ. On the logarithm loops are alike at all forces and close at
@@ -25,7 +25,7 @@ pub struct ForceHysteresis {
 pub struct LoadHistory {
     /// States of the plays; none before the first load.
     plays: Option<[f64; REVERSALS.len()]>,
-    /// Whether the load pulls, or pushes to the other side.
+    /// True if the load pulls, or pushes to the other side.
     negative: bool,
 }
 

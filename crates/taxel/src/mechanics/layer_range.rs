@@ -14,7 +14,7 @@ pub enum LayerError {
     /// A relative compression that no layer can have.
     #[error("a relative compression of {compression} is outside 0 (included) to 1 (excluded)")]
     Compression {
-        /// What was asked for.
+        /// Compression that was asked for.
         compression: f64,
     },
     /// A force that the model does not reach, or a pull.
@@ -22,7 +22,7 @@ pub enum LayerError {
         "a force of {force:.4e} N is outside 0 to {limit:.4e} N, the force at the largest compression of the model"
     )]
     Force {
-        /// What was asked for, N.
+        /// Force that was asked for, N.
         force: f64,
         /// Largest force, N.
         limit: f64,
@@ -50,7 +50,7 @@ pub enum LayerError {
     },
 }
 
-/// Whether a layer is inside the range in which its force was verified.
+/// Verified range of a layer, and the ranges beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LayerRange {
     /// Inside.

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::quantity::{self, Checked, NonNegativeStress, PoissonRatio, PositiveStress};
 
-/// What a soft solid is; the header in the file names the model.
+/// Law of a soft solid; the header in the file names the model.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Hyperelastic {

@@ -180,7 +180,7 @@ pub struct ClosingCurve {
     touch: Option<f64>,
 }
 
-/// How far a cross-section has closed.
+/// State of closing of a cross-section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClosingState {
     /// The liquid pushes harder than the load: a > 1 by the slope at rest.
@@ -188,7 +188,7 @@ pub enum ClosingState {
     /// Open over its whole width.
     Open,
     /// The roof touches the floor; the corners are open.
-    Touching,
+    Closed,
     /// Closed further than the curve is known: the area ratio is an upper
     /// bound, the last one of the curve.
     Beyond {
@@ -204,12 +204,12 @@ pub struct SectionClosure {
     pub net_pressure: f64,
     /// Area ratio A/A₀.
     pub area_ratio: f64,
-    /// How far it has closed.
+    /// State of closing.
     pub state: ClosingState,
 }
 
-/// What the pressure in the liquid of a channel obeys; volumes are those of
-/// the whole channel, V/V₀.
+/// Law of the pressure in the liquid of a microchannel; volumes are those of the whole
+/// microchannel, V/V₀.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum PressureLaw {
@@ -389,7 +389,7 @@ impl ClosingCurve {
     pub fn at(&self, net_pressure: f64) -> SectionClosure {
         let (area_ratio, state) = match self.curve.at(net_pressure) {
             OnCurve::Inside { value, .. } if self.touch.is_some_and(|touch| value <= touch) => {
-                (value, ClosingState::Touching)
+                (value, ClosingState::Closed)
             }
             OnCurve::Inside { value, .. } => (value, ClosingState::Open),
             OnCurve::Below(_) => (
@@ -542,7 +542,7 @@ fn rising_root(highest: f64, excess: impl Fn(f64) -> f64) -> f64 {
     }
 }
 
-/// Whether `cell` is `known` up to a scale of all lengths.
+/// True if `cell` is `known` up to a scale of all lengths.
 fn is_scaled(cell: &CellGeometry, known: &TabulatedCell) -> bool {
     let scale = cell.section.width / tabulated_cells::WIDTH;
     let same = |length: f64, known: f64| (length - known * scale).abs() <= 1e-9 * known * scale;

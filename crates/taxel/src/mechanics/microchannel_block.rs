@@ -20,7 +20,7 @@ use taxel_fem::solver::newton::{Continue, Settings, Solver};
 use super::crossing_microchannels::{roof_on_floor, rule};
 use super::microchannel_cell::{Filling, WallContact};
 
-/// What holds the sides of a block.
+/// Support of the sides of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
     /// Nothing.
@@ -29,7 +29,7 @@ pub enum Sides {
     Mirrored,
 }
 
-/// What presses on the footprint of a block.
+/// Load on the footprint of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BlockLoad {
     /// A pressure that stays normal to the surface.
@@ -147,7 +147,7 @@ impl BlockStudy {
         self.drive_heard(value, &mut |_| {})
     }
 
-    /// The same; `heard` is told the fraction of the way after each step.
+    /// The same; `heard` receives the fraction of the way after each step.
     ///
     /// # Errors
     /// As [`Self::drive`].
@@ -168,7 +168,7 @@ impl BlockStudy {
         self.push_heard(force, &mut |_| {})
     }
 
-    /// The same; `heard` is told the fraction of the way after each step.
+    /// The same; `heard` receives the fraction of the way after each step.
     ///
     /// # Errors
     /// As [`Self::push`].
@@ -208,7 +208,7 @@ impl BlockStudy {
         })
     }
 
-    /// How many times the mesh fits into the block.
+    /// Number of times the mesh fits into the block.
     fn copies(&self) -> f64 {
         [0, 1]
             .map(|axis| if self.block.is_half(axis) { 2.0 } else { 1.0 })

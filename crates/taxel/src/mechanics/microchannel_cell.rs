@@ -10,7 +10,7 @@ use taxel_fem::problem::{
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 
-/// What the void holds.
+/// Contents of the void.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Filling {
     /// Nothing that resists.

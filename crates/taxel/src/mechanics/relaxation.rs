@@ -35,7 +35,7 @@ pub struct Relaxation<const N: usize> {
     last: Option<[f64; N]>,
 }
 
-/// What one step of length `dt` does to a term: q ← decay·q + gain·Δf.
+/// Factors of one step of length `dt` of a term: q ← decay·q + gain·Δf.
 fn step_factors(term: &RelaxationTerm, dt: f64) -> (f64, f64) {
     let x = dt / term.time;
     // (τ/dt)(1 − exp(−dt/τ)) → 1 for a step of no length.

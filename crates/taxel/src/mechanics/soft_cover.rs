@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use taxel_numerics::special::{gauss_panel, j1};
 
-/// What is below the cover.
+/// Support below the cover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Base {
     /// A rigid base to which the cover is bonded.
@@ -23,9 +23,9 @@ pub enum Base {
 pub struct SoftCover {
     /// Thickness h, m; above zero.
     pub thickness: f64,
-    /// What is below.
+    /// Support below.
     pub base: Base,
-    /// How the load presses.
+    /// Contact of the load.
     pub contact: Contact,
 }
 

@@ -18,13 +18,13 @@ pub struct MicrochannelBlock {
     pub counts: [usize; 2],
     /// Length along the upper and along the lower channels, m.
     pub size: [f64; 2],
-    /// Of an upper and of a lower channel: the share of its length that lies in the
-    /// block, up to 1, and how the rest of it closes, on which nothing presses.
+    /// Upper and lower channel: the share of its length that lies in the block, up to 1,
+    /// and how the rest of it closes, on which nothing presses.
     pub channels: [(f64, ClosingCurve); 2],
 }
 
-/// What presses on the top of a block, with its middle along the upper and along the
-/// lower channels from the middle of the block, m.
+/// Load on the top of a block, with its middle along the upper and along the lower
+/// channels from the middle of the block, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LocalLoad {
     /// A pressure on a rectangle.
@@ -161,7 +161,7 @@ fn way(loads: &[f64]) -> Vec<f64> {
     way
 }
 
-/// What the liquid does to a part of a channel, by the volume of this part alone.
+/// Filling of a part of a microchannel, by the volume of this part alone.
 ///
 /// The whole channel obeys the law, V = s V_part + (1 − s) V_rest, and the rest closes by
 /// its own curve under the net pressure −P.

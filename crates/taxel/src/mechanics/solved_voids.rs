@@ -25,7 +25,7 @@ pub struct VoidStack {
     pub cover: f64,
     /// The solid.
     pub material: Hyperelastic,
-    /// What the pressure of the liquid obeys; channels pressed over all their length.
+    /// Law of the pressure of the liquid; microchannels pressed over all their length.
     pub liquid: PressureLaw,
 }
 
@@ -40,7 +40,7 @@ pub enum NotSolved {
     Curve(#[from] MicrochannelError),
 }
 
-/// What the solution says of one layer, over the net pressure q = p − P_int.
+/// Solution of one layer, over the net pressure q = p − P_int.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolvedLayer {
     /// Mean area ratio V/V₀.
@@ -53,7 +53,7 @@ pub struct SolvedLayer {
     gap: Vec<[f64; 2]>,
 }
 
-/// What the solution says.
+/// Solution of both layers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolvedVoids {
     /// The upper and the lower layer.

@@ -8,7 +8,7 @@ use taxel_recording::InputError;
 /// A table of loads with all its columns, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loads {
-    /// What the table names.
+    /// Columns that the table names.
     pub given: Given,
     /// Line of each load in the file, from 1.
     lines: Vec<usize>,
@@ -18,7 +18,7 @@ pub struct Loads {
     others: Vec<String>,
 }
 
-/// What a table of loads names.
+/// Columns that a table of loads names.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Given {
     /// For each load column of the device whether it is there.
@@ -115,7 +115,7 @@ impl Loads {
         self.lines.len()
     }
 
-    /// Whether there is no load.
+    /// True if there is no load.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }
@@ -252,7 +252,7 @@ fn parse(kind: LoadKind, text: &str, unit: Option<Unit>) -> Result<LoadValue, St
     }
 }
 
-/// What a column of the file is.
+/// A column of the file.
 #[derive(Debug, Clone, Copy)]
 struct Found {
     /// Index among the device's load columns.

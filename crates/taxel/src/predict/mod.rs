@@ -27,11 +27,11 @@ pub trait Predictor: Sync {
         Ok(None)
     }
 
-    /// What a load may name; the order is that of [`Load`].
+    /// Columns that a load may name; the order is that of [`Load`].
     fn load_columns(&self) -> &'static [LoadColumn];
 
-    /// Whether the columns `given` (as long as [`Self::load_columns`]) say
-    /// what is needed together; a sentence with what to do, if not.
+    /// Checks that the columns `given` (as long as [`Self::load_columns`]) say what is
+    /// needed together; the error is a sentence with what to do.
     ///
     /// # Errors
     /// That sentence.
@@ -45,8 +45,8 @@ pub trait Predictor: Sync {
 
     /// Appends the answer to one load, as long as [`Self::columns`].
     ///
-    /// What a device cannot take is a state among the answers, with bounds or
-    /// empty cells in the place of numbers that do not exist; only a load that
+    /// Answers a load. What a device cannot take is a state among the answers, with
+    /// bounds or empty cells in the place of numbers that do not exist; only a load that
     /// has no meaning is refused.
     ///
     /// # Errors
@@ -56,7 +56,7 @@ pub trait Predictor: Sync {
     /// Curves that show the answers to loads of the columns `given`.
     fn curves(&self, given: &[bool]) -> Vec<Curve>;
 
-    /// Whether a number in this load column is the size of the load, which a
+    /// True if a number in this load column is the size of the load, which a
     /// curve from no load lets grow, and not a condition such as an area.
     fn scales_with_load(&self, column: usize) -> bool {
         let _ = column;
@@ -79,15 +79,15 @@ pub struct LoadColumn {
     pub name: &'static str,
     /// Short name in `--load`, such as `fz`; may be the name itself.
     pub short: &'static str,
-    /// What its values are.
+    /// Kind of its values.
     pub kind: LoadKind,
-    /// Whether every table of loads must have it.
+    /// True if every table of loads must have it.
     pub required: bool,
-    /// What it is, for help.
+    /// Meaning of the column, for help.
     pub about: &'static str,
 }
 
-/// What the values of a column of loads are.
+/// Kind of the values of a column of loads.
 #[derive(Debug, Clone, Copy)]
 pub enum LoadKind {
     /// A quantity with a unit, from `range[0]` to `range[1]`, SI.
@@ -134,9 +134,9 @@ impl Load<'_> {
 pub struct LoadRefused {
     /// Index of the column at fault.
     pub column: usize,
-    /// What is wrong, with the value and the limit.
+    /// Description of the mistake, with the value and the limit.
     pub message: String,
-    /// What to do.
+    /// Advice.
     pub help: String,
 }
 
@@ -149,7 +149,7 @@ pub struct Curve {
     pub x: &'static str,
     /// Names of the columns upwards, all of one unit.
     pub y: Vec<&'static str>,
-    /// What the upward axis is called.
+    /// Title of the upward axis.
     pub y_label: &'static str,
 }
 

@@ -16,7 +16,7 @@ pub struct InPlaneCapacitor {
     pub layer: CompressedLayer,
     /// The electrodes in it.
     pub electrodes: Electrodes,
-    /// What is between and round them.
+    /// Dielectric between and around the electrodes.
     pub dielectric: Dielectric,
     /// Which law gives the capacitance.
     pub law: CapacitanceLaw,
@@ -26,13 +26,12 @@ pub struct InPlaneCapacitor {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub layer_width: f64,
-    /// How far made devices differ from the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: GapScatter,
-    /// Capacitance beside that of the electrodes, F: only a calibration tells
-    /// it.
+    /// Parallel capacitance, F; only a calibration gives it.
     #[serde(skip)]
     pub stray_capacitance: f64,
-    /// What unloading carries less than loading: only a calibration tells it.
+    /// Hysteresis of the force; only a calibration gives it.
     #[serde(skip)]
     pub hysteresis: Option<ForceHysteresis>,
 }

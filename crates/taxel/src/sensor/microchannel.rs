@@ -23,7 +23,7 @@ pub struct Microchannel {
     pub material: Hyperelastic,
     /// Constants for the closed form of P4 (Eq. 1), which is reported beside.
     pub closed_form: LinearElastic,
-    /// What fills the channels.
+    /// Liquid in the microchannels.
     pub liquid: Liquid,
     /// Solid below the lower channels, m.
     #[serde(deserialize_with = "quantity::one::<NonNegativeLength, _>")]
@@ -33,15 +33,15 @@ pub struct Microchannel {
     pub rows: LayerDescription,
     /// The channels along y.
     pub columns: LayerDescription,
-    /// How far made devices differ from the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: MicrochannelFabrication,
-    /// What a calibration found; `None` as drawn.
+    /// Constants that a calibration found; `None` as drawn.
     #[serde(skip)]
     #[schemars(skip)]
     pub found: Option<FoundChannels>,
 }
 
-/// What a calibration finds of the channels of one device.
+/// Constants that a calibration finds of the microchannels of one device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundChannels {
     /// Pressures of the closing curves over those of the drawing, of the row
@@ -52,7 +52,7 @@ pub struct FoundChannels {
     /// Voltage from which each channel reads no more, V, rows first; that of the
     /// drawing where it was not reached.
     pub saturation: Vec<f64>,
-    /// What unloading carries less than loading, where slow loops told it.
+    /// Hysteresis of the pressure, where slow loops identified it.
     pub hysteresis: Option<ForceHysteresis>,
 }
 
@@ -90,7 +90,7 @@ pub struct Liquid {
     #[serde(deserialize_with = "quantity::one::<PositiveResistivity, _>")]
     #[schemars(with = "Checked<PositiveResistivity>")]
     pub resistivity: f64,
-    /// What its pressure obeys.
+    /// Law of its pressure.
     pub pressure: PressureLaw,
 }
 
@@ -106,7 +106,7 @@ pub struct LayerDescription {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub length: f64,
-    /// How a cross-section closes under net pressure.
+    /// Closing curve of a cross-section under net pressure.
     pub closing: ClosingDescription,
     /// The thinnest section for a mean one, where it is known; an empty list
     /// is a layer whose sections are taken for equal.
@@ -125,7 +125,7 @@ pub enum ClosingDescription {
     Points(Vec<ClosingPoint>),
 }
 
-/// What a plane-strain cell has of its own.
+/// Parameters of a plane-strain cell.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneStrainCell {

@@ -90,11 +90,11 @@ pub struct Sensor {
     /// Version of this format: 2.
     #[schemars(extend("const" = 2))]
     pub schema: u32,
-    /// What people call the device.
+    /// Name of the device.
     pub name: String,
-    /// How many taxels and where.
+    /// Number and positions of the taxels.
     pub array: ArrayDescription,
-    /// What one taxel is.
+    /// Element of one taxel.
     pub element: Element,
     /// The board that reads the taxels.
     pub electronics: Electronics,
@@ -106,7 +106,7 @@ pub struct Sensor {
     pub mask: Vec<Mask>,
 }
 
-/// What one taxel is made of; the header in the file names the model.
+/// Element of a taxel; the header in the file names the model.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Element {
@@ -123,17 +123,13 @@ pub enum Element {
 }
 
 /// Keys that had another name in schema 1, with the name that they have now.
-const RENAMED: [(&[&str], &str); 1] =
-    [(&["element", "liquid_metal_channel"], "element.microchannel")];
+const RENAMED: &[(&[&str], &str)] =
+    &[(&["element", "liquid_metal_channel"], "element.microchannel")];
 
 /// The first key in a description that has another name now.
 pub(crate) fn renamed_key(file: &str, text: &str) -> Option<InputError> {
-    let (path, now) = RENAMED
-        .into_iter()
-        .find(|(path, _)| toml_input::has(text, path))?;
-    let message = format!("`{}` is called `{now}` since schema 2", path.join("."));
     let help = "rename it in this header and in those below it, and write schema = 2";
-    Some(toml_input::at_key(file, text, path, &message, help))
+    toml_input::renamed_key(file, text, RENAMED, "since schema 2", help)
 }
 
 /// A board whose first stage cannot read this kind of element.
@@ -152,8 +148,8 @@ pub struct Unreadable {
 /// of its mechanics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with places in \
-     the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels of a place"
+    "nothing follows from the drawing of an array with the element `{element}`: it has no physical model\nhelp: train it with `taxel calibrate SENSOR RECORDINGS -o CAL.toml`; with positions in \
+     the recordings, `taxel predict SENSOR --calibration CAL.toml` then answers the channels at a position"
 )]
 pub struct NoModel {
     /// Key of the element.

@@ -9,7 +9,7 @@ use crate::quantity::{
     PositiveCapacitance, PositiveChargePerForce, PositiveDensity, PositiveForce, PositiveLength,
     PositiveResistance, PositiveStress, Ratio,
 };
-use crate::trained::PlaceMap;
+use crate::trained::IndentationMap;
 use crate::transduction::{Ceramic, PiezoelectricElement, SiliconePath};
 use taxel_numerics::Noise;
 
@@ -25,11 +25,11 @@ pub struct Piezoelectric {
     pub ceramic: CeramicDescription,
     /// The silicone around it.
     pub cover: CoverDescription,
-    /// How far made devices differ from the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: PiezoelectricFabrication,
-    /// What presses taught of this piece: only a calibration tells it.
+    /// Map from indentations of this device; only a calibration gives it.
     #[serde(skip)]
-    pub places: Option<PlaceMap>,
+    pub indentations: Option<IndentationMap>,
 }
 
 /// A square plate poled through its thickness.

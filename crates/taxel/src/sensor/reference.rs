@@ -55,7 +55,7 @@ struct Page<'a> {
     contents: Vec<String>,
 }
 
-/// What a table holds besides plain values; written below its keys.
+/// Parts of a table besides plain values; written below its keys.
 #[derive(Default)]
 struct Below<'a> {
     choices: Vec<(String, &'a Value)>,
@@ -142,7 +142,7 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// What may stand behind a key.
+    /// Values that a key may have.
     fn value(&self, path: &str, shape: &'a Value, below: &mut Below<'a>) -> String {
         if is_choice(shape) {
             if self.variants(shape).all(|(_, content)| {
@@ -213,7 +213,7 @@ impl<'a> Page<'a> {
         properties(entry).next().map(|_| entry)
     }
 
-    /// Whether a table has a few plain keys only.
+    /// True if a table has a few plain keys only.
     fn is_small(&self, table: &'a Value) -> bool {
         properties(table).count() <= MOST_INLINE
             && properties(table).all(|(_, node)| {
@@ -252,7 +252,7 @@ fn properties(table: &Value) -> impl Iterator<Item = (&str, &Value)> {
         .map(|(name, node)| (name.as_str(), node))
 }
 
-/// Whether exactly one of several named values is needed.
+/// True if exactly one of several named values is needed.
 fn is_choice(shape: &Value) -> bool {
     shape["oneOf"].as_array().is_some_and(|variants| {
         variants
@@ -292,7 +292,7 @@ fn plain(shape: &Value) -> String {
     }
 }
 
-/// How a small table is written in braces.
+/// A small table, written in braces.
 fn braces(table: &Value) -> String {
     let keys: Vec<_> = properties(table)
         .map(|(name, _)| format!("{name} = …"))
@@ -331,7 +331,7 @@ fn link(path: &str) -> String {
     format!("[`{path}`](#{})", anchor(path))
 }
 
-/// How a link names the section of `path`.
+/// Anchor of the section of `path`.
 fn anchor(path: &str) -> String {
     path.replace('.', "")
 }

@@ -15,7 +15,7 @@ use taxel_numerics::Noise;
 pub struct ThreeAxisCapacitor {
     /// The four plate pairs.
     pub plates: PlatesDescription,
-    /// What carries the bump and the upper plates.
+    /// Suspension that carries the bump and the upper plates.
     pub suspension: SuspensionDescription,
     /// Relaxing springs beside the long-time stiffness; an empty list is a
     /// unit that does not creep.
@@ -30,14 +30,13 @@ pub struct ThreeAxisCapacitor {
     pub usable_force: f64,
     /// The drawing around the electrodes.
     pub outline: Outline,
-    /// How far made devices differ from the drawing; used by the twin.
+    /// Scatter of fabricated devices about the drawing; used by the twin.
     pub fabrication: Fabrication,
     /// Taxels that were calibrated, in the place of their drawing: a sensor
     /// file has no such key, a calibration file sets it.
     #[serde(skip)]
     pub calibrated: Vec<CalibratedUnit>,
-    /// What unloading carries less than loading along x, y and z, where a
-    /// calibration told it.
+    /// Hysteresis of the force along x, y and z, where a calibration identified it.
     #[serde(skip)]
     pub hysteresis: [Option<ForceHysteresis>; 3],
 }

@@ -20,7 +20,7 @@ pub struct TrainedBody {
     pub full_scale: f64,
     /// The channels in the order of a frame, in groups.
     pub groups: Vec<ChannelGroup>,
-    /// What was learned of the device: only a calibration tells it.
+    /// Maps learned from recordings of the device; only a calibration gives them.
     #[serde(skip)]
     pub maps: Option<TrainedMaps>,
 }
@@ -29,7 +29,7 @@ pub struct TrainedBody {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelGroup {
-    /// What people call it.
+    /// Name of the group.
     pub name: String,
     /// Names of its channels, such as the axes x, y, z.
     pub channels: Vec<String>,

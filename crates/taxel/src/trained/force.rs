@@ -28,7 +28,7 @@ impl Intervals {
     }
 }
 
-/// How the force of one run differs from that of others under one map.
+/// Difference of the force of one run from that of others under one map.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BetweenRuns {
@@ -36,7 +36,8 @@ pub struct BetweenRuns {
     pub offset: f64,
     /// Relative deviation of the gain.
     pub gain: f64,
-    /// Runs that told both; with one they are the usual ones of soft bodies.
+    /// Runs that both were estimated from; with one they are the usual ones of soft
+    /// bodies.
     pub runs: usize,
 }
 
@@ -63,7 +64,7 @@ pub struct ForceMap {
     pub ridge: Ridge,
     /// Factors on its deviation.
     pub intervals: Intervals,
-    /// How runs differ.
+    /// Differences between runs.
     pub between_runs: BetweenRuns,
     /// Least and largest force of training, N.
     pub range: [f64; 2],
@@ -76,7 +77,7 @@ pub struct ForceMap {
 }
 
 impl ForceMap {
-    /// Whether the parts of a map from a file belong together.
+    /// Checks that the parts of a map from a file belong together.
     pub(super) fn check(&self) -> Result<(), TrainingError> {
         let channels = self.standard.used.len();
         let (times, thresholds) = (&self.memory.creep_times, &self.memory.play_thresholds);

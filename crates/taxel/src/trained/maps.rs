@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ForceMap, PositionMap, TrainingError};
 
-/// What was learned of a device from its recordings.
+/// Maps learned from recordings of a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainedMaps {
@@ -12,10 +12,10 @@ pub struct TrainedMaps {
     pub channels: usize,
     /// Readings without contact, of runs that begin so.
     pub rest: Option<Rest>,
-    /// Where a probe of the trained depth presses; places on the area of the
+    /// Where a probe of the trained depth presses; positions on the area of the
     /// device, whose middle is the origin.
     pub position: Option<PositionMap>,
-    /// How hard.
+    /// Map of the force.
     pub force: Option<ForceMap>,
 }
 
@@ -30,7 +30,7 @@ pub struct Rest {
 }
 
 impl TrainedMaps {
-    /// Whether the tables of maps from a file belong together.
+    /// Checks that the tables of maps from a file belong together.
     ///
     /// # Errors
     /// [`TrainingError::Unsound`] names the first that does not.

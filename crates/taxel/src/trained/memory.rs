@@ -1,4 +1,4 @@
-//! What channels remember: features of creep and of play.
+//! Memory of channels: features of creep and of play.
 
 use serde::{Deserialize, Serialize};
 

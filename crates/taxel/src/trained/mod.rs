@@ -10,15 +10,16 @@
 //! range and the speeds they were trained with.
 //!
 //! [`PositionMap`] estimates where a probe of fixed depth presses, [`ForceMap`]
-//! how hard, with the memory of a creeping body. `taxel-calibrate` trains them. `docs/theory/trained-maps.md` has the equations
-//! and what the maps reach on real recordings.
+//! its force, with the memory of a creeping body. `taxel-calibrate` trains them.
+//! `docs/theory/trained-maps.md` has the equations and what the maps reach on real
+//! recordings.
 
 mod force;
 mod gaussian_process;
 mod hysteresis;
+mod indentation_map;
 mod maps;
 mod memory;
-mod place_map;
 mod polynomial;
 mod position;
 mod ridge;
@@ -27,10 +28,10 @@ mod surface;
 pub use force::{BetweenRuns, FeatureStream, ForceEstimator, ForceMap, Intervals};
 pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::Play;
+pub(crate) use indentation_map::FEWEST_PRESSES;
+pub use indentation_map::{IndentationMap, PositionMethod};
 pub use maps::{Rest, TrainedMaps};
 pub use memory::MemoryLaw;
-pub(crate) use place_map::FEWEST_PRESSES;
-pub use place_map::{PlaceFinder, PlaceMap};
 pub use polynomial::{Polynomial, Standard};
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
 pub use ridge::{Moments, Ridge};
@@ -38,7 +39,7 @@ pub use surface::Surface;
 
 use serde::Serialize;
 
-/// What an estimate rests on.
+/// Support of an estimate by the training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Support {
@@ -56,7 +57,7 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard deviation, in the same unit.
     pub deviation: f64,
-    /// Whether training saw such frames.
+    /// Support of the frame by the training.
     pub support: Support,
 }
 
@@ -101,7 +102,7 @@ pub enum TrainingError {
     /// All channels are constant.
     #[error("no channel changes: there is nothing to learn from")]
     NoSignal,
-    /// Presses in one place or along one line.
+    /// Presses in one position or along one line.
     #[error("the presses span {0:.3e} m by {1:.3e} m: positions need an area")]
     NoArea(f64, f64),
 }

@@ -12,7 +12,7 @@ pub struct Standard {
     pub channels: usize,
     /// Channels in use, counted from 0; constant and dead ones are left out.
     pub used: Vec<usize>,
-    /// What is subtracted from each channel in use.
+    /// Offset that is subtracted from each channel in use.
     pub centre: Vec<f64>,
     /// Deviation of each channel in use over the training frames.
     pub scale: Vec<f64>,
@@ -56,7 +56,7 @@ impl Standard {
         Ok(standard)
     }
 
-    /// Whether a scale from a file is one.
+    /// True if a scale from a file is one.
     pub(super) fn is_sound(&self) -> bool {
         let count = self.used.len();
         count > 0

@@ -1,24 +1,24 @@
-//! Channels to the place of a probe of one depth, by inverting what each
+//! Channels to the position of a probe of one depth, by inverting what each
 //! channel answers over the plane.
 //!
 //! Fifteen channels of a press at one depth lie on a surface of two
-//! dimensions. That surface is what is learned: x(p) of the place p
+//! dimensions. That surface is what is learned: x(p) of the position p
 //! ([`Surface`]), and the covariance Σ of what readings do about it. A frame r
-//! is then placed where |L⁻¹(r − x(p))|² is least, Σ = L Lᵀ, as with a physical
+//! is then located where |L⁻¹(r − x(p))|² is least, Σ = L Lᵀ, as with a physical
 //! model. Drift that moves channels together stands in Σ and weighs little,
-//! which a map straight from channels to place cannot know.
+//! which a map straight from channels to position cannot know.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Standard, Support, Surface, TrainingError};
 
-/// A trained map from channels to place.
+/// A trained map from channels to position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositionMap {
     /// Channels and their scale.
     pub standard: Standard,
-    /// What the scaled channels answer, whitened: L⁻¹ x(p).
+    /// Scaled channels over the position, whitened: L⁻¹ x(p).
     pub surface: Surface,
     /// L⁻¹, rows of the lower triangle one after the other.
     pub whitening: Vec<f64>,
@@ -31,13 +31,13 @@ pub struct PositionMap {
 /// Where a probe presses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PositionEstimate {
-    /// Place (x, y), m.
-    pub place: [f64; 2],
-    /// Covariance of the place, m².
+    /// Position (x, y), m.
+    pub position: [f64; 2],
+    /// Covariance of the position, m².
     pub covariance: [[f64; 2]; 2],
     /// |L⁻¹(r − x)|², which has as many degrees of freedom as channels, less two.
     pub misfit: f64,
-    /// Whether training saw such frames.
+    /// Support of the frame by the training.
     pub support: Support,
 }
 
@@ -49,9 +49,9 @@ impl PositionEstimate {
 }
 
 impl PositionMap {
-    /// Readings of the channels in use of a press at `place` (m).
-    pub fn answer(&self, place: [f64; 2]) -> Vec<f64> {
-        let mut scaled = self.surface.at(place);
+    /// Readings of the channels in use of a press at `position` (m).
+    pub fn answer(&self, position: [f64; 2]) -> Vec<f64> {
+        let mut scaled = self.surface.at(position);
         unwhiten(&self.whitening, &mut scaled);
         let standard = self.standard.centre.iter().zip(&self.standard.scale);
         let readings = scaled.iter().zip(standard);
@@ -76,7 +76,7 @@ impl PositionMap {
         scaled.map(|(v, scale)| v.sqrt() * scale).collect()
     }
 
-    /// Whether the parts of a map from a file belong together.
+    /// Checks that the parts of a map from a file belong together.
     pub(super) fn check(&self) -> Result<(), TrainingError> {
         let width = self.surface.width;
         let whitening = self.whitening.len() == width * (width + 1) / 2
@@ -122,7 +122,7 @@ fn unwhiten(whitening: &[f64], row: &mut [f64]) {
     }
 }
 
-/// Frames to places.
+/// Frames to positions.
 #[derive(Debug, Clone)]
 pub struct PositionEstimator {
     map: PositionMap,
@@ -142,7 +142,7 @@ const SETTLED: f64 = 1e-4;
 const HALVINGS: usize = 6;
 
 impl PositionEstimator {
-    /// An estimator of places.
+    /// An estimator of positions.
     ///
     /// # Errors
     /// [`TrainingError::Unsound`] for a map that was changed by hand.
@@ -156,7 +156,7 @@ impl PositionEstimator {
         };
         let count = (surface.intervals[0] + 1) * (surface.intervals[1] + 1);
         let nodes: Vec<[f64; 2]> = (0..count).map(node).collect();
-        let answer = |place: &[f64; 2]| padded(&surface.at(*place));
+        let answer = |position: &[f64; 2]| padded(&surface.at(*position));
         Ok(Self {
             answers: nodes.iter().flat_map(answer).collect(),
             nodes,
@@ -166,14 +166,14 @@ impl PositionEstimator {
         })
     }
 
-    /// The place that the frame speaks for.
+    /// The position that the frame speaks for.
     ///
     /// # Errors
     /// [`TrainingError`] for a frame of another length or with a missing reading.
     pub fn estimate(&mut self, frame: &[f64]) -> Result<PositionEstimate, TrainingError> {
         let white = whiten(&self.map.whitening, &self.map.standard.apply(frame)?);
-        let mut place = self.nearest_node(&padded(&white));
-        let mut misfit = self.misfit(&white, place);
+        let mut position = self.nearest_node(&padded(&white));
+        let mut misfit = self.misfit(&white, position);
         for _ in 0..STEPS {
             let (gradient, normal) = self.normal(&white);
             let step = newton_step(gradient, normal);
@@ -181,14 +181,14 @@ impl PositionEstimator {
             if small(0) && small(1) {
                 break;
             }
-            let Some((next, lower)) = self.descend(&white, place, step, misfit) else {
+            let Some((next, lower)) = self.descend(&white, position, step, misfit) else {
                 break;
             };
-            (place, misfit) = (next, lower);
+            (position, misfit) = (next, lower);
         }
-        self.misfit(&white, place);
+        self.misfit(&white, position);
         let (_, normal) = self.normal(&white);
-        Ok(self.judged(place, normal, misfit))
+        Ok(self.judged(position, normal, misfit))
     }
 
     /// The node whose answer is nearest to a frame: every other one first, then
@@ -204,9 +204,9 @@ impl PositionEstimator {
         for row in (0..rows).step_by(2) {
             for column in (0..columns).step_by(2) {
                 let found = (distance([row, column]), [row, column]);
-                if let Some(place) = valleys.iter().position(|valley| found.0 < valley.0) {
-                    valleys[place..].rotate_right(1);
-                    valleys[place] = found;
+                if let Some(rank) = valleys.iter().position(|valley| found.0 < valley.0) {
+                    valleys[rank..].rotate_right(1);
+                    valleys[rank] = found;
                 }
             }
         }
@@ -226,10 +226,10 @@ impl PositionEstimator {
         self.nodes[row * columns + column]
     }
 
-    /// |white − x(place)|², leaving the answer and its slopes.
-    fn misfit(&mut self, white: &[f64], place: [f64; 2]) -> f64 {
+    /// |white − x(position)|², leaving the answer and its slopes.
+    fn misfit(&mut self, white: &[f64], position: [f64; 2]) -> f64 {
         let [x, y] = &mut self.slope;
-        self.map.surface.evaluate(place, &mut self.value, [x, y]);
+        self.map.surface.evaluate(position, &mut self.value, [x, y]);
         let terms = white.iter().zip(&self.value);
         terms.map(|(w, v)| (w - v).powi(2)).sum()
     }
@@ -252,7 +252,7 @@ impl PositionEstimator {
     fn descend(
         &mut self,
         white: &[f64],
-        place: [f64; 2],
+        position: [f64; 2],
         step: [f64; 2],
         misfit: f64,
     ) -> Option<([f64; 2], f64)> {
@@ -261,7 +261,7 @@ impl PositionEstimator {
         let long = (step[0] / size[0]).abs().max((step[1] / size[1]).abs()) / 2.0;
         let mut share = 1.0 / long.max(1.0);
         for _ in 0..=HALVINGS {
-            let next = [0, 1].map(|a| place[a] + share * step[a]);
+            let next = [0, 1].map(|a| position[a] + share * step[a]);
             let next = self.map.surface.clamp(next);
             let lower = self.misfit(white, next);
             if lower < misfit {
@@ -273,7 +273,7 @@ impl PositionEstimator {
     }
 
     /// The estimate with its covariance: that of the noise, grown by the misfit.
-    fn judged(&self, place: [f64; 2], normal: [f64; 3], misfit: f64) -> PositionEstimate {
+    fn judged(&self, position: [f64; 2], normal: [f64; 3], misfit: f64) -> PositionEstimate {
         let surface = &self.map.surface;
         let freedom = surface.width.saturating_sub(2).max(1) as f64;
         let growth = (misfit / freedom).max(1.0) * self.map.interval_factor.powi(2);
@@ -284,7 +284,7 @@ impl PositionEstimator {
         let determinant = xx * yy - xy * xy;
         let off = -xy / determinant;
         PositionEstimate {
-            place,
+            position,
             covariance: [[yy / determinant, off], [off, xx / determinant]],
             misfit,
             support: if misfit > self.map.largest_misfit {

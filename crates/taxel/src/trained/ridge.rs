@@ -139,7 +139,7 @@ impl Ridge {
         })
     }
 
-    /// Whether a map from a file is one of `features` features.
+    /// True if a map from a file is one of `features` features.
     pub(super) fn is_sound(&self, features: usize) -> bool {
         self.weights.len() == features
             && self.inverse_factor.len() == features * (features + 1) / 2

@@ -1,4 +1,4 @@
-//! Smooth functions of a place, from readings at scattered places.
+//! Smooth functions of a position, from readings at scattered positions.
 //!
 //! f(x, y) = Σ c_ij B(x/h − i) B(y/h − j), uniform cubic B-splines; the
 //! coefficients have the least Σ (f(xₖ, yₖ) − vₖ)² + λ Σ (second differences)²
@@ -39,20 +39,23 @@ fn basis(u: f64) -> ([f64; 4], [f64; 4]) {
 }
 
 impl Surface {
-    /// Fits `values` (one row of functions each) at `places` (m), with
+    /// Fits `values` (one row of functions each) at `positions` (m), with
     /// `intervals` along x and y. `smoothing` λ is relative to the number of
     /// readings for each coefficient.
     ///
     /// # Errors
-    /// [`TrainingError`] when the places span no area or leave a function open.
+    /// [`TrainingError`] when the positions span no area or leave a function open.
     pub fn fit(
-        places: &[[f64; 2]],
+        positions: &[[f64; 2]],
         values: &[Vec<f64>],
         intervals: [usize; 2],
         smoothing: f64,
     ) -> Result<Self, TrainingError> {
         let end = |axis: usize, of: fn(f64, f64) -> f64, start: f64| {
-            places.iter().map(|place| place[axis]).fold(start, of)
+            positions
+                .iter()
+                .map(|position| position[axis])
+                .fold(start, of)
         };
         let corner = [0, 1].map(|axis| end(axis, f64::min, f64::INFINITY));
         let far = [0, 1].map(|axis| end(axis, f64::max, f64::NEG_INFINITY));
@@ -68,21 +71,21 @@ impl Surface {
             width: values.first().map_or(0, Vec::len),
             coefficients: Vec::new(),
         };
-        surface.solve(places, values, smoothing)?;
+        surface.solve(positions, values, smoothing)?;
         Ok(surface)
     }
 
     fn solve(
         &mut self,
-        places: &[[f64; 2]],
+        positions: &[[f64; 2]],
         values: &[Vec<f64>],
         smoothing: f64,
     ) -> Result<(), TrainingError> {
         let unknowns = self.unknowns();
         let mut system = Banded::new(unknowns, 3 * self.columns() + 3);
         let mut right = vec![0.0; unknowns * self.width];
-        for (place, value) in places.iter().zip(values) {
-            let (cell, [wx, wy], _) = self.local(*place);
+        for (position, value) in positions.iter().zip(values) {
+            let (cell, [wx, wy], _) = self.local(*position);
             let terms = self.terms(cell);
             let weight = |k: usize| wx[k / 4] * wy[k % 4];
             for (k, at) in terms.iter().enumerate() {
@@ -97,7 +100,7 @@ impl Surface {
         }
         self.penalise(
             &mut system,
-            smoothing * places.len() as f64 / unknowns as f64,
+            smoothing * positions.len() as f64 / unknowns as f64,
         );
         if !system.factorise() {
             return Err(TrainingError::Dependent { features: unknowns });
@@ -131,7 +134,7 @@ impl Surface {
         }
     }
 
-    /// Whether a surface from a file is one.
+    /// True if a surface from a file is one.
     pub(super) fn is_sound(&self) -> bool {
         let most = 1 << 12;
         self.intervals
@@ -153,11 +156,11 @@ impl Surface {
         self.intervals[1] + 3
     }
 
-    /// The interval of a place along x and y, its weights and their slopes (1/m).
-    fn local(&self, place: [f64; 2]) -> ([usize; 2], [[f64; 4]; 2], [[f64; 4]; 2]) {
+    /// The interval of a position along x and y, its weights and their slopes (1/m).
+    fn local(&self, position: [f64; 2]) -> ([usize; 2], [[f64; 4]; 2], [[f64; 4]; 2]) {
         let [x, y] = [0, 1].map(|axis| {
             let last = self.intervals[axis] - 1;
-            let at = (place[axis] - self.corner[axis]) / self.step[axis];
+            let at = (position[axis] - self.corner[axis]) / self.step[axis];
             let cell = (at.max(0.0) as usize).min(last);
             let (weights, slopes) = basis(at - cell as f64);
             (cell, weights, slopes.map(|slope| slope / self.step[axis]))
@@ -170,10 +173,10 @@ impl Surface {
         std::array::from_fn(|k| (cell[0] + k / 4) * self.columns() + cell[1] + k % 4)
     }
 
-    /// The functions at a place, with their slopes along x and y, into rows of
+    /// The functions at a position, with their slopes along x and y, into rows of
     /// `width` numbers. Outside of the rectangle the outermost cubics go on.
-    pub fn evaluate(&self, place: [f64; 2], value: &mut [f64], slope: [&mut [f64]; 2]) {
-        let (cell, [wx, wy], [sx, sy]) = self.local(place);
+    pub fn evaluate(&self, position: [f64; 2], value: &mut [f64], slope: [&mut [f64]; 2]) {
+        let (cell, [wx, wy], [sx, sy]) = self.local(position);
         let [slope_x, slope_y] = slope;
         value.fill(0.0);
         slope_x.fill(0.0);
@@ -190,11 +193,11 @@ impl Surface {
         }
     }
 
-    /// The functions at a place.
-    pub fn at(&self, place: [f64; 2]) -> Vec<f64> {
+    /// The functions at a position.
+    pub fn at(&self, position: [f64; 2]) -> Vec<f64> {
         let mut value = vec![0.0; self.width];
         let (mut x, mut y) = (value.clone(), value.clone());
-        self.evaluate(place, &mut value, [&mut x, &mut y]);
+        self.evaluate(position, &mut value, [&mut x, &mut y]);
         value
     }
 
@@ -204,11 +207,11 @@ impl Surface {
         [self.corner[axis], self.corner[axis] + far]
     }
 
-    /// The place nearest to `place` in the rectangle, m.
-    pub fn clamp(&self, place: [f64; 2]) -> [f64; 2] {
+    /// The position nearest to `position` in the rectangle, m.
+    pub fn clamp(&self, position: [f64; 2]) -> [f64; 2] {
         std::array::from_fn(|axis| {
             let [near, far] = self.range(axis);
-            place[axis].max(near).min(far)
+            position[axis].max(near).min(far)
         })
     }
 }
@@ -302,7 +305,7 @@ fn subtract(row: &mut [f64], other: &[f64], factor: f64) {
 mod tests {
     use super::*;
 
-    fn places(count: usize) -> Vec<[f64; 2]> {
+    fn positions(count: usize) -> Vec<[f64; 2]> {
         // A sequence that fills the square evenly.
         let fill = |k: usize| {
             [
@@ -322,9 +325,9 @@ mod tests {
                 1.0 + p[0] * p[1].powi(3),
             ]
         };
-        let places = places(400);
-        let values: Vec<_> = places.iter().map(f).collect();
-        let surface = Surface::fit(&places, &values, [4, 5], 0.0).unwrap();
+        let positions = positions(400);
+        let values: Vec<_> = positions.iter().map(f).collect();
+        let surface = Surface::fit(&positions, &values, [4, 5], 0.0).unwrap();
         let (mut v, mut x, mut y) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         for p in [[0.0, 1.0], [0.31, 0.77], [1.0, 0.5]] {
             surface.evaluate(p, &mut v, [&mut x, &mut y]);
@@ -339,10 +342,10 @@ mod tests {
 
     #[test]
     fn strong_smoothing_leaves_a_plane() {
-        let places = places(300);
+        let positions = positions(300);
         let plane = |p: &[f64; 2]| vec![2.0 - p[0] + 3.0 * p[1]];
-        let values: Vec<_> = places.iter().map(plane).collect();
-        let surface = Surface::fit(&places, &values, [9, 9], 1e6).unwrap();
+        let values: Vec<_> = positions.iter().map(plane).collect();
+        let surface = Surface::fit(&positions, &values, [9, 9], 1e6).unwrap();
         assert!((surface.at([0.2, 0.9])[0] - plane(&[0.2, 0.9])[0]).abs() < 1e-6);
     }
 

@@ -17,7 +17,7 @@ pub struct Dielectric {
     #[serde(deserialize_with = "quantity::one::<RelativePermittivity, _>")]
     #[schemars(with = "Checked<RelativePermittivity>")]
     pub permittivity: f64,
-    /// What is above, below and grounded, and what the readout sees.
+    /// Media above and below, grounded parts, and the capacitance that the readout measures.
     pub surroundings: Surroundings,
 }
 

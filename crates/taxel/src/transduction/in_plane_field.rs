@@ -11,7 +11,7 @@ use super::surroundings::Surroundings;
 use super::tilted_plate::VACUUM_PERMITTIVITY;
 use crate::mechanics::{ElectrodeStiffness, EndCondition, LARGEST_COMPRESSION, TopFace};
 
-/// What becomes of the cross-section at one compression.
+/// State of the cross-section at one compression.
 ///
 /// Found from the drawing alone: no fitted factor of the closed forms enters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,11 +76,11 @@ const NUMBERS: usize = 10;
 const FEWEST: usize = 4;
 /// States on the way to the greatest compression.
 pub(crate) const STATES: usize = 24;
-/// What is tried when there are fewer than [`FEWEST`] states on the way to a compression,
-/// over this compression, and the least compression that is tried again.
+/// Next compression to try when there are fewer than [`FEWEST`] states on the way to a
+/// compression, over this compression, and the least compression that is tried again.
 const CLOSER: f64 = FEWEST as f64 / STATES as f64;
 const LEAST: f64 = 1e-2;
-/// How far a layer goes on beside the probe under `wide_layer`, over its thickness.
+/// Length of a layer beside the probe under `wide_layer`, over its thickness.
 const BEYOND: f64 = 4.0;
 
 impl FieldState {
@@ -185,7 +185,7 @@ impl FieldStudy {
 }
 
 impl FieldStudy {
-    /// What such a body ends with, and what the solver says of it.
+    /// End of such a body, with the message of the solver.
     fn ended(&self, failure: &Failure) -> NoField {
         let layer = self.study.study.layer();
         let words = match (layer.beyond > 0.0, layer.side) {

@@ -36,7 +36,7 @@ pub enum InPlaneError {
     /// A capacitance above that at rest: pressing only lowers it.
     #[error("a capacitance of {capacitance:.6e} F is above that at rest, {rest:.6e} F")]
     AboveRest {
-        /// What was read, F.
+        /// Reading, F.
         capacitance: f64,
         /// At rest, F.
         rest: f64,
@@ -46,9 +46,9 @@ pub enum InPlaneError {
         "a capacitance {change:.6e} F below that at rest is beyond {limit:.6e} F, up to which it belongs to one compression (to {compression:.4})"
     )]
     BeyondInvertible {
-        /// How far it fell, F.
+        /// Decrease of the capacitance, F.
         change: f64,
-        /// How far it may fall, F.
+        /// Largest possible decrease, F.
         limit: f64,
         /// Compression there.
         compression: f64,
@@ -83,7 +83,7 @@ pub struct InPlaneModel {
     pub layer: CompressedLayer,
     /// The electrodes in it.
     pub electrodes: Electrodes,
-    /// What is between and round them.
+    /// Dielectric between and around the electrodes.
     pub dielectric: Dielectric,
     /// The published fit, where there is one.
     pub published_fit: Option<PublishedFit>,
@@ -94,7 +94,7 @@ pub struct InPlaneModel {
     pub stray_capacitance: f64,
 }
 
-/// What a compression does to the sensor.
+/// State of the sensor under a compression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InPlaneState {
     /// The layer.
@@ -151,7 +151,7 @@ impl InPlaneModel {
         found.check().is_ok().then_some(found)
     }
 
-    /// Whether the device lies in all tables that it needs.
+    /// Checks that the device lies in all tables that it needs.
     ///
     /// # Errors
     /// The error of the first thing that is missing.

@@ -3,7 +3,7 @@
 use super::in_plane_model::{InPlaneError, InPlaneModel};
 use crate::mechanics::{ElectrodeModulus, ElectrodeStiffness};
 
-/// What a study varies; P1 names these five.
+/// Parameter that a study varies; P1 names these five.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StudyParameter {
     /// Modulus of the layer, Pa. That of the electrodes stays.

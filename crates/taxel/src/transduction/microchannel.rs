@@ -50,9 +50,9 @@ impl Conductor {
 /// The channels of one layer: load to resistance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MicrochannelLayer {
-    /// How a cross-section closes.
+    /// Closing curve of a cross-section.
     pub closing: ClosingCurve,
-    /// What the pressure of the liquid obeys.
+    /// Law of the pressure of the liquid.
     pub liquid: PressureLaw,
     /// The conductor in one channel.
     pub conductor: Conductor,

@@ -1,4 +1,4 @@
-//! What lies round the two electrodes and which capacitance the board sees.
+//! Surroundings of the two electrodes, and the capacitance that the board measures.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -40,7 +40,7 @@ const COMPRESSIONS: [f64; 5] = [0.0, 0.05, 0.1, 0.2, 0.3];
 const GAPS: [f64; 3] = [0.2, 0.5, 1.0];
 
 impl Surroundings {
-    /// What the surroundings add to the capacitance in a uniform medium, F.
+    /// Capacitance that the surroundings add in a uniform medium, F.
     ///
     /// Finite elements of the deformed published cross-section, C − C_uniform
     /// over ε₀ w_e to about 0.02, interpolated in the logarithm of the gap and
@@ -60,7 +60,7 @@ impl Surroundings {
         self.table().map(|_| COMPRESSIONS[COMPRESSIONS.len() - 1])
     }
 
-    /// Whether [`Surroundings::offset`] holds for a device: nothing is asked
+    /// Checks that [`Surroundings::offset`] holds for a device: nothing is asked
     /// of `uniform`; for all others ε_r = 2.4, a frictionless top and the
     /// published cross-section (S = 5.5 T, H = 9.5 T, b = 10 T), each to 1 %,
     /// with a gap from 0.2 to 1 T (10 % beyond).

@@ -54,10 +54,10 @@ pub struct Plates {
 /// Capacitance of one plate pair and what became of its air.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateReading {
-    /// Capacitance, F. A touching plate reads its value at first contact: a
+    /// Capacitance, F. A closed pair reads its value at first contact: a
     /// lower bound.
     pub capacitance: f64,
-    /// Smallest air gap over the tile, m; zero or less means touching.
+    /// Smallest air gap over the tile, m; zero or less means closed.
     pub least_air_gap: f64,
 }
 
@@ -74,8 +74,8 @@ impl Response {
         self.plates.map(|plate| plate.capacitance)
     }
 
-    /// Which capacitors touch.
-    pub fn touching(&self) -> [bool; 4] {
+    /// Capacitors whose electrodes touch each other.
+    pub fn closed(&self) -> [bool; 4] {
         self.plates.map(|plate| plate.least_air_gap <= 0.0)
     }
 

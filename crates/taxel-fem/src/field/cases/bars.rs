@@ -70,7 +70,7 @@ pub fn bars(
     })
 }
 
-/// What lies round the bars in a layer on a base plane.
+/// Surroundings of the bars in a layer on a base plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
     /// Relative permittivity of the layer.

@@ -25,7 +25,7 @@ use crate::mesh::Mesh;
 /// A computed number beside the known one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// What was computed.
+    /// Name of the case.
     pub name: String,
     /// Our value.
     pub ours: f64,

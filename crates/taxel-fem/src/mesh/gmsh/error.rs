@@ -1,4 +1,4 @@
-//! What can be wrong with a file of Gmsh.
+//! Errors in files of Gmsh.
 
 use thiserror::Error;
 
@@ -37,7 +37,7 @@ pub enum GmshError {
         line: usize,
         /// The word.
         word: String,
-        /// What belongs there.
+        /// Text that belongs there.
         expected: &'static str,
     },
     /// A line or a section has too few or too many entries.
@@ -45,7 +45,7 @@ pub enum GmshError {
     Count {
         /// Line of the file.
         line: usize,
-        /// What was counted.
+        /// Objects that were counted.
         what: &'static str,
         /// Entries there.
         found: usize,
@@ -162,7 +162,7 @@ pub enum GmshError {
     Cell {
         /// Line of the element.
         line: usize,
-        /// What is wrong; nodes are counted from 0 in order of the cells.
+        /// Error of the mesh; nodes are counted from 0 in order of the cells.
         source: MeshError,
     },
 }

@@ -165,7 +165,7 @@ impl<'a> Import<'a> {
         Ok(number)
     }
 
-    /// Whether the corners of a plane cell run clockwise.
+    /// True if the corners of a plane cell run clockwise.
     fn clockwise(&self, corners: &[u32]) -> bool {
         let at = |k: usize| self.points[corners[k % corners.len()] as usize];
         let twice_area: f64 = (0..corners.len())

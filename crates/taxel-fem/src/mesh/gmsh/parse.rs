@@ -69,7 +69,7 @@ pub(super) struct Element {
     pub(super) nodes: Vec<i64>,
 }
 
-/// What a file says.
+/// Contents of a file.
 #[derive(Debug, Default)]
 pub(super) struct Raw {
     /// Names of groups by dimension and tag.
@@ -214,7 +214,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, GmshError> {
     Ok(raw)
 }
 
-/// Whether the format is the new one, 4.1.
+/// True if the format is the new one, 4.1.
 fn format(lines: &mut Lines<'_>) -> Result<bool, GmshError> {
     let words: Vec<&str> = lines.next()?.split_whitespace().collect();
     lines.count("entries of the format", words.len(), 3)?;

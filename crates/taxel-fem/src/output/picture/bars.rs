@@ -1,4 +1,4 @@
-//! The bars that tell lengths and colours of a picture.
+//! Scale bars of a picture: length and colours.
 
 use std::fmt::Write as _;
 

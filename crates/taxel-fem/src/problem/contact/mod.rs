@@ -31,7 +31,7 @@ pub struct ContactState {
     pub anchors: Vec<Option<Anchor>>,
 }
 
-/// What holds a point of a rough contact.
+/// Anchor of a point of a rough contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Anchor {
     /// Where the point would rest without traction, in the frame of the obstacle.

@@ -14,7 +14,7 @@ pub struct Walls {
     pub overlap_limit: f64,
 }
 
-/// How the overlap of a pair is measured.
+/// Measure of the overlap of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pairing {
     /// Along a fixed direction, from the first wall to the second.

@@ -1,4 +1,4 @@
-//! How an in-plane sensor looks.
+//! Drawing of an in-plane sensor.
 
 use super::InPlaneArray;
 use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};

@@ -1,4 +1,4 @@
-//! What follows from the drawing of an in-plane sensor.
+//! Quantities derived from the drawing of an in-plane sensor.
 
 use super::InPlaneArray;
 use crate::device::capacitor_board;

@@ -11,7 +11,7 @@ use crate::table::{Cell, Column};
 use crate::transduction::{FieldState, InPlaneModel, SolvedInPlane, VACUUM_PERMITTIVITY};
 use taxel_numerics::roots;
 
-/// What one load does to one sensor, by finite elements.
+/// Response of one sensor to one load, by finite elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InPlaneFieldPrediction {
     /// The cross-section; `None` where no solved compression belongs to the load.
@@ -27,7 +27,7 @@ pub struct InPlaneFieldPrediction {
     pub voltage: Option<f64>,
     /// Code of the converter.
     pub code: Option<Code>,
-    /// How the sensor takes the load.
+    /// State of the sensor under the load.
     pub state: InPlaneLoadState,
 }
 
@@ -48,7 +48,7 @@ struct Solved {
     way: SolvedInPlane,
     /// Compression up to which a change belongs to one compression only.
     invertible: f64,
-    /// Whether it ends there because the curve turns.
+    /// True if it ends there because the curve turns.
     turns: bool,
 }
 

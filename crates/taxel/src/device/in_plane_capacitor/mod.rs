@@ -26,7 +26,7 @@ pub use predict::{InPlaneLoadState, InPlanePrediction, InPlanePredictor};
 #[derive(Debug, Clone)]
 pub struct InPlaneArray<'a> {
     sensor: &'a Sensor,
-    /// What one taxel is.
+    /// Element of one taxel.
     pub element: &'a InPlaneCapacitor,
     /// The board.
     pub board: FrontEnd,

@@ -8,7 +8,7 @@ use crate::quantity::{CAPACITANCE, FORCE, LENGTH};
 use crate::table::{Cell, Column};
 use crate::transduction::{InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState};
 
-/// What one load does to one sensor.
+/// Response of one sensor to one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InPlanePrediction {
     /// The layer; `None` where no compression belongs to the load.
@@ -26,11 +26,11 @@ pub struct InPlanePrediction {
     pub voltage: Option<f64>,
     /// Code of the converter.
     pub code: Option<Code>,
-    /// How the sensor takes the load.
+    /// State of the sensor under the load.
     pub state: InPlaneLoadState,
 }
 
-/// How a sensor takes a load.
+/// State of a sensor under a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InPlaneLoadState {
     /// Within the range in which the models were verified.

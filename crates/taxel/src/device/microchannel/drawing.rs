@@ -1,4 +1,4 @@
-//! How crossing channels look.
+//! Drawing of crossing microchannels.
 
 use super::MicrochannelArray;
 use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};

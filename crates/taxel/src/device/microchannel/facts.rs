@@ -1,4 +1,4 @@
-//! What follows from the drawing of crossing channels.
+//! Quantities derived from the drawing of crossing microchannels.
 
 use super::{LAYERS, MicrochannelArray};
 use crate::device::timing;
@@ -233,7 +233,7 @@ fn electronics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     facts
 }
 
-/// What one taxel of a channel can be known to feel.
+/// Range and resolution of one taxel of a microchannel.
 fn estimation(array: &MicrochannelArray<'_>) -> Vec<Fact> {
     let Ok(calibration) = array.calibration() else {
         return Vec::new();

@@ -4,7 +4,7 @@ use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 
 use super::MicrochannelArray;
 use super::loads::{LOADS, is_local};
-use super::local::{self, Place};
+use super::local::{self, ArrayBlock};
 use super::predict::MicrochannelPredictor;
 use crate::electronics::DividerBoard;
 use crate::mechanics::{LocalLoad, SolvedBlock};
@@ -22,7 +22,7 @@ pub struct MicrochannelFieldPredictor {
     whole_top: MicrochannelPredictor,
     layers: [MicrochannelLayer; 2],
     board: DividerBoard,
-    place: Result<Place, String>,
+    array_block: Result<ArrayBlock, String>,
     /// Answers of loads on a part of the top; none while the whole top is pressed.
     solved: Option<Vec<(LocalLoad, SolvedBlock)>>,
 }
@@ -34,22 +34,22 @@ impl MicrochannelFieldPredictor {
             whole_top: MicrochannelPredictor::by_finite_elements(array),
             layers: array.layers.clone(),
             board: array.board,
-            place: Place::new(array),
+            array_block: ArrayBlock::new(array),
             solved: None,
         }
     }
 
-    /// Solves every place that is pressed up to its greatest load.
+    /// Solves every position that is pressed up to its greatest load.
     fn solve(
         &mut self,
         loads: &Loads,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
-        let place = self.place.as_ref().map_err(Clone::clone)?;
+        let array_block = self.array_block.as_ref().map_err(Clone::clone)?;
         let solved = self.solved.insert(Vec::new());
         let mut asked: Vec<(LocalLoad, Vec<f64>)> = Vec::new();
         for index in 0..loads.len() {
-            let Ok((load, value)) = place.read(&loads.load(index)) else {
+            let Ok((load, value)) = array_block.read(&loads.load(index)) else {
                 // It is refused with its line when it is answered.
                 return Ok(None);
             };
@@ -62,7 +62,7 @@ impl MicrochannelFieldPredictor {
         let mut ended = None;
         for (number, (load, values)) in asked.into_iter().enumerate() {
             let hears = &mut |part| progress((number as f64 + part) / count);
-            let block = place
+            let block = array_block
                 .block
                 .solve(&load, &values, hears)
                 .map_err(|error| error.to_string())?;
@@ -73,8 +73,8 @@ impl MicrochannelFieldPredictor {
     }
 
     /// Relative change R/R₀ − 1 of a channel whose part in the block is `void`.
-    fn change(&self, place: &Place, layer: usize, void: &BlockVoid) -> f64 {
-        let share = place.share(layer);
+    fn change(&self, array_block: &ArrayBlock, layer: usize, void: &BlockVoid) -> f64 {
+        let share = array_block.share(layer);
         // Nothing presses on the rest, which has the same liquid.
         let rest = self.layers[layer].closing.at(-void.inside).area_ratio;
         let parts = [(share, 1.0 / void.resistance_ratio), (1.0 - share, rest)];
@@ -82,9 +82,15 @@ impl MicrochannelFieldPredictor {
     }
 
     /// Cells of one channel.
-    fn channel(&self, place: &Place, layer: usize, void: &BlockVoid, row: &mut Vec<Cell>) {
+    fn channel(
+        &self,
+        array_block: &ArrayBlock,
+        layer: usize,
+        void: &BlockVoid,
+        row: &mut Vec<Cell>,
+    ) {
         let drawn = &self.layers[layer];
-        let change = self.change(place, layer, void);
+        let change = self.change(array_block, layer, void);
         let resistance = drawn.conductor.rest_resistance() * (1.0 + change);
         let voltage = self.board.divider.voltage(resistance);
         row.extend(
@@ -106,7 +112,7 @@ impl MicrochannelFieldPredictor {
         row.push(Cell::from(if self.board.divider.saturated(voltage) {
             "saturated"
         } else if void.gap <= 0.0 {
-            "touching"
+            "closed"
         } else {
             "open"
         }));
@@ -118,11 +124,11 @@ impl MicrochannelFieldPredictor {
         load: &Load<'_>,
         row: &mut Vec<Cell>,
     ) -> Result<(), LoadRefused> {
-        let place = self
-            .place
+        let array_block = self
+            .array_block
             .as_ref()
             .map_err(|message| local::refused(message))?;
-        let (pressed, value) = place.read(load)?;
+        let (pressed, value) = array_block.read(load)?;
         let block = solved.iter().find(|(known, _)| *known == pressed);
         let state = block.and_then(|(_, block)| block.at(value));
         let Some(state) = state else {
@@ -132,12 +138,18 @@ impl MicrochannelFieldPredictor {
             row.push(Cell::from("beyond_solution"));
             return Ok(());
         };
-        self.block(place, &pressed, &state, row);
+        self.block(array_block, &pressed, &state, row);
         Ok(())
     }
 
     /// Cells of a block in a state.
-    fn block(&self, place: &Place, pressed: &LocalLoad, state: &BlockState, row: &mut Vec<Cell>) {
+    fn block(
+        &self,
+        array_block: &ArrayBlock,
+        pressed: &LocalLoad,
+        state: &BlockState,
+        row: &mut Vec<Cell>,
+    ) {
         let drive = Cell::Number(state.drive);
         let radius = Cell::Number(state.contact_radius);
         row.push(Cell::Number(state.force));
@@ -146,14 +158,14 @@ impl MicrochannelFieldPredictor {
             LocalLoad::Punch { .. } => [Cell::from(""), drive, radius],
         });
         row.extend([0, 1].map(|layer| {
-            let changes = place
+            let changes = array_block
                 .channels(state, layer)
-                .map(|void| self.change(place, layer, void));
+                .map(|void| self.change(array_block, layer, void));
             Cell::Number(changes.fold(f64::NEG_INFINITY, f64::max))
         }));
         for layer in 0..2 {
-            for void in place.channels(state, layer) {
-                self.channel(place, layer, void, row);
+            for void in array_block.channels(state, layer) {
+                self.channel(array_block, layer, void, row);
             }
         }
         row.push(Cell::Number(state.stress));
@@ -169,7 +181,10 @@ impl MicrochannelFieldPredictor {
             Column::new("row_greatest_change", "", 1.0, "", 6),
             Column::new("column_greatest_change", "", 1.0, "", 6),
         ];
-        let counts = self.place.as_ref().map_or([0; 2], |place| place.counts);
+        let counts = self
+            .array_block
+            .as_ref()
+            .map_or([0; 2], |array_block| array_block.counts);
         for (layer, count) in super::LAYERS.into_iter().zip(counts) {
             for number in 0..count {
                 let of = |what: &str| format!("{layer}_{number}_{what}");

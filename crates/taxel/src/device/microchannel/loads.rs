@@ -28,7 +28,7 @@ pub(super) fn pressure_of(load: &Load<'_>) -> (usize, f64) {
     }
 }
 
-/// Largest length of a place on a sheet, m.
+/// Largest coordinate of a position on a sheet, m.
 const LARGEST_LENGTH: f64 = 1.0;
 
 const fn length(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
@@ -41,7 +41,7 @@ const fn length(name: &'static str, short: &'static str, about: &'static str) ->
     }
 }
 
-const fn place(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
+const fn coordinate(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
     LoadColumn {
         kind: LoadKind::Quantity(&LENGTH, [-LARGEST_LENGTH, LARGEST_LENGTH]),
         ..length(name, short, about)
@@ -92,18 +92,18 @@ pub(super) static LOADS: [LoadColumn; 9] = [
         "punch",
         "diameter of a flat punch under the force, with fem",
     ),
-    place(
+    coordinate(
         "centre_x",
         "cx",
         "middle of patch or punch along x, from that of the taxels; 0 without it",
     ),
-    place("centre_y", "cy", "the same along y"),
+    coordinate("centre_y", "cy", "the same along y"),
 ];
 
-/// Columns that place a load on the block.
+/// Columns of the position of a load on the block.
 const PLACE: [usize; 5] = [PATCH_X, PATCH_Y, PUNCH, CENTRE_X, CENTRE_Y];
 
-/// Whether these columns place a load on a part of the top.
+/// True if these columns put a load on a part of the top.
 pub(super) fn is_local(given: &[bool]) -> bool {
     PLACE.iter().any(|column| given.get(*column) == Some(&true))
 }

@@ -12,7 +12,7 @@ use crate::sensor::micrometres;
 
 /// The block of an array: all its taxels with one wall around them, its sides free.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct ArrayBlock {
     pub(super) block: MicrochannelBlock,
     /// Channels of the row and of the column layer.
     pub(super) counts: [usize; 2],
@@ -22,7 +22,7 @@ pub(super) struct Place {
     size: [f64; 2],
 }
 
-impl Place {
+impl ArrayBlock {
     /// # Errors
     /// A sentence for a drawing that can't be solved.
     pub(super) fn new(array: &MicrochannelArray<'_>) -> Result<Self, String> {
@@ -71,7 +71,7 @@ impl Place {
         })
     }
 
-    /// What presses where, and how much: Pa of a patch, N of a punch.
+    /// Load of a patch, Pa, or of a punch, N, with its position.
     pub(super) fn read(&self, load: &Load<'_>) -> Result<(LocalLoad, f64), LoadRefused> {
         let centre = [CENTRE_X, CENTRE_Y].map(|column| load.number(column).unwrap_or(0.0));
         let refused = |column: usize, message: &str, help: &str| LoadRefused {
@@ -107,7 +107,7 @@ impl Place {
         Ok((pressed, value))
     }
 
-    /// What lies along x and y, along the upper and the lower channels.
+    /// Values along x and y as those along the upper and the lower channels.
     fn turned(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         if self.position == [0, 1] {
             [x, y]
@@ -135,7 +135,9 @@ impl Place {
                         micrometres(length),
                         micrometres(least)
                     ),
-                    help: String::from("give a larger one; the channels would not feel less"),
+                    help: String::from(
+                        "give a larger one; the response of the microchannels would not become smaller",
+                    ),
                 });
             }
             // A billionth is forgiven: lengths are often sums of others.
@@ -165,13 +167,13 @@ impl Place {
     }
 }
 
-/// Whether what is given makes one patch or one punch.
+/// Checks that the given columns make one patch or one punch.
 pub(super) fn combination(given: &[bool]) -> Result<(), String> {
     let has = |column: usize| given.get(column) == Some(&true);
     let problem = if has(LOADED_SHARE) {
-        "a place on the block and a loaded_share are given; the place says what share is loaded: leave loaded_share out"
+        "a position on the block and a loaded_share are given; the position says what share is loaded: leave loaded_share out"
     } else if has(AREA_COLUMN) {
-        "an area and a place on the block are given; the area is that of the patch or the punch: leave area out"
+        "an area and a position on the block are given; the area is that of the patch or the punch: leave area out"
     } else if has(PUNCH) && (has(PATCH_X) || has(PATCH_Y)) {
         "a punch and a patch are given; name one of them"
     } else if has(PUNCH) && (has(PRESSURE) || !has(FORCE_Z)) {
@@ -179,7 +181,7 @@ pub(super) fn combination(given: &[bool]) -> Result<(), String> {
     } else if has(PUNCH) {
         return Ok(());
     } else if !(has(PATCH_X) && has(PATCH_Y)) {
-        "a place on the block needs what presses there: give patch_x and patch_y, or punch_diameter"
+        "a position on the block needs what presses there: give patch_x and patch_y, or punch_diameter"
     } else if has(PRESSURE) == has(FORCE_Z) {
         "a patch is pressed by a pressure or by a force: give one of p and fz, such as \"p=10 kPa, px=1 mm, py=1 mm\""
     } else {
@@ -214,21 +216,21 @@ mod tests {
     use crate::predict::Loads;
     use crate::sensor::Sensor;
 
-    fn place(edit: impl Fn(&str) -> String) -> Place {
+    fn block_of(edit: impl Fn(&str) -> String) -> ArrayBlock {
         let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
         let sensor = Sensor::parse("edited.toml", &edit(text)).unwrap();
-        Place::new(&sensor.microchannels().unwrap()).unwrap()
+        ArrayBlock::new(&sensor.microchannels().unwrap()).unwrap()
     }
 
-    fn read(place: &Place, load: &str) -> Result<(LocalLoad, f64), LoadRefused> {
+    fn read(array_block: &ArrayBlock, load: &str) -> Result<(LocalLoad, f64), LoadRefused> {
         let loads = Loads::one(load, &super::super::loads::LOADS).unwrap();
         assert!(is_local(&loads.given.columns));
         combination(&loads.given.columns).unwrap();
-        place.read(&loads.load(0))
+        array_block.read(&loads.load(0))
     }
 
     /// A state whose volume ratios are 0, 1, 2 … in the order of the block.
-    fn numbered(place: &Place) -> BlockState {
+    fn numbered(array_block: &ArrayBlock) -> BlockState {
         let voids = |count: usize| {
             let void = |number| BlockVoid {
                 volume_ratio: number as f64,
@@ -241,13 +243,13 @@ mod tests {
             force: 0.0,
             contact_radius: 0.0,
             stress: 0.0,
-            voids: place.block.counts.map(voids),
+            voids: array_block.block.counts.map(voids),
         }
     }
 
     #[test]
-    fn places_are_turned_to_the_upper_channels_and_answers_back() {
-        let shipped = place(str::to_owned);
+    fn positions_are_turned_to_the_upper_channels_and_answers_back() {
+        let shipped = block_of(str::to_owned);
         // Columns lie above and run along y: the block's first axis is y.
         assert_eq!(shipped.block.counts, [4, 2]);
         for (size, exact) in shipped.block.size.into_iter().zip([1.4e-3, 2.6e-3]) {
@@ -272,7 +274,7 @@ mod tests {
         assert_eq!(order(0), [1.0, 0.0]);
         assert_eq!(order(1), [0.0, 1.0, 2.0, 3.0]);
         // With the rows above nothing is turned.
-        let other = place(|text| {
+        let other = block_of(|text| {
             text.replace("roof = \"140 um\"", "roof = \"X\"")
                 .replace("roof = \"300 um\"", "roof = \"140 um\"")
                 .replace("roof = \"X\"", "roof = \"300 um\"")
@@ -292,7 +294,7 @@ mod tests {
 
     #[test]
     fn what_is_not_on_the_block_is_refused() {
-        let place = place(str::to_owned);
+        let array_block = block_of(str::to_owned);
         for (load, column) in [
             ("p=1 kPa, px=1 mm, py=1 mm, cx=0.9 mm", CENTRE_X),
             ("p=1 kPa, px=1 mm, py=1 mm, cy=-0.3 mm", CENTRE_Y),
@@ -300,10 +302,14 @@ mod tests {
             ("fz=1 mN, punch=1.5 mm", PUNCH),
             ("fz=1 mN, punch=10 um", PUNCH),
         ] {
-            assert_eq!(read(&place, load).unwrap_err().column, column, "{load}");
+            assert_eq!(
+                read(&array_block, load).unwrap_err().column,
+                column,
+                "{load}"
+            );
         }
         // A patch as large as the block is on it.
-        assert!(read(&place, "p=1 kPa, px=2.6 mm, py=1.4 mm").is_ok());
+        assert!(read(&array_block, "p=1 kPa, px=2.6 mm, py=1.4 mm").is_ok());
     }
 
     #[test]

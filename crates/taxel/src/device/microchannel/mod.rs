@@ -37,7 +37,7 @@ const BELOW_PLATEAU: f64 = 4.0;
 #[derive(Debug, Clone)]
 pub struct MicrochannelArray<'a> {
     sensor: &'a Sensor,
-    /// What the channels are.
+    /// Element of the array.
     pub element: &'a Microchannel,
     /// Models of the row and of the column layer.
     pub layers: [MicrochannelLayer; 2],
@@ -161,9 +161,9 @@ impl<'a> MicrochannelArray<'a> {
             let drawn =
                 MicrochannelModel::new(&self.layers[layer], share[layer], noise, saturation)?;
             let first = layer * self.counts()[0];
-            let model = |place: usize| MicrochannelModel {
-                rest_resistance: self.rest_resistance(layer, first + place),
-                saturation: self.saturation(first + place),
+            let model = |index: usize| MicrochannelModel {
+                rest_resistance: self.rest_resistance(layer, first + index),
+                saturation: self.saturation(first + index),
                 ..drawn.clone()
             };
             Ok::<_, MicrochannelError>((0..self.counts()[layer]).map(model).collect())

@@ -13,7 +13,7 @@ use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::MicrochannelLayer;
 
-/// What one pressure does to a channel of each layer.
+/// Response of a microchannel of each layer to one pressure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MicrochannelPrediction {
     /// Pressure on the surface, Pa.
@@ -46,17 +46,17 @@ pub struct LayerAnswer {
     pub voltage: f64,
     /// Code of the converter.
     pub code: Code,
-    /// How the layer takes the load.
+    /// State of the layer under the load.
     pub state: LayerState,
 }
 
-/// How a layer takes a load.
+/// State of a layer under a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerState {
     /// Open over the whole width.
     Open,
     /// The roof touches the floor; the corners are open.
-    Touching,
+    Closed,
     /// Closed further than the curve is known: areas are upper bounds,
     /// resistance and voltage lower ones.
     Beyond,
@@ -69,7 +69,7 @@ impl LayerState {
     pub fn name(self) -> &'static str {
         match self {
             Self::Open => "open",
-            Self::Touching => "touching",
+            Self::Closed => "closed",
             Self::Beyond => "beyond_curve",
             Self::Saturated => "saturated",
         }
@@ -215,7 +215,7 @@ impl MicrochannelPredictor {
         let state = match loaded.state {
             _ if self.board.divider.saturated(voltage) => LayerState::Saturated,
             ClosingState::Beyond { .. } => LayerState::Beyond,
-            ClosingState::Touching => LayerState::Touching,
+            ClosingState::Closed => LayerState::Closed,
             ClosingState::Open | ClosingState::Bulging => LayerState::Open,
         };
         Ok(LayerAnswer {
@@ -268,7 +268,7 @@ impl Predictor for MicrochannelPredictor {
         match (has(PRESSURE), has(FORCE_Z), has(AREA_COLUMN)) {
             (true, false, false) | (false, true, true) => Ok(()),
             (false, true, false) => Err(String::from(
-                "a force says nothing without the area that it presses on: the channels feel pressure; \
+                "a force says nothing without the area that it presses on: the microchannels respond to pressure; \
                  give the area too, such as \"fz=25 mN, area=1 mm2\", or the pressure",
             )),
             (false, false, _) => Err(String::from(
@@ -350,7 +350,7 @@ impl Predictor for MicrochannelPredictor {
             row.push(layer.thinnest.map_or(Cell::from(""), Cell::Number));
             row.push(Cell::Number(layer.volume_ratio));
             row.push(Cell::Number(layer.resistance));
-            // Of a bound only the resistance is told; a signal that is only
+            // Of a bound only the resistance is reported; a signal that is only
             // known to be larger would look like a reading.
             row.extend(if layer.state == LayerState::Beyond {
                 [const { Cell::Text(Cow::Borrowed("")) }; 3]

@@ -69,7 +69,7 @@ impl Piece {
             })
     }
 
-    /// Whether a fault of the script is on a taxel of the channel: the channel
+    /// True if a fault of the script is on a taxel of the channel: the channel
     /// is then dead.
     fn dead(&self, script: &Script<'_>, channel: usize, time: f64) -> bool {
         let (_, taxels) = self.crossed(channel);

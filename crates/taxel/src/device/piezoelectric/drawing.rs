@@ -1,4 +1,4 @@
-//! How a piezoelectric array looks.
+//! Drawing of a piezoelectric array.
 
 use super::PiezoelectricArray;
 use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};

@@ -1,4 +1,4 @@
-//! What follows from the drawing of a piezoelectric array.
+//! Quantities derived from the drawing of a piezoelectric array.
 
 use std::f64::consts::TAU;
 

@@ -13,8 +13,8 @@ use crate::acquisition::{Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
-    ChargeModel, ChargeOptions, ChargeReader, FrameError, ObserverOptions, Placing, ProfileFit,
-    ProfileModel, Reader, SlipOptions, placing,
+    ChargeModel, ChargeOptions, ChargeReader, FrameError, Localiser, ObserverOptions, ProfileFit,
+    ProfileModel, Reader, SlipOptions, localiser,
 };
 use crate::layout::Layout;
 use crate::mechanics::PreloadError;
@@ -26,7 +26,7 @@ use taxel_numerics::linear_chain::Transfer;
 
 pub use predict::{Drive, PiezoelectricPredictor, TestAnswer};
 
-/// Largest radius of a contact that is placed by its profile, m: two elements.
+/// Largest radius of a contact that is located by its profile, m: two elements.
 const LARGEST_CONTACT: f64 = 8e-3;
 /// Length of signal in which a slip is looked for, s, and the least and greatest
 /// speed, m/s: at the least one a ridge takes 0.4 s from one element of the
@@ -38,7 +38,7 @@ const SLIP_SPEEDS: [f64; 2] = [10e-3, 300e-3];
 #[derive(Debug, Clone)]
 pub struct PiezoelectricArray<'a> {
     sensor: &'a Sensor,
-    /// What the sensor file says of the elements.
+    /// Description of the elements in the sensor file.
     pub description: &'a Piezoelectric,
     /// The model of one element.
     pub element: PiezoelectricElement,
@@ -126,27 +126,27 @@ impl<'a> PiezoelectricArray<'a> {
         }
     }
 
-    /// Gain of each element over the mean, as far as presses taught it.
+    /// Gain of each element over the mean, from its map of indentations.
     fn gains(&self) -> Vec<f64> {
-        let learned = self.description.places.as_ref();
+        let learned = self.description.indentations.as_ref();
         learned.map_or_else(
             || vec![1.0; self.layout().taxels()],
             |map| map.gains.clone(),
         )
     }
 
-    /// What finds the place of a lone contact: the map that presses taught, or
+    /// Localiser of a lone contact: the map of its indentations, or
     /// the profile of the soft cover.
-    fn placing(&self) -> Option<Arc<dyn Placing>> {
+    fn localiser(&self) -> Option<Arc<dyn Localiser>> {
         let fit = ProfileFit::new(self.profile_model())?;
-        match &self.description.places {
+        match &self.description.indentations {
             // What a regression needs was checked when its file was read.
-            Some(map) => placing(map, fit).ok(),
+            Some(map) => localiser(map, fit).ok(),
             None => Some(Arc::new(fit)),
         }
     }
 
-    /// What the estimator has to know of the device as drawn.
+    /// Model of the device as drawn, for the estimator.
     pub fn model(&self) -> ChargeModel {
         let [lowest, highest] = self.board.span();
         let at_zero = self.board.voltage(0.0);
@@ -190,8 +190,8 @@ impl Device for PiezoelectricArray<'_> {
         fits(stream, model.layout.taxels(), model.layout.columns)?;
         counts(stream)?;
         let reader = ChargeReader::new(model, ChargeOptions::default());
-        Ok(Box::new(match self.placing() {
-            Some(placing) => reader.with_placing(placing),
+        Ok(Box::new(match self.localiser() {
+            Some(localiser) => reader.with_localiser(localiser),
             None => reader,
         }))
     }

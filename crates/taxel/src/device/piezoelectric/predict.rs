@@ -33,11 +33,11 @@ pub struct TestAnswer {
     pub second: f64,
     /// Kind of event that the two peaks show.
     pub event: Event,
-    /// Whether the output or the converter is cut.
+    /// True if the output or the converter is cut.
     pub clipped: bool,
 }
 
-/// What a test load is given by.
+/// Quantity that a test load is given by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// Displacement of the surface over the element, m.

@@ -1,4 +1,4 @@
-//! How a three-axis array looks.
+//! Drawing of a three-axis array.
 
 use super::ThreeAxisArray;
 use crate::drawing::{Dimension, Drawing, Label, Outline, Part, Shape, View};

@@ -1,4 +1,4 @@
-//! What follows from the drawing of a three-axis array.
+//! Quantities derived from the drawing of a three-axis array.
 
 use super::ThreeAxisArray;
 use crate::device::capacitor_board;

@@ -24,7 +24,7 @@ pub use predict::{LoadState, Prediction, ThreeAxisPredictor};
 #[derive(Debug, Clone)]
 pub struct ThreeAxisArray<'a> {
     sensor: &'a Sensor,
-    /// What one unit is.
+    /// Element of one taxel.
     pub element: &'a ThreeAxisCapacitor,
     /// The board.
     pub board: FrontEnd,

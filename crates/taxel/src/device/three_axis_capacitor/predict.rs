@@ -8,7 +8,7 @@ use crate::quantity::FORCE;
 use crate::table::{Cell, Column};
 use crate::transduction::{Response, UnitModel};
 
-/// What one load does to one unit of a device.
+/// Response of one unit of a device to one load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
     /// The load: force x, y, pressing, N.
@@ -23,11 +23,11 @@ pub struct Prediction {
     pub code: [Code; 4],
     /// Force by the published inverse from these capacitances, N.
     pub published_inverse: [f64; 3],
-    /// How the unit takes the load.
+    /// State of the unit under the load.
     pub state: LoadState,
 }
 
-/// How a unit takes a load.
+/// State of a unit under a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoadState {
     /// Within the range in which the model was verified.
@@ -36,8 +36,8 @@ pub enum LoadState {
     AboveUsable,
     /// Above the full scale.
     OutOfRange,
-    /// A tile touches: capacitances of touching capacitors are lower bounds.
-    Contact,
+    /// A pair of electrodes is closed: its capacitance is a lower bound.
+    Closed,
 }
 
 impl LoadState {
@@ -47,7 +47,7 @@ impl LoadState {
             Self::Ok => "ok",
             Self::AboveUsable => "above_usable",
             Self::OutOfRange => "out_of_range",
-            Self::Contact => "contact",
+            Self::Closed => "closed",
         }
     }
 }
@@ -103,8 +103,8 @@ impl ThreeAxisPredictor {
         let largest = force
             .iter()
             .fold(0.0, |largest: f64, f| largest.max(f.abs()));
-        if response.touching().contains(&true) {
-            LoadState::Contact
+        if response.closed().contains(&true) {
+            LoadState::Closed
         } else if largest > self.full_scale {
             LoadState::OutOfRange
         } else if largest > self.usable_force {
@@ -156,7 +156,7 @@ impl Predictor for ThreeAxisPredictor {
         columns.extend(CAPACITORS.map(|c| Column::plain(format!("counts_{c}"))));
         columns.extend(force("published_inverse"));
         columns.push(Column::plain("state"));
-        columns.push(Column::plain("touching"));
+        columns.push(Column::plain("closed"));
         columns
     }
 
@@ -170,9 +170,9 @@ impl Predictor for ThreeAxisPredictor {
         row.extend(answer.code.map(|code| Cell::Whole(u64::from(code.counts))));
         row.extend(answer.published_inverse.map(Cell::Number));
         row.push(Cell::from(answer.state.name()));
-        let touching = answer.response.touching();
-        row.push(if touching.contains(&true) {
-            let names = (0..4).filter(|i| touching[*i]).map(|i| CAPACITORS[i]);
+        let closed = answer.response.closed();
+        row.push(if closed.contains(&true) {
+            let names = (0..4).filter(|i| closed[*i]).map(|i| CAPACITORS[i]);
             Cell::from(names.collect::<Vec<_>>().join(" "))
         } else {
             Cell::from("")

@@ -1,4 +1,4 @@
-//! How a body without a model looks: the area that can be touched.
+//! Drawing of a body without a model: the area that can be touched.
 
 use super::TrainedArray;
 use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};

@@ -1,4 +1,4 @@
-//! What is known of a body whose channels are learned.
+//! Quantities of a body whose channels are learned.
 
 use super::TrainedArray;
 use crate::summary::{Fact, fact, number, text};

@@ -20,9 +20,9 @@ pub use predict::TrainedPredictor;
 #[derive(Debug, Clone)]
 pub struct TrainedArray<'a> {
     sensor: &'a Sensor,
-    /// What the sensor file says of it, and what was learned.
+    /// Description in the sensor file, with the learned maps.
     pub body: &'a TrainedBody,
-    /// What the chips deliver.
+    /// Unit of the numbers that the chips deliver.
     pub unit: DigitalUnit,
 }
 
@@ -39,7 +39,7 @@ impl<'a> TrainedArray<'a> {
         })
     }
 
-    /// What frames of the device mean: one row of channels.
+    /// Meaning of the frames of the device: one row of channels.
     pub fn stream(&self) -> Stream {
         let channels = self.body.channels().len();
         Stream {
@@ -78,7 +78,7 @@ impl Device for TrainedArray<'_> {
         require(
             array.mount == Mount::Flat,
             "array.mount",
-            || "places are learned on a plane".into(),
+            || "positions are learned on a plane".into(),
             "write mount = \"flat\"; x and y are then those of the stage",
         )
     }
@@ -87,7 +87,7 @@ impl Device for TrainedArray<'_> {
         facts::facts(self)
     }
 
-    /// The fitted surface of the channels over the place, once it was learned.
+    /// The fitted surface of the channels over the position, once it was learned.
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         let maps = self.body.maps.as_ref()?;
         let predictor = TrainedPredictor::new(&self.body.channels(), maps, self.unit)?;

@@ -1,4 +1,4 @@
-//! The channels of a press at a place, from the surface that was learned.
+//! The channels of a press at a position, from the surface that was learned.
 
 use crate::electronics::DigitalUnit;
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
@@ -12,14 +12,14 @@ static LOADS: [LoadColumn; 2] = [
         short: "x",
         kind: LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
         required: true,
-        about: "place of the press from the middle of the area",
+        about: "position of the press from the middle of the area",
     },
     LoadColumn {
         name: "y",
         short: "y",
         kind: LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
         required: true,
-        about: "place of the press from the middle of the area",
+        about: "position of the press from the middle of the area",
     },
 ];
 
@@ -28,13 +28,13 @@ static LOADS: [LoadColumn; 2] = [
 #[derive(Debug, Clone)]
 pub struct TrainedPredictor {
     map: PositionMap,
-    /// Of each channel in use.
+    /// Standard deviation of each channel in use.
     deviation: Vec<f64>,
     columns: Vec<Column>,
 }
 
 impl TrainedPredictor {
-    /// `None` where no places were learned.
+    /// `None` where no positions were learned.
     pub(crate) fn new(names: &[String], maps: &TrainedMaps, unit: DigitalUnit) -> Option<Self> {
         let map = maps.position.clone()?;
         let used: Vec<String> = map
@@ -63,20 +63,20 @@ impl Predictor for TrainedPredictor {
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
-        let place = [0, 1].map(|axis| load.number(axis).unwrap_or(0.0));
-        let nearest = self.map.surface.clamp(place);
-        if let Some(column) = (0..2).find(|axis| (nearest[*axis] - place[*axis]).abs() > 1e-9) {
+        let position = [0, 1].map(|axis| load.number(axis).unwrap_or(0.0));
+        let nearest = self.map.surface.clamp(position);
+        if let Some(column) = (0..2).find(|axis| (nearest[*axis] - position[*axis]).abs() > 1e-9) {
             let [low, high] = self.map.surface.range(column).map(|end| end * 1e3);
             return Err(LoadRefused {
                 column,
                 message: format!(
                     "{:.3} mm is outside of the presses of training, {low:.3} to {high:.3} mm",
-                    place[column] * 1e3
+                    position[column] * 1e3
                 ),
-                help: "give a place among them, or train on a larger area".into(),
+                help: "give a position among them, or train on a larger area".into(),
             });
         }
-        row.extend(self.map.answer(place).into_iter().map(Cell::Number));
+        row.extend(self.map.answer(position).into_iter().map(Cell::Number));
         row.extend(self.deviation.iter().copied().map(Cell::Number));
         Ok(())
     }

@@ -139,7 +139,7 @@ enum Shape {
 }
 
 /// The stated covariance must cover the error of the grid for every size, at
-/// every place within a cell: squared over all places and, by four deviations,
+/// every position within a cell: squared over all positions and, by four deviations,
 /// at each.
 #[test]
 fn stated_covariance_covers_the_grid_for_every_size_and_place() {
@@ -150,17 +150,17 @@ fn stated_covariance_covers_the_grid_for_every_size_and_place() {
     for shape in shapes {
         let mut squares = 0.0;
         for step in 0..200 {
-            let place = 8.0 + f64::from(step) / 200.0;
+            let position = 8.0 + f64::from(step) / 200.0;
             let weights: Vec<f64> = (0..17)
-                .map(|i| f64::from(i) - place)
+                .map(|i| f64::from(i) - position)
                 .map(|x| cell_share(shape, [x - 0.5, x + 0.5]))
                 .collect();
             let mut found = Vec::new();
             let cell = |i: usize| cell(17, i, weights[i], 1e-4, 0.01);
             Segmentation::new(1, 17, [1.0; 2]).run(&mut (0..17).map(cell).collect(), &mut found);
             let contact = found[0];
-            let ratio = (contact.centre[0] - place) / contact.covariance[0].sqrt();
-            assert!(ratio.abs() < 4.0, "{shape:?} at {place}: {ratio}");
+            let ratio = (contact.centre[0] - position) / contact.covariance[0].sqrt();
+            assert!(ratio.abs() < 4.0, "{shape:?} at {position}: {ratio}");
             squares += ratio * ratio / 200.0;
         }
         assert!(squares < 1.2, "{shape:?}: {squares}");

@@ -18,7 +18,7 @@ fn contact(x: f64, force: f64, state: State) -> Contact {
     gathering.finish([1e-3; 2])
 }
 
-/// Events of one contact, given by place and force each millisecond; no
+/// Events of one contact, given by position and force each millisecond; no
 /// contact where the force is zero.
 fn events(milliseconds: u64, at: impl Fn(f64) -> (f64, f64, State)) -> Vec<TouchEvent> {
     let mut tracker = Tracker::new(TrackerOptions::new([1e-3; 2]));
@@ -107,7 +107,7 @@ fn a_load_that_lifts_off_again_and_again_is_cyclic() {
 }
 
 #[test]
-fn bounds_are_told_once() {
+fn bounds_are_reported_once() {
     let state = |t: f64| if t > 0.1 { State::Closed } else { State::Ok };
     let found = events(300, |t| (0.0, 0.3, state(t)));
     let count = names(&found)

@@ -29,14 +29,14 @@ impl Bench {
     fn frame(&mut self, milliseconds: u64, balls: &[[f64; 2]]) -> Vec<Track> {
         self.time_ns += milliseconds * 1_000_000;
         let cell = |index: usize| {
-            let place = [(index % COLUMNS) as f64, (index / COLUMNS) as f64];
+            let position = [(index % COLUMNS) as f64, (index / COLUMNS) as f64];
             let weight = balls
                 .iter()
-                .map(|ball| (place[0] - ball[0]).powi(2) + (place[1] - ball[1]).powi(2))
+                .map(|ball| (position[0] - ball[0]).powi(2) + (position[1] - ball[1]).powi(2))
                 .map(|square| (-square / 2.0).exp())
                 .sum();
             Cell {
-                position: place.map(|place| place * 1e-3),
+                position: position.map(|position| position * 1e-3),
                 weight,
                 deviation: 1e-3,
                 threshold: 0.05,
@@ -79,10 +79,10 @@ fn two_that_cross_keep_their_identity() {
 #[test]
 fn a_child_has_its_parent_and_what_merges_says_into_what() {
     let mut bench = Bench::new();
-    let mut place = 0.0;
+    let mut position = 0.0;
     let mut moves = |bench: &mut Bench, by: f64| {
-        place += by;
-        bench.frame(20, &[[7.0 - place, 4.0], [7.0 + place, 4.0]])
+        position += by;
+        bench.frame(20, &[[7.0 - position, 4.0], [7.0 + position, 4.0]])
     };
     assert_eq!(ids(&moves(&mut bench, 0.0)), [1]);
     let mut tracks = Vec::new();

@@ -31,7 +31,7 @@ pub struct BarShape {
     pub width: f64,
 }
 
-/// What lies around the layer.
+/// Media around the layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Media {
     /// Relative permittivity of the layer.

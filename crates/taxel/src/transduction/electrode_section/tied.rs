@@ -6,8 +6,9 @@ use taxel_fem::mesh::{Axis, CellShape, Grading, Growth, Mesh, polygon};
 
 /// Cells along each side of the box.
 const BOX_CELLS: usize = 8;
-/// How far the middle of a curved edge may be from the straight one, over its length and over
-/// the height of the triangles beside it: at a quarter the map of a cell loses its volume.
+/// Largest distance of the middle of a curved edge from the straight one, over its length
+/// and over the height of the triangles beside it: at a quarter the map of a cell loses
+/// its volume.
 const BEND: f64 = 0.2;
 /// Growth of cells from the layer outward.
 const GROWTH: f64 = 1.5;
@@ -17,7 +18,7 @@ pub(super) type Node = [f64; 2];
 
 /// Lines of nodes round the layer, corners and middles of edges by turns.
 pub(super) struct Outline {
-    /// Of the cells that are kept, left to right.
+    /// Upper and lower nodes of the cells that are kept, left to right.
     pub(super) top: Vec<Node>,
     pub(super) bottom: Vec<Node>,
     /// Where these cells end, upwards.

@@ -1,15 +1,15 @@
-//! Place, size and force of one contact: the grid of all places and sizes,
+//! Position, size and force of one contact: the grid of all positions and sizes,
 //! weighed by how well each explains the forces on the elements.
 
 use rayon::prelude::*;
 
-use super::localisation::{Method, Place, ProfileModel, flat_position, peak};
+use super::localisation::{ContactPosition, Method, ProfileModel, flat_position, peak};
 
-/// Place, size and force of a contact by least squares on the profile of the
-/// soft cover, averaged by how well each place and size of a grid fits.
+/// Position, size and force of a contact by least squares on the profile of the
+/// soft cover, averaged by how well each position and size of a grid fits.
 ///
 /// With σᵢ of noise and gain, shares sᵢ(x, y, a) and the best force F at each
-/// place, χ² = Σ (Fᵢ − F sᵢ)²/σᵢ² and the weight is exp(−χ²/2). All places over
+/// position, χ² = Σ (Fᵢ − F sᵢ)²/σᵢ² and the weight is exp(−χ²/2). All positions over
 /// the elements are as likely beforehand, and all radii and forces on a
 /// logarithmic scale. Where the best misfit exceeds its degrees of freedom the
 /// profile is not that of the model, and all misfits count less by that ratio.
@@ -21,13 +21,13 @@ pub struct ProfileFit {
     scatter: f64,
 }
 
-/// What a contact of each size does to the elements.
+/// Forces of a contact of each size on the elements.
 #[derive(Debug, Clone)]
 enum Tables {
     /// The share at offsets of i, j steps along x and y: all elements are
     /// alike.
     Cover(Vec<Vec<f64>>),
-    /// The signals of all elements at each place, i, j steps from the lower
+    /// The signals of all elements at each position, i, j steps from the lower
     /// left element, as presses taught them.
     Learned(Vec<Vec<f64>>),
 }
@@ -41,18 +41,18 @@ pub(super) const WINDOW: usize = 32;
 /// Offsets of a table along one axis.
 pub(super) const OFFSETS: usize = NEAR * STEPS + WINDOW + 1;
 
-/// Steps between places that are looked at first.
+/// Steps between positions that are looked at first.
 const COARSE: usize = 4;
-/// Weight below which the surroundings of a place are not looked at.
+/// Weight below which the surroundings of a position are not looked at.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// As many equal weights tell mean and spread without the finer grid ...
+/// With so many equal weights mean and spread are known without the finer grid ...
 const BROAD: f64 = 60.0;
-/// ... and as many tell which places are unlikely: those below this weight.
+/// ... and with so many, positions below this weight are unlikely.
 const SEVERAL: f64 = 8.0;
 const UNLIKELY: f64 = 1e-4;
 
-/// One place and size of the grid.
+/// One position and size of the grid.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     /// From the highest element.
@@ -97,7 +97,7 @@ impl ProfileFit {
     }
 
     /// For the signals that presses of the radii of `model` taught: of each
-    /// radius those of all elements at the places of [`grid`], with their
+    /// radius those of all elements at the positions of [`grid`], with their
     /// deviation over the length of such a row.
     pub(super) fn learned(model: ProfileModel, signals: Vec<Vec<f64>>, scatter: f64) -> Self {
         Self {
@@ -123,7 +123,7 @@ impl ProfileFit {
         self
     }
 
-    /// What it was made for.
+    /// Model of the elements and the cover.
     pub fn model(&self) -> &ProfileModel {
         &self.model
     }
@@ -133,14 +133,14 @@ impl ProfileFit {
         let (row, column) = (top / columns, top % columns);
         let gain = self.model.gain_deviation;
         let own = self.scatter.powi(2) * forces.iter().map(|force| force * force).sum::<f64>();
-        let place = |index: usize| [index % columns, index / columns];
+        let cell = |index: usize| [index % columns, index / columns];
         let readings = (0..forces.len())
             .filter(|index| {
-                let [c, r] = place(*index);
+                let [c, r] = cell(*index);
                 c.abs_diff(column) <= NEAR && r.abs_diff(row) <= NEAR
             })
             .map(|index| {
-                let [c, r] = place(index);
+                let [c, r] = cell(index);
                 let apart = |to: usize, from: usize| {
                     STEPS.cast_signed() * (to.cast_signed() - from.cast_signed())
                 };
@@ -161,7 +161,7 @@ impl ProfileFit {
         }
     }
 
-    /// Places over the elements, every [`COARSE`] steps, with all radii.
+    /// Positions over the elements, every [`COARSE`] steps, with all radii.
     fn survey(&self, top: usize, view: &View) -> Vec<Candidate> {
         let [along_x, along_y] = self.reach(top);
         let mut found = Vec::new();
@@ -174,7 +174,7 @@ impl ProfileFit {
         found
     }
 
-    /// All places in the tile round a surveyed one, of the same radius.
+    /// All positions in the tile round a surveyed one, of the same radius.
     fn tile(&self, top: usize, about: &Candidate, view: &View) -> Vec<Candidate> {
         let [along_x, along_y] = self.reach(top);
         let half = COARSE.cast_signed() / 2;
@@ -199,7 +199,7 @@ impl ProfileFit {
         ]
     }
 
-    /// The best force at one place and radius, with its misfit less that of no
+    /// The best force at one position and radius, with its misfit less that of no
     /// force; `None` where it would pull.
     fn candidate<'a>(&'a self, radius: usize, steps: [isize; 2], view: &View) -> Option<Candidate> {
         let (mut cross, mut square) = (0.0, 0.0);
@@ -237,9 +237,13 @@ fn best(candidates: &[Candidate]) -> f64 {
 }
 
 impl ProfileFit {
-    /// The place with its misfit over the degrees of freedom; the place is
+    /// The position with its misfit over the degrees of freedom; the position is
     /// given however badly it is known.
-    pub(super) fn search(&self, forces: &[f64], deviations: &[f64]) -> Option<(Place, f64)> {
+    pub(super) fn search(
+        &self,
+        forces: &[f64],
+        deviations: &[f64],
+    ) -> Option<(ContactPosition, f64)> {
         let elements = self.model.rows * self.model.columns;
         if forces.len() != elements || deviations.len() != elements {
             return None;
@@ -251,7 +255,7 @@ impl ProfileFit {
             .iter()
             .map(|one| one.force * one.force * one.weight)
             .sum();
-        // Place, size and force are four unknowns.
+        // Position, size and force are four unknowns.
         let freedom = view.readings.len().saturating_sub(4).max(1) as f64;
         let surveyed = self.survey(top, &view);
         let temper = |gain: f64| ((silent - gain) / freedom).max(1.0);
@@ -261,7 +265,7 @@ impl ProfileFit {
         let squares: f64 = weights().map(|weight| weight * weight).sum();
         let alike = weights().sum::<f64>().powi(2) / squares;
         let broad = alike > BROAD;
-        // Where one place stands out, its neighbours on the coarse grid may
+        // Where one position stands out, its neighbours on the coarse grid may
         // miss a better one.
         let least = if alike > SEVERAL {
             UNLIKELY
@@ -291,12 +295,12 @@ impl ProfileFit {
             }
         }
         let [_, x, y, force, radius, xx, xy, yy] = sums.map(|sum| sum / sums[0]);
-        // The true place is between the steps of the grid.
+        // The true position is between the steps of the grid.
         let step = self
             .model
             .pitch
             .map(|pitch| (pitch / steps as f64).powi(2) / 12.0);
-        let place = Place {
+        let position = ContactPosition {
             centre: [x, y],
             covariance: [xx - x * x + step[0], xy - x * y, yy - y * y + step[1]],
             force,
@@ -304,7 +308,7 @@ impl ProfileFit {
             misfit: silent - most,
             method: Method::Profile,
         };
-        Some((place, place.misfit / freedom))
+        Some((position, position.misfit / freedom))
     }
 }
 
@@ -334,7 +338,7 @@ fn table(model: &ProfileModel, radius: f64) -> Vec<f64> {
     shares
 }
 
-/// All places over the elements that learned signals are given for, m: x by x
+/// All positions over the elements that learned signals are given for, m: x by x
 /// from the lower left element.
 pub(super) fn grid(model: &ProfileModel) -> impl Iterator<Item = [f64; 2]> {
     let axis = |cells: usize, pitch: f64| {

@@ -1,4 +1,4 @@
-//! The design sweep of P4: how channels of many sections close (II.D).
+//! Design sweep of P4 (II.D): closing of microchannels with many cross-sections.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,13 +12,13 @@ use crate::mechanics::{fillings, solids};
 use crate::sensor::Microchannel;
 use crate::table::{Cell, Column};
 
-/// How far a section is known at a pressure.
+/// State of a section at a pressure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SectionState {
     /// Open over its whole width.
     Open,
     /// The roof touches the floor.
-    Touching,
+    Closed,
     /// The solution ended before: the change of resistance is a lower bound.
     Beyond,
 }
@@ -28,7 +28,7 @@ impl SectionState {
     pub fn name(self) -> &'static str {
         match self {
             Self::Open => "open",
-            Self::Touching => "touching",
+            Self::Closed => "closed",
             Self::Beyond => "beyond_solution",
         }
     }
@@ -51,7 +51,7 @@ pub struct SectionAnswer {
 /// One design at all pressures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionRow {
-    /// Height of the channel, m.
+    /// Height of the microchannel, m.
     pub height: f64,
     /// Solid above it, m.
     pub cover: f64,
@@ -107,7 +107,7 @@ pub fn sweep(
 }
 
 /// Smallest cell over the height at which the answers stand within 0.1 %: folds of
-/// low channels stay small, those of tall ones need more cells.
+/// low microchannels stay small, those of tall ones need more cells.
 const TALL: f64 = 0.15;
 
 fn solve(
@@ -167,7 +167,7 @@ fn solve(
             match study.press(pressure) {
                 Ok(closure) => {
                     let state = if closure.gap <= 0.0 {
-                        SectionState::Touching
+                        SectionState::Closed
                     } else {
                         SectionState::Open
                     };
@@ -253,7 +253,7 @@ pub fn heat_map(title: &str, sections: &MicrochannelSections, rows: &[SectionRow
         MapCell {
             value: answer.map(|answer| answer.greatest.unwrap_or(answer.change())),
             mark: match answer.map(|answer| answer.state) {
-                Some(SectionState::Touching) => "*",
+                Some(SectionState::Closed) => "*",
                 Some(SectionState::Beyond) => "<",
                 _ => "",
             },
@@ -271,7 +271,7 @@ pub fn heat_map(title: &str, sections: &MicrochannelSections, rows: &[SectionRow
     HeatMap {
         title: title.to_owned(),
         value: String::from("relative change of resistance R/R0 - 1"),
-        across: (String::from("height of the channel, um"), um(&heights)),
+        across: (String::from("height of the microchannel, um"), um(&heights)),
         upward: (String::from("cover, um"), um(&covers)),
         maps: pressures
             .iter()

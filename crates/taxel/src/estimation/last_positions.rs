@@ -1,5 +1,5 @@
-//! Places that are looked for now and then, kept between by the centres of the
-//! forces.
+//! Positions that are estimated now and then; between, contacts keep their offset
+//! from the centres of force.
 
 use super::contact::{Cell, Contact, Gathering};
 use super::localisation::Located;
@@ -7,17 +7,17 @@ use super::localisation::Located;
 /// Where contacts were found last, against the centres of their forces, with
 /// which they move.
 #[derive(Debug, Clone)]
-pub(super) struct Placed {
+pub(super) struct LastPositions {
     until_ns: u64,
     /// Contacts that the touched cells made then.
     regions: usize,
     parts: Vec<Located>,
-    /// Shift, m, and covariance, m², of each contact; none where its place was
-    /// not told.
+    /// Shift, m, and covariance, m², of each contact; none where its position is
+    /// not known.
     shifts: Vec<Option<([f64; 2], [f64; 3])>>,
 }
 
-impl Placed {
+impl LastPositions {
     /// For contacts that are good until a time, ns, and as long as the touched
     /// cells make as many regions.
     pub(super) fn new(parts: Vec<Located>, until_ns: u64, regions: usize) -> Self {
@@ -29,7 +29,7 @@ impl Placed {
         }
     }
 
-    /// Whether it is still good.
+    /// True if it is still good.
     pub(super) fn holds(&self, time_ns: u64, regions: usize) -> bool {
         time_ns < self.until_ns && regions == self.regions
     }
@@ -61,8 +61,8 @@ impl Placed {
             .collect();
         found.sort_by(|(_, a), (_, b)| b.peak.total_cmp(&a.peak));
         for (region, owner) in regions.iter_mut().zip(&owners) {
-            let place = found.iter().position(|(part, _)| Some(*part) == *owner);
-            *region = place.map(|place| place as u32);
+            let index = found.iter().position(|(part, _)| Some(*part) == *owner);
+            *region = index.map(|index| index as u32);
         }
         contacts.clear();
         contacts.extend(found.iter().map(|(_, contact)| *contact));
@@ -74,7 +74,7 @@ impl Placed {
         }
     }
 
-    /// Puts contacts to their places.
+    /// Moves contacts to their positions.
     pub(super) fn apply(&mut self, contacts: &mut [Contact]) {
         if contacts.len() != self.parts.len() {
             return;
@@ -82,9 +82,9 @@ impl Placed {
         if self.shifts.is_empty() {
             let pairs = self.parts.iter().zip(&*contacts);
             let shift = |(part, contact): (&Located, &Contact)| {
-                let place = part.place?;
-                let shift = [0, 1].map(|axis| place.centre[axis] - contact.centre[axis]);
-                Some((shift, place.covariance))
+                let position = part.position?;
+                let shift = [0, 1].map(|axis| position.centre[axis] - contact.centre[axis]);
+                Some((shift, position.covariance))
             };
             self.shifts = pairs.map(shift).collect();
         }

@@ -7,34 +7,34 @@ mod raster;
 use population::{Population, Spread};
 use taxel_numerics::dense::{cholesky, cholesky_solve, dot};
 
-use super::localisation::{Located, Method, Place, Placing, flat_position};
-use super::placing_fit::{NEAR, OFFSETS, ProfileFit, STEPS, WINDOW};
+use super::localisation::{ContactPosition, Localiser, Located, Method, flat_position};
+use super::position_fit::{NEAR, OFFSETS, ProfileFit, STEPS, WINDOW};
 
 /// More contacts than this are not looked for.
 const MOST: usize = 4;
-/// Unknowns of a contact: place x, y, size, force.
+/// Unknowns of a contact: position x, y, size, force.
 const OWN: usize = 4;
 /// One sound fit in ten thousand misfits more: normal deviate of that level.
 const LEVEL: f64 = 3.72;
 /// Another contact must lower χ² by so much: four unknowns do so by chance once
-/// in ten thousand places, and there are some ten places to choose from.
+/// in ten thousand positions, and there are some ten positions to choose from.
 const WORTH: f64 = 28.0;
 /// Two contacts are apart by so many deviations of their distance, or one.
 const APART: f64 = 4.0;
-/// Steps between places, and between sizes, that are looked at first.
+/// Steps between positions, and between sizes, that are looked at first.
 const COARSE: [usize; 2] = [8, 4];
 /// Rounds in which the contacts make room for each other.
 const ROUNDS: usize = 2;
 /// Steps of the joint fit.
 const ITERATIONS: usize = 15;
 
-impl Placing for ProfileFit {
-    fn place(&self, forces: &[f64], deviations: &[f64]) -> Option<Place> {
-        let (place, _) = self.search(forces, deviations)?;
-        place.is_known(self.model.pitch).then_some(place)
+impl Localiser for ProfileFit {
+    fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition> {
+        let (position, _) = self.search(forces, deviations)?;
+        position.is_known(self.model.pitch).then_some(position)
     }
 
-    fn places(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
+    fn positions(&self, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
         several(self, forces, deviations)
     }
 }
@@ -43,18 +43,18 @@ impl Placing for ProfileFit {
 ///
 /// One is looked for first. As long as the misfit is more than the noise
 /// allows, the contact that explains most of what is left comes beside those
-/// before; each gives way to the others in turn, then places, sizes and forces
+/// before; each gives way to the others in turn, then positions, sizes and forces
 /// of all are fitted together. The population of all that explain the forces
 /// begins at these fits and at those of other sizes. The contact stays if χ²
 /// falls by more than chance can do and all contacts of the population lie
 /// apart by four deviations; if not, two are one that is as wide as both.
-/// Places and covariances are those of the population.
+/// Positions and covariances are those of the population.
 pub(super) fn several(fit: &ProfileFit, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
     let Some((lone, _)) = fit.search(forces, deviations) else {
         return Vec::new();
     };
-    let one = |place: Place| Located {
-        place: place.is_known(fit.model.pitch).then_some(place),
+    let one = |position: ContactPosition| Located {
+        position: position.is_known(fit.model.pitch).then_some(position),
         carried: forces.to_vec(),
     };
     let mut scene = Scene::new(fit, forces, deviations);
@@ -85,7 +85,7 @@ pub(super) fn several(fit: &ProfileFit, forces: &[f64], deviations: &[f64]) -> V
     found.map_or_else(|| vec![one(lone)], |found| scene.located(&found))
 }
 
-/// A contact: place in steps from the lower left element, index of the radius,
+/// A contact: position in steps from the lower left element, index of the radius,
 /// which may be between two, and force, N.
 #[derive(Debug, Clone, Copy)]
 struct Shape {
@@ -111,12 +111,12 @@ struct Scene<'a> {
     /// One over the deviation of each force.
     roots: Vec<f64>,
     /// Forces over their deviations.
-    felt: Vec<f64>,
-    /// What is looked at first.
+    weighted: Vec<f64>,
+    /// Candidates that are tried first.
     raster: Vec<Trial>,
 }
 
-/// A place and size of the raster with its shares over the deviations.
+/// A position and size of the raster with its shares over the deviations.
 struct Trial {
     shape: Shape,
     row: Vec<f64>,
@@ -139,7 +139,7 @@ impl<'a> Scene<'a> {
             tables: fit.shares(),
             elements: (0..forces.len()).map(element).collect(),
             forces,
-            felt: forces.iter().zip(&roots).map(|(f, w)| f * w).collect(),
+            weighted: forces.iter().zip(&roots).map(|(f, w)| f * w).collect(),
             roots,
             raster: Vec::new(),
         }
@@ -151,10 +151,10 @@ impl<'a> Scene<'a> {
         let highest = self.forces.iter().enumerate();
         let highest = highest.max_by(|(_, a), (_, b)| a.total_cmp(b));
         let top = highest.map_or([0.0; 2], |(index, _)| self.elements[index]);
-        let pairs = self.elements.iter().zip(&self.felt);
+        let pairs = self.elements.iter().zip(&self.weighted);
         pairs
             .filter(|(at, _)| !within(**at, top, (NEAR * STEPS) as f64))
-            .map(|(_, felt)| felt * felt)
+            .map(|(_, force)| force * force)
             .sum()
     }
 
@@ -169,7 +169,7 @@ impl<'a> Scene<'a> {
         freedom * (1.0 - width + LEVEL * width.sqrt()).powi(3)
     }
 
-    /// Greatest steps of a place along an axis, and greatest index of a size.
+    /// Greatest steps of a position along an axis, and greatest index of a size.
     fn limits(&self) -> [f64; 3] {
         let model = &self.fit.model;
         let steps = |cells: usize| ((cells - 1) * STEPS) as f64;
@@ -179,8 +179,8 @@ impl<'a> Scene<'a> {
 
     /// Share of a contact on an element, with its slopes along x, y and size.
     fn share(&self, at: [f64; 2], size: f64, element: usize) -> [f64; 4] {
-        let place = self.elements[element];
-        let [dx, dy] = [0, 1].map(|axis| at[axis] - place[axis]);
+        let position = self.elements[element];
+        let [dx, dy] = [0, 1].map(|axis| at[axis] - position[axis]);
         let cut = |value: f64, last: usize| {
             let cell = (value as usize).min(last - 1);
             (cell, value - cell as f64)
@@ -215,8 +215,8 @@ impl<'a> Scene<'a> {
         let cell = (size as usize).min(last.saturating_sub(1));
         let (near, far) = (&self.tables[cell], &self.tables[(cell + 1).min(last)]);
         let part = size - cell as f64;
-        let weigh = |(place, root): (&[f64; 2], &f64)| {
-            let [x, y] = [0, 1].map(|axis| (at[axis] - place[axis]).abs());
+        let weigh = |(position, root): (&[f64; 2], &f64)| {
+            let [x, y] = [0, 1].map(|axis| (at[axis] - position[axis]).abs());
             let (i, j) = (x as usize, y as usize);
             if i + 1 >= OFFSETS || j + 1 >= OFFSETS {
                 return 0.0;
@@ -234,9 +234,9 @@ impl<'a> Scene<'a> {
         self.elements.iter().zip(&self.roots).map(weigh).collect()
     }
 
-    /// What is left of the forces over their deviations.
+    /// Residuals of the forces over their deviations.
     fn residuals(&self, shapes: &[Shape]) -> Vec<f64> {
-        let felt = |element: usize| -> f64 {
+        let predicted = |element: usize| -> f64 {
             let shares = shapes.iter();
             shares
                 .map(|one| one.force * self.share(one.at, one.size, element)[0])
@@ -244,7 +244,7 @@ impl<'a> Scene<'a> {
         };
         let forces = self.forces.iter().zip(&self.roots).enumerate();
         forces
-            .map(|(element, (force, root))| (force - felt(element)) * root)
+            .map(|(element, (force, root))| (force - predicted(element)) * root)
             .collect()
     }
 
@@ -252,7 +252,7 @@ impl<'a> Scene<'a> {
         self.residuals(shapes).iter().map(|left| left * left).sum()
     }
 
-    /// Places, sizes and forces together, by Levenberg and Marquardt.
+    /// Positions, sizes and forces together, by Levenberg and Marquardt.
     fn refined(&self, mut shapes: Vec<Shape>) -> Fitted {
         self.share_out(&mut shapes);
         let limits = self.limits();
@@ -290,7 +290,7 @@ impl<'a> Scene<'a> {
         Fitted { shapes, misfit }
     }
 
-    /// The forces that fit best at the places and sizes as they are.
+    /// The forces that fit best at the positions and sizes as they are.
     fn share_out(&self, shapes: &mut [Shape]) {
         let rows: Vec<Vec<f64>> = shapes
             .iter()
@@ -300,7 +300,7 @@ impl<'a> Scene<'a> {
             .iter()
             .map(|a| rows.iter().map(|b| dot(a, b)).collect())
             .collect();
-        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.felt)).collect();
+        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.weighted)).collect();
         let Some(factor) = cholesky(matrix) else {
             return;
         };
@@ -334,10 +334,10 @@ impl<'a> Scene<'a> {
         }
         // Anywhere within the window, of any of the sizes: variances of even
         // distributions.
-        let place = 12.0 / (2.0 * WINDOW as f64).powi(2);
+        let along_axis = 12.0 / (2.0 * WINDOW as f64).powi(2);
         let size = 12.0 / (self.tables.len() as f64).powi(2);
         for (k, one) in shapes.iter().enumerate() {
-            let priors = [place, place, size, one.force.powi(-2)];
+            let priors = [along_axis, along_axis, size, one.force.powi(-2)];
             for (own, prior) in priors.into_iter().enumerate() {
                 matrix[OWN * k + own][OWN * k + own] += prior;
             }
@@ -351,16 +351,16 @@ impl<'a> Scene<'a> {
             let Shape { at, size, force } = spread.mean;
             let carried =
                 (0..self.forces.len()).map(|element| force * self.share(at, size, element)[0]);
-            let place = self.place(spread, found.misfit);
+            let position = self.position(spread, found.misfit);
             Located {
-                place: place.is_known(self.fit.model.pitch).then_some(place),
+                position: position.is_known(self.fit.model.pitch).then_some(position),
                 carried: carried.collect(),
             }
         };
         found.spreads().iter().map(located).collect()
     }
 
-    fn place(&self, spread: &Spread, misfit: f64) -> Place {
+    fn position(&self, spread: &Spread, misfit: f64) -> ContactPosition {
         let model = &self.fit.model;
         let Shape { at, size, force } = spread.mean;
         let corner = flat_position(model, (model.rows - 1) * model.columns);
@@ -368,7 +368,7 @@ impl<'a> Scene<'a> {
         let [xx, xy, yy] = spread.covariance;
         let cell = size as usize;
         let radius = |cell: usize| model.radii[cell.min(model.radii.len() - 1)];
-        Place {
+        ContactPosition {
             centre: [0, 1].map(|axis| corner[axis] + at[axis] * step[axis]),
             covariance: [
                 xx * step[0] * step[0],
@@ -383,7 +383,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Two contacts that are not apart as one that is as wide as both.
-    fn joined(&self, found: &Population) -> Place {
+    fn joined(&self, found: &Population) -> ContactPosition {
         let spreads = found.spreads();
         let force: f64 = spreads.iter().map(|one| one.mean.force).sum();
         let mean = |of: &dyn Fn(&Spread) -> f64| -> f64 {
@@ -404,17 +404,17 @@ impl<'a> Scene<'a> {
             size: mean(&|one| one.mean.size),
             force,
         };
-        self.place(&Spread { mean, covariance }, found.misfit)
+        self.position(&Spread { mean, covariance }, found.misfit)
     }
 }
 
 /// Elements from which a further contact is looked for.
 const SEEDS: usize = 6;
-/// An element that feels less than this share of the highest force has no
-/// contact of its own.
-const FEELS: f64 = 0.05;
+/// An element with less than this share of the highest force has no contact of
+/// its own.
+const OWN_CONTACT: f64 = 0.05;
 
-/// Whether two places are no further apart along x and along y.
+/// True if two positions are no further apart along x and along y.
 fn within(a: [f64; 2], b: [f64; 2], reach: f64) -> bool {
     (0..2).all(|axis| (a[axis] - b[axis]).abs() <= reach)
 }

@@ -1,17 +1,17 @@
-//! Where contacts may be, before their places are refined: each in turn on a
+//! Where contacts may be, before their positions are refined: each in turn on a
 //! coarse raster, beside the others.
 
-use super::{COARSE, FEELS, Fitted, ROUNDS, SEEDS, Scene, Shape, Trial, within};
-use crate::estimation::placing_fit::{OFFSETS, WINDOW};
+use super::{COARSE, Fitted, OWN_CONTACT, ROUNDS, SEEDS, Scene, Shape, Trial, within};
+use crate::estimation::position_fit::{OFFSETS, WINDOW};
 use taxel_numerics::dense::{dot, remove_projections};
 
 impl Scene<'_> {
-    /// Prepares the raster: places within a pitch of the elements that feel
-    /// something.
+    /// Prepares the raster: positions within a pitch of the elements that carry a
+    /// force.
     pub(super) fn raster(&mut self) {
         let highest = self.forces.iter().copied().fold(0.0, f64::max);
         let pairs = self.elements.iter().zip(self.forces);
-        let near = pairs.filter(|(_, force)| **force > FEELS * highest);
+        let near = pairs.filter(|(_, force)| **force > OWN_CONTACT * highest);
         let near: Vec<[f64; 2]> = near.map(|(at, _)| *at).collect();
         let close = |at: &[f64; 2]| near.iter().any(|one| within(*one, *at, WINDOW as f64));
         let [right, up, _] = self.limits();
@@ -20,10 +20,10 @@ impl Scene<'_> {
                 .step_by(COARSE[0])
                 .map(|step| step as f64)
         };
-        let places = steps(right).flat_map(|x| steps(up).map(move |y| [x, y]));
-        let places: Vec<[f64; 2]> = places.filter(close).collect();
+        let positions = steps(right).flat_map(|x| steps(up).map(move |y| [x, y]));
+        let positions: Vec<[f64; 2]> = positions.filter(close).collect();
         for size in (0..self.tables.len()).step_by(COARSE[1]) {
-            for at in &places {
+            for at in &positions {
                 let row = self.on_grid(*at, size);
                 let shape = Shape {
                     at: *at,
@@ -51,7 +51,7 @@ impl Scene<'_> {
             .collect()
     }
 
-    /// One contact, begun at the best place of each size.
+    /// One contact, begun at the best position of each size.
     pub(super) fn one(&self) -> Fitted {
         let mut best: Option<Fitted> = None;
         for size in (0..self.tables.len()).step_by(COARSE[1]) {
@@ -81,7 +81,7 @@ impl Scene<'_> {
                 basis.push(row);
             }
         }
-        let mut left = self.felt.clone();
+        let mut left = self.weighted.clone();
         remove_projections(&mut left, &basis);
         let mut best: Option<(f64, Shape)> = None;
         for Trial { shape, row } in &self.raster {
@@ -112,10 +112,10 @@ impl Scene<'_> {
             let near = |one: &Shape| within(one.at, middle, 0.5 * WINDOW as f64);
             shapes.extend(self.beside(&shapes, &near));
             for _ in 0..ROUNDS {
-                for place in 0..shapes.len() {
-                    let own = shapes.remove(place);
+                for index in 0..shapes.len() {
+                    let own = shapes.remove(index);
                     let near = |one: &Shape| within(one.at, own.at, WINDOW as f64);
-                    shapes.insert(place, self.beside(&shapes, &near).unwrap_or(own));
+                    shapes.insert(index, self.beside(&shapes, &near).unwrap_or(own));
                 }
             }
             let fitted = self.refined(shapes);
@@ -131,7 +131,7 @@ impl Scene<'_> {
         fits.dedup_by(|a, b| (a.misfit - b.misfit).abs() < 1e-2);
         fits
     }
-    /// The same contacts with one of another size, each begun at its best place
+    /// The same contacts with one of another size, each begun at its best position
     /// beside the others: a small contact further off may do what a large one
     /// does.
     pub(super) fn other_sizes(&self, found: &Fitted) -> Vec<Fitted> {

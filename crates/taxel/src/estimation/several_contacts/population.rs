@@ -1,5 +1,5 @@
-//! What the forces leave open of several contacts: a population of all that
-//! explain them, in place of the best one with its slopes.
+//! Posterior sample of several contacts: a population of all that explain the forces, in
+//! place of the best one with its slopes.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -26,8 +26,8 @@ const WIDER: f64 = 1.3;
 /// Smallest random step, in steps of the grid.
 const JITTER: f64 = 0.05;
 
-/// One of the contacts over a population: mean of place, in steps, size and
-/// force; covariance of the places xx, xy, yy.
+/// One of the contacts over a population: mean of position, in steps, size and
+/// force; covariance of the positions xx, xy, yy.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread {
     pub(super) mean: Shape,
@@ -42,7 +42,7 @@ pub(super) struct Population {
 
 impl Scene<'_> {
     /// The population of contacts as likely as the forces leave them: exp(−χ²/2)
-    /// over all places and sizes alike with the best forces, by differential
+    /// over all positions and sizes alike with the best forces, by differential
     /// evolution (ter Braak 2006) from the best fits, the first one best.
     pub(super) fn population(&self, fits: &[Fitted]) -> Option<Population> {
         let best = fits.first()?;
@@ -151,12 +151,12 @@ impl Scene<'_> {
             .iter()
             .map(|a| rows.iter().map(|b| dot(a, b)).collect())
             .collect();
-        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.felt)).collect();
+        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.weighted)).collect();
         let forces = cholesky_solve(&cholesky(gram)?, &right);
         for (one, force) in shapes.iter_mut().zip(&forces) {
             one.force = *force;
         }
-        let misfit = dot(&self.felt, &self.felt) - dot(&forces, &right);
+        let misfit = dot(&self.weighted, &self.weighted) - dot(&forces, &right);
         let press = forces.iter().all(|force| *force > 0.0);
         press.then_some(Fitted { shapes, misfit })
     }

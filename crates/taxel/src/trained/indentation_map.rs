@@ -1,4 +1,4 @@
-//! Places learned from presses on an array whose elements have a model.
+//! Positions learned from presses on an array whose elements have a model.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,10 +7,10 @@ use super::{Kernel, TrainingError};
 /// Fewer presses make no map.
 pub(crate) const FEWEST_PRESSES: usize = 8;
 
-/// What finds the place of a contact on such an array.
+/// Method that estimates the position of a contact on such an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum PlaceFinder {
+pub enum PositionMethod {
     /// Centre of the forces on the elements.
     Centroid,
     /// Least squares on the profile of the soft cover.
@@ -22,19 +22,19 @@ pub enum PlaceFinder {
     KernelOrProfile,
 }
 
-/// What presses at known places taught of one array.
+/// Map learned from indentations of one array at known positions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PlaceMap {
-    /// What finds a place.
-    pub finder: PlaceFinder,
+pub struct IndentationMap {
+    /// Method that estimates a position.
+    pub finder: PositionMethod,
     /// Gain of each element over their mean.
     pub gains: Vec<f64>,
     /// Standard deviation to which the gains are known.
     pub gain_deviation: f64,
     /// Factor on the deviations of the profile that held-out presses ask for.
     pub profile_spread: f64,
-    /// The kernel on places: deviation of the forces, of vectors of unit
+    /// The kernel on positions: deviation of the forces, of vectors of unit
     /// length, length in m, and scatter of a force.
     pub kernel: [f64; 3],
     /// Factor on the deviations of the regression that held-out presses ask
@@ -47,12 +47,13 @@ pub struct PlaceMap {
     /// one for each press.
     pub directions: Vec<Vec<f64>>,
     /// Centre of each press on the developed surface, m.
-    pub places: Vec<[f64; 2]>,
+    #[serde(rename = "places")]
+    pub positions: Vec<[f64; 2]>,
     /// Radius of the contact of each press, m; none where they are not known.
     pub radii: Vec<f64>,
 }
 
-impl PlaceMap {
+impl IndentationMap {
     /// The kernel of the regression.
     pub fn kernel(&self) -> Kernel {
         let [deviation, length, noise] = self.kernel;
@@ -64,7 +65,7 @@ impl PlaceMap {
         }
     }
 
-    /// Whether the tables of a map from a file belong together.
+    /// Checks that the tables of a map from a file belong together.
     ///
     /// # Errors
     /// [`TrainingError::Unsound`] names the first that does not.
@@ -97,11 +98,11 @@ impl PlaceMap {
         if self.directions.len() < FEWEST_PRESSES || !self.directions.iter().all(sound) {
             return unsound("directions");
         }
-        let finite = |place: &[f64; 2]| place.iter().all(|value| value.is_finite());
-        if self.places.len() != self.directions.len() || !self.places.iter().all(finite) {
+        let finite = |position: &[f64; 2]| position.iter().all(|value| value.is_finite());
+        if self.positions.len() != self.directions.len() || !self.positions.iter().all(finite) {
             return unsound("places");
         }
-        if !self.radii.is_empty() && self.radii.len() != self.places.len() {
+        if !self.radii.is_empty() && self.radii.len() != self.positions.len() {
             return unsound("radii");
         }
         Ok(())
@@ -114,8 +115,8 @@ mod tests {
 
     #[test]
     fn a_map_that_no_regression_can_be_made_of_is_refused() {
-        let sound = PlaceMap {
-            finder: PlaceFinder::Kernel,
+        let sound = IndentationMap {
+            finder: PositionMethod::Kernel,
             gains: vec![1.0; 2],
             gain_deviation: 0.01,
             profile_spread: 1.0,
@@ -123,11 +124,11 @@ mod tests {
             spread: 1.0,
             reach: 3.0,
             directions: vec![vec![0.6, 0.8]; FEWEST_PRESSES],
-            places: vec![[0.0; 2]; FEWEST_PRESSES],
+            positions: vec![[0.0; 2]; FEWEST_PRESSES],
             radii: Vec::new(),
         };
         assert_eq!(sound.check(), Ok(()));
-        let refused = |change: &dyn Fn(&mut PlaceMap)| {
+        let refused = |change: &dyn Fn(&mut IndentationMap)| {
             let mut map = sound.clone();
             change(&mut map);
             let found = map.check();

@@ -1,5 +1,5 @@
 use super::super::localisation::tests::THICKNESS;
-use super::super::localisation::{ELLIPSE_95, Placing, ProfileModel};
+use super::super::localisation::{ELLIPSE_95, Localiser, ProfileModel};
 use super::*;
 use crate::mechanics::ShareTable;
 use rand::{RngExt, SeedableRng};
@@ -45,7 +45,7 @@ impl Bench {
         ]
     }
 
-    /// Two places so far apart.
+    /// Two positions so far apart.
     fn pair(&mut self, distance: f64) -> [[f64; 2]; 2] {
         let [x, y] = self.elements[0].map(f64::abs);
         loop {
@@ -63,21 +63,23 @@ impl Bench {
 
     fn found(&mut self, contacts: &[([f64; 2], f64)]) -> Vec<Located> {
         let elements = self.elements.clone();
-        let felt = |at: &[f64; 2]| -> f64 {
-            let share =
-                |place: &[f64; 2]| self.table.share([at[0] - place[0], at[1] - place[1]], 2e-3);
+        let force = |at: &[f64; 2]| -> f64 {
+            let share = |position: &[f64; 2]| {
+                self.table
+                    .share([at[0] - position[0], at[1] - position[1]], 2e-3)
+            };
             contacts
                 .iter()
-                .map(|(place, force)| force * share(place))
+                .map(|(position, force)| force * share(position))
                 .sum()
         };
-        let exact: Vec<f64> = elements.iter().map(felt).collect();
+        let exact: Vec<f64> = elements.iter().map(force).collect();
         let sigma = 0.01 * exact.iter().copied().fold(0.0, f64::max);
         let forces: Vec<f64> = exact
             .iter()
             .map(|force| force * (1.0 + 0.02 * self.normal()) + sigma * self.normal())
             .collect();
-        self.fit.places(&forces, &vec![sigma; forces.len()])
+        self.fit.positions(&forces, &vec![sigma; forces.len()])
     }
 }
 
@@ -90,23 +92,23 @@ fn one_contact_stays_one() {
             let found = bench.found(&[(at, 1.0)]);
             // The level is one in ten thousand.
             assert_eq!(found.len(), 1, "{radius} {at:?}");
-            assert!(found[0].place.is_some());
+            assert!(found[0].position.is_some());
         }
     }
 }
 
-/// What was found of pairs.
+/// Result for pairs of contacts.
 struct Pairs {
     /// In how many of the trials both were found.
     both: f64,
-    /// Median error of their places, m.
+    /// Median error of their positions, m.
     median: f64,
-    /// Share of the stated places whose ellipse of 95 % holds the truth.
+    /// Share of the stated positions whose ellipse of 95 % holds the truth.
     inside: f64,
 }
 
-/// Of two contacts of 0.5 and 1 N, as far as they are found as two: each
-/// stated place against its own contact, by the least sum of distances.
+/// Two contacts of 0.5 and 1 N, as far as they are found as two: each stated position
+/// against its own contact, by the least sum of distances.
 fn two(bench: &mut Bench, distance: f64, trials: usize) -> Pairs {
     let (mut both, mut errors, mut inside) = (0_u32, Vec::new(), 0_usize);
     for _ in 0..trials {
@@ -115,7 +117,7 @@ fn two(bench: &mut Bench, distance: f64, trials: usize) -> Pairs {
         let [one, other] = &found[..] else { continue };
         both += 1;
         let far = |found: &Located, at: [f64; 2]| {
-            let from = found.place.map(|place| place.centre);
+            let from = found.position.map(|position| position.centre);
             from.map_or(0.0, |from| (from[0] - at[0]).hypot(from[1] - at[1]))
         };
         let straight = far(one, truth[0]) + far(other, truth[1]);
@@ -126,9 +128,11 @@ fn two(bench: &mut Bench, distance: f64, trials: usize) -> Pairs {
             [(one, truth[1]), (other, truth[0])]
         };
         for (found, at) in pairs {
-            let Some(place) = found.place else { continue };
+            let Some(position) = found.position else {
+                continue;
+            };
             errors.push(far(found, at));
-            inside += usize::from(place.distance(at) < ELLIPSE_95);
+            inside += usize::from(position.distance(at) < ELLIPSE_95);
         }
     }
     errors.sort_by(f64::total_cmp);
@@ -150,7 +154,7 @@ fn two_contacts_that_the_cover_resolves_are_found_and_placed() {
             "{radius} {distance}: {}",
             found.median
         );
-        // 95 % of 100 places less three deviations of their count.
+        // 95 % of 100 positions less three deviations of their count.
         assert!(found.inside > 0.88, "{radius} {distance}: {}", found.inside);
     }
 }
@@ -164,7 +168,7 @@ fn ellipses_of_two_contacts_on_eight_elements_hold_them() {
         // left, there is one.
         assert!(found.both > 0.8, "{radius} {distance}: {}", found.both);
         assert!(found.median < 1e-3, "{radius} {distance}: {}", found.median);
-        // 95 % of 200 places less three deviations of their count.
+        // 95 % of 200 positions less three deviations of their count.
         assert!(found.inside > 0.9, "{radius} {distance}: {}", found.inside);
     }
 }
@@ -173,17 +177,17 @@ fn ellipses_of_two_contacts_on_eight_elements_hold_them() {
 fn two_contacts_closer_than_the_cover_resolves_are_one() {
     let mut bench = Bench::new(2, 4, 3.6e-3);
     assert!(two(&mut bench, 2e-3, 60).both < 0.05);
-    // At 3 mm some are told; few of them by mistake.
+    // At 3 mm some are resolved; few of them by mistake.
     let found = two(&mut bench, 3e-3, 100);
     assert!(found.both < 0.25, "{}", found.both);
-    // Of some 20 places: before, half of such pairs were confident and wrong.
+    // Of some 20 positions: before, half of such pairs were confident and wrong.
     assert!(found.inside > 0.75, "{}", found.inside);
 }
 
 #[test]
 fn nothing_and_wrong_lengths_are_no_contact() {
     let bench = Bench::new(2, 4, 2.9e-3);
-    assert!(bench.fit.places(&[0.0; 8], &[1e-3; 8]).is_empty());
-    assert!(bench.fit.places(&[f64::NAN; 8], &[1e-3; 8]).is_empty());
-    assert!(bench.fit.places(&[1.0; 3], &[1e-3; 3]).is_empty());
+    assert!(bench.fit.positions(&[0.0; 8], &[1e-3; 8]).is_empty());
+    assert!(bench.fit.positions(&[f64::NAN; 8], &[1e-3; 8]).is_empty());
+    assert!(bench.fit.positions(&[1.0; 3], &[1e-3; 3]).is_empty());
 }
