@@ -3,11 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use crate::hysteresis::Loops;
+use crate::loads::range;
 use crate::options::NamedSensor;
 use crate::remark::Remark;
 use taxel::figure::Figure;
 use taxel::trained::PlaceMap;
 use taxel_numerics::least_squares::{Direction, Estimate, Fit, Parameter, Status};
+
+/// Constants with what was found of each.
+pub(crate) type Constants = Vec<(Parameter, Estimate)>;
 
 /// What a calibration found.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,29 +80,20 @@ impl CovarianceBlock {
 }
 
 /// A sensor of a calibration.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct CalibratedSensor {
     /// Name of its file.
+    #[serde(rename = "file")]
     pub name: String,
     /// What the names of its own parameters begin with, such as `gap_50um.`.
     pub prefix: String,
     /// Text of its file.
+    #[serde(skip)]
     pub text: String,
 }
 
-impl CalibratedSensor {
-    /// A sensor whose own parameters begin with `prefix`.
-    pub(crate) fn of(named: &NamedSensor<'_>, prefix: &str) -> Self {
-        Self {
-            name: named.name.to_owned(),
-            prefix: prefix.to_owned(),
-            text: named.text.to_owned(),
-        }
-    }
-}
-
 /// A quantity that follows from the parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Derived {
     /// Name.
     pub name: String,
@@ -111,7 +106,7 @@ pub struct Derived {
 }
 
 /// Residuals of one kind of reading of one sensor.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResidualSummary {
     /// Which: `gap_50um.capacitance`.
     pub name: String,
@@ -128,7 +123,7 @@ pub struct ResidualSummary {
 }
 
 /// One model beside others.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelComparison {
     /// Name.
     pub name: &'static str,
@@ -138,13 +133,15 @@ pub struct ModelComparison {
     pub unknowns: usize,
     /// Residual of the signal over its range, root of the mean square over all
     /// sensors.
+    #[serde(rename = "relative_residual")]
     pub residual: f64,
     /// The same of the readings held out; `None` without such.
+    #[serde(rename = "relative_hold_out")]
     pub hold_out: Option<f64>,
 }
 
 /// A range of readings.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scope {
     /// Quantity.
     pub name: String,
@@ -152,6 +149,21 @@ pub struct Scope {
     pub unit: &'static str,
     /// From and to, SI.
     pub range: [f64; 2],
+}
+
+impl Scope {
+    /// The range of these values.
+    pub(crate) fn of(
+        name: impl Into<String>,
+        unit: &'static str,
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            unit,
+            range: range(values),
+        }
+    }
 }
 
 impl ResidualSummary {
@@ -168,10 +180,24 @@ impl ResidualSummary {
             range,
         }
     }
+
+    /// Root of the mean square over the range.
+    pub(crate) fn share(&self) -> f64 {
+        self.root_mean_square / self.range.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Residual of the signal over its range, root of the mean square; the signal is the
+/// first kind of reading, with all others of its unit.
+pub(crate) fn relative(residuals: &[ResidualSummary]) -> f64 {
+    let signal = || residuals.iter().filter(|r| r.unit == residuals[0].unit);
+    let squares = signal().map(|r| r.count as f64 * r.share().powi(2));
+    let count: usize = signal().map(|r| r.count).sum();
+    (squares.sum::<f64>() / count.max(1) as f64).sqrt()
 }
 
 /// Parameters with what a fit says of them.
-pub(crate) fn paired(parameters: &[Parameter], fit: &Fit) -> Vec<(Parameter, Estimate)> {
+pub(crate) fn paired(parameters: &[Parameter], fit: &Fit) -> Constants {
     let estimates = fit.estimates.iter().copied();
     parameters.iter().cloned().zip(estimates).collect()
 }
@@ -237,16 +263,21 @@ pub(crate) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
 }
 
 impl Outcome {
-    /// An outcome in which nothing was found yet.
-    pub(crate) fn new(
-        element: &'static str,
-        model: &'static str,
-        sensors: Vec<CalibratedSensor>,
-    ) -> Self {
+    /// An outcome in which nothing was found yet; `sensors` are of one kind, each with
+    /// what its own parameters begin with.
+    pub(crate) fn new(model: &'static str, sensors: &[(&NamedSensor<'_>, &str)]) -> Self {
+        let element = sensors
+            .first()
+            .map_or("", |(named, _)| named.sensor.element.key());
+        let sensor = |(named, prefix): &(&NamedSensor<'_>, &str)| CalibratedSensor {
+            name: named.name.to_owned(),
+            prefix: (*prefix).to_owned(),
+            text: named.text.to_owned(),
+        };
         Self {
             element,
             model,
-            sensors,
+            sensors: sensors.iter().map(sensor).collect(),
             parameters: Vec::new(),
             covariance: Vec::new(),
             open: Vec::new(),
@@ -273,11 +304,7 @@ impl Outcome {
     }
 
     /// Adds constants that are independent of the others.
-    pub(crate) fn add_constants(
-        &mut self,
-        parameters: Vec<(Parameter, Estimate)>,
-        covariance: Vec<Vec<f64>>,
-    ) {
+    pub(crate) fn add_constants(&mut self, parameters: Constants, covariance: Vec<Vec<f64>>) {
         self.covariance.push(CovarianceBlock {
             first: self.parameters.len(),
             rows: covariance,

@@ -20,6 +20,12 @@ impl Remark {
         }
     }
 
+    /// How many readings, from these lines on, are of some kind; none without any.
+    pub(crate) fn from_here_on(lines: &[usize], what: &str) -> Option<Self> {
+        let message = format!("{} {what}, from here on", lines.len());
+        lines.first().map(|line| Self::at(*line, &message))
+    }
+
     /// A remark about all readings.
     pub fn whole(message: impl Into<String>) -> Self {
         Self {

@@ -70,16 +70,21 @@ pub(crate) trait OfSeries {
     fn is_marked(&self) -> bool;
 }
 
-/// The readings of each series that has any, in the order of their numbers.
-pub(crate) fn by_series<R: OfSeries + Clone>(readings: &[R]) -> Vec<Vec<R>> {
+/// Numbers of the series that have readings, in their order.
+pub(crate) fn series_of<R: OfSeries>(readings: &[R]) -> Vec<usize> {
     let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
     series.sort_unstable();
     series.dedup();
+    series
+}
+
+/// The readings of each series that has any, in the order of their numbers.
+pub(crate) fn by_series<R: OfSeries + Clone>(readings: &[R]) -> Vec<Vec<R>> {
     let of = |number: usize| {
         let of = readings.iter().filter(|reading| reading.series() == number);
         of.cloned().collect()
     };
-    series.into_iter().map(of).collect()
+    series_of(readings).into_iter().map(of).collect()
 }
 
 /// Which readings a fit does not see, so that its error can be judged.
@@ -136,10 +141,7 @@ impl HoldOut {
     /// Whether each of these readings is held out, each series for itself.
     pub(crate) fn of<R: OfSeries>(self, readings: &[R]) -> Vec<bool> {
         let mut held = vec![false; readings.len()];
-        let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
-        series.sort_unstable();
-        series.dedup();
-        for number in series {
+        for number in series_of(readings) {
             let places = (0..readings.len()).filter(|i| readings[*i].series() == number);
             let places: Vec<usize> = places.collect();
             let marked: Vec<bool> = places.iter().map(|i| readings[*i].is_marked()).collect();

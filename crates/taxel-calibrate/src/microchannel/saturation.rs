@@ -3,6 +3,7 @@
 
 use super::problem::Reading;
 use super::{CHANNEL, MicrochannelCalibrator};
+use crate::outcome::Constants;
 use crate::remark::Remark;
 use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
@@ -123,7 +124,7 @@ pub(super) fn parameters(
     plateaus: &[Option<Plateau>],
     series: &[Vec<Reading>],
     remarks: &mut Vec<Remark>,
-) -> Vec<(Parameter, Estimate)> {
+) -> Constants {
     let divider = calibrator.board.divider;
     let one = |channel: &usize| {
         let name = format!("{CHANNEL}_{channel}");

@@ -1,10 +1,10 @@
 //! Whether each column of voltages can be what it says: peaks in the direction
 //! of loading, peaks against it, or an output over time.
 
-use super::problem::Table;
-use super::problem::{Reading, What};
-use super::{Fitted, InputError, PiezoelectricCalibrator, ReadingTable};
-use crate::loads::{range, right_prefix};
+use super::problem::{Reading, Table, What};
+use super::{InputError, PiezoelectricCalibrator, ReadingTable};
+use crate::loads::range;
+use crate::table_checks::right_prefix;
 
 /// What a column says counts above this many deviations. A column of the right
 /// model falls behind its mean with half as many: once in 700 tables at worst.
@@ -23,12 +23,12 @@ const VOLTAGES: [Column; 3] = [
     ("a2", |r| matches!(r.what, What::Peak { first: false, .. })),
 ];
 
-/// Voltages of the columns that the table has, each beside `model`.
-fn by_column(table: &Table, model: &[f64]) -> Vec<(&'static str, Vec<[f64; 2]>)> {
+/// Voltages of the columns that the table has, each beside the model `at`.
+fn by_column(table: &Table, at: &[f64]) -> Vec<(&'static str, Vec<[f64; 2]>)> {
+    let pairs = table.beside_model(&table.readings, at);
     let of = |(name, holds): Column| {
-        let pairs = table.readings.iter().zip(model);
-        let pairs = pairs.filter(|(reading, _)| holds(reading));
-        (name, pairs.map(|(r, model)| [r.voltage, *model]).collect())
+        let own = pairs.clone().filter(|(reading, _)| holds(reading));
+        (name, own.map(|(r, model)| [r.voltage, model]).collect())
     };
     let columns = VOLTAGES.into_iter().map(of);
     columns
@@ -77,13 +77,7 @@ pub(super) fn plausible(
     data: &ReadingTable,
     table: &Table,
 ) -> Result<(), InputError> {
-    let bench = calibrator.problem(table, &table.readings);
-    let drawn = table.device.drawn();
-    let model = table
-        .device
-        .voltages(bench.profiles, bench.readings, bench.path, &drawn)
-        .unwrap_or_default();
-    for (column, pairs) in by_column(table, &model) {
+    for (column, pairs) in by_column(table, &table.device.drawn()) {
         let [low, high] = range(pairs.iter().map(|pair| pair[0]));
         if low >= high && Sums::of(&pairs).is_clear(calibrator.deviation) {
             let message = format!(
@@ -119,21 +113,18 @@ fn unit(data: &ReadingTable, column: &str, pairs: &[[f64; 2]]) -> Result<(), Inp
     right_prefix(data, column, ratio, "")
 }
 
-/// Names columns that are exchanged, or that a fit explains no better than
+/// Names columns that are exchanged, or that the fit `at` explains no better than
 /// their mean does.
 pub(super) fn explained(
     calibrator: &PiezoelectricCalibrator<'_>,
     data: &ReadingTable,
     table: &Table,
-    fitted: &Fitted,
+    at: &[f64],
 ) -> Result<(), InputError> {
-    let misfits = calibrator.misfits(fitted, table, &table.readings);
-    let squares: f64 = misfits.iter().map(|misfit| misfit * misfit).sum();
-    exchanged(calibrator, data, table, squares)?;
-    let readings = table.readings.iter().zip(&misfits);
-    let model: Vec<f64> = readings.map(|(r, misfit)| r.voltage - misfit).collect();
-    let columns = by_column(table, &model);
+    let columns = by_column(table, at);
     let sums: Vec<Sums> = columns.iter().map(|(_, pairs)| Sums::of(pairs)).collect();
+    let squares: f64 = sums.iter().map(|sums| sums.misfit).sum();
+    exchanged(calibrator, data, table, squares)?;
     let behind = |sums: &Sums| sums.misfit >= sums.scatter[0];
     let worst = sums
         .iter()
@@ -183,12 +174,8 @@ fn exchanged(
         return Ok(());
     };
     let drawn = table.device.drawn();
-    let bench = calibrator.problem(table, &turned);
-    let ratio = super::problem::ratio(&bench, &drawn);
-    let model = table
-        .device
-        .voltages(bench.profiles, &turned, bench.path, &drawn);
-    let pairs = turned.iter().zip(model.unwrap_or_default());
+    let ratio = table.ratio(&turned, &drawn);
+    let pairs = table.beside_model(&turned, &drawn);
     let other: f64 = pairs.map(|(r, m)| (r.voltage - ratio * m).powi(2)).sum();
     // Twice the logarithm of a likelihood is of chi-square.
     let better = turned.len() as f64 * (misfit / other).ln();

@@ -6,9 +6,7 @@ mod place;
 mod readings;
 
 use crate::options::{CalibrateOptions, NamedSensor};
-use crate::outcome::{
-    CalibratedSensor, ModelComparison, Outcome, Provenance, ResidualSummary, Scope,
-};
+use crate::outcome::{ModelComparison, Outcome, Provenance, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::toml_tables::{append, rounded};
 use taxel::figure::Figure;
@@ -119,11 +117,7 @@ fn outcome(named: &NamedSensor<'_>, found: Found) -> Outcome {
         scope: found.scope,
         remarks: found.remarks,
         figures: found.figures,
-        ..Outcome::new(
-            named.sensor.element.key(),
-            "trained",
-            vec![CalibratedSensor::of(named, "")],
-        )
+        ..Outcome::new("trained", &[(named, "")])
     }
 }
 
