@@ -71,12 +71,12 @@ impl<R, N> Fitted<R, N> {
 }
 
 /// A fit of a device's model.
-pub(crate) type FittedOf<D> = Fitted<<D as DeviceModel>::Reading, <D as DeviceModel>::Noise>;
+pub(crate) type FittedOf<D> = Fitted<<D as DeviceReadings>::Reading, <D as DeviceModel>::Noise>;
 
 /// What a table says of all its readings, and the readings in its order.
 pub(crate) type ReadingsOf<D> = (
-    <D as DeviceModel>::Context,
-    Vec<<D as DeviceModel>::Reading>,
+    <D as DeviceReadings>::Context,
+    Vec<<D as DeviceReadings>::Reading>,
 );
 
 /// What one body is fitted with.
@@ -92,7 +92,7 @@ pub(crate) struct Task<'a, D: DeviceModel> {
 }
 
 /// Fits of one model with the readings that judge them.
-pub(crate) struct Fits<'a, D: DeviceModel> {
+pub(crate) struct Judged<'a, D: DeviceModel> {
     pub(crate) context: &'a D::Context,
     /// One for each body.
     pub(crate) fits: &'a [FittedOf<D>],
@@ -107,20 +107,12 @@ pub(crate) struct Fits<'a, D: DeviceModel> {
     pub(crate) held: &'a [Vec<bool>],
 }
 
-/// One kind of device: its readings, and its models with their parameters and slopes.
-pub(crate) trait DeviceModel: Calibratable + Sized + Sync {
+/// The readings of one kind of device.
+pub(crate) trait DeviceReadings: Calibratable + Sized + Sync {
     /// One reading of a table.
     type Reading: OfSeries + Clone + Send + Sync;
-    /// What a fit finds of the noise.
-    type Noise: Send + Sync;
     /// What a table says of all its readings.
     type Context: Sync;
-
-    /// Whether each series is a body with a fit of its own.
-    const SEPARATE: bool = false;
-
-    /// The sensors, with what the names of their own parameters begin with.
-    fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)>;
 
     /// The readings of a table; what can be of no such device is an error.
     fn readings(
@@ -142,6 +134,18 @@ pub(crate) trait DeviceModel: Calibratable + Sized + Sync {
 
     /// The loads of the readings of one series, for what they must span.
     fn loads(&self, context: &Self::Context, of: &[Self::Reading]) -> Vec<Loads>;
+}
+
+/// The models of one kind of device, with their parameters and slopes.
+pub(crate) trait DeviceModel: DeviceReadings {
+    /// What a fit finds of the noise.
+    type Noise: Send + Sync;
+
+    /// Whether each series is a body with a fit of its own.
+    const SEPARATE: bool = false;
+
+    /// The sensors, with what the names of their own parameters begin with.
+    fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)>;
 
     /// The best fit to the readings of one body.
     fn fit(&self, task: &Task<'_, Self>) -> Result<FittedOf<Self>, FitError>;
@@ -175,27 +179,27 @@ pub(crate) trait DeviceModel: Calibratable + Sized + Sync {
 /// What is said of the fits of a device.
 pub(crate) trait Findings: DeviceModel {
     /// Residuals of each kind of reading; first that of the signal.
-    fn residuals(&self, of: &Fits<'_, Self>) -> Vec<ResidualSummary>;
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary>;
 
     /// Residual of the signal over its range, root of the mean square.
-    fn relative(&self, of: &Fits<'_, Self>) -> f64 {
+    fn relative(&self, of: &Judged<'_, Self>) -> f64 {
         relative(&self.residuals(of))
     }
 
     /// Whether the readings can be what their columns say, after the fit.
-    fn explained(&self, of: &Fits<'_, Self>, table: &ReadingTable) -> Result<(), InputError> {
+    fn explained(&self, of: &Judged<'_, Self>, table: &ReadingTable) -> Result<(), InputError> {
         let _ = (of, table);
         Ok(())
     }
 
     /// Independent constants beside those of the fit, and remarks on all of it.
-    fn beside(&self, of: &Fits<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
+    fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
         let _ = (of, remarks);
         Vec::new()
     }
 
     /// The hysteresis of the device.
-    fn hysteresis(&self, of: &Fits<'_, Self>) -> Vec<Loops> {
+    fn hysteresis(&self, of: &Judged<'_, Self>) -> Vec<Loops> {
         let _ = of;
         Vec::new()
     }
@@ -212,7 +216,7 @@ pub(crate) trait Findings: DeviceModel {
     }
 
     /// Quantities that follow, with their intervals.
-    fn derived(&self, of: &Fits<'_, Self>) -> Vec<Derived> {
+    fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
         let _ = of;
         Vec::new()
     }
@@ -224,10 +228,10 @@ pub(crate) trait Findings: DeviceModel {
     }
 
     /// Ranges of the readings.
-    fn scope(&self, of: &Fits<'_, Self>) -> Vec<Scope>;
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope>;
 
     /// Readings, models and residuals; the first candidate is the one in use.
-    fn figures(&self, of: &Fits<'_, Self>, candidates: &[Vec<FittedOf<Self>>]) -> Vec<Figure>;
+    fn figures(&self, of: &Judged<'_, Self>, candidates: &[Vec<FittedOf<Self>>]) -> Vec<Figure>;
 }
 
 /// The fit of the least `size` over several starts; else the last failure, without any

@@ -6,7 +6,7 @@ use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Status, profi
 use taxel_recording::InputError;
 
 use crate::clock::{one_clock, same_moment};
-use crate::device_model::{Calibratable, DeviceModel, Findings, Fits, FittedOf, Model, Task};
+use crate::device_model::{Calibratable, DeviceModel, Findings, FittedOf, Judged, Model, Task};
 use crate::options::CalibrateOptions;
 use crate::outcome::{
     CovarianceBlock, ModelComparison, Outcome, ResidualSummary, paired, search_in_words,
@@ -215,8 +215,8 @@ impl<D: Findings> Run<'_, D> {
         &'b self,
         fits: &'b [FittedOf<D>],
         readings: &'b [Vec<D::Reading>],
-    ) -> Fits<'b, D> {
-        Fits {
+    ) -> Judged<'b, D> {
+        Judged {
             context: self.context,
             fits,
             readings,

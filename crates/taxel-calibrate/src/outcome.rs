@@ -14,7 +14,7 @@ use taxel_numerics::least_squares::{Direction, Estimate, Fit, Parameter, Status}
 pub(crate) type Constants = Vec<(Parameter, Estimate)>;
 
 /// What a calibration found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outcome {
     /// Key of the element in the sensor file.
     pub element: &'static str,
@@ -278,20 +278,7 @@ impl Outcome {
             element,
             model,
             sensors: sensors.iter().map(sensor).collect(),
-            parameters: Vec::new(),
-            covariance: Vec::new(),
-            open: Vec::new(),
-            places: None,
-            derived: Vec::new(),
-            noise: String::new(),
-            search: String::new(),
-            residuals: Vec::new(),
-            hold_out: Vec::new(),
-            held_out: String::new(),
-            models: Vec::new(),
-            scope: Vec::new(),
-            remarks: Vec::new(),
-            figures: Vec::new(),
+            ..Self::default()
         }
     }
 

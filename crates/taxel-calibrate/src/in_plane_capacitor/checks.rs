@@ -4,28 +4,35 @@ use super::columns::{
     CAPACITANCE, CAPACITANCE_DEVIATION, DISPLACEMENT, FORCE_DEVIATION, FORCE_Z, GAP, HOLD_OUT, TIME,
 };
 use super::problem::Reading;
-use super::{InPlaneCalibrator, InputError, OWN, ReadingTable, Remark};
-use crate::loads::span;
-use crate::split::Branch;
+use super::{InPlaneCalibrator, OWN};
+use crate::device_model::DeviceReadings;
+use crate::hysteresis::{loss_in_words, on_loading};
+use crate::loads::{LEAST_SPAN, Loads, span};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{Branch, branches, turns};
 use crate::table_checks::{at_rest, of_this_device, pressing, right_prefix};
 use taxel::mechanics::LARGEST_COMPRESSION;
 use taxel::transduction::{CapacitanceLaw, InPlaneModel};
 use taxel_numerics::least_squares::Fit;
+use taxel_recording::InputError;
 
 /// A row belongs to the sensor whose drawn gap is as near as this share.
 const SAME_GAP: f64 = 0.2;
 /// Least readings of a sensor: its own parameters and three more.
-pub(super) const LEAST: usize = OWN + 3;
+const LEAST: usize = OWN + 3;
 /// Noise that is not given starts at this share of the range.
 const FIRST_NOISE: f64 = 0.01;
 
-impl InPlaneCalibrator<'_> {
-    /// The readings of `data` with their sensors, checked.
-    pub(super) fn checked(
+impl DeviceReadings for InPlaneCalibrator<'_> {
+    type Reading = Reading;
+    type Context = ();
+
+    fn readings(
         &self,
         data: &ReadingTable,
         remarks: &mut Vec<Remark>,
-    ) -> Result<Vec<Reading>, InputError> {
+    ) -> Result<((), Vec<Reading>), InputError> {
         let mut readings = Vec::with_capacity(data.len());
         let mut beyond = Vec::new();
         for row in 0..data.len() {
@@ -71,9 +78,40 @@ impl InPlaneCalibrator<'_> {
         for sensor in 0..self.models.len() {
             self.units(data, &readings, sensor)?;
         }
-        Ok(readings)
+        Ok(((), readings))
     }
 
+    fn loading(&self, (): &(), of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+        let name = self.name(of[0].sensor);
+        let loads: Vec<f64> = of.iter().map(Reading::load).collect();
+        let branches = branches(&loads);
+        if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
+            let message = "the rows are in no order of loading; all are used as one branch";
+            remarks.push(Remark::whole(format!("{name}: {message}")));
+            return of.to_vec();
+        }
+        let note = hysteresis(of, &branches).map_or_else(String::new, |share| {
+            format!("; {}", loss_in_words(share, "force"))
+        });
+        let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
+        on_loading(name, of, &unloading, &note, remarks)
+    }
+
+    fn loads(&self, (): &(), of: &[Reading]) -> Vec<Loads> {
+        let sensor = of.first().map_or(0, |r| r.sensor);
+        vec![Loads {
+            name: self.name(sensor).to_owned(),
+            column: "force_z",
+            unit: ("N", 1.0),
+            values: of.iter().map(|r| r.force).collect(),
+            least: LEAST,
+            span: LEAST_SPAN,
+            from_rest: true,
+        }]
+    }
+}
+
+impl InPlaneCalibrator<'_> {
     fn sensor_of(&self, data: &ReadingTable, row: usize) -> Result<usize, InputError> {
         let mut gaps = self.models.iter().map(|model| model.electrodes.gap);
         let line = data.line(row);
@@ -226,7 +264,7 @@ pub(super) fn weigh_again(readings: &[Reading], found: &Fit, noise: &mut [[f64; 
 
 /// How much less force unloading carries at the same displacement, mean over
 /// the displacements; `None` without displacements.
-pub(super) fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f64> {
+fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f64> {
     let curve = |wanted: Branch| -> Option<Vec<(f64, f64)>> {
         let pairs = readings.iter().zip(branches);
         let of = pairs.filter(|(_, branch)| **branch == wanted);

@@ -14,17 +14,12 @@ mod synthetic;
 use crate::device_model::{
     Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel, Task, best,
 };
-use crate::hysteresis::{law_of, loss_in_words, on_loading};
-use crate::loads::{LEAST_SPAN, Loads};
+use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use crate::readings::ReadingTable;
-use crate::remark::Remark;
-use crate::split::{Branch, branches, turns};
 use taxel::predict::LoadColumn;
 use taxel::sensor::{InPlaneCapacitor, Sensor};
 use taxel::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
 use taxel_numerics::least_squares::{FitError, Parameter, Prior, Problem, fit};
-use taxel_recording::InputError;
 
 use columns::COLUMNS;
 use problem::{Bench, END_SCALE, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
@@ -274,50 +269,11 @@ impl Calibratable for InPlaneCalibrator<'_> {
 }
 
 impl DeviceModel for InPlaneCalibrator<'_> {
-    type Reading = Reading;
     type Noise = Vec<[f64; 2]>;
-    type Context = ();
 
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
         let prefixes = self.prefixes.iter().map(String::as_str);
         self.sensors.iter().zip(prefixes).collect()
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<((), Vec<Reading>), InputError> {
-        Ok(((), self.checked(table, remarks)?))
-    }
-
-    fn loading(&self, (): &(), of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let name = self.name(of[0].sensor);
-        let loads: Vec<f64> = of.iter().map(Reading::load).collect();
-        let branches = branches(&loads);
-        if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
-            let message = "the rows are in no order of loading; all are used as one branch";
-            remarks.push(Remark::whole(format!("{name}: {message}")));
-            return of.to_vec();
-        }
-        let note = checks::hysteresis(of, &branches).map_or_else(String::new, |share| {
-            format!("; {}", loss_in_words(share, "force"))
-        });
-        let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
-        on_loading(name, of, &unloading, &note, remarks)
-    }
-
-    fn loads(&self, (): &(), of: &[Reading]) -> Vec<Loads> {
-        let sensor = of.first().map_or(0, |r| r.sensor);
-        vec![Loads {
-            name: self.name(sensor).to_owned(),
-            column: "force_z",
-            unit: ("N", 1.0),
-            values: of.iter().map(|r| r.force).collect(),
-            least: checks::LEAST,
-            span: LEAST_SPAN,
-            from_rest: true,
-        }]
     }
 
     fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {

@@ -3,7 +3,7 @@
 use super::checks::range;
 use super::problem::{FACTOR_BOUNDS, Reading};
 use super::{Fitted, InPlaneCalibrator, MODELS, law};
-use crate::device_model::{Findings, Fits};
+use crate::device_model::{Findings, Judged};
 use crate::figures::FitFigure;
 use crate::hysteresis::Loops;
 use crate::outcome::{Derived, ResidualSummary, Scope};
@@ -14,7 +14,7 @@ use taxel_numerics::roots;
 
 impl Findings for InPlaneCalibrator<'_> {
     /// Of each sensor's capacitance, and of its force where a displacement was read.
-    fn residuals(&self, of: &Fits<'_, Self>) -> Vec<ResidualSummary> {
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
         let (readings, all) = (&of.readings[0], &of.all[0]);
         let bench = self.bench_of(&of.fits[0], readings);
         let at = of.fits[0].fit.values();
@@ -35,7 +35,7 @@ impl Findings for InPlaneCalibrator<'_> {
         summaries
     }
 
-    fn hysteresis(&self, of: &Fits<'_, Self>) -> Vec<Loops> {
+    fn hysteresis(&self, of: &Judged<'_, Self>) -> Vec<Loops> {
         let pairs = of.series.iter().zip(of.held);
         let loops = pairs.filter_map(|(series, held)| self.loops(&of.fits[0], series, held));
         loops.collect()
@@ -46,7 +46,7 @@ impl Findings for InPlaneCalibrator<'_> {
     }
 
     /// ζ at the m of the drawing, where its end condition has them.
-    fn derived(&self, of: &Fits<'_, Self>) -> Vec<Derived> {
+    fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
         let with = |zeta: f64, m: f64| -> Option<EndCondition> {
             let shear = EndShear { zeta, m };
             match self.models[0].layer.end_condition {
@@ -93,7 +93,7 @@ impl Findings for InPlaneCalibrator<'_> {
         }]
     }
 
-    fn figures(&self, _: &Fits<'_, Self>, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
+    fn figures(&self, _: &Judged<'_, Self>, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
         let figure = |sensor: usize| {
             let all = candidates[0][0].readings.iter();
             let mut of: Vec<Reading> = all.filter(|r| r.sensor == sensor).copied().collect();
@@ -133,7 +133,7 @@ impl Findings for InPlaneCalibrator<'_> {
         (0..self.models.len()).map(figure).collect()
     }
 
-    fn scope(&self, of: &Fits<'_, Self>) -> Vec<Scope> {
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope> {
         let readings = &of.readings[0];
         let bench = self.bench_of(&of.fits[0], readings);
         let at = of.fits[0].fit.values();

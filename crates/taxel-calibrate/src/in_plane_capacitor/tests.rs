@@ -1,7 +1,9 @@
 use rayon::prelude::*;
 
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
+use crate::readings::ReadingTable;
 use crate::testing::{covered, no_hold_out, slopes_and_differences};
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::Element;
@@ -62,7 +64,7 @@ fn slopes_are_those_of_differences() {
             without_displacement(&calibrator.synthetic(&SyntheticOptions::default())),
         ] {
             let data = parse(calibrator, &text);
-            let readings = calibrator.checked(&data, &mut Vec::new()).unwrap();
+            let readings = calibrator.readings(&data, &mut Vec::new()).unwrap().1;
             let at: Vec<f64> = truth(&calibrator.models).iter().map(|x| 1.03 * x).collect();
             let noise = vec![[1.0, 1e-15]; readings.len()];
             let bench = Bench::new(
@@ -113,7 +115,7 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
                     ..SyntheticOptions::default()
                 });
                 let data = parse(calibrator, &text);
-                let readings = calibrator.checked(&data, &mut Vec::new()).unwrap();
+                let readings = calibrator.readings(&data, &mut Vec::new()).unwrap().1;
                 let starts = calibrator.starts(Model::One, &readings);
                 let options = no_hold_out();
                 let found = calibrator
@@ -166,7 +168,7 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
                 ..SyntheticOptions::default()
             });
             let data = parse(calibrator, &text);
-            let readings = calibrator.checked(&data, &mut Vec::new()).unwrap();
+            let readings = calibrator.readings(&data, &mut Vec::new()).unwrap().1;
             let starts = [truth.iter().map(|x| 1.02 * x).collect()];
             let fitted = calibrator.fit_from(Model::One, &readings, &no_hold_out(), &starts);
             fitted.unwrap().fit.estimates

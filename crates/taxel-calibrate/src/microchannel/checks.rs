@@ -4,17 +4,73 @@ use super::columns::{
     AREA, DEVIATION, FORCE_Z, HOLD_OUT, NUMBER, PRESSURE, RESISTANCE, SHARE, VOLTAGE,
 };
 use super::problem::{Load, Reading};
-use super::{CHANNEL, InputError, MicrochannelCalibrator, ReadingTable, Remark};
-use crate::split::series_of;
+use super::saturation::Plateau;
+use super::{CHANNEL, MicrochannelCalibrator};
+use crate::device_model::DeviceReadings;
+use crate::hysteresis::on_loading;
+use crate::loads::{LEAST_SPAN, Loads};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{Branch, branches, by_series, series_of};
 use crate::table_checks::{at_rest, of_this_device, pressing};
+use taxel_recording::InputError;
 
 /// Least readings of a channel.
-pub(super) const LEAST: usize = 6;
+const LEAST: usize = 6;
 /// Between readings and drawing, a factor beyond this is a wrong unit.
 const WRONG_UNIT: f64 = 300.0;
 
+impl DeviceReadings for MicrochannelCalibrator<'_> {
+    type Reading = Reading;
+    /// The plateau of each channel that reached one.
+    type Context = Vec<Option<Plateau>>;
+
+    fn readings(
+        &self,
+        data: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Self::Context, Vec<Reading>), InputError> {
+        let mut readings = self.checked(data, remarks)?;
+        Ok((self.plateaus(&mut readings), readings))
+    }
+
+    /// Those that are not saturated.
+    fn loading(
+        &self,
+        _: &Self::Context,
+        of: &[Reading],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Reading> {
+        let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
+        // Saturated readings say which way the load goes, too.
+        let pairs = of.iter().zip(branches(&loads));
+        let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
+            .filter(|(r, _)| !r.saturated)
+            .map(|(r, branch)| (*r, branch == Branch::Unloading))
+            .unzip();
+        let Some(first) = of.first() else {
+            return Vec::new();
+        };
+        let name = format!("{CHANNEL}_{}", first.channel);
+        on_loading(&name, &of, &unloading, "", remarks)
+    }
+
+    fn loads(&self, _: &Self::Context, of: &[Reading]) -> Vec<Loads> {
+        vec![Loads {
+            name: format!("{CHANNEL} {}", of.first().map_or(0, |r| r.channel)),
+            column: "pressure",
+            unit: ("kPa", 1e3),
+            values: of.iter().map(|r| r.load.pressure(0.0)).collect(),
+            least: LEAST,
+            span: LEAST_SPAN,
+            from_rest: true,
+        }]
+    }
+}
+
 impl MicrochannelCalibrator<'_> {
-    /// The readings of `data`, checked; the saturated ones are marked.
+    /// The readings of `data`; those from the saturation of the sensor file on are
+    /// marked.
     pub(super) fn checked(
         &self,
         data: &ReadingTable,
@@ -71,6 +127,20 @@ impl MicrochannelCalibrator<'_> {
         let told: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
         self.units(data, &told)?;
         Ok(readings)
+    }
+
+    /// The plateau of each channel that reached one; marks its readings.
+    pub(super) fn plateaus(&self, all: &mut [Reading]) -> Vec<Option<Plateau>> {
+        let mut plateaus = vec![None; self.all.len()];
+        for of in by_series(all) {
+            let loading = self.loading(&Vec::new(), &of, &mut Vec::new());
+            plateaus[of[0].channel] = Plateau::find(&loading);
+        }
+        for reading in all {
+            let plateau = plateaus[reading.channel];
+            reading.saturated |= plateau.is_some_and(|plateau| plateau.holds(reading));
+        }
+        plateaus
     }
 
     fn channel_of(&self, data: &ReadingTable, row: usize) -> Result<usize, InputError> {

@@ -14,12 +14,9 @@ mod saturation;
 mod synthetic;
 
 use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model, Task, best};
-use crate::hysteresis::{law_of, on_loading};
-use crate::loads::{LEAST_SPAN, Loads};
+use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use crate::readings::ReadingTable;
-use crate::remark::Remark;
-use crate::split::{Branch, branches, by_series, series_of};
+use crate::split::series_of;
 use taxel::calibration::MicrochannelModel;
 use taxel::electronics::{DividerBoard, Readout};
 use taxel::mechanics::PressureLaw;
@@ -27,11 +24,10 @@ use taxel::predict::LoadColumn;
 use taxel::sensor::{Element, FoundChannels, Sensor};
 use taxel::transduction::MicrochannelLayer;
 use taxel_numerics::least_squares::{FitError, Parameter, Problem, fit};
-use taxel_recording::InputError;
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
-use saturation::{Plateau, SATURATION};
+use saturation::SATURATION;
 
 static MODELS: [Model; 1] = [Model {
     name: "cell",
@@ -253,21 +249,6 @@ impl<'a> MicrochannelCalibrator<'a> {
             given,
         })
     }
-
-    /// The plateau of each channel that reached one; marks its readings.
-    fn plateaus(&self, all: &mut [Reading]) -> Vec<Option<Plateau>> {
-        let loading = loading(all, &mut Vec::new());
-        let plateau = |channel: &usize| {
-            let of = loading.iter().filter(|r| r.channel == *channel);
-            Plateau::find(&of.copied().collect::<Vec<_>>())
-        };
-        let plateaus: Vec<Option<Plateau>> = self.all.iter().map(plateau).collect();
-        for reading in all {
-            let plateau = plateaus[reading.channel];
-            reading.saturated |= plateau.is_some_and(|plateau| plateau.holds(reading));
-        }
-        plateaus
-    }
 }
 
 impl Calibratable for MicrochannelCalibrator<'_> {
@@ -289,43 +270,10 @@ impl Calibratable for MicrochannelCalibrator<'_> {
 }
 
 impl DeviceModel for MicrochannelCalibrator<'_> {
-    type Reading = Reading;
     type Noise = Beyond;
-    /// The plateau of each channel that reached one.
-    type Context = Vec<Option<Plateau>>;
 
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
         vec![(self.named, "")]
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<(Self::Context, Vec<Reading>), InputError> {
-        let mut all = self.checked(table, remarks)?;
-        Ok((self.plateaus(&mut all), all))
-    }
-
-    fn loading(
-        &self,
-        _: &Self::Context,
-        of: &[Reading],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<Reading> {
-        loading_of(of, remarks)
-    }
-
-    fn loads(&self, _: &Self::Context, of: &[Reading]) -> Vec<Loads> {
-        vec![Loads {
-            name: format!("{CHANNEL} {}", of.first().map_or(0, |r| r.channel)),
-            column: "pressure",
-            unit: ("kPa", 1e3),
-            values: of.iter().map(|r| r.load.pressure(0.0)).collect(),
-            least: checks::LEAST,
-            span: LEAST_SPAN,
-            from_rest: true,
-        }]
     }
 
     fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {
@@ -391,30 +339,6 @@ pub(super) fn apply(
         divider.lead = lead;
     }
     Ok(())
-}
-
-/// The readings of loading of one channel that are not saturated; remarks on
-/// those of unloading.
-fn loading_of(of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-    let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
-    // Saturated readings say which way the load goes, too.
-    let pairs = of.iter().zip(branches(&loads));
-    let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
-        .filter(|(r, _)| !r.saturated)
-        .map(|(r, branch)| (*r, branch == Branch::Unloading))
-        .unzip();
-    let Some(first) = of.first() else {
-        return Vec::new();
-    };
-    let name = format!("{CHANNEL}_{}", first.channel);
-    on_loading(&name, &of, &unloading, "", remarks)
-}
-
-/// The readings of loading of all channels, one after the other.
-fn loading(all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-    let series = by_series(all);
-    let loading = series.iter().map(|of| loading_of(of, remarks));
-    loading.collect::<Vec<_>>().concat()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What is said of the fit of crossing channels: residuals, curves, scope.
 
-use super::{BIAS, Beyond, CHANNEL, Fitted, MicrochannelCalibrator, Reading, saturation};
-use crate::device_model::{Findings, Fits};
+use super::{BIAS, Beyond, CHANNEL, Fitted, MicrochannelCalibrator, Reading};
+use crate::device_model::{Findings, Judged};
 use crate::figures::FitFigure;
 use crate::hysteresis::Loops;
 use crate::loads::span;
@@ -12,7 +12,7 @@ use taxel::figure::{Axis, Figure, Series, Style};
 
 impl Findings for MicrochannelCalibrator<'_> {
     /// Of the voltage of each channel.
-    fn residuals(&self, of: &Fits<'_, Self>) -> Vec<ResidualSummary> {
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
         let fitted = &of.fits[0];
         let at = fitted.fit.values();
         let channels = series_of(&fitted.readings);
@@ -28,29 +28,28 @@ impl Findings for MicrochannelCalibrator<'_> {
         channels.iter().map(summary).collect()
     }
 
-    fn beside(&self, of: &Fits<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
+    fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
         let Beyond(beyond) = of.fits[0].noise;
         if beyond > 0 {
             remarks.push(Remark::whole(format!(
                 "{beyond} readings lie beyond the end of the closing curves and are left out"
             )));
         }
-        let channels = series_of(&of.fits[0].readings);
-        saturation::parameters(self, &channels, of.context, of.series, remarks)
+        self.saturations(of, remarks)
     }
 
-    fn hysteresis(&self, of: &Fits<'_, Self>) -> Vec<Loops> {
+    fn hysteresis(&self, of: &Judged<'_, Self>) -> Vec<Loops> {
         let loops = self.loops(&of.fits[0], of.series, of.held);
         loops.into_iter().collect()
     }
 
-    fn scope(&self, of: &Fits<'_, Self>) -> Vec<Scope> {
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope> {
         let bias = of.fits[0].fit.estimates[BIAS].value;
         let pressures = of.readings[0].iter().map(|r| r.load.pressure(bias));
         vec![Scope::of("pressure", "Pa", pressures)]
     }
 
-    fn figures(&self, of: &Fits<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
+    fn figures(&self, of: &Judged<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
         let fitted = &of.fits[0];
         let at = fitted.fit.values();
         let channels = series_of(&fitted.readings);

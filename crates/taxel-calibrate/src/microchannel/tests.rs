@@ -1,8 +1,11 @@
 use std::fmt::Write as _;
 
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
 use crate::outcome::Outcome;
+use crate::readings::ReadingTable;
+use crate::split::by_series;
 use crate::testing;
 use crate::testing::{covered, lost, lost_on_bench, no_hold_out, slopes_and_differences};
 use problem::Load;
@@ -58,6 +61,12 @@ fn bench(options: &SyntheticOptions, wanted: &[usize]) -> String {
 
 fn parse(calibrator: &MicrochannelCalibrator<'_>, text: &str) -> ReadingTable {
     ReadingTable::parse("bench.csv", text, calibrator.columns(), calibrator.group()).unwrap()
+}
+
+/// The readings of loading of all channels, one after the other.
+fn loading(calibrator: &MicrochannelCalibrator<'_>, all: &[Reading]) -> Vec<Reading> {
+    let of = |of: &Vec<Reading>| calibrator.loading(&Vec::new(), of, &mut Vec::new());
+    by_series(all).iter().flat_map(of).collect()
 }
 
 fn quiet() -> SyntheticOptions {
@@ -210,7 +219,7 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
     with(&sensor, |calibrator| {
         let data = parse(calibrator, &text);
         let all = calibrator.checked(&data, &mut Vec::new()).unwrap();
-        let exact = loading(&all, &mut Vec::new());
+        let exact = loading(calibrator, &all);
         let truth: Vec<f64> = TRUTH.into_iter().chain([row, column]).collect();
         let starts = [truth.iter().map(|x| 1.02 * x).collect::<Vec<f64>>()];
         let covered = covered(1000, &truth, |seed| {
@@ -462,7 +471,7 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
                 let plateaus = calibrator.plateaus(&mut all);
                 let reached = wanted.map(|channel| plateaus[channel].is_some());
                 assert_eq!(reached, [saturation < 1.0; 2], "{seed}");
-                let kept = loading(&all, &mut Vec::new());
+                let kept = loading(calibrator, &all);
                 let starts = [start.clone()];
                 let fitted = calibrator.fit_from(&kept, &no_hold_out(), &starts).unwrap();
                 let series = by_series(&all);

@@ -6,6 +6,7 @@ use super::{InputError, PiezoelectricCalibrator, ReadingTable};
 use crate::loads::range;
 use taxel::estimation::ProfileModel;
 use taxel::mechanics::ShareTable;
+use taxel_numerics::dense::dot;
 
 /// A correlation counts above this many of its deviations.
 const CLEAR: f64 = 3.0;
@@ -83,8 +84,8 @@ fn sizes(
     signals: &[Vec<f64>],
     shares: &[Vec<f64>],
 ) -> Result<(), InputError> {
-    let root = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let size = |element: &usize| root(&signals[*element]) / root(&shares[*element]);
+    let length = |values: &[f64]| dot(values, values).sqrt();
+    let size = |element: &usize| length(&signals[*element]) / length(&shares[*element]);
     let mut sorted: Vec<f64> = pressed.iter().map(size).collect();
     sorted.sort_by(f64::total_cmp);
     let Some(middle) = sorted.get(sorted.len() / 2) else {
@@ -123,7 +124,6 @@ impl<'a> Places<'a> {
                 .collect()
         };
         let (signals, shares) = (standard(signals), standard(shares));
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let like = |signal: &Vec<f64>| {
             let all = shares.iter().map(|share| dot(signal, share)).enumerate();
             all.fold((0, f64::NEG_INFINITY), |best, one| {
@@ -232,7 +232,7 @@ impl<'a> Places<'a> {
 fn standardised(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let left: Vec<f64> = values.iter().map(|value| value - mean).collect();
-    let length = left.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = dot(&left, &left).sqrt();
     left.iter()
         .map(|x| x / length.max(f64::MIN_POSITIVE))
         .collect()

@@ -4,23 +4,26 @@ use super::columns::{
     CYCLES, DEVIATION, DISPLACEMENT, DWELL, FIRST_PEAK, FORCE_Z, HOLD_OUT, PERIOD, RAMP,
     SECOND_PEAK, TIME, VOLTAGE,
 };
-use super::peaks::plausible;
 use super::problem::{Device, Drive, Reading, Table, What};
 use super::{InputError, PiezoelectricCalibrator, ReadingTable, Remark};
 use crate::clock::no_delay;
+use crate::device_model::DeviceReadings;
+use crate::loads::Loads;
 use crate::table_checks::is_second;
 use taxel::mechanics::Profile;
 
 /// Cycles of a cyclic load that does not say how many: it has settled.
 const USUAL_CYCLES: f64 = 8.0;
 
-impl PiezoelectricCalibrator<'_> {
-    /// The readings of `data`, checked.
-    pub(super) fn checked(
+impl DeviceReadings for PiezoelectricCalibrator<'_> {
+    type Reading = Reading;
+    type Context = Table;
+
+    fn readings(
         &self,
         data: &ReadingTable,
         remarks: &mut Vec<Remark>,
-    ) -> Result<Table, InputError> {
+    ) -> Result<(Table, Vec<Reading>), InputError> {
         let (drive, load) = drive(data)?;
         let mut table = Table::new(Device::new(self.named.sensor, drive));
         let there = [data.given[VOLTAGE], data.given[FIRST_PEAK]];
@@ -38,10 +41,17 @@ impl PiezoelectricCalibrator<'_> {
         self.clipped(&mut table, remarks);
         table.loads(&table.readings).enough(data)?;
         one_moment(data, &table)?;
-        plausible(self, data, &table)?;
-        Ok(table)
+        self.plausible(data, &table)?;
+        let readings = table.readings.clone();
+        Ok((table, readings))
     }
 
+    fn loads(&self, table: &Table, of: &[Reading]) -> Vec<Loads> {
+        vec![table.loads(of)]
+    }
+}
+
+impl PiezoelectricCalibrator<'_> {
     /// Leaves out what stands at an end of the output's range.
     fn clipped(&self, table: &mut Table, remarks: &mut Vec<Remark>) {
         let [low, high] = self.span;

@@ -20,7 +20,6 @@ mod synthetic;
 use crate::device_model::{
     Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel, Task,
 };
-use crate::loads::Loads;
 use crate::options::{IndentationOptions, NamedSensor, SyntheticOptions};
 use crate::outcome::{CovarianceBlock, Outcome};
 use crate::readings::ReadingTable;
@@ -144,26 +143,10 @@ impl Calibratable for PiezoelectricCalibrator<'_> {
 }
 
 impl DeviceModel for PiezoelectricCalibrator<'_> {
-    type Reading = Reading;
     type Noise = ();
-    type Context = Table;
 
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
         vec![(self.named, "")]
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<(Table, Vec<Reading>), InputError> {
-        let found = self.checked(table, remarks)?;
-        let readings = found.readings.clone();
-        Ok((found, readings))
-    }
-
-    fn loads(&self, context: &Table, of: &[Reading]) -> Vec<Loads> {
-        vec![context.loads(of)]
     }
 
     fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {
@@ -247,22 +230,10 @@ impl DeviceModel for PiezoelectricCalibrator<'_> {
     fn learn(&self, outcome: &mut Outcome, table: &ReadingTable) -> Result<(), InputError> {
         outcome.remarks.extend_from_slice(&table.remarks);
         let pressed = self.indentations(table, &mut outcome.remarks)?;
-        let learned = positions::learn(self, &pressed).map_err(|error| {
+        positions::learn(self, &pressed, outcome).map_err(|error| {
             let help = "press at positions all over the elements, 0.5 to 1 mm apart";
             table.error("x", error.to_string(), help)
-        })?;
-        outcome.places = Some(learned.map);
-        outcome.hold_out.extend(learned.hold_out);
-        outcome.scope.extend(learned.scope);
-        outcome.remarks.extend(learned.remarks);
-        outcome.figures.push(learned.figure);
-        let before = std::mem::take(&mut outcome.held_out);
-        outcome.held_out = if before.is_empty() {
-            learned.held_out
-        } else {
-            format!("{before}; {}", learned.held_out)
-        };
-        Ok(())
+        })
     }
 }
 

@@ -1,8 +1,8 @@
 //! What is said of the fit of a piezoelectric sensor.
 
 use super::problem::{Drive, LEAK, Reading, Table, What};
-use super::{Fitted, PiezoelectricCalibrator, peaks};
-use crate::device_model::{Findings, Fits};
+use super::{Fitted, PiezoelectricCalibrator};
+use crate::device_model::{Findings, Judged};
 use crate::figures::FitFigure;
 use crate::loads::span;
 use crate::outcome::{Constants, Derived, ResidualSummary, Scope};
@@ -14,7 +14,7 @@ use taxel_numerics::least_squares::student_quantile;
 use taxel_recording::InputError;
 
 impl Findings for PiezoelectricCalibrator<'_> {
-    fn residuals(&self, of: &Fits<'_, Self>) -> Vec<ResidualSummary> {
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
         let table = of.context;
         let pairs = table.beside_model(&of.readings[0], &of.fits[0].fit.values());
         let misfits: Vec<f64> = pairs.map(|(read, model)| read.voltage - model).collect();
@@ -22,11 +22,11 @@ impl Findings for PiezoelectricCalibrator<'_> {
         vec![ResidualSummary::of("voltage".into(), "V", &misfits, range)]
     }
 
-    fn explained(&self, of: &Fits<'_, Self>, table: &ReadingTable) -> Result<(), InputError> {
-        peaks::explained(self, table, of.context, &of.fits[0].fit.values())
+    fn explained(&self, of: &Judged<'_, Self>, table: &ReadingTable) -> Result<(), InputError> {
+        self.fits_its_columns(table, of.context, &of.fits[0].fit.values())
     }
 
-    fn beside(&self, of: &Fits<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
+    fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
         remarks.push(Remark::whole(match of.context.device.drive {
             Drive::Displacement => {
                 "charge_per_force stands for its product with the silicone's stiffness, which stays that of the drawing"
@@ -38,7 +38,7 @@ impl Findings for PiezoelectricCalibrator<'_> {
 
     /// The time constant, and the slope of A1 + A2 over the load for each test
     /// load.
-    fn derived(&self, of: &Fits<'_, Self>) -> Vec<Derived> {
+    fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
         let mut derived = Vec::new();
         if let Ok(array) = self.named.sensor.piezoelectric() {
             let estimate = of.fits[0].fit.estimates[LEAK];
@@ -59,7 +59,7 @@ impl Findings for PiezoelectricCalibrator<'_> {
         format!(": {:.4} mV", fits[0].fit.scale * self.deviation * 1e3)
     }
 
-    fn scope(&self, of: &Fits<'_, Self>) -> Vec<Scope> {
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope> {
         let table = of.context;
         let (name, unit) = match table.device.drive {
             Drive::Displacement => ("displacement", "m"),
@@ -78,7 +78,7 @@ impl Findings for PiezoelectricCalibrator<'_> {
         scope
     }
 
-    fn figures(&self, of: &Fits<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
+    fn figures(&self, of: &Judged<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
         let table = of.context;
         let (label, unit, scale) = match table.device.drive {
             Drive::Displacement => ("displacement", "um", 1e6),

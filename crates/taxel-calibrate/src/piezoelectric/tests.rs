@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::problem::Device;
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
 use crate::options::CalibrateOptions;
 use crate::testing::{self, no_hold_out};
@@ -48,11 +49,11 @@ fn covered(
         let truth = Device::new(calibrator.named.sensor, Drive::Displacement).drawn();
         testing::covered(runs, &truth, |seed| {
             let data = parse(&readings(calibrator, seed));
-            let table = calibrator.checked(&data, &mut Vec::new()).unwrap();
+            let (table, readings) = calibrator.readings(&data, &mut Vec::new()).unwrap();
             let task = Task {
                 context: &table,
                 model: Model::Dynamic as usize,
-                readings: &table.readings,
+                readings: &readings,
                 options: &no_hold_out(),
                 from: None,
             };

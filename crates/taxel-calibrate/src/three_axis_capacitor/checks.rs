@@ -2,32 +2,49 @@
 
 use super::columns::{
     CAPACITANCES, COLUMNS, COUNTS, DEVIATIONS, FORCES, HOLD_OUT, PARALLEL, PARALLEL_DEVIATION,
-    REST, TAXEL,
+    REST, TAXEL, TIME,
 };
 use super::problem::{AXES, CAPACITORS, Measured, Reading};
-use super::{InputError, ReadingTable, Remark, ThreeAxisCalibrator, in_words};
+use super::{ThreeAxisCalibrator, in_words, name_of};
+use crate::device_model::DeviceReadings;
+use crate::hysteresis::{on_loading, unloading};
 use crate::loads::{LEAST_SPAN, Loads};
-use crate::split::by_series;
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{branches, by_series, turns};
 use crate::table_checks::{is_second, of_this_device, right_prefix};
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::linear;
+use taxel_recording::InputError;
 
 /// Capacitances above those of a closed gap by this factor are none, unless their unit
 /// is wrong.
 const ABOVE: [f64; 2] = [3.0, 100.0];
 /// Least readings of a taxel: 48 capacitances for 19 unknowns.
 const LEAST: usize = 12;
+/// A load that turns more often than at each of so many readings is in no
+/// order: noise, or forces at random.
+const IN_ORDER: usize = 4;
 /// A slope counts above this many of its deviations.
 const CLEAR: f64 = 6.0;
 
-impl ThreeAxisCalibrator<'_> {
-    /// The readings of `data` with their taxels, checked.
-    pub(super) fn checked(
+/// What a table says of all its readings.
+pub(crate) struct Context {
+    pub(super) measured: Measured,
+    /// Whether the rows have times, which say which readings are of unloading.
+    pub(super) in_time: bool,
+}
+
+impl DeviceReadings for ThreeAxisCalibrator<'_> {
+    type Reading = Reading;
+    type Context = Context;
+
+    fn readings(
         &self,
         data: &ReadingTable,
         remarks: &mut Vec<Remark>,
-    ) -> Result<Vec<Reading>, InputError> {
+    ) -> Result<(Context, Vec<Reading>), InputError> {
         let counts = is_counts(data)?;
         let closed = (0..4).map(|i| self.drawn.plates.closed_capacitance(i));
         let closed = closed.fold(0.0, f64::max);
@@ -59,8 +76,12 @@ impl ThreeAxisCalibrator<'_> {
         remarks.extend(Remark::from_here_on(&unread, what));
         let what = "readings above what a closed gap can give are left out";
         remarks.extend(Remark::from_here_on(&touching, what));
+        let mut context = Context {
+            measured: None,
+            in_time: data.given[TIME],
+        };
         for of in by_series(&readings) {
-            for loads in loads(&of) {
+            for loads in self.loads(&context, &of) {
                 loads.enough(data)?;
             }
             channels(data, &of)?;
@@ -70,9 +91,62 @@ impl ThreeAxisCalibrator<'_> {
             let help = "give four capacitances or four codes in each row";
             return Err(data.error("capacitance_11", "no row has a complete reading", help));
         }
-        Ok(readings)
+        context.measured = measured(data)?;
+        if !context.in_time {
+            let message = "without a column time all readings are fitted as of loading";
+            remarks.push(Remark::whole(message));
+        }
+        Ok((context, readings))
     }
 
+    /// Those at which no axis unloads.
+    fn loading(
+        &self,
+        context: &Context,
+        of: &[Reading],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Reading> {
+        if !context.in_time {
+            return of.to_vec();
+        }
+        let mut down = vec![false; of.len()];
+        for axis in 0..AXES.len() {
+            let forces: Vec<f64> = of.iter().map(|r| r.force[axis]).collect();
+            let sizes: Vec<f64> = forces.iter().map(|force| force.abs()).collect();
+            if IN_ORDER * turns(&branches(&sizes)) > of.len() {
+                continue;
+            }
+            for (down, unloading) in down.iter_mut().zip(unloading(&forces)) {
+                *down |= unloading;
+            }
+        }
+        on_loading(&name_of(of), of, &down, "", remarks)
+    }
+
+    /// The normal forces, and the side forces that a gauge read.
+    fn loads(&self, _: &Context, of: &[Reading]) -> Vec<Loads> {
+        let names = ["force_x", "force_y", "force_z"];
+        let along = |axis: usize| Loads {
+            name: in_words(of),
+            column: names[axis],
+            unit: ("N", 1.0),
+            values: if axis == 2 {
+                of.iter().map(|r| r.force[axis]).collect()
+            } else {
+                let gauged = of.iter().filter(|r| r.gauged[axis]);
+                gauged.map(|r| r.force[axis]).collect()
+            },
+            least: if axis == 2 { LEAST } else { 0 },
+            span: LEAST_SPAN,
+            from_rest: axis == 2,
+        };
+        let all = [2, 0, 1].map(along).into_iter();
+        all.filter(|loads| loads.from_rest || !loads.values.is_empty())
+            .collect()
+    }
+}
+
+impl ThreeAxisCalibrator<'_> {
     fn capacitances(&self, data: &ReadingTable, row: usize, counts: bool) -> Option<[f64; 4]> {
         let columns = if counts { COUNTS } else { CAPACITANCES };
         let mut found = [0.0; 4];
@@ -130,7 +204,7 @@ impl ThreeAxisCalibrator<'_> {
 
 /// Parallel capacitances that the table gives, from its first row that has
 /// them.
-pub(super) fn measured(data: &ReadingTable) -> Result<Measured, InputError> {
+fn measured(data: &ReadingTable) -> Result<Measured, InputError> {
     if !PARALLEL.iter().any(|column| data.given[*column]) {
         return Ok(None);
     }
@@ -171,28 +245,6 @@ pub(super) fn compliance(unit: &UnitModel, of: &[Reading], axis: usize) -> Optio
         line.coefficients[0],
         (variance * line.covariance[0][0]).sqrt(),
     ])
-}
-
-/// The loads of one taxel: the normal forces, and the side forces that a gauge read.
-pub(super) fn loads(of: &[Reading]) -> Vec<Loads> {
-    let names = ["force_x", "force_y", "force_z"];
-    let along = |axis: usize| Loads {
-        name: in_words(of),
-        column: names[axis],
-        unit: ("N", 1.0),
-        values: if axis == 2 {
-            of.iter().map(|r| r.force[axis]).collect()
-        } else {
-            let gauged = of.iter().filter(|r| r.gauged[axis]);
-            gauged.map(|r| r.force[axis]).collect()
-        },
-        least: if axis == 2 { LEAST } else { 0 },
-        span: LEAST_SPAN,
-        from_rest: axis == 2,
-    };
-    let all = [2, 0, 1].map(along).into_iter();
-    all.filter(|loads| loads.from_rest || !loads.values.is_empty())
-        .collect()
 }
 
 /// Capacitances at rest: the mean of the readings without load, or else of the

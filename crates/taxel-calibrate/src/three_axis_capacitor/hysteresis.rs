@@ -2,39 +2,13 @@
 //! capacitances beside that of the gauge.
 
 use super::problem::{AXES, Reading, force_error, with_values};
-use super::{Fitted, Remark, ThreeAxisCalibrator, name_of};
-use crate::hysteresis::{Loops, Named, Sample, identify, on_loading, samples, steps, unloading};
-use crate::split::{branches, turns};
+use super::{Fitted, ThreeAxisCalibrator};
+use crate::hysteresis::{Loops, Named, Sample, identify, samples, steps};
 use taxel::transduction::UnitModel;
 
 /// What the names of the weights along an axis begin with.
 pub(super) fn prefix(axis: usize) -> String {
     format!("force_{}.", AXES[axis])
-}
-
-/// A load that turns more often than at each of so many readings is in no
-/// order: noise, or forces at random.
-const IN_ORDER: usize = 4;
-
-/// The readings of a taxel at which no axis unloads; remarks on the rest.
-pub(super) fn loading(of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-    let mut down = vec![false; of.len()];
-    for axis in 0..AXES.len() {
-        let forces = along(of, axis);
-        let sizes: Vec<f64> = forces.iter().map(|force| force.abs()).collect();
-        if IN_ORDER * turns(&branches(&sizes)) > of.len() {
-            continue;
-        }
-        for (down, unloading) in down.iter_mut().zip(unloading(&forces)) {
-            *down |= unloading;
-        }
-    }
-    on_loading(&name_of(of), of, &down, "", remarks)
-}
-
-/// Forces of the gauge along an axis, N.
-fn along(of: &[Reading], axis: usize) -> Vec<f64> {
-    of.iter().map(|reading| reading.force[axis]).collect()
 }
 
 impl ThreeAxisCalibrator<'_> {
@@ -58,7 +32,7 @@ impl ThreeAxisCalibrator<'_> {
             let own =
                 |forces: &[[f64; 3]]| forces.iter().map(|force| force[axis]).collect::<Vec<_>>();
             let beside = |(told, of): (&Vec<[f64; 3]>, &Vec<Reading>)| {
-                let forces = along(of, axis);
+                let forces: Vec<f64> = of.iter().map(|r| r.force[axis]).collect();
                 samples(&own(told), &forces, &forces)
             };
             let all: Vec<Sample> = told.iter().zip(taxels).flat_map(beside).collect();

@@ -18,18 +18,15 @@ use crate::device_model::{
     Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel, Task, best,
 };
 use crate::hysteresis::law_of;
-use crate::loads::Loads;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use crate::readings::ReadingTable;
-use crate::remark::Remark;
 use taxel::calibration::ChannelScale;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
 use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::{Fit, FitError, FitOptions, Parameter, Problem, fit};
-use taxel_recording::InputError;
 
-use columns::{COLUMNS, TIME};
+use checks::Context;
+use columns::COLUMNS;
 use noise::Noise;
 use problem::{
     Bench, COMPLIANCE, GAP, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
@@ -281,13 +278,6 @@ fn moved_by(found: &Fit, from: &[f64]) -> f64 {
     steps.fold(0.0, f64::max)
 }
 
-/// What a table says of all its readings.
-pub(crate) struct Context {
-    measured: Measured,
-    /// Whether the rows have times, which say which readings are of unloading.
-    in_time: bool,
-}
-
 impl Calibratable for ThreeAxisCalibrator<'_> {
     fn columns(&self) -> &'static [LoadColumn] {
         &COLUMNS
@@ -308,48 +298,12 @@ impl Calibratable for ThreeAxisCalibrator<'_> {
 }
 
 impl DeviceModel for ThreeAxisCalibrator<'_> {
-    type Reading = Reading;
     type Noise = Noise;
-    type Context = Context;
 
     const SEPARATE: bool = true;
 
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
         vec![(self.named, PREFIX)]
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<(Context, Vec<Reading>), InputError> {
-        let readings = self.checked(table, remarks)?;
-        let context = Context {
-            measured: checks::measured(table)?,
-            in_time: table.given[TIME],
-        };
-        if !context.in_time {
-            let message = "without a column time all readings are fitted as of loading";
-            remarks.push(Remark::whole(message));
-        }
-        Ok((context, readings))
-    }
-
-    fn loading(
-        &self,
-        context: &Context,
-        of: &[Reading],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<Reading> {
-        if context.in_time {
-            hysteresis::loading(of, remarks)
-        } else {
-            of.to_vec()
-        }
-    }
-
-    fn loads(&self, _: &Context, of: &[Reading]) -> Vec<Loads> {
-        checks::loads(of)
     }
 
     fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {

@@ -8,6 +8,7 @@
 use crate::split::OfSeries;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::transduction::UnitModel;
+use taxel_numerics::dense::dot;
 use taxel_numerics::least_squares::{Parameter, Problem, linear};
 
 /// Names of the four capacitors.
@@ -144,10 +145,6 @@ impl Whitening {
     pub(super) fn share(&self, deviation: f64) -> [f64; 4] {
         self.rows.map(|row| deviation * deviation * dot(&row, &row))
     }
-}
-
-fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 }
 
 /// Four directions at right angles, the first ones spanning `reached`.

@@ -2,11 +2,12 @@
 
 use super::problem::{AXES, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, force_error, misfit};
 use super::stiffness::{Observation, fit_stiffness};
-use super::{Fitted, Remark, ThreeAxisCalibrator, in_words, name_of};
-use crate::device_model::{Findings, Fits};
+use super::{Fitted, ThreeAxisCalibrator, in_words, name_of};
+use crate::device_model::{Findings, Judged};
 use crate::hysteresis::{Loops, loss_in_words};
 use crate::loads::{range, span};
 use crate::outcome::{Constants, Derived, ResidualSummary, Scope, open_in_words};
+use crate::remark::Remark;
 use crate::split::{Branch, branches};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::transduction::UnitModel;
@@ -19,7 +20,7 @@ const WORTH_A_REMARK: f64 = 0.005;
 
 impl Findings for ThreeAxisCalibrator<'_> {
     /// Of each taxel's capacitances together and of each gauged force.
-    fn residuals(&self, of: &Fits<'_, Self>) -> Vec<ResidualSummary> {
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
         let mut summaries = Vec::new();
         for ((fitted, readings), all) in of.fits.iter().zip(of.readings).zip(of.all) {
             let (unit, name) = (self.unit(fitted), name_of(&fitted.readings));
@@ -44,7 +45,7 @@ impl Findings for ThreeAxisCalibrator<'_> {
     }
 
     /// Of each capacitance over its own range.
-    fn relative(&self, of: &Fits<'_, Self>) -> f64 {
+    fn relative(&self, of: &Judged<'_, Self>) -> f64 {
         let (mut square, mut count) = (0.0, 0);
         for ((fitted, readings), all) in of.fits.iter().zip(of.readings).zip(of.all) {
             let unit = self.unit(fitted);
@@ -61,7 +62,7 @@ impl Findings for ThreeAxisCalibrator<'_> {
     }
 
     /// Remarks on taxels that were not read, and on unloading.
-    fn beside(&self, of: &Fits<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
+    fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
         let left = self.made.len() - of.series.len();
         if left > 0 {
             let message = format!("{left} taxels were not read and stay as drawn");
@@ -80,7 +81,7 @@ impl Findings for ThreeAxisCalibrator<'_> {
         Vec::new()
     }
 
-    fn hysteresis(&self, of: &Fits<'_, Self>) -> Vec<Loops> {
+    fn hysteresis(&self, of: &Judged<'_, Self>) -> Vec<Loops> {
         if of.context.in_time {
             self.loops(of.fits, of.series, &of.held.concat())
         } else {
@@ -117,7 +118,7 @@ impl Findings for ThreeAxisCalibrator<'_> {
 
     /// The stiffness matrix of the published inverse: least squares of the
     /// gauge's forces on its three displacements, never on the twist.
-    fn derived(&self, of: &Fits<'_, Self>) -> Vec<Derived> {
+    fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
         let mut derived = Vec::new();
         for fitted in of.fits {
             let (readings, unit) = (&fitted.readings, self.unit(fitted));
@@ -162,7 +163,7 @@ impl Findings for ThreeAxisCalibrator<'_> {
         )
     }
 
-    fn scope(&self, of: &Fits<'_, Self>) -> Vec<Scope> {
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope> {
         let along = |axis: usize| {
             let forces = of.series.iter().flatten().map(|r| r.force[axis]);
             Scope::of(format!("force_{}", AXES[axis]), "N", forces)
@@ -170,7 +171,7 @@ impl Findings for ThreeAxisCalibrator<'_> {
         (0..3).map(along).collect()
     }
 
-    fn figures(&self, of: &Fits<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
+    fn figures(&self, of: &Judged<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
         let figure = |fitted: &Fitted| {
             let (readings, unit) = (&fitted.readings, self.unit(fitted));
             Figure {

@@ -1,7 +1,9 @@
 use std::fmt::Write as _;
 
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
+use crate::readings::ReadingTable;
 use crate::testing::{
     calibrated, covered, file, lost, lost_on_bench, no_hold_out, slopes_and_differences, unnamed,
 };
@@ -41,7 +43,10 @@ fn parse(text: &str) -> ReadingTable {
 }
 
 fn readings(calibrator: &ThreeAxisCalibrator<'_>, text: &str) -> Vec<Reading> {
-    calibrator.checked(&parse(text), &mut Vec::new()).unwrap()
+    calibrator
+        .readings(&parse(text), &mut Vec::new())
+        .unwrap()
+        .1
 }
 
 /// Rows of a table beside the tests, with their header.
@@ -367,7 +372,11 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis() {
                     ..SyntheticOptions::default()
                 });
                 let all = readings(calibrator, &text);
-                let kept = hysteresis::loading(&all, &mut Vec::new());
+                let context = Context {
+                    measured: None,
+                    in_time: true,
+                };
+                let kept = calibrator.loading(&context, &all, &mut Vec::new());
                 let fitted = calibrator
                     .fit_from(Model::Matrix, &start, &kept, None, &no_hold_out())
                     .unwrap();

@@ -6,10 +6,9 @@ mod place;
 mod readings;
 
 use crate::options::{CalibrateOptions, NamedSensor};
-use crate::outcome::{ModelComparison, Outcome, Provenance, ResidualSummary, Scope};
+use crate::outcome::{Outcome, Provenance};
 use crate::remark::Remark;
 use crate::toml_tables::{append, rounded};
-use taxel::figure::Figure;
 use taxel::trained::{Rest, Standard, TrainedMaps, TrainingError};
 use taxel_recording::InputError;
 
@@ -27,18 +26,6 @@ pub struct TrainedOutcome {
     pub outcome: Outcome,
     /// The maps as the file keeps them, numbers of nine digits.
     pub maps: TrainedMaps,
-}
-
-/// What one map adds to an outcome.
-#[derive(Default)]
-struct Found {
-    models: Vec<ModelComparison>,
-    residuals: Vec<ResidualSummary>,
-    held_out: String,
-    search: String,
-    scope: Vec<Scope>,
-    remarks: Vec<Remark>,
-    figures: Vec<Figure>,
 }
 
 /// Trains the maps that the recordings determine: positions on an area give a map of
@@ -70,9 +57,10 @@ pub fn train(
         return Err(InputError::whole(file, "there is no recording")
             .help("give tables, or folders with the CSV files of the sensor and of the stage"));
     }
-    let mut found = Found {
+    let mut found = Outcome {
+        noise: String::from("from held-out rows"),
         remarks,
-        ..Found::default()
+        ..Outcome::new("trained", &[(named, "")])
     };
     let position = place::train(&runs, &array.area(), &mut found)?;
     let force = force::train(&runs, named.sensor.electronics.frame_rate, &mut found)?;
@@ -93,7 +81,7 @@ pub fn train(
     })?;
     left_out(named, &maps, &mut found.remarks);
     Ok(TrainedOutcome {
-        outcome: outcome(named, found),
+        outcome: found,
         maps,
     })
 }
@@ -104,20 +92,6 @@ impl TrainedOutcome {
         let mut text = self.outcome.to_toml(about);
         append(&mut text, &self.maps);
         text
-    }
-}
-
-fn outcome(named: &NamedSensor<'_>, found: Found) -> Outcome {
-    Outcome {
-        noise: String::from("from held-out rows"),
-        search: found.search,
-        hold_out: found.residuals,
-        held_out: found.held_out,
-        models: found.models,
-        scope: found.scope,
-        remarks: found.remarks,
-        figures: found.figures,
-        ..Outcome::new("trained", &[(named, "")])
     }
 }
 
