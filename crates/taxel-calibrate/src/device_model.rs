@@ -1,16 +1,16 @@
-//! What the driver of calibrations asks of a kind of device.
+//! Questions of the calibration driver to a kind of device.
 
 use taxel::figure::Figure;
 use taxel::predict::LoadColumn;
-use taxel_numerics::least_squares::{
-    Estimate, Fit, FitError, FitOptions, NoiseSize, Parameter, Problem,
-};
+use taxel_numerics::least_squares::{Fit, FitError, FitOptions, NoiseSize, Parameter, Problem};
 use taxel_recording::InputError;
 
 use crate::hysteresis::Loops;
 use crate::loads::Loads;
-use crate::options::{CalibrateOptions, IndentationOptions, SyntheticOptions};
-use crate::outcome::{CalibratedSensor, Derived, Outcome, ResidualSummary, Scope, open_in_words};
+use crate::options::{CalibrateOptions, IndentationOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{
+    Constants, Derived, Outcome, ResidualSummary, Scope, open_in_words, relative,
+};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::OfSeries;
@@ -20,11 +20,11 @@ use crate::split::OfSeries;
 pub struct Model {
     /// Name, as after `--model`.
     pub name: &'static str,
-    /// What it is.
+    /// Name for messages.
     pub about: &'static str,
 }
 
-/// What tables of a device look like, and tables whose truth is known.
+/// Columns of the tables of a device, and synthetic tables.
 pub trait Calibratable {
     /// Columns that a table may have, in the order of [`ReadingTable::number`].
     fn columns(&self) -> &'static [LoadColumn];
@@ -57,7 +57,7 @@ pub(crate) struct Fitted<R, N> {
     pub(crate) readings: Vec<R>,
     /// Options of the profiles of its likelihood.
     pub(crate) options: FitOptions,
-    /// Whether the noise was given with each reading.
+    /// True if the noise was given with each reading.
     pub(crate) given: bool,
     /// Noise that was found.
     pub(crate) noise: N,
@@ -71,55 +71,84 @@ impl<R, N> Fitted<R, N> {
 }
 
 /// A fit of a device's model.
-pub(crate) type FittedOf<D> = Fitted<<D as DeviceModel>::Reading, <D as DeviceModel>::Noise>;
+pub(crate) type FittedOf<D> = Fitted<<D as DeviceReadings>::Reading, <D as DeviceModel>::Noise>;
 
-/// One kind of device: its readings, its models with their parameters and slopes,
-/// and what is said of a fit.
-pub(crate) trait DeviceModel: Calibratable {
+/// Properties of a whole table, and its readings in order.
+pub(crate) type ReadingsOf<D> = (
+    <D as DeviceReadings>::Context,
+    Vec<<D as DeviceReadings>::Reading>,
+);
+
+/// Input of the fit of one body.
+pub(crate) struct Task<'a, D: DeviceModel> {
+    pub(crate) context: &'a D::Context,
+    /// Place of the model.
+    pub(crate) model: usize,
+    /// Readings of the body.
+    pub(crate) readings: &'a [D::Reading],
+    pub(crate) options: &'a CalibrateOptions,
+    /// The fit to all of its readings, when some are held out.
+    pub(crate) from: Option<&'a FittedOf<D>>,
+}
+
+/// Fits of one model with the readings that judge them.
+pub(crate) struct Judged<'a, D: DeviceModel> {
+    pub(crate) context: &'a D::Context,
+    /// One for each body.
+    pub(crate) fits: &'a [FittedOf<D>],
+    /// Readings of each body that judge its fit: those that it was fitted to, or
+    /// those that were held out.
+    pub(crate) readings: &'a [Vec<D::Reading>],
+    /// Readings of loading of each body, for their ranges.
+    pub(crate) all: &'a [Vec<D::Reading>],
+    /// All readings of each series, those of unloading included.
+    pub(crate) series: &'a [Vec<D::Reading>],
+    /// Which of them are held out.
+    pub(crate) held: &'a [Vec<bool>],
+}
+
+/// The readings of one kind of device.
+pub(crate) trait DeviceReadings: Calibratable + Sized + Sync {
     /// One reading of a table.
-    type Reading: OfSeries + Clone;
-    /// What a fit finds of the noise.
-    type Noise;
-    /// What a table says of all its readings.
-    type Context;
+    type Reading: OfSeries + Clone + Send + Sync;
+    /// Properties of a whole table.
+    type Context: Sync;
 
-    /// Whether each series is a body with a fit of its own.
-    const SEPARATE: bool = false;
-
-    /// Key of the element in the sensor file.
-    fn element(&self) -> &'static str;
-
-    /// The sensors, with what their own parameters begin with.
-    fn sensors(&self) -> Vec<CalibratedSensor>;
-
-    /// The readings of a table in its order; what can be of no such device is an
-    /// error.
+    /// The readings of a table; what can be of no such device is an error.
     fn readings(
         &self,
         table: &ReadingTable,
         remarks: &mut Vec<Remark>,
-    ) -> Result<(Self::Context, Vec<Self::Reading>), InputError>;
+    ) -> Result<ReadingsOf<Self>, InputError>;
 
-    /// The readings of loading of each series.
+    /// The readings of loading of one series.
     fn loading(
         &self,
         context: &Self::Context,
-        series: &[Vec<Self::Reading>],
+        of: &[Self::Reading],
         remarks: &mut Vec<Remark>,
-    ) -> Vec<Vec<Self::Reading>>;
+    ) -> Vec<Self::Reading> {
+        let _ = (context, remarks);
+        of.to_vec()
+    }
 
     /// The loads of the readings of one series, for what they must span.
-    fn loads(&self, context: &Self::Context, readings: &[Self::Reading]) -> Vec<Loads>;
+    fn loads(&self, context: &Self::Context, of: &[Self::Reading]) -> Vec<Loads>;
+}
 
-    /// One fit for each body; `from` has those to all of its readings.
-    fn fit_bodies(
-        &self,
-        context: &Self::Context,
-        model: usize,
-        bodies: &[Vec<Self::Reading>],
-        options: &CalibrateOptions,
-        from: Option<&[FittedOf<Self>]>,
-    ) -> Result<Vec<FittedOf<Self>>, FitError>;
+/// The models of one kind of device, with their parameters and slopes.
+pub(crate) trait DeviceModel: DeviceReadings {
+    /// Noise found by a fit.
+    type Noise: Send + Sync;
+
+    /// True if each series is a body with a fit of its own.
+    const SEPARATE: bool = false;
+
+    /// The sensors, with what the names of their own parameters begin with.
+    fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)>;
+
+    /// The best fit to the readings of one body.
+    fn fit(&self, task: &Task<'_, Self>) -> Result<FittedOf<Self>, FitError>;
 
     /// The problem at its best values; `None` where the model has no answer.
     fn problem<'b>(
@@ -128,94 +157,7 @@ pub(crate) trait DeviceModel: Calibratable {
         fitted: &'b FittedOf<Self>,
     ) -> Option<Box<dyn Problem + 'b>>;
 
-    /// Residual of the signal over its range in `all`, root of the mean square.
-    fn relative(
-        &self,
-        context: &Self::Context,
-        fits: &[FittedOf<Self>],
-        readings: &[Vec<Self::Reading>],
-        all: &[Vec<Self::Reading>],
-    ) -> f64;
-
-    /// Residuals of each kind of reading, with the ranges of `all`.
-    fn residuals(
-        &self,
-        context: &Self::Context,
-        fits: &[FittedOf<Self>],
-        readings: &[Vec<Self::Reading>],
-        all: &[Vec<Self::Reading>],
-    ) -> Vec<ResidualSummary>;
-
-    /// Whether the readings can be what their columns say, after the fit.
-    fn explained(
-        &self,
-        context: &Self::Context,
-        table: &ReadingTable,
-        fits: &[FittedOf<Self>],
-    ) -> Result<(), InputError> {
-        let _ = (context, table, fits);
-        Ok(())
-    }
-
-    /// Independent constants beside those of the fit, and remarks on all of it;
-    /// `series` are all readings, those of unloading included.
-    fn beside(
-        &self,
-        context: &Self::Context,
-        fits: &[FittedOf<Self>],
-        series: &[Vec<Self::Reading>],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<(Parameter, Estimate)> {
-        let _ = (context, fits, series, remarks);
-        Vec::new()
-    }
-
-    /// The hysteresis of the device; `held` says which readings of each series are
-    /// held out.
-    fn hysteresis(
-        &self,
-        context: &Self::Context,
-        fits: &[FittedOf<Self>],
-        series: &[Vec<Self::Reading>],
-        held: &[Vec<bool>],
-    ) -> Vec<Loops> {
-        let _ = (context, fits, series, held);
-        Vec::new()
-    }
-
-    /// Name of a body, where there may be several.
-    fn body(&self, fitted: &FittedOf<Self>) -> Option<String> {
-        let _ = fitted;
-        None
-    }
-
-    /// Combinations of parameters that are not identifiable, in words.
-    fn open(&self, fits: &[FittedOf<Self>]) -> Vec<String> {
-        let words = |fitted: &FittedOf<Self>| open_in_words(&fitted.parameters, &fitted.fit);
-        fits.iter().flat_map(words).collect()
-    }
-
-    /// Quantities that follow, with their intervals.
-    fn derived(&self, context: &Self::Context, fits: &[FittedOf<Self>]) -> Vec<Derived> {
-        let _ = (context, fits);
-        Vec::new()
-    }
-
-    /// What noise that was not given was found, as a part of a sentence.
-    fn noise(&self, fits: &[FittedOf<Self>]) -> String;
-
-    /// Ranges of the readings.
-    fn scope(
-        &self,
-        context: &Self::Context,
-        fits: &[FittedOf<Self>],
-        series: &[Vec<Self::Reading>],
-    ) -> Vec<Scope>;
-
-    /// Readings, models and residuals; the first candidate is the one in use.
-    fn figures(&self, context: &Self::Context, candidates: &[Vec<FittedOf<Self>>]) -> Vec<Figure>;
-
-    /// Whether a table has indentations at known positions.
+    /// True if a table has indentations at known positions.
     fn has_indentations(&self, table: &ReadingTable) -> bool {
         let _ = table;
         false
@@ -232,6 +174,85 @@ pub(crate) trait DeviceModel: Calibratable {
         let _ = (outcome, table);
         Ok(())
     }
+}
+
+/// Results of the fits of a device.
+pub(crate) trait Findings: DeviceModel {
+    /// Residuals of each kind of reading; first that of the signal.
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary>;
+
+    /// Residual of the signal over its range, root of the mean square.
+    fn relative(&self, of: &Judged<'_, Self>) -> f64 {
+        relative(&self.residuals(of))
+    }
+
+    /// True if the readings can be what their columns say, after the fit.
+    fn explained(&self, of: &Judged<'_, Self>, table: &ReadingTable) -> Result<(), InputError> {
+        let _ = (of, table);
+        Ok(())
+    }
+
+    /// Independent constants beside those of the fit, and remarks on all of it.
+    fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
+        let _ = (of, remarks);
+        Vec::new()
+    }
+
+    /// The hysteresis of the device.
+    fn hysteresis(&self, of: &Judged<'_, Self>) -> Vec<Loops> {
+        let _ = of;
+        Vec::new()
+    }
+
+    /// Name of a body, where there may be several.
+    fn body(&self, fitted: &FittedOf<Self>) -> Option<String> {
+        let _ = fitted;
+        None
+    }
+
+    /// Combinations of parameters of a body that are not identifiable, in words.
+    fn open(&self, fitted: &FittedOf<Self>) -> Vec<String> {
+        open_in_words(&fitted.parameters, &fitted.fit)
+    }
+
+    /// Quantities that follow, with their intervals.
+    fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
+        let _ = of;
+        Vec::new()
+    }
+
+    /// The noise found where none was given, as a part of a sentence.
+    fn noise(&self, fits: &[FittedOf<Self>]) -> String {
+        let _ = fits;
+        String::new()
+    }
+
+    /// Ranges of the readings.
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope>;
+
+    /// Readings, models and residuals; the first candidate is the one in use.
+    fn figures(&self, of: &Judged<'_, Self>, candidates: &[Vec<FittedOf<Self>>]) -> Vec<Figure>;
+}
+
+/// The fit of the least `size` over several starts; else the last failure, without any
+/// start `none`.
+pub(crate) fn best<S, F>(
+    starts: impl IntoIterator<Item = S>,
+    none: FitError,
+    mut fit: impl FnMut(S) -> Result<F, FitError>,
+    size: impl Fn(&F) -> f64,
+) -> Result<F, FitError> {
+    let (mut best, mut failure) = (None, none);
+    for start in starts {
+        match fit(start) {
+            Ok(found) if best.as_ref().is_none_or(|best| size(&found) < size(best)) => {
+                best = Some(found);
+            }
+            Ok(_) => {}
+            Err(error) => failure = error,
+        }
+    }
+    best.ok_or(failure)
 }
 
 impl CalibrateOptions {

@@ -45,7 +45,7 @@ pub enum NoCalibrator {
     None,
 }
 
-/// What calibrates these sensors together.
+/// The calibrator of these sensors together.
 ///
 /// # Errors
 /// [`NoCalibrator`].
@@ -64,26 +64,24 @@ pub fn calibrator<'a>(
         });
     }
     match first.sensor.element {
-        Element::InPlaneCapacitor(_) => match InPlaneCalibrator::new(sensors) {
-            Some(calibrator) => Ok(Box::new(calibrator)),
-            None => Err(NoCalibrator::Kind { element }),
-        },
+        Element::InPlaneCapacitor(_) => boxed(InPlaneCalibrator::new(sensors), element),
         Element::ThreeAxisCapacitor(_) | Element::Piezoelectric(_) if sensors.len() > 1 => {
             Err(NoCalibrator::Alone { element })
         }
-        Element::ThreeAxisCapacitor(_) => match ThreeAxisCalibrator::new(first) {
-            Some(calibrator) => Ok(Box::new(calibrator)),
-            None => Err(NoCalibrator::Kind { element }),
-        },
-        Element::Piezoelectric(_) => match PiezoelectricCalibrator::new(first) {
-            Some(calibrator) => Ok(Box::new(calibrator)),
-            None => Err(NoCalibrator::Kind { element }),
-        },
+        Element::ThreeAxisCapacitor(_) => boxed(ThreeAxisCalibrator::new(first), element),
+        Element::Piezoelectric(_) => boxed(PiezoelectricCalibrator::new(first), element),
         Element::Trained(_) => Err(NoCalibrator::Learned { element }),
-        Element::Microchannel(_) => match MicrochannelCalibrator::new(sensors) {
-            Some(calibrator) => Ok(Box::new(calibrator)),
-            None => Err(NoCalibrator::Kind { element }),
-        },
+        Element::Microchannel(_) => boxed(MicrochannelCalibrator::new(sensors), element),
+    }
+}
+
+fn boxed<'a>(
+    calibrator: Option<impl Calibrator + 'a>,
+    element: &'static str,
+) -> Result<Box<dyn Calibrator + 'a>, NoCalibrator> {
+    match calibrator {
+        Some(calibrator) => Ok(Box::new(calibrator)),
+        None => Err(NoCalibrator::Kind { element }),
     }
 }
 

@@ -1,12 +1,16 @@
 //! The one way from a table of readings to an outcome, for every device.
 
+use rayon::prelude::*;
+
 use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Status, profile_interval};
 use taxel_recording::InputError;
 
 use crate::clock::{one_clock, same_moment};
-use crate::device_model::{Calibratable, DeviceModel, FittedOf, Model};
+use crate::device_model::{Calibratable, DeviceModel, Findings, FittedOf, Judged, Model, Task};
 use crate::options::CalibrateOptions;
-use crate::outcome::{CovarianceBlock, ModelComparison, Outcome, paired, search_in_words};
+use crate::outcome::{
+    CovarianceBlock, ModelComparison, Outcome, ResidualSummary, paired, search_in_words,
+};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{HoldOut, by_series, picked};
@@ -16,7 +20,7 @@ pub trait Calibrator: Calibratable {
     /// Fits the readings of one table.
     ///
     /// # Errors
-    /// What the readings cannot be: of other sensors, of other units, too few.
+    /// For readings of other sensors, of other units, or too few.
     fn calibrate(
         &self,
         table: &ReadingTable,
@@ -37,7 +41,7 @@ pub trait Calibrator: Calibratable {
     ) -> Result<Outcome, InputError>;
 }
 
-impl<D: DeviceModel> Calibrator for D {
+impl<D: Findings> Calibrator for D {
     fn calibrate_all(
         &self,
         tables: &[ReadingTable],
@@ -81,7 +85,7 @@ fn wanted(models: &[Model], options: &CalibrateOptions) -> Result<usize, InputEr
 }
 
 /// The constants of the asked model, with the other models beside it.
-fn constants<D: DeviceModel>(
+fn constants<D: Findings>(
     device: &D,
     table: &ReadingTable,
     options: &CalibrateOptions,
@@ -92,7 +96,10 @@ fn constants<D: DeviceModel>(
     let mut remarks = table.remarks.clone();
     let (context, all) = device.readings(table, &mut remarks)?;
     let series = by_series(&all);
-    let loading = device.loading(&context, &series, &mut remarks);
+    let loading = series
+        .iter()
+        .map(|of| device.loading(&context, of, &mut remarks));
+    let loading: Vec<Vec<D::Reading>> = loading.filter(|of| !of.is_empty()).collect();
     for readings in &loading {
         for loads in device.loads(&context, readings) {
             loads.enough(table)?;
@@ -110,45 +117,43 @@ fn constants<D: DeviceModel>(
         } else {
             vec![loading.concat()]
         },
+        held: series.iter().map(|of| options.hold_out.of(of)).collect(),
+        series,
     };
     let mut candidates = run.candidates(&mut remarks)?;
     let (models, hold_out) = run.compared(&candidates, &mut remarks)?;
-    device.explained(&context, table, &candidates[0])?;
+    let bodies = readings_of::<D>(&candidates[0]);
+    device.explained(&run.judged(&candidates[0], &bodies), table)?;
     if options.profile {
         for fitted in &mut candidates[0] {
             run.profiled(fitted)?;
         }
     }
     let best = &candidates[0];
-    let constants = device.beside(&context, best, &series, &mut remarks);
-    let held: Vec<Vec<bool>> = series.iter().map(|of| options.hold_out.of(of)).collect();
-    let loops = device.hysteresis(&context, best, &series, &held);
+    let found = run.judged(best, &bodies);
+    let constants = device.beside(&found, &mut remarks);
+    let loops = device.hysteresis(&found);
     for one in &loops {
         remarks.push(Remark::whole(one.about.clone()));
     }
-    let bodies: Vec<Vec<D::Reading>> = best.iter().map(|one| one.readings.clone()).collect();
     let parameters = best
         .iter()
         .flat_map(|one| paired(&one.parameters, &one.fit));
     let mut outcome = Outcome {
         parameters: parameters.collect(),
         covariance: CovarianceBlock::of(best.iter().map(|one| &one.fit)),
-        open: device.open(best),
-        derived: device.derived(&context, best),
+        open: best.iter().flat_map(|one| device.open(one)).collect(),
+        derived: device.derived(&found),
         noise: noise_in_words(device, best),
         search: searches_in_words(device, best),
-        residuals: device.residuals(&context, best, &bodies, &run.bodies),
+        residuals: device.residuals(&found),
         hold_out,
         held_out: options.hold_out.words(),
         models,
-        scope: device.scope(&context, best, &series),
+        scope: device.scope(&found),
         remarks,
-        figures: device.figures(&context, &candidates),
-        ..Outcome::new(
-            device.element(),
-            device.models()[wanted].name,
-            device.sensors(),
-        )
+        figures: device.figures(&found, &candidates),
+        ..Outcome::new(device.models()[wanted].name, &device.sensors())
     };
     if !constants.is_empty() {
         let covariance = diagonal(&constants);
@@ -190,11 +195,35 @@ struct Run<'a, D: DeviceModel> {
     wanted: usize,
     /// Readings of loading of each body.
     bodies: Vec<Vec<D::Reading>>,
+    /// All readings of each series, and which are held out.
+    series: Vec<Vec<D::Reading>>,
+    held: Vec<Vec<bool>>,
 }
 
-impl<D: DeviceModel> Run<'_, D> {
+/// The readings that each of these was fitted to.
+fn readings_of<D: DeviceModel>(fits: &[FittedOf<D>]) -> Vec<Vec<D::Reading>> {
+    fits.iter().map(|one| one.readings.clone()).collect()
+}
+
+impl<D: Findings> Run<'_, D> {
     fn name(&self, model: usize) -> &'static str {
         self.device.models()[model].name
+    }
+
+    /// Fits with the readings that judge them.
+    fn judged<'b>(
+        &'b self,
+        fits: &'b [FittedOf<D>],
+        readings: &'b [Vec<D::Reading>],
+    ) -> Judged<'b, D> {
+        Judged {
+            context: self.context,
+            fits,
+            readings,
+            all: &self.bodies,
+            series: &self.series,
+            held: &self.held,
+        }
     }
 
     fn refused(&self, model: usize, note: &str, error: &FitError) -> InputError {
@@ -207,14 +236,30 @@ impl<D: DeviceModel> Run<'_, D> {
         self.table.error("", message, help)
     }
 
+    /// One fit for each body; `from` has those to all of its readings.
+    fn fitted(
+        &self,
+        model: usize,
+        bodies: &[Vec<D::Reading>],
+        from: Option<&[FittedOf<D>]>,
+    ) -> Result<Vec<FittedOf<D>>, FitError> {
+        let one = |place: usize| {
+            self.device.fit(&Task {
+                context: self.context,
+                model,
+                readings: &bodies[place],
+                options: self.options,
+                from: from.map(|fits| &fits[place]),
+            })
+        };
+        (0..bodies.len()).into_par_iter().map(one).collect()
+    }
+
     /// The fits of all models that have an answer, those of the asked one first.
     fn candidates(&self, remarks: &mut Vec<Remark>) -> Result<Vec<Vec<FittedOf<D>>>, InputError> {
         let mut candidates = Vec::new();
         for model in 0..self.device.models().len() {
-            let fits =
-                self.device
-                    .fit_bodies(self.context, model, &self.bodies, self.options, None);
-            match fits {
+            match self.fitted(model, &self.bodies, None) {
                 Ok(fits) if model == self.wanted => candidates.insert(0, fits),
                 Ok(fits) => candidates.push(fits),
                 Err(error) if model == self.wanted => return Err(self.refused(model, "", &error)),
@@ -233,18 +278,16 @@ impl<D: DeviceModel> Run<'_, D> {
         &self,
         candidates: &[Vec<FittedOf<D>>],
         remarks: &mut Vec<Remark>,
-    ) -> Result<(Vec<ModelComparison>, Vec<crate::outcome::ResidualSummary>), InputError> {
+    ) -> Result<(Vec<ModelComparison>, Vec<ResidualSummary>), InputError> {
         let (mut models, mut hold_out) = (Vec::new(), Vec::new());
         for (place, fits) in candidates.iter().enumerate() {
             let model = fits.first().map_or(self.wanted, |fitted| fitted.model);
-            let used: Vec<Vec<D::Reading>> = fits.iter().map(|one| one.readings.clone()).collect();
+            let used = readings_of::<D>(fits);
             let mut comparison = ModelComparison {
                 name: self.name(model),
                 about: self.device.models()[model].about,
                 unknowns: fits.iter().map(FittedOf::<D>::unknowns).sum(),
-                residual: self
-                    .device
-                    .relative(self.context, fits, &used, &self.bodies),
+                residual: self.device.relative(&self.judged(fits, &used)),
                 hold_out: None,
             };
             let part = |wanted: bool| -> Vec<Vec<D::Reading>> {
@@ -255,19 +298,12 @@ impl<D: DeviceModel> Run<'_, D> {
             };
             let (seen, unseen) = (part(false), part(true));
             if unseen.iter().any(|readings| !readings.is_empty()) {
-                let others =
-                    self.device
-                        .fit_bodies(self.context, model, &seen, self.options, Some(fits));
-                match others {
+                match self.fitted(model, &seen, Some(fits)) {
                     Ok(others) => {
-                        let error =
-                            self.device
-                                .relative(self.context, &others, &unseen, &self.bodies);
-                        comparison.hold_out = Some(error);
+                        let others = self.judged(&others, &unseen);
+                        comparison.hold_out = Some(self.device.relative(&others));
                         if place == 0 {
-                            hold_out =
-                                self.device
-                                    .residuals(self.context, &others, &unseen, &self.bodies);
+                            hold_out = self.device.residuals(&others);
                         }
                     }
                     Err(error) if place == 0 => {
@@ -286,24 +322,21 @@ impl<D: DeviceModel> Run<'_, D> {
 
     /// Intervals of what is identified from profiles of the likelihood.
     fn profiled(&self, fitted: &mut FittedOf<D>) -> Result<(), InputError> {
-        let identified = |j: &usize| fitted.fit.estimates[*j].status == Status::Identified;
-        let places: Vec<usize> = (0..fitted.parameters.len()).filter(identified).collect();
         let Some(problem) = self.device.problem(self.context, fitted) else {
             return Ok(());
         };
-        let mut intervals = Vec::with_capacity(places.len());
-        for j in &places {
-            let interval = profile_interval(
-                problem.as_ref(),
-                &fitted.parameters,
-                &fitted.options,
-                &fitted.fit,
-                *j,
-            );
-            intervals.push(interval.map_err(|error| self.refused(self.wanted, "", &error))?);
-        }
+        let interval = |j: usize| {
+            let (parameters, found) = (&fitted.parameters, &fitted.fit);
+            profile_interval(problem.as_ref(), parameters, &fitted.options, found, j)
+        };
+        let identified = |j: &usize| fitted.fit.estimates[*j].status == Status::Identified;
+        let places = (0..fitted.parameters.len()).filter(identified);
+        let intervals: Vec<(usize, [f64; 2])> = places
+            .map(|j| Ok((j, interval(j)?)))
+            .collect::<Result<_, FitError>>()
+            .map_err(|error| self.refused(self.wanted, "", &error))?;
         drop(problem);
-        for (j, interval) in places.into_iter().zip(intervals) {
+        for (j, interval) in intervals {
             fitted.fit.estimates[j].interval = interval;
         }
         Ok(())
@@ -320,8 +353,8 @@ fn diagonal(constants: &[(Parameter, Estimate)]) -> Vec<Vec<f64>> {
     (0..constants.len()).map(row).collect()
 }
 
-/// How the noise is known.
-fn noise_in_words<D: DeviceModel>(device: &D, fits: &[FittedOf<D>]) -> String {
+/// Origin of the noise.
+fn noise_in_words<D: Findings>(device: &D, fits: &[FittedOf<D>]) -> String {
     if !fits.iter().all(|one| one.given) {
         return format!("estimated from the residuals{}", device.noise(fits));
     }
@@ -335,8 +368,8 @@ fn noise_in_words<D: DeviceModel>(device: &D, fits: &[FittedOf<D>]) -> String {
     )
 }
 
-/// How the searches ended.
-fn searches_in_words<D: DeviceModel>(device: &D, fits: &[FittedOf<D>]) -> String {
+/// Ends of the searches.
+fn searches_in_words<D: Findings>(device: &D, fits: &[FittedOf<D>]) -> String {
     let of = |one: &FittedOf<D>| {
         let ended = search_in_words(&one.fit, one.given);
         match device.body(one) {

@@ -443,21 +443,17 @@ impl CalibrationFile {
         let known: HashMap<&str, f64> = names.zip(values.iter().copied()).collect();
         let value = |name: &str| known.get(name).copied();
         let mut calibrated = sensor.clone();
-        devices::apply(&mut calibrated, &self.model, &of.prefix, &value).map_err(|name| {
-            InputError::whole(
-                file,
-                format!("{name} is missing or of another kind of device"),
-            )
-            .key("parameter")
-            .help(AGAIN)
-        })?;
+        let unfit =
+            |key: &str, message: String| Err(InputError::whole(file, message).key(key).help(AGAIN));
+        if let Err(name) = devices::apply(&mut calibrated, &self.model, &of.prefix, &value) {
+            let message = format!("{name} is missing or of another kind of device");
+            return unfit("parameter", message);
+        }
         if let (Element::Trained(body), Some(maps)) = (&mut calibrated.element, &self.trained) {
             let (found, expected) = (maps.channels, body.channels().len());
             if found != expected {
                 let message = format!("the maps have {found} channels, the sensor has {expected}");
-                return Err(InputError::whole(file, message)
-                    .key("trained.channels")
-                    .help(AGAIN));
+                return unfit("trained.channels", message);
             }
             body.maps = Some(maps.clone());
         }
@@ -468,9 +464,7 @@ impl CalibrationFile {
             if found != expected {
                 let message =
                     format!("the map has {found} gains, the sensor has {expected} elements");
-                return Err(InputError::whole(file, message)
-                    .key("places.gains")
-                    .help(AGAIN));
+                return unfit("places.gains", message);
             }
             element.indentations = Some(map.clone());
         }

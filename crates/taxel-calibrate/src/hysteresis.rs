@@ -7,6 +7,7 @@ use crate::remark::Remark;
 use crate::split::{Branch, branches, picked};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{ForceHysteresis, LoadHistory, REVERSALS};
+use taxel_numerics::dense::dot;
 use taxel_numerics::least_squares::{
     Estimate, Fit, FitOptions, NoiseSize, Parameter, Prior, Problem, fit,
 };
@@ -252,8 +253,7 @@ impl Found {
                     *side += left * one.loading * lag * off;
                 }
             }
-            let dot = |row: &Vec<f64>| row.iter().zip(&sides).map(|(a, b)| a * b).sum();
-            let step: Vec<f64> = alone.iter().map(dot).collect();
+            let step: Vec<f64> = alone.iter().map(|row| dot(row, &sides)).collect();
             for (row, own) in self.covariance.iter_mut().zip(&step) {
                 let pairs = row.iter_mut().zip(&step);
                 pairs.for_each(|(entry, other)| *entry += own * other);

@@ -52,6 +52,7 @@ mod clock;
 mod device_model;
 mod devices;
 mod driver;
+mod figures;
 mod file;
 mod hysteresis;
 mod in_plane_capacitor;
@@ -66,6 +67,8 @@ mod readings;
 mod remark;
 mod report;
 mod split;
+mod synthetic;
+mod table_checks;
 #[cfg(test)]
 mod testing;
 mod three_axis_capacitor;

@@ -1,12 +1,9 @@
-//! What loads must be for a fit, and what a wrong unit looks like.
+//! Checks of the loads of a fit.
 
 use taxel_recording::InputError;
 
 use crate::readings::ReadingTable;
 
-/// Between readings and drawing a factor in here is a wrong prefix of a unit, no
-/// scatter of fabrication.
-const PREFIX: [f64; 2] = [1000.0 / 3.0, 3000.0];
 /// Loads must span this share of the largest one, where nothing else is known.
 pub(crate) const LEAST_SPAN: f64 = 0.1;
 /// Loads that are held out and exceed the others by this factor are extrapolated.
@@ -14,7 +11,7 @@ const BEYOND: f64 = 1.1;
 
 /// The loads of some readings.
 pub(crate) struct Loads {
-    /// What they are of, such as `taxel 3`; empty for all readings.
+    /// Name of their body, such as `taxel 3`; empty for all readings.
     pub(crate) name: String,
     /// Their column.
     pub(crate) column: &'static str,
@@ -26,7 +23,7 @@ pub(crate) struct Loads {
     pub(crate) least: usize,
     /// Least span over the largest of them.
     pub(crate) span: f64,
-    /// Whether they must begin at rest, press, and be several beside rest.
+    /// True if they must begin at rest, press, and be several beside rest.
     pub(crate) from_rest: bool,
 }
 
@@ -35,6 +32,12 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
         [low.min(x), high.max(x)]
     })
+}
+
+/// Largest less least value.
+pub(crate) fn span(values: impl Iterator<Item = f64>) -> f64 {
+    let [low, high] = range(values);
+    (high - low).max(0.0)
 }
 
 impl Loads {
@@ -110,30 +113,4 @@ impl Loads {
             )
         })
     }
-}
-
-/// Refuses a factor of about a thousand between readings and drawing; `expected`
-/// is what the drawing gives, such as `, 12.000 fF at rest`.
-///
-/// # Errors
-/// The column and its factor.
-pub(crate) fn right_prefix(
-    table: &ReadingTable,
-    column: &str,
-    ratio: f64,
-    expected: &str,
-) -> Result<(), InputError> {
-    let [low, high] = PREFIX;
-    let (times, size) = if (low..high).contains(&ratio) {
-        ("1000 times", "large")
-    } else if (low..high).contains(&(1.0 / ratio)) {
-        ("a thousandth of", "small")
-    } else {
-        return Ok(());
-    };
-    let message = format!(
-        "the readings are about {times} what the drawing gives{expected} (factor {ratio:.3e})"
-    );
-    let help = format!("is the unit of this column a thousand times too {size}?");
-    Err(table.error(column, message, &help))
 }

@@ -1,16 +1,20 @@
-//! What a calibration found, whatever the device.
+//! Result of a calibration of any device.
 
 use serde::{Deserialize, Serialize};
 
 use crate::hysteresis::Loops;
+use crate::loads::range;
 use crate::options::NamedSensor;
 use crate::remark::Remark;
 use taxel::figure::Figure;
 use taxel::trained::IndentationMap;
 use taxel_numerics::least_squares::{Direction, Estimate, Fit, Parameter, Status};
 
-/// What a calibration found.
-#[derive(Debug, Clone, PartialEq)]
+/// Constants with what was found of each.
+pub(crate) type Constants = Vec<(Parameter, Estimate)>;
+
+/// Result of a calibration.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outcome {
     /// Key of the element in the sensor file.
     pub element: &'static str,
@@ -24,13 +28,13 @@ pub struct Outcome {
     pub covariance: Vec<CovarianceBlock>,
     /// Combinations of parameters that are not identifiable, in words.
     pub open: Vec<String>,
-    /// What indentations at known positions taught.
+    /// What was learned from indentations at known positions.
     pub places: Option<IndentationMap>,
     /// Further quantities that follow: name, value, 95 % interval, meaning.
     pub derived: Vec<Derived>,
     /// The noise, and how it is known.
     pub noise: String,
-    /// How the search ended, and with given noise χ² over the degrees of freedom.
+    /// End of the search, and with given noise χ² over the degrees of freedom.
     pub search: String,
     /// Residuals of each kind of reading.
     pub residuals: Vec<ResidualSummary>,
@@ -42,7 +46,7 @@ pub struct Outcome {
     pub models: Vec<ModelComparison>,
     /// Ranges of the readings: within them the calibration holds.
     pub scope: Vec<Scope>,
-    /// What was noticed.
+    /// Remarks.
     pub remarks: Vec<Remark>,
     /// Readings, model and residuals.
     pub figures: Vec<Figure>,
@@ -76,29 +80,20 @@ impl CovarianceBlock {
 }
 
 /// A sensor of a calibration.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct CalibratedSensor {
     /// Name of its file.
+    #[serde(rename = "file")]
     pub name: String,
-    /// What the names of its own parameters begin with, such as `gap_50um.`.
+    /// Prefix of the names of its own parameters, such as `gap_50um.`.
     pub prefix: String,
     /// Text of its file.
+    #[serde(skip)]
     pub text: String,
 }
 
-impl CalibratedSensor {
-    /// A sensor whose own parameters begin with `prefix`.
-    pub(crate) fn of(named: &NamedSensor<'_>, prefix: &str) -> Self {
-        Self {
-            name: named.name.to_owned(),
-            prefix: prefix.to_owned(),
-            text: named.text.to_owned(),
-        }
-    }
-}
-
 /// A quantity that follows from the parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Derived {
     /// Name.
     pub name: String,
@@ -106,18 +101,18 @@ pub struct Derived {
     pub value: f64,
     /// 95 % interval.
     pub interval: [f64; 2],
-    /// What it is.
+    /// Name.
     pub about: String,
 }
 
 /// Residuals of one kind of reading of one sensor.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResidualSummary {
     /// Which: `gap_50um.capacitance`.
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// How many.
+    /// Count.
     pub count: usize,
     /// Root of the mean square, SI.
     pub root_mean_square: f64,
@@ -128,23 +123,25 @@ pub struct ResidualSummary {
 }
 
 /// One model beside others.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelComparison {
     /// Name.
     pub name: &'static str,
-    /// What it is.
+    /// Name.
     pub about: &'static str,
     /// Fitted parameters.
     pub unknowns: usize,
     /// Residual of the signal over its range, root of the mean square over all
     /// sensors.
+    #[serde(rename = "relative_residual")]
     pub residual: f64,
     /// The same of the readings held out; `None` without such.
+    #[serde(rename = "relative_hold_out")]
     pub hold_out: Option<f64>,
 }
 
 /// A range of readings.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scope {
     /// Quantity.
     pub name: String,
@@ -154,8 +151,23 @@ pub struct Scope {
     pub range: [f64; 2],
 }
 
+impl Scope {
+    /// The range of these values.
+    pub(crate) fn of(
+        name: impl Into<String>,
+        unit: &'static str,
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            unit,
+            range: range(values),
+        }
+    }
+}
+
 impl ResidualSummary {
-    /// Of `residuals` of readings that span `range`.
+    /// Summary of `residuals` of readings that span `range`.
     pub(crate) fn of(name: String, unit: &'static str, residuals: &[f64], range: f64) -> Self {
         let square: f64 = residuals.iter().map(|r| r * r).sum();
         let count = residuals.len();
@@ -168,15 +180,29 @@ impl ResidualSummary {
             range,
         }
     }
+
+    /// Root of the mean square over the range.
+    pub(crate) fn share(&self) -> f64 {
+        self.root_mean_square / self.range.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Residual of the signal over its range, root of the mean square; the signal is the
+/// first kind of reading, with all others of its unit.
+pub(crate) fn relative(residuals: &[ResidualSummary]) -> f64 {
+    let signal = || residuals.iter().filter(|r| r.unit == residuals[0].unit);
+    let squares = signal().map(|r| r.count as f64 * r.share().powi(2));
+    let count: usize = signal().map(|r| r.count).sum();
+    (squares.sum::<f64>() / count.max(1) as f64).sqrt()
 }
 
 /// Parameters with what a fit says of them.
-pub(crate) fn paired(parameters: &[Parameter], fit: &Fit) -> Vec<(Parameter, Estimate)> {
+pub(crate) fn paired(parameters: &[Parameter], fit: &Fit) -> Constants {
     let estimates = fit.estimates.iter().copied();
     parameters.iter().cloned().zip(estimates).collect()
 }
 
-/// How a search ended; χ² means something where the noise was given.
+/// End of a search; χ² means something where the noise was given.
 pub(crate) fn search_in_words(found: &Fit, given: bool) -> String {
     let ended = format!("{} after {} steps", found.stop.name(), found.iterations);
     if !given {
@@ -237,30 +263,22 @@ pub(crate) fn open_in_words(parameters: &[Parameter], found: &Fit) -> Vec<String
 }
 
 impl Outcome {
-    /// An outcome in which nothing was found yet.
-    pub(crate) fn new(
-        element: &'static str,
-        model: &'static str,
-        sensors: Vec<CalibratedSensor>,
-    ) -> Self {
+    /// An outcome in which nothing was found yet; `sensors` are of one kind, each with
+    /// what its own parameters begin with.
+    pub(crate) fn new(model: &'static str, sensors: &[(&NamedSensor<'_>, &str)]) -> Self {
+        let element = sensors
+            .first()
+            .map_or("", |(named, _)| named.sensor.element.key());
+        let sensor = |(named, prefix): &(&NamedSensor<'_>, &str)| CalibratedSensor {
+            name: named.name.to_owned(),
+            prefix: (*prefix).to_owned(),
+            text: named.text.to_owned(),
+        };
         Self {
             element,
             model,
-            sensors,
-            parameters: Vec::new(),
-            covariance: Vec::new(),
-            open: Vec::new(),
-            places: None,
-            derived: Vec::new(),
-            noise: String::new(),
-            search: String::new(),
-            residuals: Vec::new(),
-            hold_out: Vec::new(),
-            held_out: String::new(),
-            models: Vec::new(),
-            scope: Vec::new(),
-            remarks: Vec::new(),
-            figures: Vec::new(),
+            sensors: sensors.iter().map(sensor).collect(),
+            ..Self::default()
         }
     }
 
@@ -273,11 +291,7 @@ impl Outcome {
     }
 
     /// Adds constants that are independent of the others.
-    pub(crate) fn add_constants(
-        &mut self,
-        parameters: Vec<(Parameter, Estimate)>,
-        covariance: Vec<Vec<f64>>,
-    ) {
+    pub(crate) fn add_constants(&mut self, parameters: Constants, covariance: Vec<Vec<f64>>) {
         self.covariance.push(CovarianceBlock {
             first: self.parameters.len(),
             rows: covariance,
@@ -285,7 +299,7 @@ impl Outcome {
         self.parameters.extend(parameters);
     }
 
-    /// Whether every parameter is identified by the readings or its prior.
+    /// True if every parameter is identified by the readings or its prior.
     pub fn is_identified(&self) -> bool {
         let known =
             |(_, estimate): &(Parameter, Estimate)| estimate.status != Status::NotIdentifiable;
@@ -293,7 +307,7 @@ impl Outcome {
     }
 }
 
-/// What a program says of itself and of the moment; the library knows neither.
+/// Program and time of a calibration; the library knows neither.
 #[derive(Debug, Clone, Copy)]
 pub struct Provenance<'a> {
     /// Version and commit of taxel.

@@ -16,7 +16,7 @@ pub struct ReadingTable {
     rows: Vec<Vec<Option<f64>>>,
     /// Line of each row in the file, from 1.
     lines: Vec<usize>,
-    /// What was left out or put right.
+    /// Remarks on what was left out or corrected.
     pub remarks: Vec<Remark>,
 }
 
@@ -60,6 +60,24 @@ pub(crate) const fn number(name: &'static str, range: [f64; 2], about: &'static 
     column(name, LoadKind::Number(range), about)
 }
 
+/// A table `COLUMNS` of columns, each behind the name of the constant that is its place.
+macro_rules! columns {
+    ($($place:ident = $column:expr;)*) => {
+        #[allow(non_camel_case_types, clippy::upper_case_acronyms, reason = "names of constants")]
+        enum Place {
+            $($place),*
+        }
+
+        $(
+            #[allow(dead_code, reason = "not every column is asked for by its place")]
+            pub(super) const $place: usize = Place::$place as usize;
+        )*
+
+        pub(super) static COLUMNS: [LoadColumn; [$(stringify!($place)),*].len()] = [$($column),*];
+    };
+}
+pub(crate) use columns;
+
 /// The column that says which readings are held out.
 pub(crate) const fn hold_out() -> LoadColumn {
     number("hold_out", [0.0, 1.0], "1 where a reading is held out")
@@ -83,7 +101,7 @@ impl ReadingTable {
     /// `group`, if there is one) are put right and remarked.
     ///
     /// # Errors
-    /// What cannot be read, with its line and column.
+    /// For what cannot be read, with its line and column.
     pub fn parse(
         file: &str,
         text: &str,
@@ -228,7 +246,7 @@ impl ReadingTable {
         self.rows.len()
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -236,6 +254,16 @@ impl ReadingTable {
     /// The number in a column of a row, SI.
     pub fn number(&self, row: usize, column: usize) -> Option<f64> {
         self.rows[row][column]
+    }
+
+    /// The number in a column of a row, if it is above zero.
+    pub(crate) fn positive(&self, row: usize, column: usize) -> Option<f64> {
+        self.number(row, column).filter(|value| *value > 0.0)
+    }
+
+    /// True if a column of a row has another number than zero.
+    pub(crate) fn flag(&self, row: usize, column: usize) -> bool {
+        self.number(row, column).is_some_and(|value| value != 0.0)
     }
 
     /// Line of a row in the file, from 1.

@@ -1,4 +1,4 @@
-//! What a calibration noticed about its readings.
+//! Remarks of a calibration on its readings.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use std::fmt;
 pub struct Remark {
     /// Line, from 1; 0 for the file as a whole.
     pub line: usize,
-    /// What was noticed and done.
+    /// Finding and action.
     pub message: String,
 }
 
@@ -18,6 +18,12 @@ impl Remark {
             line,
             message: message.to_owned(),
         }
+    }
+
+    /// Remark that so many readings, from these lines on, are of some kind; none without any.
+    pub(crate) fn from_here_on(lines: &[usize], what: &str) -> Option<Self> {
+        let message = format!("{} {what}, from here on", lines.len());
+        lines.first().map(|line| Self::at(*line, &message))
     }
 
     /// A remark about all readings.

@@ -1,4 +1,4 @@
-//! What a calibration found, for people (a page, a table) and programs.
+//! Result of a calibration, for people (a page, a table) and programs.
 
 use std::fmt::Write as _;
 
@@ -87,45 +87,6 @@ impl Outcome {
                 })
             })
             .collect();
-        let residual = |residual: &ResidualSummary| {
-            json!({
-                "name": residual.name,
-                "unit": residual.unit,
-                "count": residual.count,
-                "root_mean_square": residual.root_mean_square,
-                "largest": residual.largest,
-                "range": residual.range,
-            })
-        };
-        let residuals = |all: &[ResidualSummary]| all.iter().map(residual).collect::<Vec<_>>();
-        let models: Vec<Value> = self
-            .models
-            .iter()
-            .map(|model| {
-                json!({
-                    "name": model.name,
-                    "about": model.about,
-                    "unknowns": model.unknowns,
-                    "relative_residual": model.residual,
-                    "relative_hold_out": model.hold_out,
-                })
-            })
-            .collect();
-        let derived: Vec<Value> = self
-            .derived
-            .iter()
-            .map(|d| json!({"name": d.name, "value": d.value, "interval": d.interval, "about": d.about}))
-            .collect();
-        let scope: Vec<Value> = self
-            .scope
-            .iter()
-            .map(|s| json!({"name": s.name, "unit": s.unit, "range": s.range}))
-            .collect();
-        let sensors: Vec<Value> = self
-            .sensors
-            .iter()
-            .map(|s| json!({"file": s.name, "prefix": s.prefix}))
-            .collect();
         let remarks: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         json!({
             "version": about.version,
@@ -133,7 +94,7 @@ impl Outcome {
             "data": {"file": about.data, "sha256": about.data_hash},
             "element": self.element,
             "model": self.model,
-            "sensors": sensors,
+            "sensors": self.sensors,
             "parameters": parameters,
             "covariance": self.covariance,
             "not_identifiable": self.open,
@@ -143,14 +104,14 @@ impl Outcome {
                 "gain_deviation": map.gain_deviation,
                 "presses": map.positions.len(),
             })),
-            "derived": derived,
+            "derived": self.derived,
             "noise": self.noise,
             "search": self.search,
-            "residuals": residuals(&self.residuals),
+            "residuals": self.residuals,
             "held_out": self.held_out,
-            "hold_out": residuals(&self.hold_out),
-            "models": models,
-            "scope": scope,
+            "hold_out": self.hold_out,
+            "models": self.models,
+            "scope": self.scope,
             "remarks": remarks,
         })
     }
@@ -320,7 +281,7 @@ impl Outcome {
                  <td class=\"n\">{largest} {unit}</td><td class=\"n\">{}</td></tr>",
                 escape(&residual.name),
                 residual.count,
-                percent(share(residual)),
+                percent(residual.share()),
             );
         }
         let _ = writeln!(
@@ -379,7 +340,7 @@ fn in_words(residual: &ResidualSummary) -> String {
         "{}: {} readings, {error} {unit} root mean square ({} of the range), largest {largest} {unit}",
         residual.name,
         residual.count,
-        percent(share(residual)),
+        percent(residual.share()),
     )
 }
 
@@ -419,10 +380,6 @@ fn prefixed(value: f64, unit: &str) -> (String, f64) {
     let fits = |(_, size): &&(&str, f64)| value.abs() >= *size;
     let (prefix, size) = PREFIXES.iter().rfind(fits).unwrap_or(&PREFIXES[0]);
     (format!("{prefix}{unit}"), *size)
-}
-
-fn share(residual: &ResidualSummary) -> f64 {
-    residual.root_mean_square / residual.range.max(f64::MIN_POSITIVE)
 }
 
 fn percent(share: f64) -> String {

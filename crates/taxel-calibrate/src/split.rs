@@ -66,20 +66,25 @@ pub(crate) trait OfSeries {
     /// Number of the series.
     fn series(&self) -> usize;
 
-    /// Whether its column `hold_out` is not zero.
+    /// True if its column `hold_out` is not zero.
     fn is_marked(&self) -> bool;
+}
+
+/// Numbers of the series that have readings, in their order.
+pub(crate) fn series_of<R: OfSeries>(readings: &[R]) -> Vec<usize> {
+    let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
+    series.sort_unstable();
+    series.dedup();
+    series
 }
 
 /// The readings of each series that has any, in the order of their numbers.
 pub(crate) fn by_series<R: OfSeries + Clone>(readings: &[R]) -> Vec<Vec<R>> {
-    let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
-    series.sort_unstable();
-    series.dedup();
     let of = |number: usize| {
         let of = readings.iter().filter(|reading| reading.series() == number);
         of.cloned().collect()
     };
-    series.into_iter().map(of).collect()
+    series_of(readings).into_iter().map(of).collect()
 }
 
 /// Which readings a fit does not see, so that its error can be judged.
@@ -133,13 +138,10 @@ impl HoldOut {
         }
     }
 
-    /// Whether each of these readings is held out, each series for itself.
+    /// True if each of these readings is held out, each series for itself.
     pub(crate) fn of<R: OfSeries>(self, readings: &[R]) -> Vec<bool> {
         let mut held = vec![false; readings.len()];
-        let mut series: Vec<usize> = readings.iter().map(OfSeries::series).collect();
-        series.sort_unstable();
-        series.dedup();
-        for number in series {
+        for number in series_of(readings) {
             let places = (0..readings.len()).filter(|i| readings[*i].series() == number);
             let places: Vec<usize> = places.collect();
             let marked: Vec<bool> = places.iter().map(|i| readings[*i].is_marked()).collect();
@@ -150,7 +152,7 @@ impl HoldOut {
         held
     }
 
-    /// Whether each of the readings of one series in time is held out; `marked` is
+    /// True if each of the readings of one series in time is held out; `marked` is
     /// their column `hold_out`.
     pub fn held(self, marked: &[bool]) -> Vec<bool> {
         let count = marked.len();

@@ -7,7 +7,7 @@ use crate::split::HoldOut;
 use crate::{CalibrateOptions, CalibrationFile, NamedSensor, Outcome, Provenance};
 use taxel::mechanics::REVERSALS;
 use taxel::sensor::Sensor;
-use taxel_numerics::least_squares::{Estimate, Status};
+use taxel_numerics::least_squares::{Estimate, Parameter, Problem, Status};
 
 pub(crate) fn no_hold_out() -> CalibrateOptions {
     CalibrateOptions {
@@ -40,6 +40,33 @@ pub(crate) fn unnamed(sensor: &Sensor) -> NamedSensor<'_> {
 pub(crate) fn calibrated(outcome: &Outcome, sensor: &Sensor) -> Sensor {
     let file = file(outcome);
     file.apply("calibration.toml", &unnamed(sensor)).unwrap()
+}
+
+/// Slopes of the residuals of a problem for the parameters `at` by differences over
+/// `steps`, a column for each parameter beside that of the problem.
+pub(crate) fn slopes_and_differences(
+    problem: &dyn Problem,
+    parameters: &[Parameter],
+    at: &[f64],
+    steps: &[f64],
+) -> Vec<[Vec<f64>; 2]> {
+    let mut columns = vec![vec![0.0; problem.readings()]; at.len()];
+    assert!(problem.slopes(parameters, at, &mut columns));
+    let differences = |j: usize| -> Vec<f64> {
+        let side = |sign: f64| {
+            let mut moved = at.to_vec();
+            moved[j] += sign * steps[j];
+            let mut residuals = vec![0.0; problem.readings()];
+            assert!(problem.residuals(&moved, &mut residuals));
+            residuals
+        };
+        let pairs = side(1.0).into_iter().zip(side(-1.0));
+        pairs
+            .map(|(high, low)| (high - low) / (2.0 * steps[j]))
+            .collect()
+    };
+    let pairs = columns.into_iter().enumerate();
+    pairs.map(|(j, column)| [column, differences(j)]).collect()
 }
 
 /// Number of `runs` intervals that hold each truth.

@@ -1,163 +1,177 @@
-//! What readings of in-plane sensors can and cannot be.
+//! Checks of the readings of in-plane sensors.
 
-use super::columns::{CAPACITANCE_DEVIATION, FORCE_DEVIATION};
+use super::columns::{
+    CAPACITANCE, CAPACITANCE_DEVIATION, DISPLACEMENT, FORCE_DEVIATION, FORCE_Z, GAP, HOLD_OUT, TIME,
+};
 use super::problem::Reading;
-use super::{InPlaneCalibrator, InputError, OWN, ReadingTable, Remark};
-use crate::loads::{self, right_prefix};
-use crate::split::Branch;
+use super::{InPlaneCalibrator, OWN};
+use crate::device_model::DeviceReadings;
+use crate::hysteresis::{loss_in_words, on_loading};
+use crate::loads::{LEAST_SPAN, Loads, span};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{Branch, branches, turns};
+use crate::table_checks::{at_rest, of_this_device, pressing, right_prefix};
 use taxel::mechanics::LARGEST_COMPRESSION;
 use taxel::transduction::{CapacitanceLaw, InPlaneModel};
 use taxel_numerics::least_squares::Fit;
+use taxel_recording::InputError;
 
 /// A row belongs to the sensor whose drawn gap is as near as this share.
 const SAME_GAP: f64 = 0.2;
-/// A rest capacitance off by more than this factor is of another sensor.
-const OTHER: f64 = 3.0;
 /// Least readings of a sensor: its own parameters and three more.
-pub(super) const LEAST: usize = OWN + 3;
+const LEAST: usize = OWN + 3;
 /// Noise that is not given starts at this share of the range.
 const FIRST_NOISE: f64 = 0.01;
 
-/// The readings of `data` with their sensors, checked.
-pub(super) fn readings(
-    calibrator: &InPlaneCalibrator<'_>,
-    data: &ReadingTable,
-    remarks: &mut Vec<Remark>,
-) -> Result<Vec<Reading>, InputError> {
-    let mut readings = Vec::with_capacity(data.len());
-    let mut beyond = Vec::new();
-    for row in 0..data.len() {
-        let sensor = sensor_of(calibrator, data, row)?;
-        let (Some(force), Some(capacitance)) = (data.number(row, 2), data.number(row, 4)) else {
-            continue;
-        };
-        let reading = Reading {
-            sensor,
-            line: data.line(row),
-            time: data.number(row, 0),
-            force,
-            displacement: data.number(row, 3),
-            capacitance,
-            deviation: [FORCE_DEVIATION, CAPACITANCE_DEVIATION].map(|column| {
-                data.number(row, column)
-                    .filter(|deviation| *deviation > 0.0)
-            }),
-            marked: data.number(row, 8).is_some_and(|mark| mark != 0.0),
-        };
-        let thickness = calibrator.models[sensor].layer.thickness;
-        if reading
-            .displacement
-            .is_some_and(|u| u > LARGEST_COMPRESSION * thickness)
-        {
-            beyond.push(reading.line);
-        } else {
-            readings.push(reading);
+impl DeviceReadings for InPlaneCalibrator<'_> {
+    type Reading = Reading;
+    type Context = ();
+
+    fn readings(
+        &self,
+        data: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<((), Vec<Reading>), InputError> {
+        let mut readings = Vec::with_capacity(data.len());
+        let mut beyond = Vec::new();
+        for row in 0..data.len() {
+            let sensor = self.sensor_of(data, row)?;
+            let read = |column| data.number(row, column);
+            let (Some(force), Some(capacitance)) = (read(FORCE_Z), read(CAPACITANCE)) else {
+                continue;
+            };
+            let deviations = [FORCE_DEVIATION, CAPACITANCE_DEVIATION];
+            let reading = Reading {
+                sensor,
+                time: read(TIME),
+                force,
+                displacement: read(DISPLACEMENT),
+                capacitance,
+                deviation: deviations.map(|column| data.positive(row, column)),
+                marked: data.flag(row, HOLD_OUT),
+            };
+            let most = LARGEST_COMPRESSION * self.models[sensor].layer.thickness;
+            if reading.displacement.is_some_and(|u| u > most) {
+                beyond.push(data.line(row));
+            } else {
+                readings.push(reading);
+            }
         }
+        if data.given[DISPLACEMENT] && 2 * beyond.len() > data.len() {
+            let message = format!(
+                "{} of {} displacements are more than {LARGEST_COMPRESSION} of the layer",
+                beyond.len(),
+                data.len()
+            );
+            let help = "is the unit of the column right, and the sensor file?";
+            return Err(data.error("displacement", message, help));
+        }
+        let what = format!("readings beyond a compression of {LARGEST_COMPRESSION} are left out");
+        remarks.extend(Remark::from_here_on(&beyond, &what));
+        let without = readings.iter().filter(|r| r.displacement.is_none()).count();
+        if data.given[DISPLACEMENT] && without > 0 {
+            remarks.push(Remark::whole(format!(
+                "{without} readings without a displacement take their force as exact"
+            )));
+        }
+        for sensor in 0..self.models.len() {
+            self.units(data, &readings, sensor)?;
+        }
+        Ok(((), readings))
     }
-    if data.given[3] && 2 * beyond.len() > data.len() {
-        let message = format!(
-            "{} of {} displacements are more than {LARGEST_COMPRESSION} of the layer",
-            beyond.len(),
-            data.len()
-        );
-        let help = "is the unit of the column right, and the sensor file?";
-        return Err(data.error("displacement", message, help));
+
+    fn loading(&self, (): &(), of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
+        let name = self.name(of[0].sensor);
+        let loads: Vec<f64> = of.iter().map(Reading::load).collect();
+        let branches = branches(&loads);
+        if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
+            let message = "the rows are in no order of loading; all are used as one branch";
+            remarks.push(Remark::whole(format!("{name}: {message}")));
+            return of.to_vec();
+        }
+        let note = hysteresis(of, &branches).map_or_else(String::new, |share| {
+            format!("; {}", loss_in_words(share, "force"))
+        });
+        let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
+        on_loading(name, of, &unloading, &note, remarks)
     }
-    if let Some(first) = beyond.first() {
-        let message = format!(
-            "{} readings beyond a compression of {LARGEST_COMPRESSION} are left out, from here on",
-            beyond.len()
-        );
-        remarks.push(Remark::at(*first, &message));
+
+    fn loads(&self, (): &(), of: &[Reading]) -> Vec<Loads> {
+        let sensor = of.first().map_or(0, |r| r.sensor);
+        vec![Loads {
+            name: self.name(sensor).to_owned(),
+            column: "force_z",
+            unit: ("N", 1.0),
+            values: of.iter().map(|r| r.force).collect(),
+            least: LEAST,
+            span: LEAST_SPAN,
+            from_rest: true,
+        }]
     }
-    let full = |reading: &&Reading| reading.displacement.is_none();
-    if data.given[3] && readings.iter().any(|reading| full(&reading)) {
-        let without = readings.iter().filter(full).count();
-        remarks.push(Remark::whole(format!(
-            "{without} readings without a displacement take their force as exact"
-        )));
-    }
-    for sensor in 0..calibrator.models.len() {
-        units(calibrator, data, &readings, sensor)?;
-    }
-    Ok(readings)
 }
 
-fn sensor_of(
-    calibrator: &InPlaneCalibrator<'_>,
-    data: &ReadingTable,
-    row: usize,
-) -> Result<usize, InputError> {
-    let gaps = calibrator.models.iter().map(|model| model.electrodes.gap);
-    let Some(gap) = data.number(row, 5) else {
-        if calibrator.models.len() == 1 {
-            return Ok(0);
+impl InPlaneCalibrator<'_> {
+    fn sensor_of(&self, data: &ReadingTable, row: usize) -> Result<usize, InputError> {
+        let mut gaps = self.models.iter().map(|model| model.electrodes.gap);
+        let line = data.line(row);
+        let Some(gap) = data.number(row, GAP) else {
+            if self.models.len() == 1 {
+                return Ok(0);
+            }
+            let message = format!("line {line} does not say of which sensor it is");
+            let help = "add a column gap with the drawn gap of each row";
+            return Err(data.error("gap", message, help));
+        };
+        let near = gaps.position(|drawn| (gap / drawn - 1.0).abs() <= SAME_GAP);
+        near.ok_or_else(|| {
+            let drawn = |model: &InPlaneModel| format!("{} um", micrometres(model));
+            let drawn: Vec<String> = self.models.iter().map(drawn).collect();
+            let message = format!(
+                "line {line}: a gap of {:.4} um is that of none of the sensors ({})",
+                gap * 1e6,
+                drawn.join(", ")
+            );
+            let help = "name the other sensors with --with, or remove these rows";
+            data.error("gap", message, help)
+        })
+    }
+
+    /// True if forces and capacitances can be of this sensor.
+    fn units(
+        &self,
+        data: &ReadingTable,
+        readings: &[Reading],
+        sensor: usize,
+    ) -> Result<(), InputError> {
+        let model = &self.models[sensor];
+        let of: Vec<&Reading> = readings.iter().filter(|r| r.sensor == sensor).collect();
+        if of.is_empty() {
+            let gap = model.electrodes.gap * 1e6;
+            let message = format!("no reading is of the sensor with a gap of {gap:.4} um");
+            let help = "leave this sensor out, or add its readings";
+            return Err(data.error("gap", message, help));
         }
-        let message = format!("line {} does not say of which sensor it is", data.line(row));
-        return Err(data.error(
-            "gap",
-            message,
-            "add a column gap with the drawn gap of each row",
-        ));
-    };
-    let near = |drawn: &f64| (gap / drawn - 1.0).abs() <= SAME_GAP;
-    gaps.clone().position(|drawn| near(&drawn)).ok_or_else(|| {
-        let drawn: Vec<String> = gaps
-            .map(|gap| format!("{} um", (gap * 1e9).round() / 1e3))
-            .collect();
-        let message = format!(
-            "line {}: a gap of {:.4} um is that of none of the sensors ({})",
-            data.line(row),
-            gap * 1e6,
-            drawn.join(", ")
-        );
-        data.error(
-            "gap",
-            message,
-            "name the other sensors with --with, or remove these rows",
-        )
-    })
+        let most = of.iter().map(|r| r.force).fold(f64::NEG_INFINITY, f64::max);
+        pressing(data, "force_z", "force", most)?;
+        let (rest, drawn) = (rest_of(readings, sensor), model.rest_capacitance());
+        let expected = format!(", {:.3} fF at rest", drawn * 1e15);
+        right_prefix(data, "capacitance", rest / drawn, &expected)?;
+        let words = |c: f64| format!("{:.1} fF", c * 1e15);
+        let help = "name the sensor file of this device";
+        of_this_device(data, "capacitance", "", [rest, drawn], words, help)?;
+        match expected_force(model, &of, rest) {
+            Some((force, at)) => {
+                right_prefix(data, "force_z", at / force, &format!(", {force:.3} N"))
+            }
+            None => Ok(()),
+        }
+    }
 }
 
-/// Whether forces and capacitances can be of this sensor.
-fn units(
-    calibrator: &InPlaneCalibrator<'_>,
-    data: &ReadingTable,
-    readings: &[Reading],
-    sensor: usize,
-) -> Result<(), InputError> {
-    let model = &calibrator.models[sensor];
-    let of: Vec<&Reading> = readings.iter().filter(|r| r.sensor == sensor).collect();
-    if of.is_empty() {
-        let gap = model.electrodes.gap * 1e6;
-        let message = format!("no reading is of the sensor with a gap of {gap:.4} um");
-        return Err(data.error("gap", message, "leave this sensor out, or add its readings"));
-    }
-    let most = of.iter().map(|r| r.force).fold(f64::NEG_INFINITY, f64::max);
-    if most <= 0.0 {
-        let message = "no force is above zero; pressing is positive";
-        return Err(data.error("force_z", message, "turn the sign of the column"));
-    }
-    let rest = rest_of(readings, sensor);
-    let drawn = model.rest_capacitance();
-    let expected = format!(", {:.3} fF at rest", drawn * 1e15);
-    right_prefix(data, "capacitance", rest / drawn, &expected)?;
-    if !(drawn / OTHER..=drawn * OTHER).contains(&rest) {
-        let message = format!(
-            "{:.1} fF at rest; the sensor file says {:.1} fF",
-            rest * 1e15,
-            drawn * 1e15
-        );
-        return Err(data.error(
-            "capacitance",
-            message,
-            "name the sensor file of this device",
-        ));
-    }
-    match expected_force(model, &of, rest) {
-        Some((force, at)) => right_prefix(data, "force_z", at / force, &format!(", {force:.3} N")),
-        None => Ok(()),
-    }
+/// The drawn gap, um.
+pub(super) fn micrometres(model: &InPlaneModel) -> f64 {
+    (model.electrodes.gap * 1e9).round() / 1e3
 }
 
 /// The largest force by the drawing, and as read: from the displacement, or
@@ -178,17 +192,13 @@ fn expected_force(model: &InPlaneModel, readings: &[&Reading], rest: f64) -> Opt
 
 /// Capacitance at rest: the mean of a sensor's readings at its least loads.
 pub(super) fn rest_of(readings: &[Reading], sensor: usize) -> f64 {
-    let mut of: Vec<&Reading> = readings.iter().filter(|r| r.sensor == sensor).collect();
-    of.sort_by(|a, b| a.load().total_cmp(&b.load()));
-    let few = (of.len() / 50).max(1);
-    let least = of.iter().take(few).map(|r| r.capacitance);
-    least.sum::<f64>() / few.min(of.len().max(1)) as f64
+    let of = readings.iter().filter(|r| r.sensor == sensor);
+    at_rest(of.map(|r| [r.load(), r.capacitance]))
 }
 
 /// Range of a quantity over the readings of a sensor.
 pub(super) fn range(readings: &[Reading], sensor: usize, of: impl Fn(&Reading) -> f64) -> f64 {
-    let [low, high] = loads::range(readings.iter().filter(|r| r.sensor == sensor).map(of));
-    (high - low).max(0.0)
+    span(readings.iter().filter(|r| r.sensor == sensor).map(of))
 }
 
 /// Standard deviations of force and capacitance of each reading, and whether
@@ -252,9 +262,9 @@ pub(super) fn weigh_again(readings: &[Reading], found: &Fit, noise: &mut [[f64; 
     changed
 }
 
-/// How much less force unloading carries at the same displacement, mean over
+/// Hysteresis: share of force lost on unloading at the same displacement, mean over
 /// the displacements; `None` without displacements.
-pub(super) fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f64> {
+fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f64> {
     let curve = |wanted: Branch| -> Option<Vec<(f64, f64)>> {
         let pairs = readings.iter().zip(branches);
         let of = pairs.filter(|(_, branch)| **branch == wanted);

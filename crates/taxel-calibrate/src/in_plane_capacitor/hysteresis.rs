@@ -1,40 +1,38 @@
-//! The hysteresis of one in-plane sensor: force of loading by its capacitance
+//! The hysteresis of in-plane sensors: force of loading by the capacitance of each
 //! beside that of the gauge.
 
-use super::problem::Reading;
-use crate::hysteresis::{Loops, Named, identify, samples};
+use super::problem::{self, Reading};
+use super::{Fitted, InPlaneCalibrator, law};
+use crate::hysteresis::{Loops, Named, identify, samples, steps};
 use taxel::transduction::InPlaneModel;
 
-/// The hysteresis of the sensor that reads as `model` does on loading, from
-/// readings in their order; `None` when they identify none. `moved` are models with
-/// their constants at the steps of the fit; `held` says which readings are held
-/// out.
-pub(super) fn of_sensor(
-    model: &InPlaneModel,
-    moved: &mut dyn Iterator<Item = InPlaneModel>,
-    readings: &[Reading],
-    held: &[bool],
-    prefix: &str,
-) -> Option<Loops> {
-    let name = prefix.trim_end_matches('.').replace('_', " ");
-    let named = Named {
-        prefix,
-        title: format!("{name}: hysteresis"),
-        quantity: "force",
-        unit: ("N", 1.0),
-    };
-    let [forces, driven]: [Vec<f64>; 2] = [
-        readings.iter().map(|reading| reading.force).collect(),
-        readings.iter().map(Reading::load).collect(),
-    ];
-    let samples = samples(&loading(model, readings)?, &forces, &driven);
-    let mut moved = moved.filter_map(|model| loading(&model, readings));
-    identify(&samples, &mut moved, held, &named)
+impl InPlaneCalibrator<'_> {
+    /// The hysteresis of one sensor from its readings in their order; `None` when they
+    /// identify none. `held` says which readings are held out.
+    pub(super) fn loops(&self, fitted: &Fitted, of: &[Reading], held: &[bool]) -> Option<Loops> {
+        let sensor = of.first()?.sensor;
+        let by_capacitance = |at: &[f64]| {
+            let model = problem::calibrated(&self.models[sensor], law(fitted), sensor, at);
+            forces(&model, of)
+        };
+        let named = Named {
+            prefix: &self.prefixes[sensor],
+            title: format!("{}: hysteresis", self.title(sensor)),
+            quantity: "force",
+            unit: ("N", 1.0),
+        };
+        let read: Vec<f64> = of.iter().map(|reading| reading.force).collect();
+        let driven: Vec<f64> = of.iter().map(Reading::load).collect();
+        let samples = samples(&by_capacitance(&fitted.fit.values())?, &read, &driven);
+        let steps = steps(&fitted.fit);
+        let mut moved = steps.iter().filter_map(|at| by_capacitance(at));
+        identify(&samples, &mut moved, held, &named)
+    }
 }
 
 /// Forces on loading by the capacitances, N; `None` where the model cannot be
 /// inverted.
-fn loading(model: &InPlaneModel, readings: &[Reading]) -> Option<Vec<f64>> {
+fn forces(model: &InPlaneModel, readings: &[Reading]) -> Option<Vec<f64>> {
     let inverse = model.inverse().ok()?;
     let last = inverse.last().change;
     let loading = |reading: &Reading| {

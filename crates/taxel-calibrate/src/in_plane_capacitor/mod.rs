@@ -11,22 +11,16 @@ mod problem;
 mod result;
 mod synthetic;
 
-use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo};
-use crate::hysteresis::{Loops, law_of, loss_in_words, on_loading, steps};
-use crate::loads::{LEAST_SPAN, Loads};
+use crate::device_model::{
+    Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel, Task, best,
+};
+use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use crate::outcome::{CalibratedSensor, Derived, ResidualSummary, Scope};
-use crate::readings::ReadingTable;
-use crate::remark::Remark;
-use crate::split::{Branch, branches, turns};
-use taxel::figure::Figure;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{InPlaneCapacitor, Sensor};
 use taxel::transduction::{CapacitanceLaw, InPlaneModel, PublishedFit};
-use taxel_numerics::least_squares::{Fit, FitError, Parameter, Prior, Problem, fit};
-use taxel_recording::InputError;
+use taxel_numerics::least_squares::{FitError, Parameter, Prior, Problem, fit};
 
-use crate::device_model::Model as NamedModel;
 use columns::COLUMNS;
 use problem::{Bench, END_SCALE, FACTOR_BOUNDS, MODULUS, NAMES, OWN, Reading, SHARED, own};
 
@@ -102,14 +96,24 @@ impl<'a> InPlaneCalibrator<'a> {
             sensors.iter().map(element).collect::<Option<_>>()?;
         let models: Vec<InPlaneModel> = elements.iter().map(|element| element.model()).collect();
         let prefix = |model: &InPlaneModel| {
-            let micrometres = (model.electrodes.gap * 1e9).round() / 1e3;
-            format!("gap_{}um.", micrometres.to_string().replace('.', "_"))
+            let gap = checks::micrometres(model).to_string();
+            format!("gap_{}um.", gap.replace('.', "_"))
         };
         Some(Self {
             sensors,
             prefixes: models.iter().map(prefix).collect(),
             models,
         })
+    }
+
+    /// Name of a sensor, as in `prefixes`.
+    fn name(&self, sensor: usize) -> &str {
+        self.prefixes[sensor].trim_end_matches('.')
+    }
+
+    /// Name of a sensor in figures.
+    fn title(&self, sensor: usize) -> String {
+        self.name(sensor).replace('_', " ")
     }
 
     fn parameters(&self, model: Model, at: &[f64], with_displacement: bool) -> Vec<Parameter> {
@@ -199,7 +203,7 @@ impl<'a> InPlaneCalibrator<'a> {
     }
 
     /// The best fit over all starts, with the noise that the readings show.
-    fn fit(
+    fn fit_from(
         &self,
         model: Model,
         readings: &[Reading],
@@ -214,28 +218,12 @@ impl<'a> InPlaneCalibrator<'a> {
             let bench = Bench::new(&self.models, readings, model.law(), noise.to_vec());
             fit(&bench, &parameters, &fit_options).map(|fit| (parameters, fit))
         };
-        let mut best: Option<(Vec<Parameter>, Fit)> = None;
-        let mut failure = None;
-        for start in starts {
-            match once(start, &noise) {
-                Ok(found)
-                    if best
-                        .as_ref()
-                        .is_none_or(|best| found.1.chi_square < best.1.chi_square) =>
-                {
-                    best = Some(found);
-                }
-                Ok(_) => {}
-                Err(error) => failure = Some(error),
-            }
-        }
-        let Some((_, mut found)) = best else {
-            return Err(failure.unwrap_or(FitError::TooFew {
-                readings: readings.len(),
-                unknowns: SHARED + OWN * self.models.len(),
-            }));
+        let none = FitError::TooFew {
+            readings: readings.len(),
+            unknowns: SHARED + OWN * self.models.len(),
         };
-        let mut parameters = Vec::new();
+        let from = |start: &Vec<f64>| once(start, &noise);
+        let (mut parameters, mut found) = best(starts, none, from, |(_, fit)| fit.chi_square)?;
         for _ in 0..MOST_ROUNDS {
             let changed = checks::weigh_again(readings, &found, &mut noise);
             // Again from here, with sizes that fit the values.
@@ -281,146 +269,26 @@ impl Calibratable for InPlaneCalibrator<'_> {
 }
 
 impl DeviceModel for InPlaneCalibrator<'_> {
-    type Reading = Reading;
     type Noise = Vec<[f64; 2]>;
-    type Context = ();
 
-    fn element(&self) -> &'static str {
-        "in_plane_capacitor"
+    fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
+        let prefixes = self.prefixes.iter().map(String::as_str);
+        self.sensors.iter().zip(prefixes).collect()
     }
 
-    fn sensors(&self) -> Vec<CalibratedSensor> {
-        let pairs = self.sensors.iter().zip(&self.prefixes);
-        pairs
-            .map(|(named, prefix)| CalibratedSensor::of(named, prefix))
-            .collect()
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<((), Vec<Reading>), InputError> {
-        Ok(((), checks::readings(self, table, remarks)?))
-    }
-
-    fn loading(
-        &self,
-        (): &(),
-        series: &[Vec<Reading>],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<Vec<Reading>> {
-        let of = |of: &Vec<Reading>| {
-            let name = self.prefixes[of[0].sensor].trim_end_matches('.');
-            let loads: Vec<f64> = of.iter().map(Reading::load).collect();
-            let branches = branches(&loads);
-            if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
-                let message = "the rows are in no order of loading; all are used as one branch";
-                remarks.push(Remark::whole(format!("{name}: {message}")));
-                return of.clone();
-            }
-            let note = checks::hysteresis(of, &branches).map_or_else(String::new, |share| {
-                format!("; {}", loss_in_words(share, "force"))
-            });
-            let unloading: Vec<bool> = branches.iter().map(|b| *b == Branch::Unloading).collect();
-            on_loading(name, of, &unloading, &note, remarks)
+    fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {
+        let model = Model::ALL[task.model];
+        let starts = match task.from {
+            Some(found) => vec![found.fit.values()],
+            None => self.starts(model, task.readings),
         };
-        series.iter().map(of).collect()
-    }
-
-    fn loads(&self, (): &(), readings: &[Reading]) -> Vec<Loads> {
-        let sensor = readings.first().map_or(0, |r| r.sensor);
-        vec![Loads {
-            name: self.prefixes[sensor].trim_end_matches('.').to_owned(),
-            column: "force_z",
-            unit: ("N", 1.0),
-            values: readings.iter().map(|r| r.force).collect(),
-            least: checks::LEAST,
-            span: LEAST_SPAN,
-            from_rest: true,
-        }]
-    }
-
-    fn fit_bodies(
-        &self,
-        (): &(),
-        model: usize,
-        bodies: &[Vec<Reading>],
-        options: &CalibrateOptions,
-        from: Option<&[Fitted]>,
-    ) -> Result<Vec<Fitted>, FitError> {
-        let model = Model::ALL[model];
-        let one = |readings: &Vec<Reading>| {
-            let starts = match from.and_then(<[_]>::first) {
-                Some(found) => vec![found.fit.values()],
-                None => self.starts(model, readings),
-            };
-            self.fit(model, readings, options, &starts)
-        };
-        bodies.iter().map(one).collect()
+        self.fit_from(model, task.readings, task.options, &starts)
     }
 
     fn problem<'b>(&'b self, (): &'b (), fitted: &'b Fitted) -> Option<Box<dyn Problem + 'b>> {
         let noise = fitted.noise.clone();
         let bench = Bench::new(&self.models, &fitted.readings, law(fitted), noise);
         Some(Box::new(bench))
-    }
-
-    fn relative(
-        &self,
-        (): &(),
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        all: &[Vec<Reading>],
-    ) -> f64 {
-        self.relative(&fits[0], &readings[0], &all[0])
-    }
-
-    fn residuals(
-        &self,
-        (): &(),
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        all: &[Vec<Reading>],
-    ) -> Vec<ResidualSummary> {
-        self.residuals(&fits[0], &readings[0], &all[0])
-    }
-
-    fn hysteresis(
-        &self,
-        (): &(),
-        fits: &[Fitted],
-        series: &[Vec<Reading>],
-        held: &[Vec<bool>],
-    ) -> Vec<Loops> {
-        let best = &fits[0];
-        let of = |(of, held): (&Vec<Reading>, &Vec<bool>)| {
-            let sensor = of.first()?.sensor;
-            let model = |at: Vec<f64>| {
-                let values = std::array::from_fn(|k| at[own(sensor) + k]);
-                problem::calibrated(&self.models[sensor], law(best), [at[0], at[1]], values)
-            };
-            let mut moved = steps(&best.fit).into_iter().map(model);
-            let here = model(best.fit.values());
-            hysteresis::of_sensor(&here, &mut moved, of, held, &self.prefixes[sensor])
-        };
-        series.iter().zip(held).filter_map(of).collect()
-    }
-
-    fn derived(&self, (): &(), fits: &[Fitted]) -> Vec<Derived> {
-        self.derived(&fits[0])
-    }
-
-    fn noise(&self, _: &[Fitted]) -> String {
-        ", of each sensor's forces and capacitances apart".into()
-    }
-
-    fn scope(&self, (): &(), fits: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
-        self.scope(&fits[0])
-    }
-
-    fn figures(&self, (): &(), candidates: &[Vec<Fitted>]) -> Vec<Figure> {
-        self.figures(candidates)
     }
 }
 
@@ -444,7 +312,7 @@ pub(super) fn apply(
     let place = MODELS.iter().position(|known| known.name == model);
     let law = Model::ALL[place.ok_or("model")?].law();
     if let taxel::sensor::Element::InPlaneCapacitor(element) = &mut sensor.element {
-        let found = problem::calibrated(&element.model(), law, shared, own);
+        let found = problem::with_values(&element.model(), law, shared, own);
         element.layer = found.layer;
         element.electrodes = found.electrodes;
         element.law = found.law;

@@ -19,7 +19,6 @@ pub(super) fn own(sensor: usize) -> usize {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reading {
     pub(super) sensor: usize,
-    pub(super) line: usize,
     pub(super) time: Option<f64>,
     /// N.
     pub(super) force: f64,
@@ -93,7 +92,7 @@ pub(super) const FACTOR_BOUNDS: [f64; 2] = [LEAST_FACTOR, 20.0];
 /// The device with the parameters `shared` (modulus, scale of the end factor) and `own`.
 ///
 /// The electrodes keep the ratio of their modulus to that of the layer.
-pub(crate) fn calibrated(
+pub(super) fn with_values(
     model: &InPlaneModel,
     law: CapacitanceLaw,
     [modulus, end_scale]: [f64; SHARED],
@@ -116,6 +115,17 @@ pub(crate) fn calibrated(
     });
     found.stray_capacitance += rest - found.rest_capacitance();
     found
+}
+
+/// The device with the parameters `at` of all sensors, of which it is `sensor`.
+pub(super) fn calibrated(
+    model: &InPlaneModel,
+    law: CapacitanceLaw,
+    sensor: usize,
+    at: &[f64],
+) -> InPlaneModel {
+    let values = std::array::from_fn(|k| at[own(sensor) + k]);
+    with_values(model, law, [at[0], at[1]], values)
 }
 
 impl<'a> Bench<'a> {
@@ -145,10 +155,7 @@ impl<'a> Bench<'a> {
     pub(super) fn predict(&self, at: &[f64], index: usize) -> Option<[f64; 2]> {
         let reading = &self.readings[index];
         let model = &self.models[reading.sensor];
-        let motion = match self.motions[index] {
-            Some(motion) => motion,
-            None => self.motion_of_force(at, reading)?,
-        };
+        let motion = self.motion(at, index)?;
         let force = force_scale(&model.layer, at) * (motion.alone + at[1] * motion.by_factor);
         let change = self.change(at, reading.sensor, &motion)?;
         Some([force, at[own(reading.sensor)] - change])
@@ -163,6 +170,16 @@ impl<'a> Bench<'a> {
 
     pub(super) fn with_force(&self) -> bool {
         self.with_force
+    }
+
+    /// Compression of the layer at a reading.
+    pub(super) fn compression(&self, at: &[f64], index: usize) -> Option<f64> {
+        Some(self.motion(at, index)?.compression)
+    }
+
+    fn motion(&self, at: &[f64], index: usize) -> Option<Motion> {
+        let of_force = || self.motion_of_force(at, &self.readings[index]);
+        self.motions[index].or_else(of_force)
     }
 
     fn motion_of_force(&self, at: &[f64], reading: &Reading) -> Option<Motion> {
@@ -385,16 +402,6 @@ impl Problem for Bench<'_> {
             }
             (true, false) => "measure the thickness of the electrodes under load".into(),
             _ => "take more readings at small loads".into(),
-        }
-    }
-}
-
-impl Bench<'_> {
-    /// The state of the layer at a reading, for figures: compression.
-    pub(super) fn compression(&self, at: &[f64], index: usize) -> Option<f64> {
-        match self.motions[index] {
-            Some(motion) => Some(motion.compression),
-            None => Some(self.motion_of_force(at, &self.readings[index])?.compression),
         }
     }
 }

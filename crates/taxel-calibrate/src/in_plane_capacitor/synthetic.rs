@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::checks::micrometres;
 use crate::options::SyntheticOptions;
+use crate::synthetic::triangle;
 use taxel::mechanics::CompressedLayer;
 use taxel::transduction::InPlaneModel;
 use taxel_numerics::Noise;
@@ -15,12 +17,7 @@ use taxel_numerics::Noise;
 /// unloading by `hysteresis`; capacitances drift along a straight line.
 pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
-    let mut text = String::from("# synthetic calibration data\n");
-    let _ = writeln!(
-        text,
-        "# seed {}, noise {}, hysteresis {}, drift {}, tilt {} rad",
-        options.seed, options.noise, options.hysteresis, options.drift, options.tilt
-    );
+    let mut text = options.head(&["hysteresis", "drift", "tilt"]);
     text.push_str("time [s],gap [um],displacement [um],force_z [N],capacitance [fF]\n");
     for model in models {
         let states: Vec<[f64; 3]> = (0..options.readings)
@@ -34,11 +31,11 @@ pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> Stri
         let full = [largest(1, 0.0), largest(2, rest)];
         for (i, [displacement, force, capacitance]) in states.iter().enumerate() {
             let time = 0.1 * i as f64;
-            let drift = options.drift * full[1] * i as f64 / options.readings as f64;
+            let drift = options.drifted(full[1], i);
             let _ = writeln!(
                 text,
                 "{time:.1},{},{:.4},{:.6},{:.5}",
-                (model.electrodes.gap * 1e9).round() / 1e3,
+                micrometres(model),
                 displacement * 1e6,
                 force + options.noise * full[0] * noise.normal(),
                 (capacitance + drift + options.noise * full[1] * noise.normal()) * 1e15
@@ -51,14 +48,9 @@ pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> Stri
 /// Displacement, force and capacitance of a reading without noise; `None`
 /// beyond the models.
 fn state(model: &InPlaneModel, options: &SyntheticOptions, index: usize) -> Option<[f64; 3]> {
-    let phase = options.cycles as f64 * index as f64 / options.readings as f64;
-    let turn = 2.0 * phase.fract();
-    let (share, sign) = if turn < 1.0 {
-        (turn, 1.0)
-    } else {
-        (2.0 - turn, -1.0)
-    };
-    let compression = share * options.compression;
+    let phase = options.phase(index);
+    let sign = if phase < 0.5 { 1.0 } else { -1.0 };
+    let compression = triangle(phase) * options.compression;
     let force = tilted_force(&model.layer, compression, options.tilt)?;
     let capacitance = model.respond(compression).ok()?.capacitance;
     Some([

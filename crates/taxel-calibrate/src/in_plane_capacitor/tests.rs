@@ -1,11 +1,13 @@
 use rayon::prelude::*;
 
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
-use crate::split::HoldOut;
+use crate::readings::ReadingTable;
+use crate::testing::{covered, no_hold_out, slopes_and_differences};
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::sensor::Element;
-use taxel_numerics::least_squares::{Problem, Status};
+use taxel_numerics::least_squares::Status;
 
 /// A shipped sensor under the published law with a known end factor.
 fn published(name: &str) -> Sensor {
@@ -53,13 +55,6 @@ fn parse(calibrator: &InPlaneCalibrator<'_>, text: &str) -> ReadingTable {
     ReadingTable::parse("bench.csv", text, calibrator.columns(), "gap").unwrap()
 }
 
-fn no_hold_out() -> CalibrateOptions {
-    CalibrateOptions {
-        hold_out: HoldOut::None,
-        ..CalibrateOptions::default()
-    }
-}
-
 #[test]
 fn slopes_are_those_of_differences() {
     with(&SHIPPED, |calibrator| {
@@ -69,7 +64,7 @@ fn slopes_are_those_of_differences() {
             without_displacement(&calibrator.synthetic(&SyntheticOptions::default())),
         ] {
             let data = parse(calibrator, &text);
-            let readings = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
+            let readings = calibrator.readings(&data, &mut Vec::new()).unwrap().1;
             let at: Vec<f64> = truth(&calibrator.models).iter().map(|x| 1.03 * x).collect();
             let noise = vec![[1.0, 1e-15]; readings.len()];
             let bench = Bench::new(
@@ -79,25 +74,15 @@ fn slopes_are_those_of_differences() {
                 noise,
             );
             let parameters = calibrator.parameters(Model::One, &at, true);
-            let mut columns = vec![vec![0.0; bench.readings()]; at.len()];
-            assert!(bench.slopes(&parameters, &at, &mut columns));
-            for (j, column) in columns.iter().enumerate() {
-                let step = 1e-5 * at[j].abs();
-                let side = |sign: f64| {
-                    let mut moved = at.clone();
-                    moved[j] += sign * step;
-                    let mut residuals = vec![0.0; bench.readings()];
-                    assert!(bench.residuals(&moved, &mut residuals));
-                    residuals
-                };
-                let (low, high) = (side(-1.0), side(1.0));
+            let steps: Vec<f64> = at.iter().map(|at| 1e-5 * at.abs()).collect();
+            let columns = slopes_and_differences(&bench, &parameters, &at, &steps);
+            for (j, [column, differences]) in columns.iter().enumerate() {
                 let size = column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-                for (i, slope) in column.iter().enumerate() {
-                    let difference = (high[i] - low[i]) / (2.0 * step);
+                for (slope, difference) in column.iter().zip(differences) {
                     // Differences over 2e-5 are good to 1e-7 of the largest.
                     assert!(
                         (slope - difference).abs() < 1e-6 * size,
-                        "{j} {i}: {slope} {difference}"
+                        "{j}: {slope} {difference}"
                     );
                 }
             }
@@ -130,11 +115,11 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
                     ..SyntheticOptions::default()
                 });
                 let data = parse(calibrator, &text);
-                let readings = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
+                let readings = calibrator.readings(&data, &mut Vec::new()).unwrap().1;
                 let starts = calibrator.starts(Model::One, &readings);
                 let options = no_hold_out();
                 let found = calibrator
-                    .fit(Model::One, &readings, &options, &starts)
+                    .fit_from(Model::One, &readings, &options, &starts)
                     .unwrap()
                     .fit;
                 let inside = found
@@ -174,34 +159,20 @@ fn table_1_comes_back_from_three_gaps_with_one_percent_of_noise() {
 fn intervals_cover_the_truth_of_a_thousand_benches() {
     with(&SHIPPED[1..2], |calibrator| {
         let truth = truth(&calibrator.models);
-        let counts: Vec<Vec<usize>> = (0..1000_u64)
-            .into_par_iter()
-            .map(|seed| {
-                let text = calibrator.synthetic(&SyntheticOptions {
-                    seed,
-                    noise: 0.001,
-                    cycles: 1,
-                    readings: 120,
-                    ..SyntheticOptions::default()
-                });
-                let data = parse(calibrator, &text);
-                let readings = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
-                let starts = [truth.iter().map(|x| 1.02 * x).collect()];
-                let fitted = calibrator
-                    .fit(Model::One, &readings, &no_hold_out(), &starts)
-                    .unwrap();
-                let estimates = fitted.fit.estimates.iter().zip(&truth);
-                estimates
-                    .map(|(estimate, truth)| {
-                        let [low, high] = estimate.interval;
-                        usize::from((low..=high).contains(truth))
-                    })
-                    .collect()
-            })
-            .collect();
-        let covered: Vec<usize> = (0..truth.len())
-            .map(|j| counts.iter().map(|count| count[j]).sum())
-            .collect();
+        let covered = covered(1000, &truth, |seed| {
+            let text = calibrator.synthetic(&SyntheticOptions {
+                seed,
+                noise: 0.001,
+                cycles: 1,
+                readings: 120,
+                ..SyntheticOptions::default()
+            });
+            let data = parse(calibrator, &text);
+            let readings = calibrator.readings(&data, &mut Vec::new()).unwrap().1;
+            let starts = [truth.iter().map(|x| 1.02 * x).collect()];
+            let fitted = calibrator.fit_from(Model::One, &readings, &no_hold_out(), &starts);
+            fitted.unwrap().fit.estimates
+        });
         // 95 % of 1000 with three deviations of that count.
         assert!(
             covered.iter().all(|count| (930..=970).contains(count)),

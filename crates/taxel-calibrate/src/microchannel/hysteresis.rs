@@ -2,49 +2,47 @@
 //! voltage beside that of the bench.
 
 use super::problem::{BIAS, Load, Reading};
-use super::{Fitted, MicrochannelCalibrator, checks};
+use super::{Fitted, MicrochannelCalibrator};
 use crate::hysteresis::{Loops, Named, Sample, identify, samples, steps};
+use crate::split::series_of;
 use taxel_numerics::roots;
 
-/// The hysteresis from the readings of all channels in their order, those of
-/// unloading included; `None` when they identify none.
-pub(super) fn of_array(
-    calibrator: &MicrochannelCalibrator<'_>,
-    fitted: &Fitted,
-    series: &[Vec<Reading>],
-    held_out: &[Vec<bool>],
-) -> Option<Loops> {
-    let channels = checks::channels(&fitted.readings);
-    let curve = |at| Curve {
-        calibrator,
-        channels: &channels,
-        at,
-    };
-    let here = curve(fitted.fit.values());
-    let (mut known, mut held): (Vec<Inverted>, Vec<bool>) = (Vec::new(), Vec::new());
-    for (of, held_out) in series.iter().zip(held_out) {
-        if !of.first().is_some_and(|r| channels.contains(&r.channel)) {
-            continue;
-        }
-        for (one, held_out) in here.known(of).into_iter().zip(held_out) {
-            if let Some(one) = one {
-                known.push(one);
-                held.push(*held_out);
-            }
-        }
+impl MicrochannelCalibrator<'_> {
+    /// The hysteresis from the readings of all channels in their order, those of
+    /// unloading included; `None` when they identify none.
+    pub(super) fn loops(
+        &self,
+        fitted: &Fitted,
+        series: &[Vec<Reading>],
+        held_out: &[Vec<bool>],
+    ) -> Option<Loops> {
+        let channels = series_of(&fitted.readings);
+        let curve = |at| Curve {
+            calibrator: self,
+            channels: &channels,
+            at,
+        };
+        let here = curve(fitted.fit.values());
+        let fits = |of: &[Reading]| of.first().is_some_and(|r| channels.contains(&r.channel));
+        let pairs = series.iter().zip(held_out).filter(|(of, _)| fits(of));
+        let known = pairs.flat_map(|(of, held)| {
+            let pairs = here.known(of).into_iter().zip(held);
+            pairs.filter_map(|(one, held)| Some((one?, *held)))
+        });
+        let (known, held): (Vec<Inverted>, Vec<bool>) = known.unzip();
+        let found: Vec<Sample> = known.iter().map(|one| one.sample).collect();
+        let mut moved = steps(&fitted.fit).into_iter().map(|at| {
+            let there = curve(at);
+            known.iter().map(|one| there.pressure(one)).collect()
+        });
+        let named = Named {
+            prefix: "",
+            title: "Hysteresis of all channels".into(),
+            quantity: "pressure",
+            unit: ("kPa", 1e3),
+        };
+        identify(&found, &mut moved, &held, &named)
     }
-    let found: Vec<Sample> = known.iter().map(|one| one.sample).collect();
-    let mut moved = steps(&fitted.fit).into_iter().map(|at| {
-        let there = curve(at);
-        known.iter().map(|one| there.pressure(one)).collect()
-    });
-    let named = Named {
-        prefix: "",
-        title: "Hysteresis of all channels".into(),
-        quantity: "pressure",
-        unit: ("kPa", 1e3),
-    };
-    identify(&found, &mut moved, &held, &named)
 }
 
 /// Pressures on loading are looked for up to this factor of the largest one.

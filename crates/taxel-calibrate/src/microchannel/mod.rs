@@ -13,27 +13,21 @@ mod result;
 mod saturation;
 mod synthetic;
 
-use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model};
-use crate::hysteresis::{Loops, law_of, on_loading};
-use crate::loads::{LEAST_SPAN, Loads};
+use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model, Task, best};
+use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use crate::outcome::{CalibratedSensor, ResidualSummary, Scope};
-use crate::readings::ReadingTable;
-use crate::remark::Remark;
-use crate::split::{Branch, branches, by_series};
+use crate::split::series_of;
 use taxel::calibration::MicrochannelModel;
 use taxel::electronics::{DividerBoard, Readout};
-use taxel::figure::Figure;
 use taxel::mechanics::PressureLaw;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{Element, FoundChannels, Sensor};
 use taxel::transduction::MicrochannelLayer;
-use taxel_numerics::least_squares::{Estimate, Fit, FitError, Parameter, Problem, fit};
-use taxel_recording::InputError;
+use taxel_numerics::least_squares::{FitError, Parameter, Problem, fit};
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
-use saturation::{Plateau, SATURATION};
+use saturation::SATURATION;
 
 static MODELS: [Model; 1] = [Model {
     name: "cell",
@@ -193,7 +187,7 @@ impl<'a> MicrochannelCalibrator<'a> {
                 at[STIFFNESS[0]] = stiffness;
                 at[STIFFNESS[1]] = stiffness;
                 at[BIAS] = bias * force;
-                for channel in checks::channels(readings) {
+                for channel in series_of(readings) {
                     let voltage = checks::rest_voltage(readings, channel);
                     let sum = divider.reference * voltage / (divider.supply - voltage);
                     let rest = (sum - at[LEAD]).max(0.5 * sum);
@@ -209,13 +203,14 @@ impl<'a> MicrochannelCalibrator<'a> {
         starts
     }
 
-    fn fit(
+    /// The best fit over all starts.
+    fn fit_from(
         &self,
         readings: &[Reading],
         options: &CalibrateOptions,
         starts: &[Vec<f64>],
     ) -> Result<Fitted, FitError> {
-        let channels = checks::channels(readings);
+        let channels = series_of(readings);
         let given = readings.iter().all(|r| r.deviation.is_some());
         let fit_options = options.fitting(given);
         let once = |at: &[f64], kept: &[Reading]| {
@@ -223,23 +218,12 @@ impl<'a> MicrochannelCalibrator<'a> {
             let bench = self.bench_of(&channels, kept);
             fit(&bench, &parameters, &fit_options).map(|found| (parameters, found))
         };
-        let mut best: Option<(Vec<Parameter>, Fit)> = None;
-        let mut failure = FitError::TooFew {
+        let none = FitError::TooFew {
             readings: readings.len(),
             unknowns: SHARED + channels.len(),
         };
-        for start in starts {
-            match once(start, readings) {
-                Ok(found) => {
-                    let better = |best: &(_, Fit)| found.1.chi_square < best.1.chi_square;
-                    if best.as_ref().is_none_or(better) {
-                        best = Some(found);
-                    }
-                }
-                Err(error) => failure = error,
-            }
-        }
-        let (mut parameters, mut found) = best.ok_or(failure)?;
+        let from = |start: &Vec<f64>| once(start, readings);
+        let (mut parameters, mut found) = best(starts, none, from, |(_, fit)| fit.chi_square)?;
         let mut kept = readings.to_vec();
         for _ in 0..MOST_ROUNDS {
             let before = kept.len();
@@ -265,21 +249,6 @@ impl<'a> MicrochannelCalibrator<'a> {
             given,
         })
     }
-
-    /// The plateau of each channel that reached one; marks its readings.
-    fn plateaus(&self, all: &mut [Reading]) -> Vec<Option<Plateau>> {
-        let loading = loading(all, &mut Vec::new());
-        let plateau = |channel: &usize| {
-            let of = loading.iter().filter(|r| r.channel == *channel);
-            Plateau::find(&of.copied().collect::<Vec<_>>())
-        };
-        let plateaus: Vec<Option<Plateau>> = self.all.iter().map(plateau).collect();
-        for reading in all {
-            let plateau = plateaus[reading.channel];
-            reading.saturated |= plateau.is_some_and(|plateau| plateau.holds(reading));
-        }
-        plateaus
-    }
 }
 
 impl Calibratable for MicrochannelCalibrator<'_> {
@@ -301,66 +270,18 @@ impl Calibratable for MicrochannelCalibrator<'_> {
 }
 
 impl DeviceModel for MicrochannelCalibrator<'_> {
-    type Reading = Reading;
     type Noise = Beyond;
-    /// The plateau of each channel that reached one.
-    type Context = Vec<Option<Plateau>>;
 
-    fn element(&self) -> &'static str {
-        self.named.sensor.element.key()
+    fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
+        vec![(self.named, "")]
     }
 
-    fn sensors(&self) -> Vec<CalibratedSensor> {
-        vec![CalibratedSensor::of(self.named, "")]
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<(Self::Context, Vec<Reading>), InputError> {
-        let mut all = checks::readings(self, table, remarks)?;
-        Ok((self.plateaus(&mut all), all))
-    }
-
-    fn loading(
-        &self,
-        _: &Self::Context,
-        series: &[Vec<Reading>],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<Vec<Reading>> {
-        let loading = series.iter().map(|of| loading_of(of, remarks));
-        loading.filter(|of| !of.is_empty()).collect()
-    }
-
-    fn loads(&self, _: &Self::Context, readings: &[Reading]) -> Vec<Loads> {
-        vec![Loads {
-            name: format!("{CHANNEL} {}", readings.first().map_or(0, |r| r.channel)),
-            column: "pressure",
-            unit: ("kPa", 1e3),
-            values: readings.iter().map(|r| r.load.pressure(0.0)).collect(),
-            least: checks::LEAST,
-            span: LEAST_SPAN,
-            from_rest: true,
-        }]
-    }
-
-    fn fit_bodies(
-        &self,
-        _: &Self::Context,
-        _: usize,
-        bodies: &[Vec<Reading>],
-        options: &CalibrateOptions,
-        from: Option<&[Fitted]>,
-    ) -> Result<Vec<Fitted>, FitError> {
-        let one = |readings: &Vec<Reading>| {
-            let starts = match from.and_then(<[_]>::first) {
-                Some(found) => vec![found.fit.values()],
-                None => self.starts(readings),
-            };
-            self.fit(readings, options, &starts)
+    fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {
+        let starts = match task.from {
+            Some(found) => vec![found.fit.values()],
+            None => self.starts(task.readings),
         };
-        bodies.iter().map(one).collect()
+        self.fit_from(task.readings, task.options, &starts)
     }
 
     fn problem<'b>(
@@ -368,68 +289,8 @@ impl DeviceModel for MicrochannelCalibrator<'_> {
         _: &'b Self::Context,
         fitted: &'b Fitted,
     ) -> Option<Box<dyn Problem + 'b>> {
-        let channels = checks::channels(&fitted.readings);
+        let channels = series_of(&fitted.readings);
         Some(Box::new(self.bench_of(&channels, &fitted.readings)))
-    }
-
-    fn relative(
-        &self,
-        _: &Self::Context,
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        _: &[Vec<Reading>],
-    ) -> f64 {
-        self.relative(&fits[0], &readings[0])
-    }
-
-    fn residuals(
-        &self,
-        _: &Self::Context,
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        _: &[Vec<Reading>],
-    ) -> Vec<ResidualSummary> {
-        self.residuals(&fits[0], &readings[0])
-    }
-
-    fn beside(
-        &self,
-        plateaus: &Self::Context,
-        fits: &[Fitted],
-        series: &[Vec<Reading>],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<(Parameter, Estimate)> {
-        let Beyond(beyond) = fits[0].noise;
-        if beyond > 0 {
-            remarks.push(Remark::whole(format!(
-                "{beyond} readings lie beyond the end of the closing curves and are left out"
-            )));
-        }
-        let channels = checks::channels(&fits[0].readings);
-        saturation::parameters(self, &channels, plateaus, series, remarks)
-    }
-
-    fn hysteresis(
-        &self,
-        _: &Self::Context,
-        fits: &[Fitted],
-        series: &[Vec<Reading>],
-        held: &[Vec<bool>],
-    ) -> Vec<Loops> {
-        let found = hysteresis::of_array(self, &fits[0], series, held);
-        found.into_iter().collect()
-    }
-
-    fn noise(&self, _: &[Fitted]) -> String {
-        String::new()
-    }
-
-    fn scope(&self, _: &Self::Context, fits: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
-        result::scope(&fits[0])
-    }
-
-    fn figures(&self, _: &Self::Context, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
-        self.figures(&candidates[0][0])
     }
 }
 
@@ -478,30 +339,6 @@ pub(super) fn apply(
         divider.lead = lead;
     }
     Ok(())
-}
-
-/// The readings of loading of one channel that are not saturated; remarks on
-/// those of unloading.
-fn loading_of(of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-    let loads: Vec<f64> = of.iter().map(|r| r.load.pressure(0.0)).collect();
-    // Saturated readings say which way the load goes, too.
-    let pairs = of.iter().zip(branches(&loads));
-    let (of, unloading): (Vec<Reading>, Vec<bool>) = pairs
-        .filter(|(r, _)| !r.saturated)
-        .map(|(r, branch)| (*r, branch == Branch::Unloading))
-        .unzip();
-    let Some(first) = of.first() else {
-        return Vec::new();
-    };
-    let name = format!("{CHANNEL}_{}", first.channel);
-    on_loading(&name, &of, &unloading, "", remarks)
-}
-
-/// The readings of loading of all channels, one after the other.
-fn loading(all: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-    let series = by_series(all);
-    let loading = series.iter().map(|of| loading_of(of, remarks));
-    loading.collect::<Vec<_>>().concat()
 }
 
 #[cfg(test)]

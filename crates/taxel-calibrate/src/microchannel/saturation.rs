@@ -3,7 +3,10 @@
 
 use super::problem::Reading;
 use super::{CHANNEL, MicrochannelCalibrator};
+use crate::device_model::Judged;
+use crate::outcome::Constants;
 use crate::remark::Remark;
+use crate::split::series_of;
 use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
 /// Name of the parameter behind that of its channel.
@@ -114,54 +117,53 @@ fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
     (square > 0.0).then_some([slope, deviation])
 }
 
-/// The saturation of each channel that was read with its estimate, and what
-/// there is to say of it. A saturation that was not reached lies between the
-/// largest voltage that was read and the supply.
-pub(super) fn parameters(
-    calibrator: &MicrochannelCalibrator<'_>,
-    channels: &[usize],
-    plateaus: &[Option<Plateau>],
-    series: &[Vec<Reading>],
-    remarks: &mut Vec<Remark>,
-) -> Vec<(Parameter, Estimate)> {
-    let divider = calibrator.board.divider;
-    let one = |channel: &usize| {
-        let name = format!("{CHANNEL}_{channel}");
-        let of = series
-            .iter()
-            .flatten()
-            .filter(|reading| reading.channel == *channel && !reading.saturated);
-        let most = of.map(|reading| reading.voltage).fold(0.0, f64::max);
-        let parameter = Parameter {
-            unit: "V",
-            bounds: [most, divider.supply],
-            ..Parameter::new(format!("{name}.{SATURATION}"), divider.saturation)
-        };
-        let Some(plateau) = plateaus[*channel] else {
-            let message = format!("{name}: saturation was not reached: it is at least {most:.4} V");
-            remarks.push(Remark::whole(message));
-            let estimate = Estimate {
-                value: divider.saturation,
-                deviation: (divider.supply - most) / 12.0_f64.sqrt(),
-                interval: parameter.bounds,
-                status: Status::NotIdentifiable,
+impl MicrochannelCalibrator<'_> {
+    /// The saturation of each channel that was read with its estimate, and what
+    /// there is to say of it. A saturation that was not reached lies between the
+    /// largest voltage that was read and the supply.
+    pub(super) fn saturations(
+        &self,
+        of: &Judged<'_, Self>,
+        remarks: &mut Vec<Remark>,
+    ) -> Constants {
+        let divider = self.board.divider;
+        let one = |channel: &usize| {
+            let name = format!("{CHANNEL}_{channel}");
+            let read = of.series.iter().flatten();
+            let read = read.filter(|r| r.channel == *channel && !r.saturated);
+            let most = read.map(|reading| reading.voltage).fold(0.0, f64::max);
+            let parameter = Parameter {
+                unit: "V",
+                bounds: [most, divider.supply],
+                ..Parameter::new(format!("{name}.{SATURATION}"), divider.saturation)
             };
-            return (parameter, estimate);
+            let Some(plateau) = of.context[*channel] else {
+                let message =
+                    format!("{name}: saturation was not reached: it is at least {most:.4} V");
+                remarks.push(Remark::whole(message));
+                let estimate = Estimate {
+                    value: divider.saturation,
+                    deviation: (divider.supply - most) / 12.0_f64.sqrt(),
+                    interval: parameter.bounds,
+                    status: Status::NotIdentifiable,
+                };
+                return (parameter, estimate);
+            };
+            let deviation = plateau.scatter / (plateau.count as f64).sqrt();
+            let half = student_quantile(0.975, plateau.count - 1) * deviation;
+            remarks.push(Remark::whole(format!(
+                "{name}: saturated from {:.4} kPa on, {} readings of loading",
+                plateau.from * 1e-3,
+                plateau.count
+            )));
+            let estimate = Estimate {
+                value: plateau.voltage,
+                deviation,
+                interval: [plateau.voltage - half, plateau.voltage + half],
+                status: Status::Identified,
+            };
+            (parameter, estimate)
         };
-        let deviation = plateau.scatter / (plateau.count as f64).sqrt();
-        let half = student_quantile(0.975, plateau.count - 1) * deviation;
-        remarks.push(Remark::whole(format!(
-            "{name}: saturated from {:.4} kPa on, {} readings of loading",
-            plateau.from * 1e-3,
-            plateau.count
-        )));
-        let estimate = Estimate {
-            value: plateau.voltage,
-            deviation,
-            interval: [plateau.voltage - half, plateau.voltage + half],
-            status: Status::Identified,
-        };
-        (parameter, estimate)
-    };
-    channels.iter().map(one).collect()
+        series_of(&of.fits[0].readings).iter().map(one).collect()
+    }
 }

@@ -6,6 +6,7 @@ use super::MicrochannelCalibrator;
 use super::problem::{Load, Reading};
 use crate::hysteresis;
 use crate::options::SyntheticOptions;
+use crate::synthetic::triangle;
 use taxel::mechanics::{LARGEST_COMPRESSION, LoadHistory};
 use taxel_numerics::Noise;
 
@@ -19,12 +20,7 @@ use taxel_numerics::Noise;
 /// change and no further. The tilt has no meaning here.
 pub(super) fn table(calibrator: &MicrochannelCalibrator<'_>, options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
-    let mut text = String::from("# synthetic calibration data\n");
-    let _ = writeln!(
-        text,
-        "# seed {}, noise {}, hysteresis {}, drift {}",
-        options.seed, options.noise, options.hysteresis, options.drift
-    );
+    let mut text = options.head(&["hysteresis", "drift"]);
     text.push_str("time [s],channel,pressure [kPa],voltage [mV]\n");
     let law = hysteresis::synthetic(options.hysteresis);
     let at = calibrator.drawn();
@@ -51,13 +47,11 @@ pub(super) fn table(calibrator: &MicrochannelCalibrator<'_>, options: &Synthetic
         };
         let mut history = LoadHistory::default();
         for index in 0..options.readings {
-            let phase = options.cycles as f64 * index as f64 / options.readings as f64;
-            let turn = 2.0 * phase.fract();
-            let share = if turn < 1.0 { turn } else { 2.0 - turn };
+            let share = triangle(options.phase(index));
             let Some(exact) = voltage(share * highest) else {
                 continue;
             };
-            let drift = options.drift * index as f64 / options.readings as f64;
+            let drift = options.drifted(1.0, index);
             let change = (exact - rest).min(options.saturation * (most - rest));
             let carried = share * highest * law.share(&history.push(share * highest));
             let off = (drift + options.noise * noise.normal()) * (most - rest);

@@ -1,15 +1,18 @@
 use std::fmt::Write as _;
 
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
 use crate::outcome::Outcome;
+use crate::readings::ReadingTable;
+use crate::split::by_series;
 use crate::testing;
-use crate::testing::{covered, lost, lost_on_bench, no_hold_out};
+use crate::testing::{covered, lost, lost_on_bench, no_hold_out, slopes_and_differences};
 use problem::Load;
 use taxel::estimation::{
     ArrayEstimator, MicrochannelOptions, MicrochannelReader, MicrochannelState,
 };
-use taxel_numerics::least_squares::{Problem, Status};
+use taxel_numerics::least_squares::Status;
 use taxel_recording::Frame;
 
 const NAME: &str = "liquid-metal-2x4";
@@ -60,6 +63,12 @@ fn parse(calibrator: &MicrochannelCalibrator<'_>, text: &str) -> ReadingTable {
     ReadingTable::parse("bench.csv", text, calibrator.columns(), calibrator.group()).unwrap()
 }
 
+/// The readings of loading of all channels, one after the other.
+fn loading(calibrator: &MicrochannelCalibrator<'_>, all: &[Reading]) -> Vec<Reading> {
+    let of = |of: &Vec<Reading>| calibrator.loading(&Vec::new(), of, &mut Vec::new());
+    by_series(all).iter().flat_map(of).collect()
+}
+
 fn quiet() -> SyntheticOptions {
     SyntheticOptions {
         noise: 1e-4,
@@ -95,25 +104,15 @@ fn slopes_are_those_of_differences() {
         ];
         let parameters = calibrator.parameters(&calibrator.all, &readings, &at);
         let problem = calibrator.bench_of(&calibrator.all, &readings);
-        let mut columns = vec![vec![0.0; readings.len()]; at.len()];
-        assert!(problem.slopes(&parameters, &at, &mut columns));
-        for (j, column) in columns.iter().enumerate() {
-            let step = 1e-5 * at[j];
-            let side = |sign: f64| {
-                let mut moved = at.clone();
-                moved[j] += sign * step;
-                let mut residuals = vec![0.0; readings.len()];
-                assert!(problem.residuals(&moved, &mut residuals));
-                residuals
-            };
-            let (low, high) = (side(-1.0), side(1.0));
-            for (i, slope) in column.iter().enumerate() {
-                let difference = (high[i] - low[i]) / (2.0 * step);
+        let steps: Vec<f64> = at.iter().map(|at| 1e-5 * at).collect();
+        let columns = slopes_and_differences(&problem, &parameters, &at, &steps);
+        for (j, [column, differences]) in columns.iter().enumerate() {
+            for (slope, difference) in column.iter().zip(differences) {
                 // Differences over 2e-5 of smooth curves.
                 let size = slope.abs().max(1e-6);
                 assert!(
                     (slope - difference).abs() < 1e-5 * size,
-                    "{j} {i}: {slope} {difference}"
+                    "{j}: {slope} {difference}"
                 );
             }
         }
@@ -219,8 +218,8 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
     let text = bench(&clean, &[0, 2]);
     with(&sensor, |calibrator| {
         let data = parse(calibrator, &text);
-        let all = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
-        let exact = loading(&all, &mut Vec::new());
+        let all = calibrator.checked(&data, &mut Vec::new()).unwrap();
+        let exact = loading(calibrator, &all);
         let truth: Vec<f64> = TRUTH.into_iter().chain([row, column]).collect();
         let starts = [truth.iter().map(|x| 1.02 * x).collect::<Vec<f64>>()];
         let covered = covered(1000, &truth, |seed| {
@@ -229,7 +228,9 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
             for reading in &mut readings {
                 reading.voltage += 2e-5 * noise.normal();
             }
-            let found = calibrator.fit(&readings, &no_hold_out(), &starts).unwrap();
+            let found = calibrator
+                .fit_from(&readings, &no_hold_out(), &starts)
+                .unwrap();
             found.fit.estimates
         });
         for j in (0..truth.len()).filter(|j| *j != BIAS) {
@@ -460,7 +461,7 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
         let text = bench(&clean, &wanted);
         let covered = with(&sensor, |calibrator| {
             let data = parse(calibrator, &text);
-            let exact = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
+            let exact = calibrator.checked(&data, &mut Vec::new()).unwrap();
             covered(200, &truth, |seed| {
                 let mut noise = taxel_numerics::Noise::seeded(seed);
                 let mut all = exact.clone();
@@ -470,12 +471,12 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
                 let plateaus = calibrator.plateaus(&mut all);
                 let reached = wanted.map(|channel| plateaus[channel].is_some());
                 assert_eq!(reached, [saturation < 1.0; 2], "{seed}");
-                let kept = loading(&all, &mut Vec::new());
+                let kept = loading(calibrator, &all);
                 let starts = [start.clone()];
-                let fitted = calibrator.fit(&kept, &no_hold_out(), &starts).unwrap();
+                let fitted = calibrator.fit_from(&kept, &no_hold_out(), &starts).unwrap();
                 let series = by_series(&all);
                 let held: Vec<_> = series.iter().map(|of| vec![false; of.len()]).collect();
-                let loops = hysteresis::of_array(calibrator, &fitted, &series, &held).unwrap();
+                let loops = calibrator.loops(&fitted, &series, &held).unwrap();
                 [fitted.fit.estimates, lost(&loops)].concat()
             })
         });
@@ -513,7 +514,7 @@ fn plateaus_of_many_readings_are_found() {
         let text = bench(&clean, &[0]);
         with(&sensor, |calibrator| {
             let data = parse(calibrator, &text);
-            let exact = checks::readings(calibrator, &data, &mut Vec::new()).unwrap();
+            let exact = calibrator.checked(&data, &mut Vec::new()).unwrap();
             let ends = |of: &[Reading]| {
                 let voltages = of.iter().map(|reading| reading.voltage);
                 voltages.fold([f64::INFINITY, 0.0], |[low, high], v| {

@@ -6,6 +6,7 @@ use super::{InputError, PiezoelectricCalibrator, ReadingTable};
 use crate::loads::range;
 use taxel::estimation::ProfileModel;
 use taxel::mechanics::ShareTable;
+use taxel_numerics::dense::dot;
 
 /// A correlation counts above this many of its deviations.
 const CLEAR: f64 = 3.0;
@@ -17,36 +18,38 @@ const PRESSED: f64 = 0.5;
 /// Columns that a message names.
 const NAMED: usize = 8;
 
-/// Names signals that stand still or are a factor of a thousand from the
-/// others, those of other elements, and places with a turned sign.
-pub(super) fn answers(
-    calibrator: &PiezoelectricCalibrator<'_>,
-    data: &ReadingTable,
-    name: &str,
-    presses: &[Indentation],
-) -> Result<(), InputError> {
-    let model = &calibrator.profile;
-    let signals: Vec<Vec<f64>> = (0..model.rows * model.columns)
-        .map(|element| presses.iter().map(|press| press.forces[element]).collect())
-        .collect();
-    let shares = shares(model, presses);
-    let highest = |values: &Vec<f64>| values.iter().copied().fold(0.0, f64::max);
-    let pressed: Vec<usize> = (0..signals.len())
-        .filter(|element| highest(&shares[*element]) >= PRESSED)
-        .collect();
-    let column = |element: usize| format!("{name}_{}", element + 1);
-    for element in &pressed {
-        let [low, high] = range(signals[*element].iter().copied());
-        if low >= high {
-            let message = format!("{} is the same in all presses", column(*element));
-            let help = "is the channel connected? mask it in the sensor file or read it again";
-            return Err(data.error(&column(*element), message, help));
+impl PiezoelectricCalibrator<'_> {
+    /// Names signals that stand still or are a factor of a thousand from the
+    /// others, those of other elements, and places with a turned sign.
+    pub(super) fn answers(
+        &self,
+        data: &ReadingTable,
+        name: &str,
+        presses: &[Indentation],
+    ) -> Result<(), InputError> {
+        let model = &self.profile;
+        let signals: Vec<Vec<f64>> = (0..model.rows * model.columns)
+            .map(|element| presses.iter().map(|press| press.forces[element]).collect())
+            .collect();
+        let shares = shares(model, presses);
+        let highest = |values: &Vec<f64>| values.iter().copied().fold(0.0, f64::max);
+        let pressed: Vec<usize> = (0..signals.len())
+            .filter(|element| highest(&shares[*element]) >= PRESSED)
+            .collect();
+        let column = |element: usize| format!("{name}_{}", element + 1);
+        for element in &pressed {
+            let [low, high] = range(signals[*element].iter().copied());
+            if low >= high {
+                let message = format!("{} is the same in all presses", column(*element));
+                let help = "is the channel connected? mask it in the sensor file or read it again";
+                return Err(data.error(&column(*element), message, help));
+            }
         }
+        sizes(data, &column, &pressed, &signals, &shares)?;
+        let places = Places::new(&pressed, &signals, &shares);
+        places.turned(data, model)?;
+        places.swapped(data, &column, off(model, presses))
     }
-    sizes(data, &column, &pressed, &signals, &shares)?;
-    let places = Places::new(&pressed, &signals, &shares);
-    places.turned(data, model)?;
-    places.swapped(calibrator, data, &column, presses)
 }
 
 /// Force of each press on each element by the drawing, over that of a press right
@@ -81,8 +84,8 @@ fn sizes(
     signals: &[Vec<f64>],
     shares: &[Vec<f64>],
 ) -> Result<(), InputError> {
-    let root = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let size = |element: &usize| root(&signals[*element]) / root(&shares[*element]);
+    let length = |values: &[f64]| dot(values, values).sqrt();
+    let size = |element: &usize| length(&signals[*element]) / length(&shares[*element]);
     let mut sorted: Vec<f64> = pressed.iter().map(size).collect();
     sorted.sort_by(f64::total_cmp);
     let Some(middle) = sorted.get(sorted.len() / 2) else {
@@ -121,7 +124,6 @@ impl<'a> Places<'a> {
                 .collect()
         };
         let (signals, shares) = (standard(signals), standard(shares));
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let like = |signal: &Vec<f64>| {
             let all = shares.iter().map(|share| dot(signal, share)).enumerate();
             all.fold((0, f64::NEG_INFINITY), |best, one| {
@@ -184,13 +186,13 @@ impl<'a> Places<'a> {
         Ok(())
     }
 
-    /// Names signals of other elements, and those that follow none.
+    /// Names signals of other elements, and those that follow none; `off` is how far
+    /// the centres of the signals lie from the places.
     fn swapped(
         &self,
-        calibrator: &PiezoelectricCalibrator<'_>,
         data: &ReadingTable,
         column: &dyn Fn(usize) -> String,
-        presses: &[Indentation],
+        off: f64,
     ) -> Result<(), InputError> {
         let silent = |k: &usize| fisher(self.own[*k]) < CLEAR * self.deviation;
         let wrong: Vec<usize> = (0..self.pressed.len())
@@ -205,7 +207,7 @@ impl<'a> Places<'a> {
                  the signals lie {:.2} mm (root mean square) from the positions",
                 wrong.len(),
                 self.pressed.len(),
-                1e3 * off(calibrator, presses)
+                1e3 * off
             );
             let help = "is each row's place of its own press, and are x and y those of the sensor?";
             return Err(data.error("x", message, help));
@@ -230,7 +232,7 @@ impl<'a> Places<'a> {
 fn standardised(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let left: Vec<f64> = values.iter().map(|value| value - mean).collect();
-    let length = left.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = dot(&left, &left).sqrt();
     left.iter()
         .map(|x| x / length.max(f64::MIN_POSITIVE))
         .collect()
@@ -243,8 +245,8 @@ fn fisher(correlation: f64) -> f64 {
 }
 
 /// Root of the mean square distance of the signals' centres from the places, m.
-fn off(calibrator: &PiezoelectricCalibrator<'_>, presses: &[Indentation]) -> f64 {
-    let positions = calibrator.profile.centroid().positions;
+fn off(model: &ProfileModel, presses: &[Indentation]) -> f64 {
+    let positions = model.centroid().positions;
     let square = |press: &Indentation| {
         let sum = press.forces.iter().map(|force| force.max(0.0)).sum::<f64>();
         let along = |axis: usize| {

@@ -12,6 +12,7 @@ use taxel::estimation::{
 };
 use taxel::mechanics::ShareTable;
 use taxel::trained::{IndentationMap, Kernel, PositionMethod, TrainingError};
+use taxel_numerics::dense::dot;
 
 /// Presses of one probe are divided so often, each part held out in turn.
 pub(super) const FOLDS: usize = 5;
@@ -257,7 +258,7 @@ impl<'a> CrossValidation<'a> {
                 let force = ratio(&press.forces, &shares);
                 let left = press.forces.iter().zip(&shares);
                 let left: f64 = left.map(|(f, s)| (f - force * s).powi(2)).sum();
-                left / press.forces.iter().map(|f| f * f).sum::<f64>()
+                left / dot(&press.forces, &press.forces)
             })
             .sum()
     }
@@ -311,9 +312,9 @@ impl<'a> CrossValidation<'a> {
         };
         let seen: Vec<&Indentation> = self.seen(held).map(|(press, _)| press).collect();
         let direction = |press: &&Indentation| {
-            let forces = over(&press.forces, &gains);
-            let length = forces.iter().map(|force| force * force).sum::<f64>().sqrt();
-            forces.iter().map(|force| force / length).collect()
+            let responses = over(&press.forces, &gains);
+            let length = dot(&responses, &responses).sqrt();
+            responses.iter().map(|force| force / length).collect()
         };
         IndentationMap {
             finder: candidate.by,
@@ -452,8 +453,7 @@ impl<'a> CrossValidation<'a> {
 
 /// Factor on `model` with the least squares to `values`.
 fn ratio(values: &[f64], model: &[f64]) -> f64 {
-    let product: f64 = values.iter().zip(model).map(|(a, b)| a * b).sum();
-    product / model.iter().map(|b| b * b).sum::<f64>()
+    dot(values, model) / dot(model, model)
 }
 
 fn over(forces: &[f64], gains: &[f64]) -> Vec<f64> {

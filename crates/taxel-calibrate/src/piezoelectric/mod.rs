@@ -17,23 +17,22 @@ mod problem;
 mod result;
 mod synthetic;
 
-use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel};
-use crate::loads::Loads;
-use crate::options::{CalibrateOptions, IndentationOptions, NamedSensor, SyntheticOptions};
-use crate::outcome::{CalibratedSensor, CovarianceBlock, Derived, Outcome, ResidualSummary, Scope};
+use crate::device_model::{
+    Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel, Task,
+};
+use crate::options::{IndentationOptions, NamedSensor, SyntheticOptions};
+use crate::outcome::{CovarianceBlock, Outcome};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use taxel::estimation::ProfileModel;
-use taxel::figure::Figure;
 use taxel::layout::Layout;
 use taxel::predict::LoadColumn;
 use taxel::sensor::Sensor;
 use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Problem, Status, fit};
 use taxel_recording::InputError;
 
-use columns::COLUMNS;
-use problem::Table;
-use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, UNITS, VISCOSITY};
+use columns::WITH_ELEMENTS;
+use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, Table, UNITS, VISCOSITY};
 
 /// Calibrates one piezoelectric sensor.
 pub(super) struct PiezoelectricCalibrator<'a> {
@@ -82,8 +81,8 @@ impl Model {
             LEAK => self == Self::Dynamic,
             // A force reaches the element whole, however it came.
             _ => {
-                let recorded = !table.path.is_empty();
-                self == Self::Dynamic && recorded && table.device.drive == Drive::Displacement
+                let displaced = table.device.drive == Drive::Displacement;
+                self == Self::Dynamic && table.is_recorded() && displaced
             }
         }
     }
@@ -112,64 +111,18 @@ impl<'a> PiezoelectricCalibrator<'a> {
         })
     }
 
-    fn problem<'b>(&self, table: &'b Table, readings: &'b [Reading]) -> Bench<'b> {
+    fn bench<'b>(&self, table: &'b Table, readings: &'b [Reading]) -> Bench<'b> {
         Bench {
-            device: &table.device,
-            profiles: &table.profiles,
+            table,
             readings,
-            path: &table.path,
             deviation: self.deviation,
         }
-    }
-
-    fn fit(
-        &self,
-        model: Model,
-        table: &Table,
-        readings: &[Reading],
-        options: &CalibrateOptions,
-    ) -> Result<Fitted, FitError> {
-        let drawn = table.device.drawn();
-        let bench = self.problem(table, readings);
-        let parameters: Vec<Parameter> = (0..OWN)
-            .map(|place| {
-                let at = drawn[place];
-                let start = match place {
-                    GAIN => at * problem::ratio(&bench, &drawn).clamp(0.02, 50.0),
-                    // A silicone without damping would have no size.
-                    VISCOSITY => at.max(1.0),
-                    _ => at,
-                };
-                let free = model.frees(place, table);
-                Parameter {
-                    unit: UNITS[place],
-                    bounds: if free {
-                        WITHIN[place].map(|factor| factor * start)
-                    } else {
-                        [at; 2]
-                    },
-                    size: SIZES[place] * start,
-                    ..Parameter::new(NAMES[place], if free { start } else { at })
-                }
-            })
-            .collect();
-        let given = readings.iter().all(|r| r.deviation.is_some());
-        let options = options.fitting(given);
-        Ok(Fitted {
-            model: model as usize,
-            fit: fit(&bench, &parameters, &options)?,
-            parameters,
-            readings: readings.to_vec(),
-            options,
-            given,
-            noise: (),
-        })
     }
 }
 
 impl Calibratable for PiezoelectricCalibrator<'_> {
     fn columns(&self) -> &'static [LoadColumn] {
-        &COLUMNS
+        &WITH_ELEMENTS
     }
 
     fn group(&self) -> &'static str {
@@ -190,51 +143,47 @@ impl Calibratable for PiezoelectricCalibrator<'_> {
 }
 
 impl DeviceModel for PiezoelectricCalibrator<'_> {
-    type Reading = Reading;
     type Noise = ();
-    type Context = Table;
 
-    fn element(&self) -> &'static str {
-        self.named.sensor.element.key()
+    fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
+        vec![(self.named, "")]
     }
 
-    fn sensors(&self) -> Vec<CalibratedSensor> {
-        vec![CalibratedSensor::of(self.named, "")]
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<(Table, Vec<Reading>), InputError> {
-        let found = checks::table(self, table, remarks)?;
-        let readings = found.readings.clone();
-        Ok((found, readings))
-    }
-
-    fn loading(
-        &self,
-        _: &Table,
-        series: &[Vec<Reading>],
-        _: &mut Vec<Remark>,
-    ) -> Vec<Vec<Reading>> {
-        series.to_vec()
-    }
-
-    fn loads(&self, context: &Table, readings: &[Reading]) -> Vec<Loads> {
-        vec![context.loads(readings)]
-    }
-
-    fn fit_bodies(
-        &self,
-        context: &Table,
-        model: usize,
-        bodies: &[Vec<Reading>],
-        options: &CalibrateOptions,
-        _: Option<&[Fitted]>,
-    ) -> Result<Vec<Fitted>, FitError> {
-        let one = |readings: &Vec<Reading>| self.fit(Model::ALL[model], context, readings, options);
-        bodies.iter().map(one).collect()
+    fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {
+        let (table, readings) = (task.context, task.readings);
+        let drawn = table.device.drawn();
+        let parameter = |place: usize| {
+            let at = drawn[place];
+            let free = Model::ALL[task.model].frees(place, table);
+            let start = match place {
+                GAIN => at * table.ratio(readings, &drawn).clamp(0.02, 50.0),
+                // A silicone without damping would have no size.
+                VISCOSITY => at.max(1.0),
+                _ => at,
+            };
+            Parameter {
+                unit: UNITS[place],
+                bounds: if free {
+                    WITHIN[place].map(|factor| factor * start)
+                } else {
+                    [at; 2]
+                },
+                size: SIZES[place] * start,
+                ..Parameter::new(NAMES[place], if free { start } else { at })
+            }
+        };
+        let parameters: Vec<Parameter> = (0..OWN).map(parameter).collect();
+        let given = readings.iter().all(|r| r.deviation.is_some());
+        let options = task.options.fitting(given);
+        Ok(Fitted {
+            model: task.model,
+            fit: fit(&self.bench(table, readings), &parameters, &options)?,
+            parameters,
+            readings: readings.to_vec(),
+            options,
+            given,
+            noise: (),
+        })
     }
 
     fn problem<'b>(
@@ -242,68 +191,7 @@ impl DeviceModel for PiezoelectricCalibrator<'_> {
         context: &'b Table,
         fitted: &'b Fitted,
     ) -> Option<Box<dyn Problem + 'b>> {
-        Some(Box::new(self.problem(context, &fitted.readings)))
-    }
-
-    fn relative(
-        &self,
-        context: &Table,
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        _: &[Vec<Reading>],
-    ) -> f64 {
-        self.relative(&fits[0], context, &readings[0])
-    }
-
-    fn residuals(
-        &self,
-        context: &Table,
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        _: &[Vec<Reading>],
-    ) -> Vec<ResidualSummary> {
-        self.residuals(&fits[0], context, &readings[0])
-    }
-
-    fn explained(
-        &self,
-        context: &Table,
-        table: &ReadingTable,
-        fits: &[Fitted],
-    ) -> Result<(), InputError> {
-        peaks::explained(self, table, context, &fits[0])
-    }
-
-    fn beside(
-        &self,
-        context: &Table,
-        _: &[Fitted],
-        _: &[Vec<Reading>],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<(Parameter, Estimate)> {
-        remarks.push(Remark::whole(match context.device.drive {
-            Drive::Displacement => {
-                "charge_per_force stands for its product with the silicone's stiffness, which stays that of the drawing"
-            }
-            Drive::Force => "the viscosity does not act between a force and its signal and stays that of the drawing",
-        }));
-        Vec::new()
-    }
-
-    fn derived(&self, context: &Table, fits: &[Fitted]) -> Vec<Derived> {
-        self.derived(&fits[0], context)
-    }
-
-    fn noise(&self, fits: &[Fitted]) -> String {
-        format!(": {:.4} mV", fits[0].fit.scale * self.deviation * 1e3)
-    }
-
-    fn scope(&self, context: &Table, _: &[Fitted], _: &[Vec<Reading>]) -> Vec<Scope> {
-        result::scope(context)
-    }
-
-    fn figures(&self, context: &Table, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
-        self.figures(&candidates[0][0], context)
+        Some(Box::new(self.bench(context, &fitted.readings)))
     }
 
     fn has_indentations(&self, table: &ReadingTable) -> bool {
@@ -335,29 +223,17 @@ impl DeviceModel for PiezoelectricCalibrator<'_> {
             }],
             noise: "of the indentations".into(),
             search: "constants of the drawing; indentations identify positions alone".into(),
-            ..Outcome::new(DeviceModel::element(self), "as-drawn", self.sensors())
+            ..Outcome::new("as-drawn", &self.sensors())
         })
     }
 
     fn learn(&self, outcome: &mut Outcome, table: &ReadingTable) -> Result<(), InputError> {
         outcome.remarks.extend_from_slice(&table.remarks);
-        let pressed = indentations::read(self, table, &mut outcome.remarks)?;
-        let learned = positions::learn(self, &pressed).map_err(|error| {
+        let pressed = self.indentations(table, &mut outcome.remarks)?;
+        positions::learn(self, &pressed, outcome).map_err(|error| {
             let help = "press at positions all over the elements, 0.5 to 1 mm apart";
             table.error("x", error.to_string(), help)
-        })?;
-        outcome.places = Some(learned.map);
-        outcome.hold_out.extend(learned.hold_out);
-        outcome.scope.extend(learned.scope);
-        outcome.remarks.extend(learned.remarks);
-        outcome.figures.push(learned.figure);
-        let before = std::mem::take(&mut outcome.held_out);
-        outcome.held_out = if before.is_empty() {
-            learned.held_out
-        } else {
-            format!("{before}; {}", learned.held_out)
-        };
-        Ok(())
+        })
     }
 }
 

@@ -1,10 +1,10 @@
 //! Check of each column of voltages: peaks in the direction of loading, peaks against it,
 //! or an output over time.
 
-use super::problem::Table;
-use super::problem::{Reading, What};
-use super::{Fitted, InputError, PiezoelectricCalibrator, ReadingTable};
-use crate::loads::{range, right_prefix};
+use super::problem::{Reading, Table, What};
+use super::{InputError, PiezoelectricCalibrator, ReadingTable};
+use crate::loads::range;
+use crate::table_checks::right_prefix;
 
 /// A finding on a column counts above this many deviations. A column of the right model
 /// falls behind its mean with half as many: once in 700 tables at worst.
@@ -23,12 +23,12 @@ const VOLTAGES: [Column; 3] = [
     ("a2", |r| matches!(r.what, What::Peak { first: false, .. })),
 ];
 
-/// Voltages of the columns that the table has, each beside `model`.
-fn by_column(table: &Table, model: &[f64]) -> Vec<(&'static str, Vec<[f64; 2]>)> {
+/// Voltages of the columns that the table has, each beside the model `at`.
+fn by_column(table: &Table, at: &[f64]) -> Vec<(&'static str, Vec<[f64; 2]>)> {
+    let pairs = table.beside_model(&table.readings, at);
     let of = |(name, holds): Column| {
-        let pairs = table.readings.iter().zip(model);
-        let pairs = pairs.filter(|(reading, _)| holds(reading));
-        (name, pairs.map(|(r, model)| [r.voltage, *model]).collect())
+        let own = pairs.clone().filter(|(reading, _)| holds(reading));
+        (name, own.map(|(r, model)| [r.voltage, model]).collect())
     };
     let columns = VOLTAGES.into_iter().map(of);
     columns
@@ -70,32 +70,97 @@ impl Sums {
     }
 }
 
-/// Names a column that stands still, has a turned sign, or is a factor of a
-/// thousand from the drawing.
-pub(super) fn plausible(
-    calibrator: &PiezoelectricCalibrator<'_>,
-    data: &ReadingTable,
-    table: &Table,
-) -> Result<(), InputError> {
-    let bench = calibrator.problem(table, &table.readings);
-    let drawn = table.device.drawn();
-    let model = table
-        .device
-        .voltages(bench.profiles, bench.readings, bench.path, &drawn)
-        .unwrap_or_default();
-    for (column, pairs) in by_column(table, &model) {
-        let [low, high] = range(pairs.iter().map(|pair| pair[0]));
-        if low >= high && Sums::of(&pairs).is_clear(calibrator.deviation) {
-            let message = format!(
-                "{column} is always {:.4} mV while the load changes",
-                low * 1e3
-            );
-            let help = "give the voltages that the board read, in mV; leave out a column that was not read";
-            return Err(data.error(column, message, help));
+impl PiezoelectricCalibrator<'_> {
+    /// Names a column that stands still, has a turned sign, or is a factor of a
+    /// thousand from the drawing.
+    pub(super) fn plausible(&self, data: &ReadingTable, table: &Table) -> Result<(), InputError> {
+        for (column, pairs) in by_column(table, &table.device.drawn()) {
+            let [low, high] = range(pairs.iter().map(|pair| pair[0]));
+            if low >= high && Sums::of(&pairs).is_clear(self.deviation) {
+                let message = format!(
+                    "{column} is always {:.4} mV while the load changes",
+                    low * 1e3
+                );
+                let help = "give the voltages that the board read, in mV; leave out a column that was not read";
+                return Err(data.error(column, message, help));
+            }
+            unit(data, column, &pairs)?;
         }
-        unit(data, column, &pairs)?;
+        Ok(())
     }
-    Ok(())
+
+    /// Names columns that are exchanged, or that the fit `at` explains no better than
+    /// their mean does.
+    pub(super) fn fits_its_columns(
+        &self,
+        data: &ReadingTable,
+        table: &Table,
+        at: &[f64],
+    ) -> Result<(), InputError> {
+        let columns = by_column(table, at);
+        let sums: Vec<Sums> = columns.iter().map(|(_, pairs)| Sums::of(pairs)).collect();
+        let squares: f64 = sums.iter().map(|sums| sums.misfit).sum();
+        self.exchanged(data, table, squares)?;
+        let behind = |sums: &Sums| sums.misfit >= sums.scatter[0];
+        let worst = sums
+            .iter()
+            .position(|sums| behind(sums) && sums.is_clear(self.deviation));
+        let scatter: f64 = sums.iter().map(|sums| sums.scatter[0]).sum();
+        let place = match worst {
+            Some(place) => place,
+            None if squares >= scatter => 0,
+            None => return Ok(()),
+        };
+        let Some((column, _)) = columns.get(place) else {
+            return Ok(());
+        };
+        let root = |square: f64| 1e3 * (square / sums[place].count).sqrt();
+        let message = format!(
+            "the model fits {column} to {:.4} mV, no better than its mean does ({:.4} mV): these voltages do not belong to \
+             these loads",
+            root(sums[place].misfit),
+            root(sums[place].scatter[0]),
+        );
+        let help = "is each row's voltage of its own load, and the test load as in ramp, dwell and period?";
+        Err(data.error(column, message, help))
+    }
+
+    /// Names peaks of loading and of unloading that are exchanged.
+    fn exchanged(&self, data: &ReadingTable, table: &Table, misfit: f64) -> Result<(), InputError> {
+        let turned = |reading: &Reading| match reading.what {
+            What::Peak { profile, first } => Some(Reading {
+                what: What::Peak {
+                    profile,
+                    first: !first,
+                },
+                ..*reading
+            }),
+            What::Sample(_) => None,
+        };
+        let turned: Option<Vec<Reading>> = table.readings.iter().map(turned).collect();
+        // A misfit within what the board reads needs no explanation.
+        let within = table.readings.len() as f64 * self.deviation.powi(2);
+        let Some(turned) = turned.filter(|_| misfit > within) else {
+            return Ok(());
+        };
+        let drawn = table.device.drawn();
+        let ratio = table.ratio(&turned, &drawn);
+        let pairs = table.beside_model(&turned, &drawn);
+        let other: f64 = pairs.map(|(r, m)| (r.voltage - ratio * m).powi(2)).sum();
+        // Twice the logarithm of a likelihood is of chi-square.
+        let better = turned.len() as f64 * (misfit / other).ln();
+        if other > (1.0 - EXPLAINED) * misfit || better < CLEAR * CLEAR {
+            return Ok(());
+        }
+        let message = format!(
+            "a1 and a2 are exchanged: the other way round the drawing fits to {:.4} mV, as given to {:.4} mV",
+            1e3 * (other / turned.len() as f64).sqrt(),
+            1e3 * (misfit / turned.len() as f64).sqrt()
+        );
+        let help =
+            "rename the columns: a1 is the peak in the direction of loading, a2 the one against it";
+        Err(data.error("a1", message, help))
+    }
 }
 
 /// Names a factor of a thousand, or a turned sign.
@@ -117,90 +182,4 @@ fn unit(data: &ReadingTable, column: &str, pairs: &[[f64; 2]]) -> Result<(), Inp
         return Err(data.error(column, message, help));
     }
     right_prefix(data, column, ratio, "")
-}
-
-/// Names columns that are exchanged, or that a fit explains no better than
-/// their mean does.
-pub(super) fn explained(
-    calibrator: &PiezoelectricCalibrator<'_>,
-    data: &ReadingTable,
-    table: &Table,
-    fitted: &Fitted,
-) -> Result<(), InputError> {
-    let misfits = calibrator.misfits(fitted, table, &table.readings);
-    let squares: f64 = misfits.iter().map(|misfit| misfit * misfit).sum();
-    exchanged(calibrator, data, table, squares)?;
-    let readings = table.readings.iter().zip(&misfits);
-    let model: Vec<f64> = readings.map(|(r, misfit)| r.voltage - misfit).collect();
-    let columns = by_column(table, &model);
-    let sums: Vec<Sums> = columns.iter().map(|(_, pairs)| Sums::of(pairs)).collect();
-    let behind = |sums: &Sums| sums.misfit >= sums.scatter[0];
-    let worst = sums
-        .iter()
-        .position(|sums| behind(sums) && sums.is_clear(calibrator.deviation));
-    let scatter: f64 = sums.iter().map(|sums| sums.scatter[0]).sum();
-    let place = match worst {
-        Some(place) => place,
-        None if squares >= scatter => 0,
-        None => return Ok(()),
-    };
-    let Some((column, _)) = columns.get(place) else {
-        return Ok(());
-    };
-    let root = |square: f64| 1e3 * (square / sums[place].count).sqrt();
-    let message = format!(
-        "the model fits {column} to {:.4} mV, no better than its mean does ({:.4} mV): these voltages do not belong to \
-         these loads",
-        root(sums[place].misfit),
-        root(sums[place].scatter[0]),
-    );
-    let help =
-        "is each row's voltage of its own load, and the test load as in ramp, dwell and period?";
-    Err(data.error(column, message, help))
-}
-
-/// Names peaks of loading and of unloading that are exchanged.
-fn exchanged(
-    calibrator: &PiezoelectricCalibrator<'_>,
-    data: &ReadingTable,
-    table: &Table,
-    misfit: f64,
-) -> Result<(), InputError> {
-    let turned = |reading: &Reading| match reading.what {
-        What::Peak { profile, first } => Some(Reading {
-            what: What::Peak {
-                profile,
-                first: !first,
-            },
-            ..*reading
-        }),
-        What::Sample(_) => None,
-    };
-    let turned: Option<Vec<Reading>> = table.readings.iter().map(turned).collect();
-    // A misfit within what the board reads needs no explanation.
-    let within = table.readings.len() as f64 * calibrator.deviation.powi(2);
-    let Some(turned) = turned.filter(|_| misfit > within) else {
-        return Ok(());
-    };
-    let drawn = table.device.drawn();
-    let bench = calibrator.problem(table, &turned);
-    let ratio = super::problem::ratio(&bench, &drawn);
-    let model = table
-        .device
-        .voltages(bench.profiles, &turned, bench.path, &drawn);
-    let pairs = turned.iter().zip(model.unwrap_or_default());
-    let other: f64 = pairs.map(|(r, m)| (r.voltage - ratio * m).powi(2)).sum();
-    // Twice the logarithm of a likelihood is of chi-square.
-    let better = turned.len() as f64 * (misfit / other).ln();
-    if other > (1.0 - EXPLAINED) * misfit || better < CLEAR * CLEAR {
-        return Ok(());
-    }
-    let message = format!(
-        "a1 and a2 are exchanged: the other way round the drawing fits to {:.4} mV, as given to {:.4} mV",
-        1e3 * (other / turned.len() as f64).sqrt(),
-        1e3 * (misfit / turned.len() as f64).sqrt()
-    );
-    let help =
-        "rename the columns: a1 is the peak in the direction of loading, a2 the one against it";
-    Err(data.error("a1", message, help))
 }

@@ -8,31 +8,22 @@ use rayon::prelude::*;
 use super::PiezoelectricCalibrator;
 use super::cross_validation::{CANDIDATES, Candidate, CrossValidation, FOLDS, Found, trusted};
 use super::problem::Indentation;
-use crate::loads::range;
-use crate::outcome::{ResidualSummary, Scope};
+use crate::loads::span;
+use crate::outcome::{Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::Score;
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
-use taxel::trained::{IndentationMap, TrainingError};
+use taxel::trained::TrainingError;
 
-/// Map of the positions on an array, and how well it does.
-pub(super) struct Learned {
-    pub(super) map: IndentationMap,
-    pub(super) hold_out: Vec<ResidualSummary>,
-    pub(super) held_out: String,
-    pub(super) scope: Vec<Scope>,
-    pub(super) remarks: Vec<Remark>,
-    pub(super) figure: Figure,
-}
-
-/// Learns from `presses`, which are enough.
+/// Adds to `outcome` what `presses`, which are enough, teach.
 ///
 /// # Errors
 /// [`TrainingError`] where they span no area.
 pub(super) fn learn(
     calibrator: &PiezoelectricCalibrator<'_>,
     presses: &[Indentation],
-) -> Result<Learned, TrainingError> {
+    outcome: &mut Outcome,
+) -> Result<(), TrainingError> {
     let validation = CrossValidation::new(calibrator, presses)?;
     let parts = validation.parts();
     let distances_of_folds = validation.distances_of_folds(&parts)?;
@@ -52,15 +43,13 @@ pub(super) fn learn(
     order.sort_by(|a, b| likelihood(b).total_cmp(&likelihood(a)));
     let best = order[0];
     let rank = |(rank, place): (usize, &usize)| {
-        ranked(
-            rank,
-            CANDIDATES[*place].name,
-            &scores[*place],
-            &held[*place],
-        )
+        let name = CANDIDATES[*place].name;
+        ranked(rank, name, &scores[*place], &held[*place])
     };
-    let mut remarks: Vec<Remark> = order.iter().enumerate().map(rank).collect();
-    remarks.push(used(&CANDIDATES[best], &validation.radii, several));
+    outcome.remarks.extend(order.iter().enumerate().map(rank));
+    outcome
+        .remarks
+        .push(used(&CANDIDATES[best], &validation.radii, several));
     let map = validation.map_without(&CANDIDATES[best], &vec![false; presses.len()]);
     let map = trusted(map, distances_of_folds.iter());
     if CANDIDATES[best].with_gains {
@@ -70,23 +59,28 @@ pub(super) fn learn(
             gains.join(" "),
             map.gain_deviation
         );
-        remarks.push(Remark::whole(message));
+        outcome.remarks.push(Remark::whole(message));
     }
-    Ok(Learned {
-        map,
-        hold_out: summaries(presses, &held),
-        held_out: format!(
-            "presses: each {FOLDS}th in turn{}",
-            if several {
-                ", then those of each radius"
-            } else {
-                ""
-            }
-        ),
-        scope: scope(presses, &validation.radii),
-        figure: figure(presses, CANDIDATES[best].name, &held[best]),
-        remarks,
-    })
+    outcome.places = Some(map);
+    outcome.hold_out.extend(summaries(presses, &held));
+    outcome.scope.extend(scope(presses, &validation.radii));
+    let figure = figure(presses, CANDIDATES[best].name, &held[best]);
+    outcome.figures.push(figure);
+    let before = if outcome.held_out.is_empty() {
+        ""
+    } else {
+        "; "
+    };
+    let unseen = if several {
+        ", then those of each radius"
+    } else {
+        ""
+    };
+    let _ = write!(
+        outcome.held_out,
+        "{before}presses: each {FOLDS}th in turn{unseen}"
+    );
+    Ok(())
 }
 
 fn score<'a>(found: impl Iterator<Item = &'a Found>) -> Score {
@@ -180,25 +174,15 @@ fn summaries(presses: &[Indentation], held: &[Vec<Found>]) -> Vec<ResidualSummar
 
 /// Length of the diagonal over all presses, m.
 fn spread(presses: &[Indentation]) -> f64 {
-    let along = |axis: usize| {
-        let [low, high] = range(presses.iter().map(|press| press.place[axis]));
-        high - low
-    };
+    let along = |axis: usize| span(presses.iter().map(|press| press.place[axis]));
     along(0).hypot(along(1))
 }
 
 fn scope(presses: &[Indentation], radii: &[f64]) -> Vec<Scope> {
-    let of = |name: &str, values: &mut dyn Iterator<Item = f64>| Scope {
-        name: name.into(),
-        unit: "m",
-        range: range(values),
-    };
-    let mut scope = vec![
-        of("x", &mut presses.iter().map(|press| press.place[0])),
-        of("y", &mut presses.iter().map(|press| press.place[1])),
-    ];
+    let along = |axis: usize| presses.iter().map(move |press| press.place[axis]);
+    let mut scope = vec![Scope::of("x", "m", along(0)), Scope::of("y", "m", along(1))];
     if !radii.is_empty() {
-        scope.push(of("radius", &mut radii.iter().copied()));
+        scope.push(Scope::of("radius", "m", radii.iter().copied()));
     }
     scope
 }

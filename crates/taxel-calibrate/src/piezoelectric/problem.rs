@@ -119,34 +119,6 @@ impl Device {
             slowest: band.high_pass.max(band.low_pass.unwrap_or(0.0)),
         })
     }
-
-    /// Outputs for the constants `at`; `None` where there is no stable chain.
-    pub(super) fn voltages(
-        &self,
-        profiles: &[Profile],
-        readings: &[Reading],
-        path: &[[f64; 2]],
-        at: &[f64],
-    ) -> Option<Vec<f64>> {
-        let response = self.response(at)?;
-        // Peaks grow in proportion to the load.
-        let unit: Vec<[f64; 2]> = profiles.iter().map(|p| response.peaks(p)).collect();
-        let times: Vec<f64> = readings
-            .iter()
-            .filter_map(|r| match r.what {
-                What::Sample(time) => Some(time),
-                What::Peak { .. } => None,
-            })
-            .collect();
-        let mut samples = response.samples(path, &times).into_iter();
-        let voltage = |reading: &Reading| match reading.what {
-            What::Peak { profile, first } => {
-                Some(unit[profile][usize::from(!first)] * reading.load.abs())
-            }
-            What::Sample(_) => samples.next(),
-        };
-        readings.iter().map(voltage).collect()
-    }
 }
 
 /// Puts the constants into a sensor.
@@ -189,48 +161,9 @@ impl Response {
     }
 }
 
-/// Readings of an element.
-pub(super) struct Bench<'a> {
-    pub(super) device: &'a Device,
-    pub(super) profiles: &'a [Profile],
-    pub(super) readings: &'a [Reading],
-    pub(super) path: &'a [[f64; 2]],
-    /// Standard deviation of a voltage without one of its own, V.
-    pub(super) deviation: f64,
-}
-
-impl Problem for Bench<'_> {
-    fn readings(&self) -> usize {
-        self.readings.len()
-    }
-
-    fn residuals(&self, at: &[f64], residuals: &mut [f64]) -> bool {
-        let Some(model) = self
-            .device
-            .voltages(self.profiles, self.readings, self.path, at)
-        else {
-            return false;
-        };
-        for ((residual, reading), model) in residuals.iter_mut().zip(self.readings).zip(model) {
-            *residual = (reading.voltage - model) / reading.deviation.unwrap_or(self.deviation);
-        }
-        residuals.iter().all(|r| r.is_finite())
-    }
-
-    fn remedy(&self, together: &[usize]) -> String {
-        let of = |place: usize| together.contains(&place);
-        if of(VISCOSITY) {
-            return "record fast ramps, with displacement and voltage on one clock".into();
-        }
-        if of(LEAK) {
-            return "hold the load about as long as the time constant, or vary the period".into();
-        }
-        "load further".into()
-    }
-}
-
 /// Least readings: three constants and five more.
 const LEAST: usize = 8;
+
 /// The readings of a table with what they were taken under.
 pub(crate) struct Table {
     pub(super) device: Device,
@@ -242,9 +175,66 @@ pub(crate) struct Table {
 }
 
 impl Table {
+    /// A table without readings.
+    pub(super) fn new(device: Device) -> Self {
+        Self {
+            device,
+            readings: Vec::new(),
+            profiles: Vec::new(),
+            path: Vec::new(),
+        }
+    }
+
+    /// True if the voltages are those of a recording, not peaks.
+    pub(super) fn is_recorded(&self) -> bool {
+        !self.path.is_empty()
+    }
+
+    /// Outputs for the constants `at`; `None` where there is no stable chain.
+    pub(super) fn voltages(&self, readings: &[Reading], at: &[f64]) -> Option<Vec<f64>> {
+        let response = self.device.response(at)?;
+        // Peaks grow in proportion to the load.
+        let unit: Vec<[f64; 2]> = self.profiles.iter().map(|p| response.peaks(p)).collect();
+        let times: Vec<f64> = readings
+            .iter()
+            .filter_map(|r| match r.what {
+                What::Sample(time) => Some(time),
+                What::Peak { .. } => None,
+            })
+            .collect();
+        let mut samples = response.samples(&self.path, &times).into_iter();
+        let voltage = |reading: &Reading| match reading.what {
+            What::Peak { profile, first } => {
+                Some(unit[profile][usize::from(!first)] * reading.load.abs())
+            }
+            What::Sample(_) => samples.next(),
+        };
+        readings.iter().map(voltage).collect()
+    }
+
+    /// Each reading with its output for the constants `at`; none without a stable chain.
+    pub(super) fn beside_model<'a>(
+        &self,
+        readings: &'a [Reading],
+        at: &[f64],
+    ) -> impl Iterator<Item = (&'a Reading, f64)> + Clone + use<'a> {
+        let model = self.voltages(readings, at).unwrap_or_default();
+        readings.iter().zip(model)
+    }
+
+    /// Readings over what the constants `at` give, by least squares.
+    pub(super) fn ratio(&self, readings: &[Reading], at: &[f64]) -> f64 {
+        let (mut both, mut square) = (0.0, 0.0);
+        for (reading, model) in self.beside_model(readings, at) {
+            both += reading.voltage * model;
+            square += model * model;
+        }
+        if square > 0.0 { both / square } else { 1.0 }
+    }
+
     /// Loads of some readings: sizes of test loads, or a load over time.
     pub(super) fn loads(&self, readings: &[Reading]) -> Loads {
-        let recorded = !self.path.is_empty();
+        let recorded = self.is_recorded();
         let load = |r: &Reading| if recorded { r.load } else { r.load.abs() };
         let (column, unit) = match self.device.drive {
             Drive::Displacement => ("displacement", ("um", 1e-6)),
@@ -263,18 +253,39 @@ impl Table {
     }
 }
 
-/// Readings over what the constants `at` give, by least squares.
-pub(super) fn ratio(bench: &Bench<'_>, at: &[f64]) -> f64 {
-    let model = bench
-        .device
-        .voltages(bench.profiles, bench.readings, bench.path, at)
-        .unwrap_or_default();
-    let (mut both, mut square) = (0.0, 0.0);
-    for (reading, model) in bench.readings.iter().zip(&model) {
-        both += reading.voltage * model;
-        square += model * model;
+/// Readings of an element.
+pub(super) struct Bench<'a> {
+    pub(super) table: &'a Table,
+    pub(super) readings: &'a [Reading],
+    /// Standard deviation of a voltage without one of its own, V.
+    pub(super) deviation: f64,
+}
+
+impl Problem for Bench<'_> {
+    fn readings(&self) -> usize {
+        self.readings.len()
     }
-    if square > 0.0 { both / square } else { 1.0 }
+
+    fn residuals(&self, at: &[f64], residuals: &mut [f64]) -> bool {
+        let Some(model) = self.table.voltages(self.readings, at) else {
+            return false;
+        };
+        for ((residual, reading), model) in residuals.iter_mut().zip(self.readings).zip(model) {
+            *residual = (reading.voltage - model) / reading.deviation.unwrap_or(self.deviation);
+        }
+        residuals.iter().all(|r| r.is_finite())
+    }
+
+    fn remedy(&self, together: &[usize]) -> String {
+        let of = |place: usize| together.contains(&place);
+        if of(VISCOSITY) {
+            return "record fast ramps, with displacement and voltage on one clock".into();
+        }
+        if of(LEAK) {
+            return "hold the load about as long as the time constant, or vary the period".into();
+        }
+        "load further".into()
+    }
 }
 
 /// One indentation of a table.

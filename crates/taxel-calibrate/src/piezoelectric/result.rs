@@ -1,86 +1,47 @@
 //! Results of the fit of a piezoelectric sensor.
 
-use super::problem::Table;
-use super::problem::{Drive, LEAK, Reading, What};
+use super::problem::{Drive, LEAK, Reading, Table, What};
 use super::{Fitted, PiezoelectricCalibrator};
-use crate::loads::range;
-use crate::outcome::{Derived, ResidualSummary, Scope};
-use taxel::figure::{Axis, Chart, Figure, Series, Style};
+use crate::device_model::{Findings, Judged};
+use crate::figures::FitFigure;
+use crate::loads::span;
+use crate::outcome::{Constants, Derived, ResidualSummary, Scope};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use taxel::figure::{Axis, Figure, Series, Style};
 use taxel::mechanics::Profile;
 use taxel_numerics::least_squares::student_quantile;
+use taxel_recording::InputError;
 
-pub(super) fn scope(table: &Table) -> Vec<Scope> {
-    let (name, unit) = match table.device.drive {
-        Drive::Displacement => ("displacement", "m"),
-        Drive::Force => ("force_z", "N"),
-    };
-    let mut scope = vec![Scope {
-        name: name.into(),
-        unit,
-        range: range(table.readings.iter().map(|r| r.load)),
-    }];
-    if !table.profiles.is_empty() {
-        let ramp = |profile: &Profile| match *profile {
-            Profile::Step { ramp }
-            | Profile::Impact { ramp, .. }
-            | Profile::Cyclic { ramp, .. } => ramp,
-            Profile::Sine { period, .. } => 0.5 * period,
-        };
-        scope.push(Scope {
-            name: "ramp".into(),
-            unit: "s",
-            range: range(table.profiles.iter().map(ramp)),
-        });
-    }
-    scope
-}
-
-impl PiezoelectricCalibrator<'_> {
-    /// Measured less modelled voltages, V.
-    pub(super) fn misfits(&self, fitted: &Fitted, table: &Table, readings: &[Reading]) -> Vec<f64> {
-        let bench = self.problem(table, readings);
-        let at = fitted.fit.values();
-        let model = table
-            .device
-            .voltages(bench.profiles, readings, bench.path, &at)
-            .unwrap_or_default();
-        let pairs = readings.iter().zip(model);
-        pairs
-            .map(|(reading, model)| reading.voltage - model)
-            .collect()
+impl Findings for PiezoelectricCalibrator<'_> {
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
+        let table = of.context;
+        let pairs = table.beside_model(&of.readings[0], &of.fits[0].fit.values());
+        let misfits: Vec<f64> = pairs.map(|(read, model)| read.voltage - model).collect();
+        let range = span(table.readings.iter().map(|r| r.voltage));
+        vec![ResidualSummary::of("voltage".into(), "V", &misfits, range)]
     }
 
-    /// Residual of the voltages over their range.
-    pub(super) fn relative(&self, fitted: &Fitted, table: &Table, readings: &[Reading]) -> f64 {
-        let residuals = self.residuals(fitted, table, readings);
-        let all = residuals.first();
-        all.map_or(0.0, |all| {
-            all.root_mean_square / all.range.max(f64::MIN_POSITIVE)
-        })
+    fn explained(&self, of: &Judged<'_, Self>, table: &ReadingTable) -> Result<(), InputError> {
+        self.fits_its_columns(table, of.context, &of.fits[0].fit.values())
     }
 
-    pub(super) fn residuals(
-        &self,
-        fitted: &Fitted,
-        table: &Table,
-        readings: &[Reading],
-    ) -> Vec<ResidualSummary> {
-        let misfits = self.misfits(fitted, table, readings);
-        let [low, high] = range(table.readings.iter().map(|r| r.voltage));
-        vec![ResidualSummary::of(
-            "voltage".into(),
-            "V",
-            &misfits,
-            high - low,
-        )]
+    fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
+        remarks.push(Remark::whole(match of.context.device.drive {
+            Drive::Displacement => {
+                "charge_per_force stands for its product with the silicone's stiffness, which stays that of the drawing"
+            }
+            Drive::Force => "the viscosity does not act between a force and its signal and stays that of the drawing",
+        }));
+        Vec::new()
     }
 
     /// The time constant, and the slope of A1 + A2 over the load for each test
     /// load.
-    pub(super) fn derived(&self, fitted: &Fitted, table: &Table) -> Vec<Derived> {
+    fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
         let mut derived = Vec::new();
         if let Ok(array) = self.named.sensor.piezoelectric() {
-            let estimate = fitted.fit.estimates[LEAK];
+            let estimate = of.fits[0].fit.estimates[LEAK];
             let capacitance = array.element.capacitance;
             derived.push(Derived {
                 name: "leak_time_constant".into(),
@@ -89,67 +50,79 @@ impl PiezoelectricCalibrator<'_> {
                 about: "s, leak_resistance times the capacitance of the drawing".into(),
             });
         }
-        for (place, profile) in table.profiles.iter().enumerate() {
-            derived.extend(slope(table, place, profile));
-        }
+        let slope = |place: usize| slope(of.context, place);
+        derived.extend((0..of.context.profiles.len()).filter_map(slope));
         derived
     }
 
-    pub(super) fn figures(&self, fitted: &Fitted, table: &Table) -> Vec<Figure> {
-        let misfits = self.misfits(fitted, table, &table.readings);
+    fn noise(&self, fits: &[Fitted]) -> String {
+        format!(": {:.4} mV", fits[0].fit.scale * self.deviation * 1e3)
+    }
+
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope> {
+        let table = of.context;
+        let (name, unit) = match table.device.drive {
+            Drive::Displacement => ("displacement", "m"),
+            Drive::Force => ("force_z", "N"),
+        };
+        let mut scope = vec![Scope::of(name, unit, table.readings.iter().map(|r| r.load))];
+        if !table.profiles.is_empty() {
+            let ramp = |profile: &Profile| match *profile {
+                Profile::Step { ramp }
+                | Profile::Impact { ramp, .. }
+                | Profile::Cyclic { ramp, .. } => ramp,
+                Profile::Sine { period, .. } => 0.5 * period,
+            };
+            scope.push(Scope::of("ramp", "s", table.profiles.iter().map(ramp)));
+        }
+        scope
+    }
+
+    fn figures(&self, of: &Judged<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
+        let table = of.context;
         let (label, unit, scale) = match table.device.drive {
             Drive::Displacement => ("displacement", "um", 1e6),
             Drive::Force => ("force", "mN", 1e3),
         };
-        let x = |reading: &Reading| match reading.what {
-            What::Peak { .. } => reading.load * scale,
-            What::Sample(time) => time,
-        };
-        let axis = || {
-            if table.path.is_empty() {
-                Axis::new(label, unit)
-            } else {
-                Axis::new("time", "s")
-            }
-        };
-        let pairs = || table.readings.iter().zip(&misfits);
-        let style = if table.path.is_empty() {
-            Style::Marks
+        let (x, style) = if table.is_recorded() {
+            (Axis::new("time", "s"), Style::Line)
         } else {
-            Style::Line
+            (Axis::new(label, unit), Style::Marks)
         };
-        let read = table.readings.iter().map(|r| [x(r), r.voltage * 1e3]);
-        let model = pairs().map(|(r, misfit)| [x(r), (r.voltage - misfit) * 1e3]);
-        let left = pairs().map(|(r, misfit)| [x(r), misfit * 1e3]);
-        let chart = |title: &str, series| Chart {
-            title: title.into(),
-            x: axis(),
-            y: Axis::new("voltage", "mV"),
-            series,
+        let pairs = table.beside_model(&table.readings, &of.fits[0].fit.values());
+        let points = |y: fn(f64, f64) -> f64| {
+            let point = |(reading, model): (&Reading, f64)| {
+                let x = match reading.what {
+                    What::Peak { .. } => reading.load * scale,
+                    What::Sample(time) => time,
+                };
+                [x, y(reading.voltage, model) * 1e3]
+            };
+            pairs.clone().map(point).collect()
         };
-        vec![Figure {
+        vec![Figure::from(FitFigure {
             title: "Output of an element".into(),
-            charts: vec![
-                chart(
-                    "Voltage",
-                    vec![
-                        Series::new("readings", read.collect(), style),
-                        Series::new("model", model.collect(), style),
-                    ],
-                ),
-                chart(
-                    "Readings less model",
-                    vec![Series::new("residual", left.collect(), Style::Marks)],
-                ),
+            caption: "All readings, those held out included.",
+            x,
+            signal: "Voltage",
+            labels: ["voltage"; 2],
+            unit: "mV",
+            curves: vec![
+                Series::new("readings", points(|read, _| read), style),
+                Series::new("model", points(|_, model| model), style),
             ],
-            caption: "All readings, those held out included.".into(),
-        }]
+            left: vec![Series::new(
+                "residual",
+                points(|read, model| read - model),
+                Style::Marks,
+            )],
+        })]
     }
 }
 
 /// Slope of A1 + A2 over the load through zero, as the paper gives it, with
 /// R² about the mean; `None` for fewer than three loads.
-fn slope(table: &Table, place: usize, profile: &Profile) -> Option<Derived> {
+fn slope(table: &Table, place: usize) -> Option<Derived> {
     let mut sums: Vec<(usize, [f64; 2])> = Vec::new();
     for reading in &table.readings {
         let What::Peak { profile, .. } = reading.what else {
@@ -177,7 +150,7 @@ fn slope(table: &Table, place: usize, profile: &Profile) -> Option<Derived> {
     if !(value.is_finite() && half.is_finite() && spread > 0.0) {
         return None;
     }
-    let (name, shape) = match *profile {
+    let (name, shape) = match table.profiles[place] {
         Profile::Step { ramp } => ("step", format!("ramp {ramp} s")),
         Profile::Impact { ramp, dwell } => ("impact", format!("ramp {ramp} s, dwell {dwell} s")),
         Profile::Cyclic { ramp, period, .. } => {

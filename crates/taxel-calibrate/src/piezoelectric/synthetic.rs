@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::PiezoelectricCalibrator;
-use super::problem::{Device, Drive, NAMES, OWN, Reading, UNITS, What};
+use super::problem::{Device, Drive, NAMES, OWN, Reading, Table, UNITS, What};
 use crate::options::{IndentationOptions, SyntheticOptions};
 use taxel::mechanics::Profile;
 use taxel::sensor::Sensor;
@@ -27,8 +27,11 @@ const CYCLES: u32 = 8;
 pub(super) fn table(sensor: &Sensor, options: &SyntheticOptions) -> String {
     let device = Device::new(sensor, Drive::Displacement);
     let truth = device.drawn();
-    let profiles = profiles();
-    let unit = |profile: usize, first: bool| Reading {
+    let table = Table {
+        profiles: profiles().to_vec(),
+        ..Table::new(device)
+    };
+    let unit = |(profile, first)| Reading {
         line: 0,
         load: 1.0,
         voltage: 0.0,
@@ -36,43 +39,35 @@ pub(super) fn table(sensor: &Sensor, options: &SyntheticOptions) -> String {
         marked: false,
         what: What::Peak { profile, first },
     };
-    let both: Vec<Reading> = (0..profiles.len())
-        .flat_map(|profile| [unit(profile, true), unit(profile, false)])
-        .collect();
-    let peaks = device
-        .voltages(&profiles, &both, &[], &truth)
-        .unwrap_or_default();
+    let both = (0..table.profiles.len()).flat_map(|profile| [(profile, true), (profile, false)]);
+    let both: Vec<Reading> = both.map(unit).collect();
+    let peaks = table.voltages(&both, &truth).unwrap_or_default();
     let most = peaks
         .iter()
         .fold(0.0_f64, |most, peak| most.max(peak.abs()));
     let largest = largest(sensor, options.compression, most);
     let deviation = options.noise * most * largest;
     let mut noise = Noise::seeded(options.seed);
-    let mut text = String::from("# synthetic calibration data\n");
-    let _ = writeln!(
-        text,
-        "# seed {}, noise {}, drift {}",
-        options.seed, options.noise, options.drift
-    );
+    let mut text = options.head(&["drift"]);
     for place in 0..OWN {
-        let _ = writeln!(
-            text,
-            "# truth {} = {:e} {}",
-            NAMES[place], truth[place], UNITS[place]
-        );
+        text.push_str(&crate::synthetic::truth(
+            NAMES[place],
+            truth[place],
+            UNITS[place],
+        ));
     }
     text.push_str(
         "time [s],displacement [um],ramp [ms],dwell [ms],period [ms],cycles,a1 [mV],a2 [mV]\n",
     );
     for i in 0..options.readings {
-        let place = i % profiles.len();
-        let load = largest * (1 + i / profiles.len() % LOADS) as f64 / LOADS as f64;
-        let grown = 1.0 + options.drift * i as f64 / options.readings as f64;
+        let place = i % table.profiles.len();
+        let load = largest * (1 + i / table.profiles.len() % LOADS) as f64 / LOADS as f64;
+        let grown = 1.0 + options.drifted(1.0, i);
         let mut read = |peak: Option<&f64>| {
             (peak.unwrap_or(&0.0) * load * grown + deviation * noise.normal()) * 1e3
         };
         let [a1, a2] = [read(peaks.get(2 * place)), read(peaks.get(2 * place + 1))];
-        let shape = match profiles[place] {
+        let shape = match table.profiles[place] {
             Profile::Impact { ramp, dwell } => format!("{},{},,", ramp * 1e3, dwell * 1e3),
             Profile::Cyclic {
                 ramp,
@@ -83,7 +78,7 @@ pub(super) fn table(sensor: &Sensor, options: &SyntheticOptions) -> String {
                 format!("{},,,", ramp * 1e3)
             }
         };
-        let a2 = if matches!(profiles[place], Profile::Step { .. }) {
+        let a2 = if matches!(table.profiles[place], Profile::Step { .. }) {
             String::new()
         } else {
             format!("{a2:.6}")
@@ -109,8 +104,7 @@ pub(super) fn indentations(
     let positions = model.centroid().positions;
     let gains = array.description.fabricate(positions.len());
     let mut noise = Noise::seeded(options.seed);
-    let mut text = String::from("# synthetic calibration data\n");
-    let _ = writeln!(text, "# seed {}, noise {}", options.seed, options.noise);
+    let mut text = options.head();
     for (element, gain) in gains.iter().enumerate() {
         let _ = writeln!(text, "# truth gain_{} = {gain:.6}", element + 1);
     }

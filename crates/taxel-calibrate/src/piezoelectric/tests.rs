@@ -2,12 +2,12 @@ mod wrong_tables;
 
 use std::fmt::Write as _;
 
-use rayon::prelude::*;
-
 use super::problem::Device;
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
-use crate::split::HoldOut;
+use crate::options::CalibrateOptions;
+use crate::testing::{self, no_hold_out};
 use crate::{CalibrationFile, Provenance};
 use taxel::estimation::{ELLIPSE_95, Localiser, ProfileFit, localiser};
 use taxel::mechanics::{Base, Contact, SoftCover};
@@ -29,14 +29,7 @@ fn on<T>(sensor: &Sensor, run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -
 }
 
 fn parse(text: &str) -> ReadingTable {
-    ReadingTable::parse("bench.csv", text, &COLUMNS, "").unwrap()
-}
-
-fn no_hold_out() -> CalibrateOptions {
-    CalibrateOptions {
-        hold_out: HoldOut::None,
-        ..CalibrateOptions::default()
-    }
+    ReadingTable::parse("bench.csv", text, &WITH_ELEMENTS, "").unwrap()
 }
 
 fn quiet() -> SyntheticOptions {
@@ -54,23 +47,18 @@ fn covered(
 ) -> Vec<usize> {
     with(|calibrator| {
         let truth = Device::new(calibrator.named.sensor, Drive::Displacement).drawn();
-        let counts: Vec<[usize; OWN]> = (0..runs)
-            .into_par_iter()
-            .map(|seed| {
-                let data = parse(&readings(calibrator, seed));
-                let table = checks::table(calibrator, &data, &mut Vec::new()).unwrap();
-                let fitted = calibrator
-                    .fit(Model::Dynamic, &table, &table.readings, &no_hold_out())
-                    .unwrap();
-                std::array::from_fn(|j| {
-                    let [low, high] = fitted.fit.estimates[j].interval;
-                    usize::from((low..=high).contains(&truth[j]))
-                })
-            })
-            .collect();
-        (0..OWN)
-            .map(|j| counts.iter().map(|run| run[j]).sum())
-            .collect()
+        testing::covered(runs, &truth, |seed| {
+            let data = parse(&readings(calibrator, seed));
+            let (table, readings) = calibrator.readings(&data, &mut Vec::new()).unwrap();
+            let task = Task {
+                context: &table,
+                model: Model::Dynamic as usize,
+                readings: &readings,
+                options: &no_hold_out(),
+                from: None,
+            };
+            calibrator.fit(&task).unwrap().fit.estimates
+        })
     })
 }
 
@@ -149,9 +137,12 @@ fn recording(calibrator: &PiezoelectricCalibrator<'_>, title: &str, seed: u64) -
             what: problem::What::Sample(*time),
         })
         .collect();
-    let voltages = device
-        .voltages(&[], &readings, &path, &device.drawn())
-        .unwrap();
+    let drawn = device.drawn();
+    let table = Table {
+        path: path.clone(),
+        ..Table::new(device)
+    };
+    let voltages = table.voltages(&readings, &drawn).unwrap();
     let most = voltages.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let mut noise = Noise::seeded(seed);
     let mut text = format!("time [s],{title},voltage [mV]\n");
@@ -297,7 +288,7 @@ fn readings_that_cannot_be_are_named() {
             (text.replace("a1 [mV]", "other"), "neither a voltage"),
             (few.join("\n"), "at least 8"),
         ] {
-            let found = ReadingTable::parse("bench.csv", &text, &COLUMNS, "")
+            let found = ReadingTable::parse("bench.csv", &text, &WITH_ELEMENTS, "")
                 .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
             let error = found.unwrap_err().to_string();
             assert!(error.contains(message), "{message}: {error}");
@@ -315,13 +306,7 @@ fn a_calibration_file_puts_the_constants_into_the_sensor() {
             )
             .unwrap();
         assert!(outcome.models[0].hold_out.unwrap() < 0.002);
-        let about = Provenance {
-            version: "0",
-            date: "2000-01-01",
-            data: "bench.csv",
-            data_hash: "00",
-        };
-        let file = CalibrationFile::parse("calibration.toml", &outcome.to_toml(&about)).unwrap();
+        let file = testing::file(&outcome);
         let calibrated = file.apply("calibration.toml", calibrator.named).unwrap();
         let found: Vec<f64> = outcome.parameters.iter().map(|(_, e)| e.value).collect();
         assert_eq!(
@@ -536,7 +521,7 @@ fn presses_that_cannot_be_are_named() {
             (few.join("\n"), "must be from 20"),
             (along, "along y"),
         ] {
-            let found = ReadingTable::parse("presses.csv", &text, &COLUMNS, "")
+            let found = ReadingTable::parse("presses.csv", &text, &WITH_ELEMENTS, "")
                 .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
             let error = found.map(|_| ()).unwrap_err().to_string();
             assert!(error.contains(message), "{message}: {error}");

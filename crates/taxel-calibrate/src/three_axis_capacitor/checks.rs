@@ -1,102 +1,216 @@
 //! Checks of the readings of three-axis units.
 
 use super::columns::{
-    CAPACITANCE_AT, COLUMNS, COUNTS_AT, DEVIATION_AT, FORCE_AT, HOLD_OUT, PARALLEL_AT,
-    PARALLEL_DEVIATION, REST, TAXEL,
+    CAPACITANCES, COLUMNS, COUNTS, DEVIATIONS, FORCES, HOLD_OUT, PARALLEL, PARALLEL_DEVIATION,
+    REST, TAXEL, TIME,
 };
 use super::problem::{AXES, CAPACITORS, Measured, Reading};
-use super::{InputError, ReadingTable, Remark, ThreeAxisCalibrator};
-use crate::loads::{LEAST_SPAN, Loads, right_prefix};
-use crate::split::by_series;
+use super::{ThreeAxisCalibrator, in_words, name_of};
+use crate::device_model::DeviceReadings;
+use crate::hysteresis::{on_loading, unloading};
+use crate::loads::{LEAST_SPAN, Loads};
+use crate::readings::ReadingTable;
+use crate::remark::Remark;
+use crate::split::{branches, by_series, turns};
+use crate::table_checks::{is_second, of_this_device, right_prefix};
 use taxel::mechanics::{SIDE_X, SIDE_Y};
+use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::linear;
+use taxel_recording::InputError;
 
-/// A rest capacitance off by more than this factor is of another sensor.
-const OTHER: f64 = 3.0;
+/// Capacitances above those of a closed gap by this factor are none, unless their unit
+/// is wrong.
+const ABOVE: [f64; 2] = [3.0, 100.0];
 /// Least readings of a taxel: 48 capacitances for 19 unknowns.
 const LEAST: usize = 12;
+/// A load that turns more often than at each of so many readings is in no
+/// order: noise, or forces at random.
+const IN_ORDER: usize = 4;
 /// A slope counts above this many of its deviations.
 const CLEAR: f64 = 6.0;
 
-/// The readings of `data` with their taxels, checked.
-pub(super) fn readings(
-    calibrator: &ThreeAxisCalibrator<'_>,
-    data: &ReadingTable,
-    remarks: &mut Vec<Remark>,
-) -> Result<Vec<Reading>, InputError> {
-    let counts = is_counts(data)?;
-    let mut readings = Vec::with_capacity(data.len());
-    let (mut unread, mut too_high) = (Vec::new(), Vec::new());
-    for row in 0..data.len() {
-        let taxel = taxel(calibrator, data, row)?;
-        let line = data.line(row);
-        let Some(capacitance) = capacitances(calibrator, data, row, counts) else {
-            unread.push(line);
-            continue;
+/// Properties of a whole table.
+pub(crate) struct Context {
+    pub(super) measured: Measured,
+    /// True if the rows have times, which say which readings are of unloading.
+    pub(super) in_time: bool,
+}
+
+impl DeviceReadings for ThreeAxisCalibrator<'_> {
+    type Reading = Reading;
+    type Context = Context;
+
+    fn readings(
+        &self,
+        data: &ReadingTable,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(Context, Vec<Reading>), InputError> {
+        let counts = is_counts(data)?;
+        let closed = (0..4).map(|i| self.drawn.plates.closed_capacitance(i));
+        let closed = closed.fold(0.0, f64::max);
+        let [most, wrong_unit] = ABOVE.map(|factor| factor * closed);
+        let mut readings = Vec::with_capacity(data.len());
+        let (mut unread, mut touching) = (Vec::new(), Vec::new());
+        for row in 0..data.len() {
+            let taxel = self.taxel_of(data, row)?;
+            let Some(capacitance) = self.capacitances(data, row, counts) else {
+                unread.push(data.line(row));
+                continue;
+            };
+            let rest = data.flag(row, REST);
+            let force = FORCES.map(|column| data.number(row, column).unwrap_or(0.0));
+            if capacitance.iter().any(|c| *c > most && *c < wrong_unit) {
+                touching.push(data.line(row));
+                continue;
+            }
+            readings.push(Reading {
+                taxel,
+                force: if rest { [0.0; 3] } else { force },
+                gauged: FORCES.map(|column| !rest && data.given[column]),
+                capacitance,
+                deviation: DEVIATIONS.map(|column| data.positive(row, column)),
+                marked: data.flag(row, HOLD_OUT),
+            });
+        }
+        let what = "readings without four capacitances, or with a clipped code, are left out";
+        remarks.extend(Remark::from_here_on(&unread, what));
+        let what = "readings above what a closed gap can give are left out";
+        remarks.extend(Remark::from_here_on(&touching, what));
+        let mut context = Context {
+            measured: None,
+            in_time: data.given[TIME],
         };
-        let rest = data.number(row, REST).is_some_and(|rest| rest != 0.0);
-        let force = FORCE_AT.map(|column| data.number(row, column).unwrap_or(0.0));
-        let reading = Reading {
-            taxel,
-            line,
-            force: if rest { [0.0; 3] } else { force },
-            gauged: FORCE_AT.map(|column| !rest && data.given[column]),
-            capacitance,
-            deviation: DEVIATION_AT.map(|column| {
-                data.number(row, column)
-                    .filter(|deviation| *deviation > 0.0)
-            }),
-            marked: data.number(row, HOLD_OUT).is_some_and(|mark| mark != 0.0),
+        for of in by_series(&readings) {
+            for loads in self.loads(&context, &of) {
+                loads.enough(data)?;
+            }
+            channels(data, &of)?;
+            self.units(data, &of)?;
+        }
+        if readings.is_empty() {
+            let help = "give four capacitances or four codes in each row";
+            return Err(data.error("capacitance_11", "no row has a complete reading", help));
+        }
+        context.measured = measured(data)?;
+        if !context.in_time {
+            let message = "without a column time all readings are fitted as of loading";
+            remarks.push(Remark::whole(message));
+        }
+        Ok((context, readings))
+    }
+
+    /// Those at which no axis unloads.
+    fn loading(
+        &self,
+        context: &Context,
+        of: &[Reading],
+        remarks: &mut Vec<Remark>,
+    ) -> Vec<Reading> {
+        if !context.in_time {
+            return of.to_vec();
+        }
+        let mut down = vec![false; of.len()];
+        for axis in 0..AXES.len() {
+            let forces: Vec<f64> = of.iter().map(|r| r.force[axis]).collect();
+            let sizes: Vec<f64> = forces.iter().map(|force| force.abs()).collect();
+            if IN_ORDER * turns(&branches(&sizes)) > of.len() {
+                continue;
+            }
+            for (down, unloading) in down.iter_mut().zip(unloading(&forces)) {
+                *down |= unloading;
+            }
+        }
+        on_loading(&name_of(of), of, &down, "", remarks)
+    }
+
+    /// The normal forces, and the side forces that a gauge read.
+    fn loads(&self, _: &Context, of: &[Reading]) -> Vec<Loads> {
+        let names = ["force_x", "force_y", "force_z"];
+        let along = |axis: usize| Loads {
+            name: in_words(of),
+            column: names[axis],
+            unit: ("N", 1.0),
+            values: if axis == 2 {
+                of.iter().map(|r| r.force[axis]).collect()
+            } else {
+                let gauged = of.iter().filter(|r| r.gauged[axis]);
+                gauged.map(|r| r.force[axis]).collect()
+            },
+            least: if axis == 2 { LEAST } else { 0 },
+            span: LEAST_SPAN,
+            from_rest: axis == 2,
         };
-        let closed = |i: usize| calibrator.drawn.plates.closed_capacitance(i);
-        let most = (0..4).map(closed).fold(0.0, f64::max);
-        if capacitance
-            .iter()
-            .any(|c| *c > OTHER * most && *c < 100.0 * most)
-        {
-            too_high.push(line);
-        } else {
-            readings.push(reading);
+        let all = [2, 0, 1].map(along).into_iter();
+        all.filter(|loads| loads.from_rest || !loads.values.is_empty())
+            .collect()
+    }
+}
+
+impl ThreeAxisCalibrator<'_> {
+    fn capacitances(&self, data: &ReadingTable, row: usize, counts: bool) -> Option<[f64; 4]> {
+        let columns = if counts { COUNTS } else { CAPACITANCES };
+        let mut found = [0.0; 4];
+        for (place, column) in found.iter_mut().zip(columns) {
+            let value = data.number(row, column)?;
+            *place = if counts {
+                self.channel.capacitance(value)?
+            } else {
+                value
+            };
         }
+        Some(found)
     }
-    for (lines, what) in [
-        (
-            &unread,
-            "readings without four capacitances, or with a clipped code, are left out",
-        ),
-        (
-            &too_high,
-            "readings above what a closed gap can give are left out",
-        ),
-    ] {
-        if let Some(first) = lines.first() {
-            let message = format!("{} {what}, from here on", lines.len());
-            remarks.push(Remark::at(*first, &message));
+
+    fn taxel_of(&self, data: &ReadingTable, row: usize) -> Result<usize, InputError> {
+        let Some(number) = data.number(row, TAXEL) else {
+            return Ok(0);
+        };
+        let count = self.made.len();
+        if number.fract() == 0.0 && number >= 0.0 && (number as usize) < count {
+            return Ok(number as usize);
         }
+        let message = format!(
+            "line {}: {number} is no taxel of this sensor",
+            data.line(row)
+        );
+        let help = format!("taxels are numbered row by row from 0 to {}", count - 1);
+        Err(data.error("taxel", message, &help))
     }
-    for of in by_series(&readings) {
-        for loads in loads(&of) {
-            loads.enough(data)?;
+
+    /// True if capacitances and forces can be of this sensor.
+    fn units(&self, data: &ReadingTable, of: &[Reading]) -> Result<(), InputError> {
+        let (rest, drawn) = (rest_of(of), self.drawn.rest());
+        for (i, capacitor) in CAPACITORS.iter().enumerate() {
+            let column = format!("capacitance_{capacitor}");
+            right_prefix(data, &column, rest[i] / drawn[i], "")?;
+            let name = format!("{}: capacitor {capacitor} has ", in_words(of));
+            let words = |c: f64| format!("{:.1} fF", c * 1e15);
+            let help =
+                "name the sensor file of this device, or mask the taxel's channel and leave it out";
+            of_this_device(data, &column, &name, [rest[i], drawn[i]], words, help)?;
         }
-        channels(data, of[0].taxel, &of)?;
-        units(calibrator, data, of[0].taxel, &of)?;
+        for (axis, name) in AXES.iter().enumerate() {
+            let Some([slope, deviation]) = compliance(&self.drawn, of, axis) else {
+                continue;
+            };
+            if slope.abs() > CLEAR * deviation {
+                let ratio = self.drawn.suspension.compliance[axis][axis] / slope.abs();
+                right_prefix(data, &format!("force_{name}"), ratio, "")?;
+            }
+        }
+        Ok(())
     }
-    if readings.is_empty() {
-        let help = "give four capacitances or four codes in each row";
-        return Err(data.error("capacitance_11", "no row has a complete reading", help));
-    }
-    Ok(readings)
 }
 
 /// Parallel capacitances that the table gives, from its first row that has
 /// them.
-pub(super) fn measured(data: &ReadingTable) -> Result<Measured, InputError> {
-    if !PARALLEL_AT.iter().any(|column| data.given[*column]) {
+fn measured(data: &ReadingTable) -> Result<Measured, InputError> {
+    if !PARALLEL.iter().any(|column| data.given[*column]) {
         return Ok(None);
     }
     for row in 0..data.len() {
-        let values = PARALLEL_AT.map(|column| data.number(row, column));
-        let deviation = data.number(row, PARALLEL_DEVIATION).filter(|d| *d > 0.0);
+        let values = PARALLEL.map(|column| data.number(row, column));
+        let deviation = data.positive(row, PARALLEL_DEVIATION);
         if let ([Some(a), Some(b), Some(c), Some(d)], Some(deviation)) = (values, deviation) {
             return Ok(Some(([a, b, c, d], deviation)));
         }
@@ -107,85 +221,30 @@ pub(super) fn measured(data: &ReadingTable) -> Result<Measured, InputError> {
 }
 
 fn is_counts(data: &ReadingTable) -> Result<bool, InputError> {
-    let all = |columns: [usize; 4]| columns.iter().all(|column| data.given[*column]);
-    match (all(CAPACITANCE_AT), all(COUNTS_AT)) {
-        (true, false) => Ok(false),
-        (false, true) => Ok(true),
-        (both, _) => {
-            let message = if both {
-                "capacitances and codes are both there"
-            } else {
-                "capacitances (or codes) of the four capacitors are missing"
-            };
-            let titles: Vec<String> = CAPACITANCE_AT
-                .iter()
-                .map(|column| COLUMNS[*column].title())
-                .collect();
-            let help = format!("give {}; or counts_11 to counts_22", titles.join(", "));
-            Err(data.error("capacitance_11", message, &help))
-        }
-    }
+    let there = [CAPACITANCES, COUNTS].map(|four| four.iter().all(|column| data.given[*column]));
+    let titles = CAPACITANCES.map(|column| COLUMNS[column].title());
+    let help = format!("give {}; or counts_11 to counts_22", titles.join(", "));
+    let messages = [
+        "capacitances and codes are both there",
+        "capacitances (or codes) of the four capacitors are missing",
+    ];
+    is_second(data, there, "capacitance_11", messages, &help)
 }
 
-fn capacitances(
-    calibrator: &ThreeAxisCalibrator<'_>,
-    data: &ReadingTable,
-    row: usize,
-    counts: bool,
-) -> Option<[f64; 4]> {
-    let columns = if counts { COUNTS_AT } else { CAPACITANCE_AT };
-    let mut found = [0.0; 4];
-    for (place, column) in found.iter_mut().zip(columns) {
-        let value = data.number(row, column)?;
-        *place = if counts {
-            calibrator.channel.capacitance(value)?
-        } else {
-            value
-        };
-    }
-    Some(found)
-}
-
-fn taxel(
-    calibrator: &ThreeAxisCalibrator<'_>,
-    data: &ReadingTable,
-    row: usize,
-) -> Result<usize, InputError> {
-    let Some(number) = data.number(row, TAXEL) else {
-        return Ok(0);
-    };
-    let count = calibrator.made.len();
-    if number.fract() == 0.0 && number >= 0.0 && (number as usize) < count {
-        return Ok(number as usize);
-    }
-    let message = format!(
-        "line {}: {number} is no taxel of this sensor",
-        data.line(row)
-    );
-    let help = format!("taxels are numbered row by row from 0 to {}", count - 1);
-    Err(data.error("taxel", message, &help))
-}
-
-/// The loads of one taxel: the normal forces, and the side forces that a gauge read.
-pub(super) fn loads(of: &[Reading]) -> Vec<Loads> {
-    let names = ["force_x", "force_y", "force_z"];
-    let along = |axis: usize| Loads {
-        name: format!("taxel {}", super::taxel(of)),
-        column: names[axis],
-        unit: ("N", 1.0),
-        values: if axis == 2 {
-            of.iter().map(|r| r.force[axis]).collect()
-        } else {
-            let gauged = of.iter().filter(|r| r.gauged[axis]);
-            gauged.map(|r| r.force[axis]).collect()
-        },
-        least: if axis == 2 { LEAST } else { 0 },
-        span: LEAST_SPAN,
-        from_rest: axis == 2,
-    };
-    let all = [2, 0, 1].map(along).into_iter();
-    all.filter(|loads| loads.from_rest || !loads.values.is_empty())
-        .collect()
+/// Displacement of a unit of the drawn air gaps along an axis for the force that a
+/// gauge read, with its deviation, m/N; `None` where the forces do not determine it.
+pub(super) fn compliance(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<[f64; 2]> {
+    let rest = rest_of(of);
+    let gauged: Vec<&Reading> = of.iter().filter(|r| r.gauged[axis]).collect();
+    let design: Vec<Vec<f64>> = gauged.iter().map(|r| vec![r.force[axis], 1.0]).collect();
+    let motion = |r: &&Reading| unit.effective_motion(rest, r.capacitance).displacement[axis];
+    let target: Vec<f64> = gauged.iter().map(motion).collect();
+    let line = linear::solve(&design, &target)?;
+    let variance = line.misfit / (target.len().max(3) - 2) as f64;
+    Some([
+        line.coefficients[0],
+        (variance * line.covariance[0][0]).sqrt(),
+    ])
 }
 
 /// Capacitances at rest: the mean of the readings without load, or else of the
@@ -202,58 +261,10 @@ pub(super) fn rest_of(of: &[Reading]) -> [f64; 4] {
     })
 }
 
-/// Checks that capacitances and forces can be of this sensor.
-fn units(
-    calibrator: &ThreeAxisCalibrator<'_>,
-    data: &ReadingTable,
-    taxel: usize,
-    of: &[Reading],
-) -> Result<(), InputError> {
-    let rest = rest_of(of);
-    let drawn = calibrator.drawn.rest();
-    for i in 0..4 {
-        let column = format!("capacitance_{}", CAPACITORS[i]);
-        let ratio = rest[i] / drawn[i];
-        right_prefix(data, &column, ratio, "")?;
-        if !(1.0 / OTHER..=OTHER).contains(&ratio) {
-            let message = format!(
-                "taxel {taxel}: capacitor {} has {:.1} fF at rest; the sensor file says {:.1} fF",
-                CAPACITORS[i],
-                rest[i] * 1e15,
-                drawn[i] * 1e15
-            );
-            let help =
-                "name the sensor file of this device, or mask the taxel's channel and leave it out";
-            return Err(data.error(&column, message, help));
-        }
-    }
-    let compliance = calibrator.drawn.suspension.compliance;
-    for axis in 0..3 {
-        let gauged: Vec<&Reading> = of.iter().filter(|r| r.gauged[axis]).collect();
-        let motion = |r: &&Reading| {
-            calibrator
-                .drawn
-                .effective_motion(rest, r.capacitance)
-                .displacement[axis]
-        };
-        let design: Vec<Vec<f64>> = gauged.iter().map(|r| vec![r.force[axis], 1.0]).collect();
-        let target: Vec<f64> = gauged.iter().map(motion).collect();
-        if let Some(line) = linear::solve(&design, &target) {
-            let variance = line.misfit / (target.len().max(3) - 2) as f64;
-            let slope = line.coefficients[0].abs();
-            if slope <= CLEAR * (variance * line.covariance[0][0]).sqrt() {
-                continue;
-            }
-            let ratio = compliance[axis][axis] / slope;
-            right_prefix(data, &format!("force_{}", AXES[axis]), ratio, "")?;
-        }
-    }
-    Ok(())
-}
-
-/// Checks that each channel rises and falls with the side forces as its place
+/// True if each channel rises and falls with the side forces as its place
 /// under the bump demands; names channels that are swapped.
-fn channels(data: &ReadingTable, taxel: usize, of: &[Reading]) -> Result<(), InputError> {
+fn channels(data: &ReadingTable, of: &[Reading]) -> Result<(), InputError> {
+    let name = in_words(of);
     let axes: Vec<usize> = (0..3)
         .filter(|axis| of.iter().any(|r| r.gauged[*axis]))
         .collect();
@@ -261,12 +272,9 @@ fn channels(data: &ReadingTable, taxel: usize, of: &[Reading]) -> Result<(), Inp
         return Ok(());
     };
     if axes.contains(&2) && signs.iter().all(|sign| sign[2] == -1.0) {
-        let message = format!("taxel {taxel}: all capacitances fall when force_z rises");
-        return Err(data.error(
-            "force_z",
-            message,
-            "turn the sign of the column; pressing is positive",
-        ));
+        let message = format!("{name}: all capacitances fall when force_z rises");
+        let help = "turn the sign of the column; pressing is positive";
+        return Err(data.error("force_z", message, help));
     }
     let agrees = |channel: usize, capacitor: usize| {
         let wanted = [SIDE_X[capacitor], SIDE_Y[capacitor]];
@@ -285,7 +293,7 @@ fn channels(data: &ReadingTable, taxel: usize, of: &[Reading]) -> Result<(), Inp
             format!("{} behaves like {}", CAPACITORS[i], like.join(" or "))
         })
         .collect();
-    let message = format!("taxel {taxel}: channels are swapped: {}", moved.join(", "));
+    let message = format!("{name}: channels are swapped: {}", moved.join(", "));
     let sign = (0..2).filter(|axis| {
         let wanted = [SIDE_X, SIDE_Y][*axis];
         (0..4).all(|i| signs[i][*axis] == -wanted[i])

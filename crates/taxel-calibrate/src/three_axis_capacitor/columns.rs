@@ -1,28 +1,16 @@
 //! Columns of the readings of three-axis units.
 
 use crate::clock::sensor_clock;
-use crate::readings::{hold_out, number, quantity, required};
+use crate::readings::{columns, hold_out, number, quantity, required};
 use taxel::predict::LoadColumn;
-use taxel::quantity::{CAPACITANCE, FORCE, TIME};
-
-pub(super) const TAXEL: usize = 1;
-pub(super) const FORCE_AT: [usize; 3] = [2, 3, 4];
-pub(super) const CAPACITANCE_AT: [usize; 4] = [5, 6, 7, 8];
-pub(super) const COUNTS_AT: [usize; 4] = [9, 10, 11, 12];
-pub(super) const REST: usize = 13;
-pub(super) const TIME_AT: usize = 0;
-/// Deviation of a force, of a capacitance.
-pub(super) const DEVIATION_AT: [usize; 2] = [14, 15];
-pub(super) const PARALLEL_AT: [usize; 4] = [16, 17, 18, 19];
-pub(super) const PARALLEL_DEVIATION: usize = 20;
-pub(super) const HOLD_OUT: usize = 21;
+use taxel::quantity as unit;
 
 const fn force(name: &'static str, about: &'static str) -> LoadColumn {
-    quantity(name, &FORCE, 1e6, about)
+    quantity(name, &unit::FORCE, 1e6, about)
 }
 
 const fn capacitance(name: &'static str, about: &'static str) -> LoadColumn {
-    quantity(name, &CAPACITANCE, 1.0, about)
+    quantity(name, &unit::CAPACITANCE, 1.0, about)
 }
 
 const fn counts(name: &'static str) -> LoadColumn {
@@ -37,39 +25,41 @@ const fn parallel(name: &'static str) -> LoadColumn {
     capacitance(name, "measured otherwise")
 }
 
-pub(super) static COLUMNS: [LoadColumn; 23] = [
-    quantity("time", &TIME, 1e12, "clock of the gauge"),
-    number(
-        "taxel",
-        [0.0, 1e6],
-        "number of the taxel, row by row from 0",
-    ),
-    force("force_x", "side force along x"),
-    force("force_y", "side force along y"),
-    required(force("force_z", "pressing force")),
-    capacitance("capacitance_11", "at -x, +y"),
-    capacitance("capacitance_12", "at +x, +y"),
-    capacitance("capacitance_21", "at -x, -y"),
-    capacitance("capacitance_22", "at +x, -y"),
-    counts("counts_11"),
-    counts("counts_12"),
-    counts("counts_21"),
-    counts("counts_22"),
-    number(
-        "rest",
-        [0.0, 1.0],
-        "1 where nothing touches: the force is then zero",
-    ),
-    force("force_deviation", "standard deviation of the gauge"),
-    capacitance(
-        "capacitance_deviation",
-        "standard deviation of a capacitance",
-    ),
-    parallel("parallel_capacitance_11"),
-    parallel("parallel_capacitance_12"),
-    parallel("parallel_capacitance_21"),
-    parallel("parallel_capacitance_22"),
-    capacitance("parallel_capacitance_deviation", "their standard deviation"),
-    hold_out(),
-    sensor_clock(),
+columns! {
+    TIME = quantity("time", &unit::TIME, 1e12, "clock of the gauge");
+    TAXEL = number("taxel", [0.0, 1e6], "number of the taxel, row by row from 0");
+    FORCE_X = force("force_x", "side force along x");
+    FORCE_Y = force("force_y", "side force along y");
+    FORCE_Z = required(force("force_z", "pressing force"));
+    CAPACITANCE_11 = capacitance("capacitance_11", "at -x, +y");
+    CAPACITANCE_12 = capacitance("capacitance_12", "at +x, +y");
+    CAPACITANCE_21 = capacitance("capacitance_21", "at -x, -y");
+    CAPACITANCE_22 = capacitance("capacitance_22", "at +x, -y");
+    COUNTS_11 = counts("counts_11");
+    COUNTS_12 = counts("counts_12");
+    COUNTS_21 = counts("counts_21");
+    COUNTS_22 = counts("counts_22");
+    REST = number("rest", [0.0, 1.0], "1 where nothing touches: the force is then zero");
+    FORCE_DEVIATION = force("force_deviation", "standard deviation of the gauge");
+    CAPACITANCE_DEVIATION =
+        capacitance("capacitance_deviation", "standard deviation of a capacitance");
+    PARALLEL_11 = parallel("parallel_capacitance_11");
+    PARALLEL_12 = parallel("parallel_capacitance_12");
+    PARALLEL_21 = parallel("parallel_capacitance_21");
+    PARALLEL_22 = parallel("parallel_capacitance_22");
+    PARALLEL_DEVIATION = capacitance("parallel_capacitance_deviation", "their standard deviation");
+    HOLD_OUT = hold_out();
+    SENSOR_TIME = sensor_clock();
+}
+
+pub(super) const FORCES: [usize; 3] = [FORCE_X, FORCE_Y, FORCE_Z];
+pub(super) const CAPACITANCES: [usize; 4] = [
+    CAPACITANCE_11,
+    CAPACITANCE_12,
+    CAPACITANCE_21,
+    CAPACITANCE_22,
 ];
+pub(super) const COUNTS: [usize; 4] = [COUNTS_11, COUNTS_12, COUNTS_21, COUNTS_22];
+/// Deviation of a force, of a capacitance.
+pub(super) const DEVIATIONS: [usize; 2] = [FORCE_DEVIATION, CAPACITANCE_DEVIATION];
+pub(super) const PARALLEL: [usize; 4] = [PARALLEL_11, PARALLEL_12, PARALLEL_21, PARALLEL_22];

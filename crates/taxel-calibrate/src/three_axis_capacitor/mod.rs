@@ -14,26 +14,19 @@ mod result;
 mod stiffness;
 mod synthetic;
 
-use rayon::prelude::*;
-
-use crate::device_model::{Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel};
-use crate::hysteresis::{Loops, law_of};
-use crate::loads::Loads;
+use crate::device_model::{
+    Calibratable, DeviceModel, Fitted as FittedTo, Model as NamedModel, Task, best,
+};
+use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use crate::outcome::{CalibratedSensor, Derived, ResidualSummary, Scope};
-use crate::readings::ReadingTable;
-use crate::remark::Remark;
 use taxel::calibration::ChannelScale;
-use taxel::figure::Figure;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
 use taxel::transduction::UnitModel;
-use taxel_numerics::least_squares::{
-    Estimate, Fit, FitError, FitOptions, Parameter, Problem, fit, linear,
-};
-use taxel_recording::InputError;
+use taxel_numerics::least_squares::{Fit, FitError, FitOptions, Parameter, Problem, fit};
 
-use columns::{COLUMNS, TIME_AT};
+use checks::Context;
+use columns::COLUMNS;
 use noise::Noise;
 use problem::{
     Bench, COMPLIANCE, GAP, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
@@ -163,13 +156,10 @@ impl<'a> ThreeAxisCalibrator<'a> {
             .enumerate()
             .map(|(place, at)| {
                 let (bounds, size) = of(place, at);
+                let free = model.frees(place, moved);
                 Parameter {
                     unit: unit(place),
-                    bounds: if model.frees(place, moved) {
-                        bounds
-                    } else {
-                        [at; 2]
-                    },
+                    bounds: if free { bounds } else { [at; 2] },
                     size,
                     ..Parameter::new(format!("{PREFIX}{taxel}.{}", name(place)), at)
                 }
@@ -188,15 +178,10 @@ impl<'a> ThreeAxisCalibrator<'a> {
             return Some(unit);
         }
         for axis in 0..3 {
-            let gauged: Vec<&Reading> = of.iter().filter(|r| r.gauged[axis]).collect();
-            let design: Vec<Vec<f64>> = gauged.iter().map(|r| vec![r.force[axis], 1.0]).collect();
-            let motion =
-                |r: &&Reading| unit.effective_motion(rest, r.capacitance).displacement[axis];
-            let target: Vec<f64> = gauged.iter().map(motion).collect();
-            if let Some(line) = linear::solve(&design, &target)
-                && line.coefficients[0] > 0.0
+            if let Some([slope, _]) = checks::compliance(&unit, of, axis)
+                && slope > 0.0
             {
-                unit.suspension.compliance[axis][axis] = line.coefficients[0];
+                unit.suspension.compliance[axis][axis] = slope;
             }
         }
         for _ in 0..TRIES {
@@ -210,45 +195,8 @@ impl<'a> ThreeAxisCalibrator<'a> {
         Some(unit)
     }
 
-    /// The best fit of one taxel over the starts, with the noise that its
-    /// readings show.
-    fn fit(
-        &self,
-        model: Model,
-        of: &[Reading],
-        measured: Measured,
-        options: &CalibrateOptions,
-    ) -> Result<Fitted, FitError> {
-        let drawn = self.drawn.plates.parallel_capacitance;
-        let mut parallels = vec![measured.map_or(drawn, |(parallel, _)| parallel)];
-        if model != Model::AsDrawn && measured.is_none() {
-            let rest = checks::rest_of(of);
-            parallels.extend([0.0, 0.15].map(|share| rest.map(|c| share * c)));
-        }
-        let mut best: Option<Fitted> = None;
-        let mut failure = FitError::NoStart {
-            name: name(0),
-            value: parallels[0][0],
-        };
-        for parallel in parallels {
-            let Some(start) = self.start(model, of, parallel) else {
-                continue;
-            };
-            match self.fit_from(model, &start, of, measured, options) {
-                Ok(found)
-                    if best.as_ref().is_none_or(|best| {
-                        found.noise.size(of, &found.fit) < best.noise.size(of, &best.fit)
-                    }) =>
-                {
-                    best = Some(found);
-                }
-                Ok(_) => {}
-                Err(error) => failure = error,
-            }
-        }
-        best.ok_or(failure)
-    }
-
+    /// The best fit of one taxel from a unit near it, with the noise that its readings
+    /// show.
     fn fit_from(
         &self,
         model: Model,
@@ -266,13 +214,12 @@ impl<'a> ThreeAxisCalibrator<'a> {
         let mut found: Option<(Vec<Parameter>, Fit)> = None;
         for _ in 0..MOST_ROUNDS {
             let parameters = self.parameters(model, taxel, &at, moved);
-            let bench =
-                Bench::new(self.drawn, &at, of, &noise.of(of), measured).ok_or_else(|| {
-                    FitError::NoStart {
-                        name: name(GAP),
-                        value: at.plates.air_gap[0],
-                    }
-                })?;
+            let touching = || FitError::NoStart {
+                name: name(GAP),
+                value: at.plates.air_gap[0],
+            };
+            let bench = Bench::new(self.drawn, &at, of, &noise.of(of), measured);
+            let bench = bench.ok_or_else(touching)?;
             let next = fit(&bench, &parameters, &fit_options)?;
             let step = moved_by(&next, &values(&at));
             at = with_values(&self.drawn, &next.values());
@@ -308,6 +255,16 @@ fn taxel(of: &[Reading]) -> usize {
     of.first().map_or(0, |reading| reading.taxel)
 }
 
+/// Its name in messages.
+fn in_words(of: &[Reading]) -> String {
+    format!("taxel {}", taxel(of))
+}
+
+/// Its name before those of its parameters.
+fn name_of(of: &[Reading]) -> String {
+    format!("{PREFIX}{}", taxel(of))
+}
+
 /// The largest step of a fit from where its weights were made, in deviations.
 fn moved_by(found: &Fit, from: &[f64]) -> f64 {
     let steps = found.estimates.iter().zip(from).map(|(estimate, from)| {
@@ -319,13 +276,6 @@ fn moved_by(found: &Fit, from: &[f64]) -> f64 {
         }
     });
     steps.fold(0.0, f64::max)
-}
-
-/// Properties of a table that hold for all its readings.
-pub(crate) struct Context {
-    measured: Measured,
-    /// True if the rows have times, which say which readings are of unloading.
-    in_time: bool,
 }
 
 impl Calibratable for ThreeAxisCalibrator<'_> {
@@ -348,62 +298,32 @@ impl Calibratable for ThreeAxisCalibrator<'_> {
 }
 
 impl DeviceModel for ThreeAxisCalibrator<'_> {
-    type Reading = Reading;
     type Noise = Noise;
-    type Context = Context;
 
     const SEPARATE: bool = true;
 
-    fn element(&self) -> &'static str {
-        self.named.sensor.element.key()
+    fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
+        vec![(self.named, PREFIX)]
     }
 
-    fn sensors(&self) -> Vec<CalibratedSensor> {
-        vec![CalibratedSensor::of(self.named, PREFIX)]
-    }
-
-    fn readings(
-        &self,
-        table: &ReadingTable,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<(Context, Vec<Reading>), InputError> {
-        let readings = checks::readings(self, table, remarks)?;
-        let context = Context {
-            measured: checks::measured(table)?,
-            in_time: table.given[TIME_AT],
-        };
-        Ok((context, readings))
-    }
-
-    fn loading(
-        &self,
-        context: &Context,
-        series: &[Vec<Reading>],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<Vec<Reading>> {
-        if !context.in_time {
-            let message = "without a column time all readings are fitted as of loading";
-            remarks.push(Remark::whole(message));
-            return series.to_vec();
+    fn fit(&self, task: &Task<'_, Self>) -> Result<Fitted, FitError> {
+        let (model, of) = (Model::ALL[task.model], task.readings);
+        let measured = task.context.measured;
+        let drawn = self.drawn.plates.parallel_capacitance;
+        let mut parallels = vec![measured.map_or(drawn, |(parallel, _)| parallel)];
+        if model != Model::AsDrawn && measured.is_none() {
+            let rest = checks::rest_of(of);
+            parallels.extend([0.0, 0.15].map(|share| rest.map(|c| share * c)));
         }
-        let loading = |of: &Vec<Reading>| hysteresis::loading(of, remarks);
-        series.iter().map(loading).collect()
-    }
-
-    fn loads(&self, _: &Context, readings: &[Reading]) -> Vec<Loads> {
-        checks::loads(readings)
-    }
-
-    fn fit_bodies(
-        &self,
-        context: &Context,
-        model: usize,
-        bodies: &[Vec<Reading>],
-        options: &CalibrateOptions,
-        _: Option<&[Fitted]>,
-    ) -> Result<Vec<Fitted>, FitError> {
-        let one = |of: &Vec<Reading>| self.fit(Model::ALL[model], of, context.measured, options);
-        bodies.par_iter().map(one).collect()
+        let none = FitError::NoStart {
+            name: name(0),
+            value: parallels[0][0],
+        };
+        let starts = parallels
+            .iter()
+            .filter_map(|parallel| self.start(model, of, *parallel));
+        let from = |start| self.fit_from(model, &start, of, measured, task.options);
+        best(starts, none, from, |found| found.noise.size(of, &found.fit))
     }
 
     fn problem<'b>(
@@ -411,92 +331,10 @@ impl DeviceModel for ThreeAxisCalibrator<'_> {
         context: &'b Context,
         fitted: &'b Fitted,
     ) -> Option<Box<dyn Problem + 'b>> {
-        let noise = fitted.noise.of(&fitted.readings);
-        let unit = self.unit(fitted);
-        let bench = Bench::new(
-            self.drawn,
-            &unit,
-            &fitted.readings,
-            &noise,
-            context.measured,
-        )?;
+        let (readings, unit) = (&fitted.readings, self.unit(fitted));
+        let noise = fitted.noise.of(readings);
+        let bench = Bench::new(self.drawn, &unit, readings, &noise, context.measured)?;
         Some(Box::new(bench))
-    }
-
-    fn relative(
-        &self,
-        _: &Context,
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        all: &[Vec<Reading>],
-    ) -> f64 {
-        self.relative(fits, readings, all)
-    }
-
-    fn residuals(
-        &self,
-        _: &Context,
-        fits: &[Fitted],
-        readings: &[Vec<Reading>],
-        all: &[Vec<Reading>],
-    ) -> Vec<ResidualSummary> {
-        self.residuals(fits, readings, all)
-    }
-
-    fn beside(
-        &self,
-        _: &Context,
-        fits: &[Fitted],
-        series: &[Vec<Reading>],
-        remarks: &mut Vec<Remark>,
-    ) -> Vec<(Parameter, Estimate)> {
-        self.remark_on(fits, series, remarks);
-        Vec::new()
-    }
-
-    fn hysteresis(
-        &self,
-        context: &Context,
-        fits: &[Fitted],
-        series: &[Vec<Reading>],
-        held: &[Vec<bool>],
-    ) -> Vec<Loops> {
-        if !context.in_time {
-            return Vec::new();
-        }
-        hysteresis::of_array(self, fits, series, &held.concat())
-    }
-
-    fn body(&self, fitted: &Fitted) -> Option<String> {
-        Some(format!("{PREFIX}{}", taxel(&fitted.readings)))
-    }
-
-    fn open(&self, fits: &[Fitted]) -> Vec<String> {
-        self.open(fits)
-    }
-
-    fn derived(&self, _: &Context, fits: &[Fitted]) -> Vec<Derived> {
-        self.derived(fits)
-    }
-
-    fn noise(&self, fits: &[Fitted]) -> String {
-        let most = |kind: usize| {
-            let all = fits.iter().map(|fitted| fitted.noise.common[kind]);
-            all.fold(0.0, f64::max)
-        };
-        format!(
-            ": gauge {:.4} mN, capacitances {:.4} fF",
-            most(0) * 1e3,
-            most(1) * 1e15
-        )
-    }
-
-    fn scope(&self, _: &Context, _: &[Fitted], series: &[Vec<Reading>]) -> Vec<Scope> {
-        result::scope(series)
-    }
-
-    fn figures(&self, _: &Context, candidates: &[Vec<Fitted>]) -> Vec<Figure> {
-        self.figures(&candidates[0])
     }
 }
 

@@ -8,7 +8,8 @@
 use crate::split::OfSeries;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::transduction::UnitModel;
-use taxel_numerics::least_squares::{Parameter, Problem};
+use taxel_numerics::dense::dot;
+use taxel_numerics::least_squares::{Parameter, Problem, linear};
 
 /// Names of the four capacitors.
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
@@ -28,7 +29,6 @@ pub(super) const SINKING: usize = 17;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reading {
     pub(super) taxel: usize,
-    pub(super) line: usize,
     pub(super) force: [f64; 3],
     /// True if a gauge read the force along each axis; else it is exact.
     pub(super) gauged: [bool; 3],
@@ -90,15 +90,8 @@ pub(super) fn with_values(drawn: &UnitModel, at: &[f64]) -> UnitModel {
     let mut unit = *drawn;
     unit.plates.parallel_capacitance.copy_from_slice(&at[..GAP]);
     unit.plates.air_gap.copy_from_slice(&at[GAP..COMPLIANCE]);
-    for (k, compliance) in unit
-        .suspension
-        .compliance
-        .as_flattened_mut()
-        .iter_mut()
-        .enumerate()
-    {
-        *compliance = at[COMPLIANCE + k];
-    }
+    let compliance = unit.suspension.compliance.as_flattened_mut();
+    compliance.copy_from_slice(&at[COMPLIANCE..SINKING]);
     unit.suspension.bump_sinking = [at[SINKING], at[SINKING + 1]];
     unit
 }
@@ -152,10 +145,6 @@ impl Whitening {
     pub(super) fn share(&self, deviation: f64) -> [f64; 4] {
         self.rows.map(|row| deviation * deviation * dot(&row, &row))
     }
-}
-
-fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 }
 
 /// Four directions at right angles, the first ones spanning `reached`.
@@ -237,6 +226,26 @@ pub(super) fn misfit(unit: &UnitModel, reading: &Reading) -> Option<[f64; 4]> {
     }
     let model = response.capacitance();
     Some(std::array::from_fn(|i| reading.capacitance[i] - model[i]))
+}
+
+/// Gauge less model: the force along each gauged axis by which the gauge
+/// stands off the four capacitances, N; `None` where a tile touches.
+pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3]> {
+    let axes: Vec<usize> = (0..3).filter(|axis| reading.gauged[*axis]).collect();
+    let mut moved = *reading;
+    for _ in 0..STEPS {
+        let misfit = misfit(unit, &moved)?;
+        let jacobian = unit.linearise(moved.force)?.jacobian;
+        let own = |row: &[f64; 3]| axes.iter().map(|axis| row[*axis]).collect();
+        let design: Vec<Vec<f64>> = jacobian.iter().map(own).collect();
+        let found = linear::solve(&design, &misfit)?;
+        for (axis, step) in axes.iter().zip(found.coefficients) {
+            moved.force[*axis] += step;
+        }
+    }
+    Some(std::array::from_fn(|axis| {
+        reading.force[axis] - moved.force[axis]
+    }))
 }
 
 impl Problem for Bench<'_> {
@@ -329,15 +338,15 @@ impl Problem for Bench<'_> {
     }
 }
 
+/// The narrowest air gap, m.
+pub(super) fn least_gap(unit: &UnitModel) -> f64 {
+    let gaps = unit.plates.air_gap.into_iter();
+    gaps.fold(f64::INFINITY, f64::min)
+}
+
 /// Range of loads that separates parallel capacitance and gap.
 pub(super) fn far_enough(drawn: &UnitModel) -> String {
-    let air = drawn
-        .plates
-        .air_gap
-        .iter()
-        .copied()
-        .fold(f64::INFINITY, f64::min);
-    let closing = air / drawn.suspension.compliance[2][2];
+    let closing = least_gap(drawn) / drawn.suspension.compliance[2][2];
     format!(
         "a sweep to {:.0} mN, which closes two thirds of the air, a finer gauge, or a measured \
          parallel_capacitance would",
@@ -345,5 +354,8 @@ pub(super) fn far_enough(drawn: &UnitModel) -> String {
     )
 }
 
+/// Steps from the gauge's force to that of the capacitances: Newton's, so that
+/// a tenth between them becomes 1e-8.
+const STEPS: usize = 4;
 /// Share of the air after which the bend of 1/gap separates it from a constant.
 const CLOSED: f64 = 0.64;

@@ -1,80 +1,57 @@
 //! Results of the fits of three-axis units.
 
-use super::problem::{AXES, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, misfit};
+use super::problem::{AXES, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, force_error, misfit};
 use super::stiffness::{Observation, fit_stiffness};
-use super::{Fitted, PREFIX, Remark, ThreeAxisCalibrator, linear, taxel};
-use crate::hysteresis::loss_in_words;
-use crate::loads::range;
-use crate::outcome::{Derived, ResidualSummary, Scope, open_in_words};
+use super::{Fitted, ThreeAxisCalibrator, in_words, name_of};
+use crate::device_model::{Findings, Judged};
+use crate::hysteresis::{Loops, loss_in_words};
+use crate::loads::{range, span};
+use crate::outcome::{Constants, Derived, ResidualSummary, Scope, open_in_words};
+use crate::remark::Remark;
 use crate::split::{Branch, branches};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::transduction::UnitModel;
-use taxel_numerics::least_squares::{Status, student_quantile};
+use taxel_numerics::least_squares::{Estimate, Status, linear, student_quantile};
 
 /// Taxels of which a report shows figures.
 const SHOWN: usize = 8;
-/// Steps from the gauge's force to that of the capacitances: Newton's, so that
-/// a tenth between them becomes 1e-8.
-const STEPS: usize = 4;
 /// Less force at unloading than this is not worth a remark.
 const WORTH_A_REMARK: f64 = 0.005;
 
-/// Readings of a taxel that it was fitted to, or was not.
-type Pair<'a> = (&'a Fitted, &'a Vec<Reading>);
-
-pub(super) fn scope(series: &[Vec<Reading>]) -> Vec<Scope> {
-    let of = |axis: usize| Scope {
-        name: format!("force_{}", AXES[axis]),
-        unit: "N",
-        range: range(series.iter().flatten().map(|r| r.force[axis])),
-    };
-    (0..3).map(of).collect()
-}
-
-/// Gauge less model: the force along each gauged axis by which the gauge
-/// stands off the four capacitances, N; `None` where a tile touches.
-pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3]> {
-    let axes: Vec<usize> = (0..3).filter(|axis| reading.gauged[*axis]).collect();
-    let mut moved = *reading;
-    for _ in 0..STEPS {
-        let misfit = misfit(unit, &moved)?;
-        let jacobian = unit.linearise(moved.force)?.jacobian;
-        let own = |row: &[f64; 3]| axes.iter().map(|axis| row[*axis]).collect();
-        let design: Vec<Vec<f64>> = jacobian.iter().map(own).collect();
-        let found = linear::solve(&design, &misfit)?;
-        for (axis, step) in axes.iter().zip(found.coefficients) {
-            moved.force[*axis] += step;
+impl Findings for ThreeAxisCalibrator<'_> {
+    /// Residuals of each taxel's capacitances together and of each gauged force.
+    fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
+        let mut summaries = Vec::new();
+        for ((fitted, readings), all) in of.fits.iter().zip(of.readings).zip(of.all) {
+            let (unit, name) = (self.unit(fitted), name_of(&fitted.readings));
+            let misfits = readings.iter().filter_map(|r| misfit(&unit, r));
+            let misfits: Vec<f64> = misfits.flatten().collect();
+            let range = span(all.iter().flat_map(|r| r.capacitance));
+            let kind = format!("{name}.capacitance");
+            summaries.push(ResidualSummary::of(kind, "F", &misfits, range));
+            for (axis, label) in AXES.iter().enumerate() {
+                let gauged = readings.iter().filter(|r| r.gauged[axis]);
+                let errors = gauged.filter_map(|r| Some(force_error(&unit, r)?[axis]));
+                let errors: Vec<f64> = errors.collect();
+                if errors.is_empty() {
+                    continue;
+                }
+                let range = span(all.iter().map(|r| r.force[axis]));
+                let kind = format!("{name}.force_{label}");
+                summaries.push(ResidualSummary::of(kind, "N", &errors, range));
+            }
         }
-    }
-    Some(std::array::from_fn(|axis| {
-        reading.force[axis] - moved.force[axis]
-    }))
-}
-
-impl ThreeAxisCalibrator<'_> {
-    fn pairs<'b>(
-        &'b self,
-        fits: &'b [Fitted],
-        taxels: &'b [Vec<Reading>],
-    ) -> impl Iterator<Item = (Pair<'b>, UnitModel)> {
-        let pairs = fits.iter().zip(taxels);
-        pairs.map(|(fitted, of)| ((fitted, of), self.unit(fitted)))
+        summaries
     }
 
-    /// Residual of the capacitances over their range in `all`.
-    pub(super) fn relative(
-        &self,
-        fits: &[Fitted],
-        taxels: &[Vec<Reading>],
-        all: &[Vec<Reading>],
-    ) -> f64 {
+    /// Residuals of each capacitance over its own range.
+    fn relative(&self, of: &Judged<'_, Self>) -> f64 {
         let (mut square, mut count) = (0.0, 0);
-        for (((_, of), unit), all) in self.pairs(fits, taxels).zip(all) {
-            let ranges: [f64; 4] = std::array::from_fn(|i| {
-                let [low, high] = range(all.iter().map(|r| r.capacitance[i]));
-                (high - low).max(f64::MIN_POSITIVE)
-            });
-            for misfit in of.iter().filter_map(|r| misfit(&unit, r)) {
+        for ((fitted, readings), all) in of.fits.iter().zip(of.readings).zip(of.all) {
+            let unit = self.unit(fitted);
+            let range = |i: usize| span(all.iter().map(|r| r.capacitance[i]));
+            let ranges = [0, 1, 2, 3].map(|i| range(i).max(f64::MIN_POSITIVE));
+            for misfit in readings.iter().filter_map(|r| misfit(&unit, r)) {
                 for (misfit, range) in misfit.iter().zip(ranges) {
                     square += (misfit / range).powi(2);
                     count += 1;
@@ -84,78 +61,73 @@ impl ThreeAxisCalibrator<'_> {
         (square / f64::from(count.max(1))).sqrt()
     }
 
-    /// Residuals of each taxel's capacitances together and of each gauged
-    /// force, with the ranges of `all`.
-    pub(super) fn residuals(
-        &self,
-        fits: &[Fitted],
-        taxels: &[Vec<Reading>],
-        all: &[Vec<Reading>],
-    ) -> Vec<ResidualSummary> {
-        let mut summaries = Vec::new();
-        for (((fitted, of), unit), all) in self.pairs(fits, taxels).zip(all) {
-            let misfits: Vec<f64> = of
-                .iter()
-                .filter_map(|r| misfit(&unit, r))
-                .flatten()
-                .collect();
-            let [low, high] = range(all.iter().flat_map(|r| r.capacitance));
-            let name = format!("{PREFIX}{}.capacitance", taxel(&fitted.readings));
-            summaries.push(ResidualSummary::of(name, "F", &misfits, high - low));
+    /// Remarks on taxels that were not read, and on unloading.
+    fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
+        let left = self.made.len() - of.series.len();
+        if left > 0 {
+            let message = format!("{left} taxels were not read and stay as drawn");
+            remarks.push(Remark::whole(message));
+        }
+        for (fitted, series) in of.fits.iter().zip(of.series) {
+            let (unit, name) = (self.unit(fitted), name_of(series));
             for (axis, label) in AXES.iter().enumerate() {
-                let gauged = of.iter().filter(|r| r.gauged[axis]);
-                let errors = gauged.filter_map(|r| Some(force_error(&unit, r)?[axis]));
-                let errors: Vec<f64> = errors.collect();
-                if errors.is_empty() {
-                    continue;
+                let share = lost(&unit, series, axis).unwrap_or(0.0);
+                if share.abs() > WORTH_A_REMARK {
+                    let loss = loss_in_words(share, &format!("force_{label}"));
+                    remarks.push(Remark::whole(format!("{name}: {loss}")));
                 }
-                let [low, high] = range(all.iter().map(|r| r.force[axis]));
-                let name = format!("{PREFIX}{}.force_{label}", taxel(&fitted.readings));
-                summaries.push(ResidualSummary::of(name, "N", &errors, high - low));
             }
         }
-        summaries
+        Vec::new()
     }
 
-    /// Combinations that the readings do not identify: first in short, then each.
-    pub(super) fn open(&self, fits: &[Fitted]) -> Vec<String> {
-        let mut open = Vec::new();
-        for fitted in fits {
-            let estimates = &fitted.fit.estimates;
-            let stiffness = &estimates[COMPLIANCE + 8];
-            let mut together = estimates[..COMPLIANCE].iter().chain([stiffness]);
-            if together.any(|e| e.status == Status::NotIdentifiable) {
-                let mean = |places: std::ops::Range<usize>| {
-                    let count = places.len() as f64;
-                    estimates[places].iter().map(|e| e.deviation).sum::<f64>() / count
-                };
-                open.push(format!(
-                    "{PREFIX}{}: parallel capacitance, gap and stiffness cannot be identified separately: sigma {:.2} fF, {:.2} um \
-                     and {:.0} N/m; {} fix it",
-                    taxel(&fitted.readings),
-                    mean(0..GAP) * 1e15,
-                    mean(GAP..COMPLIANCE) * 1e6,
-                    stiffness.deviation / stiffness.value.powi(2),
-                    far_enough(&self.drawn)
-                ));
-            }
-            open.extend(open_in_words(&fitted.parameters, &fitted.fit));
+    fn hysteresis(&self, of: &Judged<'_, Self>) -> Vec<Loops> {
+        if of.context.in_time {
+            self.loops(of.fits, of.series, &of.held.concat())
+        } else {
+            Vec::new()
         }
+    }
+
+    fn body(&self, fitted: &Fitted) -> Option<String> {
+        Some(name_of(&fitted.readings))
+    }
+
+    /// First in short, then each combination.
+    fn open(&self, fitted: &Fitted) -> Vec<String> {
+        let estimates = &fitted.fit.estimates;
+        let stiffness = &estimates[COMPLIANCE + 8];
+        let mut together = estimates[..COMPLIANCE].iter().chain([stiffness]);
+        let mut open = Vec::new();
+        if together.any(|e| e.status == Status::NotIdentifiable) {
+            let mean =
+                |of: &[Estimate]| of.iter().map(|e| e.deviation).sum::<f64>() / of.len() as f64;
+            open.push(format!(
+                "{}: parallel capacitance, gap and stiffness cannot be identified separately: sigma {:.2} fF, {:.2} um \
+                 and {:.0} N/m; {} fix it",
+                name_of(&fitted.readings),
+                mean(&estimates[..GAP]) * 1e15,
+                mean(&estimates[GAP..COMPLIANCE]) * 1e6,
+                stiffness.deviation / stiffness.value.powi(2),
+                far_enough(&self.drawn)
+            ));
+        }
+        open.extend(open_in_words(&fitted.parameters, &fitted.fit));
         open
     }
 
     /// The stiffness matrix of the published inverse: least squares of the
     /// gauge's forces on its three displacements, never on the twist.
-    pub(super) fn derived(&self, fits: &[Fitted]) -> Vec<Derived> {
+    fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
         let mut derived = Vec::new();
-        for fitted in fits {
-            let (of, unit) = (&fitted.readings, self.unit(fitted));
-            let rest = unit.rest();
+        for fitted in of.fits {
+            let (readings, unit) = (&fitted.readings, self.unit(fitted));
+            let (rest, name) = (unit.rest(), name_of(readings));
             let observation = |r: &Reading| Observation {
                 displacement: unit.effective_motion(rest, r.capacitance).displacement,
                 force: r.force,
             };
-            let observations: Vec<Observation> = of.iter().map(observation).collect();
+            let observations: Vec<Observation> = readings.iter().map(observation).collect();
             let Some(rows) = fit_stiffness(&observations) else {
                 continue;
             };
@@ -165,7 +137,7 @@ impl ThreeAxisCalibrator<'_> {
                     let value = row.coefficients[column];
                     let half = quantile * row.deviations[column];
                     derived.push(Derived {
-                        name: format!("{PREFIX}{}.stiffness_{force}{axis}", taxel(&fitted.readings)),
+                        name: format!("{name}.stiffness_{force}{axis}"),
                         value,
                         interval: [value - half, value + half],
                         about: format!(
@@ -179,46 +151,38 @@ impl ThreeAxisCalibrator<'_> {
         derived
     }
 
-    /// Remarks on taxels that were not read, and on unloading.
-    pub(super) fn remark_on(
-        &self,
-        fits: &[Fitted],
-        taxels: &[Vec<Reading>],
-        remarks: &mut Vec<Remark>,
-    ) {
-        let left = self.made.len() - taxels.len();
-        if left > 0 {
-            let message = format!("{left} taxels were not read and stay as drawn");
-            remarks.push(Remark::whole(message));
-        }
-        for ((fitted, of), unit) in self.pairs(fits, taxels) {
-            for (axis, name) in AXES.iter().enumerate() {
-                let Some(share) = lost(&unit, of, axis) else {
-                    continue;
-                };
-                if share.abs() > WORTH_A_REMARK {
-                    remarks.push(Remark::whole(format!(
-                        "{PREFIX}{}: {}",
-                        taxel(&fitted.readings),
-                        loss_in_words(share, &format!("force_{name}"))
-                    )));
-                }
-            }
-        }
+    fn noise(&self, fits: &[Fitted]) -> String {
+        let most = |kind: usize| {
+            let all = fits.iter().map(|fitted| fitted.noise.common[kind]);
+            all.fold(0.0, f64::max)
+        };
+        format!(
+            ": gauge {:.4} mN, capacitances {:.4} fF",
+            most(0) * 1e3,
+            most(1) * 1e15
+        )
     }
 
-    pub(super) fn figures(&self, fits: &[Fitted]) -> Vec<Figure> {
-        let figure = |fitted: &Fitted| {
-            let (of, unit) = (&fitted.readings, self.unit(fitted));
-            Figure {
-            title: format!("taxel {}", taxel(&fitted.readings)),
-            charts: vec![capacitances(&unit, of), forces(&unit, of)],
-            caption: "Capacitances against the pressing force, side forces included, and what the gauge reads less what \
-                      the four capacitances say."
-                .into(),
-        }
+    fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope> {
+        let along = |axis: usize| {
+            let forces = of.series.iter().flatten().map(|r| r.force[axis]);
+            Scope::of(format!("force_{}", AXES[axis]), "N", forces)
         };
-        fits.iter().take(SHOWN).map(figure).collect()
+        (0..3).map(along).collect()
+    }
+
+    fn figures(&self, of: &Judged<'_, Self>, _: &[Vec<Fitted>]) -> Vec<Figure> {
+        let figure = |fitted: &Fitted| {
+            let (readings, unit) = (&fitted.readings, self.unit(fitted));
+            Figure {
+                title: in_words(readings),
+                charts: vec![capacitances(&unit, readings), forces(&unit, readings)],
+                caption: "Capacitances against the pressing force, side forces included, and what the gauge reads less \
+                          what the four capacitances say."
+                    .into(),
+            }
+        };
+        of.fits.iter().take(SHOWN).map(figure).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::problem::{name, unit, values};
+use super::problem::{least_gap, name, unit, values};
 use crate::hysteresis;
 use crate::options::SyntheticOptions;
 use taxel::mechanics::LoadHistory;
@@ -37,14 +37,9 @@ pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
         .fold(0.0, f64::max);
     let gauge = options.noise * most.into_iter().fold(0.0, f64::max);
     let mut noise = Noise::seeded(options.seed);
-    let mut text = String::from("# synthetic calibration data\n");
-    let _ = writeln!(
-        text,
-        "# seed {}, noise {}, hysteresis {}, drift {}, tilt {} rad",
-        options.seed, options.noise, options.hysteresis, options.drift, options.tilt
-    );
-    for (place, value) in values(&truth).iter().enumerate() {
-        let _ = writeln!(text, "# truth {} = {value:e} {}", name(place), unit(place));
+    let mut text = options.head(&["hysteresis", "drift", "tilt"]);
+    for (place, value) in values(&truth).into_iter().enumerate() {
+        text.push_str(&crate::synthetic::truth(&name(place), value, unit(place)));
     }
     text.push_str(
         "time [s],taxel,rest,force_x [mN],force_y [mN],force_z [mN],capacitance_11 [fF],capacitance_12 [fF],\
@@ -62,7 +57,7 @@ pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
             let read = if is_rest { 0.0 } else { carried + error };
             let _ = write!(text, ",{:.6}", read * 1e3);
         }
-        let drift = options.drift * change * i as f64 / options.readings as f64;
+        let drift = options.drifted(change, i);
         for c in capacitance {
             let read = c + drift + options.noise * change * noise.normal();
             let _ = write!(text, ",{:.6}", read * 1e15);
@@ -87,12 +82,7 @@ pub(super) fn tilted(made: &UnitModel, tilt: f64) -> UnitModel {
 /// Largest forces: a normal force that closes `share` of the air, and side
 /// forces that close as much of it on their side as a third of that.
 fn largest(made: &UnitModel, share: f64) -> [f64; 3] {
-    let air = made
-        .plates
-        .air_gap
-        .iter()
-        .copied()
-        .fold(f64::INFINITY, f64::min);
+    let air = least_gap(made);
     let compliance = made.suspension.compliance;
     let side = |axis: usize| 2.0 * share * air / (3.0 * compliance[axis][axis]);
     [side(0), side(1), share * air / compliance[2][2]]
@@ -100,7 +90,7 @@ fn largest(made: &UnitModel, share: f64) -> [f64; 3] {
 
 /// Force of a reading along each axis, N; none where nothing touches.
 fn load([x, y, z]: [f64; 3], options: &SyntheticOptions, index: usize) -> Option<[f64; 3]> {
-    let phase = (options.cycles as f64 * index as f64 / options.readings as f64).fract();
+    let phase = options.phase(index);
     if phase < AT_REST {
         return None;
     }

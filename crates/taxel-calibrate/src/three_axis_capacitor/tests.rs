@@ -1,14 +1,17 @@
 use std::fmt::Write as _;
 
 use super::*;
+use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
-use crate::testing::{calibrated, covered, file, lost, lost_on_bench, no_hold_out, unnamed};
+use crate::readings::ReadingTable;
+use crate::testing::{
+    calibrated, covered, file, lost, lost_on_bench, no_hold_out, slopes_and_differences, unnamed,
+};
 use problem::AXES;
 use stiffness::{Observation, fit_stiffness};
 use taxel::estimation::{ArrayEstimator, ThreeAxisOptions, ThreeAxisReader};
 use taxel::predict::Loads;
 use taxel::table::Cell;
-use taxel_numerics::least_squares::Problem;
 use taxel_recording::{Frame, Quantity};
 
 const FF: f64 = 1e-15;
@@ -40,7 +43,10 @@ fn parse(text: &str) -> ReadingTable {
 }
 
 fn readings(calibrator: &ThreeAxisCalibrator<'_>, text: &str) -> Vec<Reading> {
-    checks::readings(calibrator, &parse(text), &mut Vec::new()).unwrap()
+    calibrator
+        .readings(&parse(text), &mut Vec::new())
+        .unwrap()
+        .1
 }
 
 /// Rows of a table beside the tests, with their header.
@@ -82,27 +88,17 @@ fn slopes_are_those_of_differences() {
         .unwrap();
         let at = values(&unit);
         let parameters = calibrator.parameters(Model::Matrix, 0, &unit, [true; 3]);
-        let mut columns = vec![vec![0.0; bench.readings()]; OWN];
-        assert!(bench.slopes(&parameters, &at, &mut columns));
-        for (j, column) in columns.iter().enumerate() {
-            let step = 1e-4 * parameters[j].size;
-            let side = |sign: f64| {
-                let mut moved = at.clone();
-                moved[j] += sign * step;
-                let mut residuals = vec![0.0; bench.readings()];
-                assert!(bench.residuals(&moved, &mut residuals));
-                residuals
-            };
-            let (low, high) = (side(-1.0), side(1.0));
+        let steps: Vec<f64> = parameters.iter().map(|p| 1e-4 * p.size).collect();
+        let columns = slopes_and_differences(&bench, &parameters, &at, &steps);
+        for (parameter, [column, differences]) in parameters.iter().zip(&columns) {
             let size = column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            for (i, slope) in column.iter().enumerate() {
-                let difference = (high[i] - low[i]) / (2.0 * step);
+            for (slope, difference) in column.iter().zip(differences) {
                 // Steps of 5e-6: curvature adds 1e-10, rounding of residuals of
                 // about 1000 adds 1e-7 of the largest.
                 assert!(
                     (slope - difference).abs() < 1e-6 * size,
-                    "{} {i}: {slope} {difference}",
-                    parameters[j].name
+                    "{}: {slope} {difference}",
+                    parameter.name
                 );
             }
         }
@@ -241,9 +237,17 @@ fn the_reference_sweep_gives_its_truth() {
     }
     with(&sensor, |calibrator| {
         let readings = readings(calibrator, &text);
-        let fitted = calibrator
-            .fit(Model::Matrix, &readings, None, &no_hold_out())
-            .unwrap();
+        let task = Task {
+            context: &Context {
+                measured: None,
+                in_time: false,
+            },
+            model: Model::Matrix as usize,
+            readings: &readings,
+            options: &no_hold_out(),
+            from: None,
+        };
+        let fitted = calibrator.fit(&task).unwrap();
         let found = fitted.fit.values();
         let insulation = calibrator.drawn.plates.insulation_gap;
         let (_, expected) = table(reference!("p2_zsweep_expected.csv"));
@@ -372,13 +376,17 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis() {
                     ..SyntheticOptions::default()
                 });
                 let all = readings(calibrator, &text);
-                let kept = hysteresis::loading(&all, &mut Vec::new());
+                let context = Context {
+                    measured: None,
+                    in_time: true,
+                };
+                let kept = calibrator.loading(&context, &all, &mut Vec::new());
                 let fitted = calibrator
                     .fit_from(Model::Matrix, &start, &kept, None, &no_hold_out())
                     .unwrap();
                 let mut found = fitted.fit.estimates.clone();
                 let held = vec![false; all.len()];
-                let loops = hysteresis::of_array(calibrator, &[fitted], &[all], &held);
+                let loops = calibrator.loops(&[fitted], &[all], &held);
                 assert_eq!(loops.len(), AXES.len());
                 found.extend(loops.iter().flat_map(lost));
                 found

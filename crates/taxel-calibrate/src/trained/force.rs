@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::readings::Run;
-use super::{Found, compared, failed, sessions, weighed};
-use crate::outcome::{ModelComparison, ResidualSummary, Scope};
+use super::{compared, failed, sessions, weighed};
+use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::{
     AcrossRuns, CONTACT_SHARE, Compared, ForceOptions, HeldOutForce, NORMAL_95, Score, Series,
@@ -40,7 +40,7 @@ const OVERLAP: f64 = 0.75;
 pub(super) fn train(
     runs: &[Run],
     frame_rate: f64,
-    found: &mut Found,
+    found: &mut Outcome,
 ) -> Result<Option<ForceMap>, InputError> {
     let runs = touched(runs, found)?;
     let Some(last) = runs.last() else {
@@ -76,7 +76,7 @@ pub(super) fn train(
 
 /// Runs with a scale, without those in which nothing touches: they say nothing
 /// of a force, and a map of them alone predicts no other run.
-fn touched<'a>(runs: &'a [Run], found: &mut Found) -> Result<Vec<&'a Run>, InputError> {
+fn touched<'a>(runs: &'a [Run], found: &mut Outcome) -> Result<Vec<&'a Run>, InputError> {
     let runs: Vec<&Run> = weighed(runs).collect();
     let peaks = runs.iter().map(|run| run.session.peak_force());
     let peak = peaks.fold(0.0, f64::max);
@@ -98,8 +98,8 @@ fn touched<'a>(runs: &'a [Run], found: &mut Found) -> Result<Vec<&'a Run>, Input
     Ok(touched)
 }
 
-/// Checks that there are enough readings, and that they last long enough.
-fn enough(runs: &[&Run], found: &mut Found) -> Result<(), InputError> {
+/// True if there are enough readings, and whether they last long enough.
+fn enough(runs: &[&Run], found: &mut Outcome) -> Result<(), InputError> {
     let readings = |run: &&Run| {
         run.session
             .force
@@ -269,7 +269,7 @@ fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
     })
 }
 
-fn report(chosen: &AcrossRuns, runs: usize, found: &mut Found) {
+fn report(chosen: &AcrossRuns, runs: usize, found: &mut Outcome) {
     let held_out = &chosen.held_out;
     let peak = chosen.map.range[1];
     let summary = ResidualSummary::of("force".into(), "N", &held_out.errors, peak);
@@ -285,7 +285,7 @@ fn report(chosen: &AcrossRuns, runs: usize, found: &mut Found) {
         let errors: Vec<f64> = rows.map(|row| held_out.errors[row]).collect();
         let name = format!("force, run {}", run + 1);
         found
-            .residuals
+            .hold_out
             .push(ResidualSummary::of(name, "N", &errors, peak));
     }
     let which = if runs > 1 {

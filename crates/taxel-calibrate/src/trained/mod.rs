@@ -6,12 +6,9 @@ mod place;
 mod readings;
 
 use crate::options::{CalibrateOptions, NamedSensor};
-use crate::outcome::{
-    CalibratedSensor, ModelComparison, Outcome, Provenance, ResidualSummary, Scope,
-};
+use crate::outcome::{Outcome, Provenance};
 use crate::remark::Remark;
 use crate::toml_tables::{append, rounded};
-use taxel::figure::Figure;
 use taxel::trained::{Rest, Standard, TrainedMaps, TrainingError};
 use taxel_recording::InputError;
 
@@ -21,7 +18,7 @@ use readings::Run;
 
 pub use readings::TrainingFile;
 
-/// What a training found: what any calibration finds, and the maps.
+/// Result of a training: that of any calibration, and the maps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainedOutcome {
     /// Residuals of held-out rows, comparisons, remarks and figures; it has no
@@ -31,25 +28,13 @@ pub struct TrainedOutcome {
     pub maps: TrainedMaps,
 }
 
-/// What one map adds to an outcome.
-#[derive(Default)]
-struct Found {
-    models: Vec<ModelComparison>,
-    residuals: Vec<ResidualSummary>,
-    held_out: String,
-    search: String,
-    scope: Vec<Scope>,
-    remarks: Vec<Remark>,
-    figures: Vec<Figure>,
-}
-
 /// Trains the maps that the recordings determine: positions on an area give a map of
 /// the position, readings of a scale one of the force. Files of one group lie
 /// together; a recording without a header is joined with the stage's of its
 /// group that has the same times.
 ///
 /// # Errors
-/// What is wrong with a file, or with all of them.
+/// Error of a file, or of all of them.
 pub fn train(
     named: &NamedSensor<'_>,
     groups: &[Vec<TrainingFile>],
@@ -72,9 +57,10 @@ pub fn train(
         return Err(InputError::whole(file, "there is no recording")
             .help("give tables, or folders with the CSV files of the sensor and of the stage"));
     }
-    let mut found = Found {
+    let mut found = Outcome {
+        noise: String::from("from held-out rows"),
         remarks,
-        ..Found::default()
+        ..Outcome::new("trained", &[(named, "")])
     };
     let position = place::train(&runs, &array.area(), &mut found)?;
     let force = force::train(&runs, named.sensor.electronics.frame_rate, &mut found)?;
@@ -95,7 +81,7 @@ pub fn train(
     })?;
     left_out(named, &maps, &mut found.remarks);
     Ok(TrainedOutcome {
-        outcome: outcome(named, found),
+        outcome: found,
         maps,
     })
 }
@@ -106,24 +92,6 @@ impl TrainedOutcome {
         let mut text = self.outcome.to_toml(about);
         append(&mut text, &self.maps);
         text
-    }
-}
-
-fn outcome(named: &NamedSensor<'_>, found: Found) -> Outcome {
-    Outcome {
-        noise: String::from("from held-out rows"),
-        search: found.search,
-        hold_out: found.residuals,
-        held_out: found.held_out,
-        models: found.models,
-        scope: found.scope,
-        remarks: found.remarks,
-        figures: found.figures,
-        ..Outcome::new(
-            named.sensor.element.key(),
-            "trained",
-            vec![CalibratedSensor::of(named, "")],
-        )
     }
 }
 

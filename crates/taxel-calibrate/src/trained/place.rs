@@ -1,8 +1,9 @@
 //! Which runs determine positions, and the map of the position.
 
 use super::readings::Run;
-use super::{Found, compared, failed};
-use crate::outcome::{ModelComparison, ResidualSummary, Scope};
+use super::{compared, failed};
+use crate::loads::{range, span};
+use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::{Compared, HELD_OUT, PositionOptions, compared_places, trained_position};
 use taxel::estimation::TrainedArea;
@@ -38,7 +39,7 @@ struct Presses {
 pub(super) fn train(
     runs: &[Run],
     area: &TrainedArea,
-    found: &mut Found,
+    found: &mut Outcome,
 ) -> Result<Option<PositionMap>, InputError> {
     let mut presses = Presses::default();
     let mut name = "";
@@ -110,10 +111,8 @@ fn has_places(run: &Run) -> bool {
 }
 
 fn one_depth(run: &Run) -> bool {
-    let span = |axis: usize| {
-        let values = || run.session.place.rows().iter().map(move |row| row[axis]);
-        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-    };
+    let rows = run.session.place.rows();
+    let span = |axis: usize| span(rows.iter().map(|row| row[axis]));
     span(2) <= ONE_DEPTH * span(0).max(span(1))
 }
 
@@ -200,15 +199,11 @@ impl Presses {
 
 /// Least and largest coordinate.
 fn ends(places: &[[f64; 2]], axis: usize) -> [f64; 2] {
-    let values = || places.iter().map(move |place| place[axis]);
-    [
-        values().fold(f64::INFINITY, f64::min),
-        values().fold(f64::NEG_INFINITY, f64::max),
-    ]
+    range(places.iter().map(|place| place[axis]))
 }
 
 /// Residuals, ranges and figures.
-fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Found, map: &PositionMap) {
+fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Outcome, map: &PositionMap) {
     let begin = presses.places.len() - estimates.len();
     let truth = &presses.places[begin..];
     for (axis, name) in ["place.x", "place.y"].into_iter().enumerate() {
@@ -226,7 +221,7 @@ fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Found, map: &Po
             residual: summary.root_mean_square / (high - low),
             hold_out: Some(summary.root_mean_square / (high - low)),
         });
-        found.residuals.push(summary);
+        found.hold_out.push(summary);
         found.scope.push(Scope {
             name: name.into(),
             unit: "m",

@@ -145,7 +145,7 @@ fn noise_of_a_twentieth_and_drift_are_no_wrong_tables() {
                 noise: 0.05,
             });
             let data = parse(&text.unwrap());
-            indentations::read(calibrator, &data, &mut Vec::new()).unwrap();
+            calibrator.indentations(&data, &mut Vec::new()).unwrap();
         }
     });
 }
