@@ -18,5 +18,5 @@ if [ -z "${PYTHON:-}" ]; then
 fi
 for name in compare calibrate predict chain; do
     echo "-- $name"
-    cargo run --quiet --locked --target-dir ../target/bench --bin "$name" -- --agree
+    cargo run --quiet --locked --target-dir ../target --bin "$name" -- --agree
 done

@@ -19,6 +19,8 @@ enum Fault {
     None,
     /// Code zero: an open line.
     Dead,
+    /// The highest code: a short circuit, or an open lead of a divider.
+    AtEnd,
     /// No reading.
     Missing,
     /// The first reading again and again.
@@ -134,6 +136,7 @@ impl Case {
         let device = sensor.device().unwrap();
         let mut estimator = ArrayEstimator::new(device.reader(&twin.stream()).unwrap());
         estimator.begin_rest_capture(REST_FRAMES);
+        let highest = estimator.channels()[self.channel].span[1];
         let (mut stuck, mut rest) = (None, None);
         loop {
             let Delivery::Frame(mut frame) = twin.next_delivery() else {
@@ -143,6 +146,7 @@ impl Case {
             match fault {
                 Fault::None => {}
                 Fault::Dead | Fault::Masked => *reading = 0.0,
+                Fault::AtEnd => *reading = highest,
                 Fault::Missing => *reading = f64::NAN,
                 Fault::Stuck => *reading = *stuck.get_or_insert(*reading),
             }
@@ -169,7 +173,13 @@ fn a_broken_channel_blocks_nothing_and_biases_nothing() {
             truth.pressed() > 6.0 * truth.pressed_deviation(),
             "{name}: {truth:?}"
         );
-        for fault in [Fault::Dead, Fault::Missing, Fault::Stuck, Fault::Masked] {
+        for fault in [
+            Fault::Dead,
+            Fault::AtEnd,
+            Fault::Missing,
+            Fault::Stuck,
+            Fault::Masked,
+        ] {
             let what = format!("{name}, {fault:?}");
             let (touch, rest) = case.run(fault);
             assert_eq!(rest, Ok(()), "{what}");
@@ -235,6 +245,27 @@ fn the_reading_of_pad_b_survives_a_dead_channel() {
     // A touch on the dead column cannot be excluded: no total.
     assert_eq!(touch.taxels[3].state, State::Faulty);
     assert_eq!(touch.pressing_force(), None);
+}
+
+/// Without a taxel that counts there is no total: not even zero.
+#[test]
+fn nothing_that_counts_has_no_total() {
+    let mut text = Sensor::shipped_text("in-plane-50um").unwrap().to_owned();
+    text.push_str("\n[[mask]]\ntaxel = [0, 0]\n");
+    let sensor = Sensor::parse("masked.toml", &text).unwrap();
+    let script = Stimulus::shipped_text("press").unwrap();
+    let mut twin = Twin::new(&sensor, &Stimulus::parse("press", script).unwrap(), 1).unwrap();
+    let reader = sensor.device().unwrap().reader(&twin.stream()).unwrap();
+    let mut estimator = ArrayEstimator::new(reader);
+    let frame =
+        std::iter::repeat_with(|| twin.next_delivery()).find_map(|delivery| match delivery {
+            Delivery::Frame(frame) => Some(frame),
+            _ => None,
+        });
+    let (touch, _) = estimator.push(&frame.unwrap()).unwrap();
+    assert_eq!(touch.left_out, 1);
+    assert_eq!(touch.pressing_force(), None);
+    assert!(touch.total_covariance[2][2].is_nan());
 }
 
 #[test]

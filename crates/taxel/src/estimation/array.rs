@@ -49,6 +49,8 @@ pub struct ArrayEstimator {
     drawn_noise: Vec<f64>,
     noise: Vec<f64>,
     captured: Vec<Option<[f64; 2]>>,
+    /// Channels that read at the high end while the device was at rest.
+    at_end: Vec<bool>,
     capture: Option<RestCapture>,
     baseline: Option<Baseline>,
     still: StillWatch,
@@ -79,6 +81,7 @@ impl ArrayEstimator {
                 .drifts
                 .then(|| Baseline::new(BaselineOptions::new(noise.clone()))),
             captured: vec![None; channels],
+            at_end: vec![false; channels],
             capture: None,
             still: StillWatch::new(channels),
             drawn_noise: noise.clone(),
@@ -145,6 +148,7 @@ impl ArrayEstimator {
     /// Returns to the rest values of the calibration.
     pub fn clear_rest(&mut self) {
         self.captured.fill(None);
+        self.at_end.fill(false);
         self.renew();
     }
 
@@ -152,6 +156,7 @@ impl ArrayEstimator {
     pub fn rest(&self) -> Rest {
         Rest {
             captured: self.captured.clone(),
+            at_end: self.at_end.clone(),
             values: self.touch.channels.rest.clone(),
         }
     }
@@ -160,6 +165,7 @@ impl ArrayEstimator {
     pub fn restore_rest(&mut self, rest: &Rest) {
         if rest.captured.len() == self.captured.len() {
             self.captured.clone_from(&rest.captured);
+            self.at_end.clone_from(&rest.at_end);
             self.renew();
         }
     }
@@ -219,6 +225,11 @@ impl ArrayEstimator {
             };
         }
         self.touch.clipped = self.reader.convert(values, channels);
+        for (state, at_end) in channels.states.iter_mut().zip(&self.at_end) {
+            if *at_end && *state == ChannelState::Saturated {
+                *state = ChannelState::Faulty;
+            }
+        }
         let facts = self.reader.channels();
         self.still
             .push(values, elapsed, facts, &mut channels.states);
@@ -237,10 +248,10 @@ impl ArrayEstimator {
         }
         let capture = self.capture.take()?;
         let found = capture.finish(&mut self.captured, &self.noise, rules, &&*self.reader);
-        if found.is_ok() {
+        Some(found.map(|at_end| {
+            self.at_end = at_end;
             self.renew();
-        }
-        Some(found)
+        }))
     }
 
     /// Begins anew from the captured rest values.
@@ -293,6 +304,7 @@ impl ArrayEstimator {
             Total::Certain => touch.taxels.iter().all(sound),
             Total::Unknown => false,
         };
+        let certain = certain && touch.left_out < touch.taxels.len();
         let Some([first, second]) = meaning.newtons.filter(|_| certain) else {
             return;
         };

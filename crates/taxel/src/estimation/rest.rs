@@ -85,6 +85,8 @@ pub struct Rest {
     /// Captured reading of each channel, SI, and the noise that the capture measured;
     /// none where the channel is as drawn.
     pub(super) captured: Vec<Option<[f64; 2]>>,
+    /// True for a channel that read at the high end throughout the capture.
+    pub(super) at_end: Vec<bool>,
     /// Reading of each channel at rest, SI.
     pub(super) values: Vec<f64>,
 }
@@ -102,6 +104,10 @@ const MOVING: f64 = 3.0;
 /// Units that may move or be impossible before the capture is refused: a few
 /// broken ones must not block the others.
 const TOLERATED_SHARE: f64 = 0.1;
+/// Channels at the high end throughout a capture that are taken for broken, if this is
+/// more than the share above: one shorted or open channel must not block a small device,
+/// and a press reaches at least two channels where rows and columns cross.
+const TOLERATED_AT_END: usize = 1;
 /// Fewest frames of a rest capture that a touch has ended.
 const LEAST_FRAMES: usize = 5;
 /// A reading farther from the mean so far than this many standard deviations
@@ -112,7 +118,7 @@ const TOUCHED: f64 = 6.0;
 #[derive(Debug, Clone)]
 pub(super) struct RestCapture {
     readings: RestReadings,
-    /// Channels that read at the high end.
+    /// Channels that read at the high end in any frame.
     saturated: Vec<bool>,
     /// The frames so far, where a touch may end the capture.
     frames: Vec<Vec<f64>>,
@@ -187,6 +193,8 @@ impl RestCapture {
     /// a reading, or with one that never changed though its noise must show,
     /// keeps its own and stands against nothing.
     ///
+    /// Returns which channels read at the high end throughout: broken, not at rest.
+    ///
     /// # Errors
     /// [`RestRefused`], and then nothing has changed.
     pub(super) fn finish(
@@ -195,13 +203,20 @@ impl RestCapture {
         noise: &[f64],
         rules: &RestRules,
         judge: &impl Judge,
-    ) -> Result<(), RestRefused> {
+    ) -> Result<Vec<bool>, RestRefused> {
         let per_unit = rules.channels_per_unit.max(1);
         let units = noise.len() / per_unit;
         let tolerated = (TOLERATED_SHARE * units as f64) as usize;
         let mut found = captured.to_vec();
         let (mut moving, mut most) = (0, (0, 0.0));
         let (mut impossible, mut first) = (0, None);
+        let at_end = |channel: &usize| {
+            let readings = &self.readings.channels()[*channel];
+            self.saturated[*channel] && readings.count == 0.0 && !judge.facts(*channel).masked
+        };
+        let ends: Vec<bool> = (0..noise.len()).map(|channel| at_end(&channel)).collect();
+        let broken = ends.iter().filter(|at_end| **at_end).count();
+        let many = broken > tolerated.max(TOLERATED_AT_END);
         for unit in 0..units {
             let channels = unit * per_unit..(unit + 1) * per_unit;
             let running = |channel: usize| &self.readings.channels()[channel];
@@ -230,9 +245,11 @@ impl RestCapture {
                     }
                 })
                 .collect();
-            let saturated = channels
-                .clone()
-                .find(|channel| self.saturated[*channel] && !judge.facts(*channel).masked);
+            let saturated = channels.clone().find(|channel| {
+                self.saturated[*channel]
+                    && !judge.facts(*channel).masked
+                    && (many || !ends[*channel])
+            });
             let problem = match saturated {
                 Some(channel) => Some(format!(
                     "{} is at the end of what can be read; lift off and try again, or mask it",
@@ -264,10 +281,12 @@ impl RestCapture {
             });
         }
         match first {
-            Some(reason) if impossible > tolerated => Err(RestRefused::Impossible { reason }),
+            Some(reason) if many || impossible > tolerated => {
+                Err(RestRefused::Impossible { reason })
+            }
             _ => {
                 captured.copy_from_slice(&found);
-                Ok(())
+                Ok(ends)
             }
         }
     }
