@@ -247,6 +247,37 @@ fn the_reading_of_pad_b_survives_a_dead_channel() {
     assert_eq!(touch.pressing_force(), None);
 }
 
+/// With row 1 masked a touch is read from row 0 alone, which is at the end of its curve:
+/// a bound, in every frame, and no total.
+#[test]
+fn a_bound_is_called_one_whatever_the_noise() {
+    let mut text = Sensor::shipped_text("liquid-metal-2x4").unwrap().to_owned();
+    for column in 0..4 {
+        write!(text, "\n[[mask]]\ntaxel = [1, {column}]\n").unwrap();
+    }
+    let sensor = Sensor::parse("masked.toml", &text).unwrap();
+    let script = Stimulus::shipped_text("pad-b").unwrap();
+    let mut twin = Twin::new(&sensor, &Stimulus::parse("pad-b", script).unwrap(), 1).unwrap();
+    let reader = sensor.device().unwrap().reader(&twin.stream()).unwrap();
+    let mut estimator = ArrayEstimator::new(reader);
+    estimator.begin_rest_capture(REST_FRAMES);
+    let (mut bounds, mut frames) = (0, 0);
+    while frames < 400 {
+        let Delivery::Frame(frame) = twin.next_delivery() else {
+            continue;
+        };
+        frames += 1;
+        let (touch, _) = estimator.push(&frame).unwrap();
+        let taxel = touch.taxels[1];
+        if frames > 300 {
+            assert_eq!(taxel.state, State::Saturated, "frame {frames}: {taxel:?}");
+            assert!(taxel.pressed() > 7_000.0, "frame {frames}: {taxel:?}");
+            bounds += 1;
+        }
+    }
+    assert!(bounds > 50, "{bounds}");
+}
+
 /// Without a taxel that counts there is no total: not even zero.
 #[test]
 fn nothing_that_counts_has_no_total() {

@@ -110,6 +110,16 @@ impl MicrochannelModel {
         self.pressure.end()[1]
     }
 
+    /// Resistance at which the readings of the channel end, Ω; infinite without such
+    /// an end.
+    pub fn saturated_resistance(&self, scale: &DividerScale) -> f64 {
+        if self.saturation < scale.supply {
+            scale.resistance(self.saturation)
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// The pressure at which the channel saturates, or else the largest one
     /// that the model knows, Pa.
     pub fn saturated_pressure(&self, scale: &DividerScale) -> f64 {

@@ -150,7 +150,8 @@ impl MicrochannelReader {
                     let noise = (noise * noise + known.drift_variance(channel)).sqrt();
                     let least = self.options.contact_deviations * noise;
                     let expected = rest + known.drift(channel);
-                    loaded(model, [*rest, expected], resistance, noise, least)
+                    let end = model.saturated_resistance(scale);
+                    loaded(model, [*rest, expected], [resistance, end], noise, least)
                 }
                 ChannelState::Saturated => without_resistance(MicrochannelState::Saturated {
                     at_least: model.saturated_pressure(scale),
@@ -339,18 +340,30 @@ fn models(calibration: &MicrochannelCalibration) -> impl Iterator<Item = &Microc
     calibration.rows.iter().chain(&calibration.columns)
 }
 
+/// A reading nearer to the end of what a channel can show than this many standard
+/// deviations may be one at the end: its pressure is a lower bound.
+const AT_END: f64 = 3.0;
+
 /// Load of the channel that reads `resistance` with the deviation `noise`
-/// and is active above rest by `least`, all in Ω.
+/// and is active above rest by `least`; its readings end at `end`, all in Ω.
 fn loaded(
     model: &MicrochannelModel,
     [rest, empty]: [f64; 2],
-    resistance: f64,
+    [resistance, end]: [f64; 2],
     noise: f64,
     least: f64,
 ) -> MicrochannelTouch {
     let change = (resistance - empty) / rest;
+    let may_be = resistance + AT_END * noise;
+    let at_end = || {
+        let curve = model.pressure.at((may_be - empty) / rest);
+        may_be >= end || matches!(curve, OnCurve::Above(_))
+    };
     let state = match model.pressure.at(change) {
         _ if resistance - empty <= least => MicrochannelState::Quiet,
+        OnCurve::Inside { value, .. } if at_end() => {
+            MicrochannelState::Saturated { at_least: value }
+        }
         OnCurve::Inside { value, slope } => MicrochannelState::Pressed {
             pressure: value,
             deviation: slope * noise / rest,
