@@ -167,6 +167,47 @@ pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
     }
 }
 
+/// Refuses, before any work, outputs that cannot be written or would destroy something:
+/// `outputs` with their options, and `inputs` that the command reads.
+pub(crate) fn check_outputs(
+    outputs: &[(&str, Option<&PathBuf>)],
+    inputs: &[&PathBuf],
+) -> Result<(), Stop> {
+    let mut known: Vec<(&str, PathBuf)> = Vec::new();
+    for (option, path) in outputs {
+        let Some(path) = path else { continue };
+        let wrong = |message: String| {
+            let path = path.display();
+            Err(Stop::WrongInput(format!("{option} {path}: {message}")))
+        };
+        if path.is_dir() {
+            return wrong("is a folder; name a file".into());
+        }
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let Ok(folder) = folder.canonicalize() else {
+            let folder = folder.display();
+            return wrong(format!("there is no folder {folder}; make it first"));
+        };
+        let whole = folder.join(path.file_name().unwrap_or_default());
+        // An existing file by its own name, whatever links lead to it.
+        let whole = whole.canonicalize().unwrap_or(whole);
+        let same = |input: &&&PathBuf| input.canonicalize().is_ok_and(|input| input == whole);
+        if inputs.iter().any(|input| same(&input)) {
+            return wrong(
+                "is read by this command and would be overwritten; name another file".into(),
+            );
+        }
+        if let Some((other, _)) = known.iter().find(|(_, other)| *other == whole) {
+            return wrong(format!("is also the file of {other}; name another file"));
+        }
+        known.push((option, whole));
+    }
+    Ok(())
+}
+
 /// SHA-256 in hexadecimal digits.
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes)

@@ -178,6 +178,59 @@ fn bad_sensor_files_are_refused_at_the_very_word() {
     refused(&["check", &path], &["line 2 is not UTF-8"]);
 }
 
+/// Nothing that a command reads is overwritten, and no work is done for an output that
+/// cannot be written.
+#[test]
+fn outputs_are_checked_before_anything_is_done() {
+    let folder = folder("outputs");
+    let sensor = file(&folder, "sensor.toml", SENSOR);
+    let loads = "force_z [mN]\n10\n";
+    let table = file(&folder, "loads.csv", loads);
+    let new = folder.join("new.csv").to_str().unwrap().to_owned();
+    let nowhere = folder.join("none/x.svg").to_str().unwrap().to_owned();
+    let inside = folder.to_str().unwrap();
+    let predict = ["predict", &sensor, "--loads", &table];
+    for (arguments, parts) in [
+        (
+            vec!["check", &sensor, "-o", &sensor],
+            ["would be overwritten", "sensor.toml"],
+        ),
+        (
+            vec!["calibrate", &sensor, &table, "-o", &table],
+            ["would be overwritten", "loads.csv"],
+        ),
+        (
+            vec!["twin", &sensor, "--calibration-data", "-o", &sensor],
+            ["would be overwritten", "--output"],
+        ),
+        (
+            [&predict[..], &["-o", &table]].concat(),
+            ["would be overwritten", "loads.csv"],
+        ),
+        (
+            [&predict[..], &["-o", &new, "--plot", &new]].concat(),
+            ["--plot", "also the file of --output"],
+        ),
+        (
+            [&predict[..], &["-o", &new, "--plot", &nowhere]].concat(),
+            ["there is no folder", "make it first"],
+        ),
+        (
+            [&predict[..], &["-o", inside]].concat(),
+            ["is a folder", "name a file"],
+        ),
+        (
+            vec!["sweep", "p4-sections", "-o", &nowhere],
+            ["there is no folder", "none"],
+        ),
+    ] {
+        refused(&arguments, &parts);
+    }
+    assert_eq!(fs::read_to_string(&sensor).unwrap(), SENSOR);
+    assert_eq!(fs::read_to_string(&table).unwrap(), loads);
+    assert!(!Path::new(&new).exists());
+}
+
 #[test]
 fn predict_answers_row_by_row_in_three_formats() {
     let folder = folder("predict");

@@ -15,6 +15,13 @@ use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
+    let inputs = arguments.data.iter().chain(&arguments.with);
+    let inputs: Vec<_> = inputs.chain([&arguments.sensor]).collect();
+    let outputs = [
+        ("--output", arguments.output.as_ref()),
+        ("--report", arguments.report.as_ref()),
+    ];
+    files::check_outputs(&outputs, &inputs)?;
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
     let sensors: Vec<_> = named.iter().map(files::NamedSensor::described).collect();
     let options = CalibrateOptions {

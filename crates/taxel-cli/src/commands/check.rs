@@ -9,6 +9,11 @@ use crate::arguments::{COMMIT, Check, VERSION};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
+    let outputs = [
+        ("--output", arguments.output.as_ref()),
+        ("--plot", arguments.plot.as_ref()),
+    ];
+    files::check_outputs(&outputs, &[&arguments.sensor])?;
     let named = files::sensor(&arguments.sensor)?;
     let facts =
         summary(&named.sensor).map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))?;

@@ -15,6 +15,13 @@ use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
+    let tables = arguments.loads.iter().chain(&arguments.calibration);
+    let inputs: Vec<_> = tables.chain([&arguments.sensor]).collect();
+    let outputs = [
+        ("--output", arguments.output.as_ref()),
+        ("--plot", arguments.plot.as_ref()),
+    ];
+    files::check_outputs(&outputs, &inputs)?;
     let named = files::sensor(&arguments.sensor)?;
     let mut predictor = predictor(arguments, &named)?;
     let loads = loads(arguments, predictor.as_ref())?;

@@ -13,6 +13,11 @@ use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
+    let outputs = [
+        ("--output", arguments.output.as_ref()),
+        ("--plot", arguments.plot.as_ref()),
+    ];
+    files::check_outputs(&outputs, &[&arguments.study])?;
     let name = arguments.study.to_string_lossy().into_owned();
     let text = match Study::shipped_text(&name) {
         Some(text) if !arguments.study.exists() => text.to_owned(),

@@ -7,6 +7,8 @@ use crate::commands::calibrate::read_sensors;
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
+    let inputs: Vec<_> = arguments.with.iter().chain([&arguments.sensor]).collect();
+    files::check_outputs(&[("--output", arguments.output.as_ref())], &inputs)?;
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
     let sensors: Vec<_> = named.iter().map(files::NamedSensor::described).collect();
     let calibrator = calibrator(&sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
