@@ -291,7 +291,7 @@ fn nothing_that_counts_has_no_total() {
     let frame =
         std::iter::repeat_with(|| twin.next_delivery()).find_map(|delivery| match delivery {
             Delivery::Frame(frame) => Some(frame),
-            _ => None,
+            Delivery::Nothing(_) => None,
         });
     let (touch, _) = estimator.push(&frame.unwrap()).unwrap();
     assert_eq!(touch.left_out, 1);
