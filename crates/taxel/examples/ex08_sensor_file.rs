@@ -1,7 +1,6 @@
-//! A sensor file of one's own: a mistake with its place, what follows from the file, and
-//! the drawing.
+//! A sensor file of one's own: a mistake in it, what follows from it, and its drawing.
 //!
-//! Prints both and writes the drawing to the file named by the first argument (SVG).
+//! Prints the first two and writes the drawing to the file named by the first argument (SVG).
 #![allow(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
