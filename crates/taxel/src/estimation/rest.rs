@@ -210,11 +210,11 @@ impl RestCapture {
         let mut found = captured.to_vec();
         let (mut moving, mut most) = (0, (0, 0.0));
         let (mut impossible, mut first) = (0, None);
-        let at_end = |channel: &usize| {
-            let readings = &self.readings.channels()[*channel];
-            self.saturated[*channel] && readings.count == 0.0 && !judge.facts(*channel).masked
+        let at_end = |channel: usize| {
+            let readings = &self.readings.channels()[channel];
+            self.saturated[channel] && readings.count == 0.0 && !judge.facts(channel).masked
         };
-        let ends: Vec<bool> = (0..noise.len()).map(|channel| at_end(&channel)).collect();
+        let ends: Vec<bool> = (0..noise.len()).map(at_end).collect();
         let broken = ends.iter().filter(|at_end| **at_end).count();
         let many = broken > tolerated.max(TOLERATED_AT_END);
         for unit in 0..units {
