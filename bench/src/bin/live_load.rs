@@ -83,7 +83,10 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         drawing: String::new(),
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-    let summary = run_with_page(session, address, |page| println!("{page}"))?;
+    let summary = run_with_page(session, address, |page| {
+        println!("{page}");
+        Ok(())
+    })?;
     if let Some(failure) = summary.failure {
         return Err(failure.into());
     }

@@ -8,8 +8,9 @@ use taxel::sensor::Sensor;
 
 /// Two spellings of one value differ by rounding alone.
 const ROUNDING: f64 = 1e-12;
-/// The name of the device is no value of it.
-const NAME: &str = "name";
+/// The name of the device is no value of it, and a channel that has failed since changes
+/// no value of the others.
+const NO_VALUES: [&str; 2] = ["name", "mask"];
 
 /// A value with its spelling.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,10 +32,10 @@ impl Spelled {
 /// Values of a file by their key paths; none for a text that is no TOML.
 fn values(text: &str) -> BTreeMap<String, Spelled> {
     let mut found = BTreeMap::new();
-    if let Ok(table) = text.parse::<toml::Table>() {
+    if let Ok(mut table) = text.parse::<toml::Table>() {
+        table.retain(|key, _| !NO_VALUES.contains(&key));
         put(&mut found, "", &toml::Value::Table(table));
     }
-    found.remove(NAME);
     found
 }
 
@@ -93,6 +94,7 @@ pub(crate) fn differences(before: &str, now: &str, sensor: &Sensor) -> Vec<Strin
     // A default that is written out is no other value.
     if let Ok(mut known) = Sensor::parse("", before) {
         known.name.clone_from(&sensor.name);
+        known.mask.clone_from(&sensor.mask);
         if known == *sensor {
             found.clear();
         }
@@ -122,6 +124,7 @@ mod tests {
         same(&|text| format!("# A comment.\n{text}"));
         same(&|text| text.replace("\"50 um\"", "\"0.05 mm\""));
         same(&|text| text.replacen("name = \"", "name = \"another ", 1));
+        same(&|text| format!("{text}\n[[mask]]\ntaxel = [0, 0]\n"));
         // Keys of the first table in the other order.
         same(&|text| {
             let mut lines: Vec<&str> = text.lines().collect();

@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use taxel::estimation::{ArrayEstimator, ChannelState, State, Why};
+use taxel::estimation::{ArrayEstimator, ChannelState, FrameError, State, Why};
 use taxel::sensor::Sensor;
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
@@ -15,12 +15,20 @@ use taxel_recording::{Frame, Quantity};
 const CHANNELS: usize = 6;
 
 fn sensor() -> Sensor {
+    sensor_with("")
+}
+
+fn sensor_with(mask: &str) -> Sensor {
+    Sensor::parse("six.toml", &sensor_text(mask)).unwrap()
+}
+
+fn sensor_text(mask: &str) -> String {
     let text = "schema = 2\nname = \"six channels\"\n\
         [array]\nrows = 1\ncolumns = 1\npitch = \"20 mm\"\nmount = \"flat\"\n\
         [element.trained]\nfull_scale = \"10 N\"\n\
         groups = [{ name = \"chip\", channels = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\"] }]\n\
         [electronics]\nframe_rate = \"25 Hz\"\nscan = \"simultaneous\"\nreadout = { digital = { unit = \"counts\" } }\n";
-    Sensor::parse("six.toml", text).unwrap()
+    format!("{text}{mask}")
 }
 
 /// Time (s), force (N) and channels of one run of a body whose stiffness is
@@ -260,8 +268,8 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
     assert!((error - firm).abs() < 0.1, "{firm} {error}");
     let [error, _] = last(1.0, &empty);
     assert!((error - fresh[0]).abs() < 0.02, "{fresh:?} {error}");
-    let history = estimator.baseline().unwrap().history();
-    assert!(history.iter().any(|change| change.why == Why::Drift));
+    let mut history = estimator.baseline().unwrap().history();
+    assert!(history.any(|change| change.why == Why::Drift));
     // 30 minutes of drift are nine deviations of each channel.
     let level = estimator.baseline().unwrap().drift(0);
     assert!((level / (DRIFT * 41.0 * 60.0) - 1.0).abs() < 0.1, "{level}");
@@ -309,8 +317,8 @@ fn a_broken_channel_is_faulty_and_so_is_what_needs_it() {
     // The one cell of the picture can be masked, too.
     let mut masked = calibrated.clone();
     masked.mask = vec![taxel::sensor::Mask {
-        taxel: [0, 0],
-        capacitor: None,
+        taxel: Some([0, 0]),
+        ..taxel::sensor::Mask::default()
     }];
     let mut estimator = estimator(&masked);
     let (time, _, values) = rows(1.0, 21).swap_remove(0);
@@ -321,4 +329,72 @@ fn a_broken_channel_is_faulty_and_so_is_what_needs_it() {
     };
     let touch = estimator.push(&frame).unwrap().0;
     assert_eq!(touch.taxels[0].state, State::Masked);
+}
+
+/// Row "masked" of `tests/faults.rs`: maps that are trained without a channel do not
+/// notice what it reads, and maps that are trained with it say that they need it.
+#[test]
+fn a_masked_channel_is_left_out_of_the_maps_and_of_the_frames() {
+    let masked = sensor_with("[[mask]]\nchannel = \"chip c\"\n");
+    let outcome = trained(&masked, &[1.0, 1.0], 3);
+    let remarks: Vec<String> = outcome
+        .outcome
+        .remarks
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    let about = "channel 3 (chip c) is masked and is left out";
+    assert!(remarks.iter().any(|remark| remark == about), "{remarks:?}");
+    let sound = calibrated(&masked, &outcome);
+    for reads in [f64::NAN, 0.0, 1e9] {
+        let mut estimator = estimator(&sound);
+        estimator.begin_rest_capture(20);
+        let (mut ended, mut worst) = (None, 0.0_f64);
+        for (sequence, (time, force, mut values)) in (0..).zip(rows(1.0, 21)) {
+            values[2] = reads;
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values,
+            };
+            let (touch, captured) = estimator.push(&frame).unwrap();
+            ended = captured.or(ended);
+            assert_eq!(touch.channels.states[2], ChannelState::Masked);
+            assert_ne!(touch.taxels[0].state, State::Faulty);
+            let [found, deviation] = touch.pressing_force().unwrap();
+            worst = worst.max((found - force).abs() / deviation);
+        }
+        assert_eq!(ended, Some(Ok(())), "{reads}");
+        assert!(worst < 4.5, "{reads}: {worst} deviations");
+    }
+    // The mask came after the training: the calibration is still that of this sensor,
+    // but the maps need the channel.
+    let late = trained(&sensor(), &[1.0, 1.0], 3);
+    let late = calibrated(&masked, &late);
+    let device = late.device().unwrap();
+    let stream = late.trained().unwrap().stream();
+    assert_eq!(
+        device.reader(&stream).err(),
+        Some(FrameError::TrainedWithMasked {
+            channel: "chip c".into()
+        })
+    );
+}
+
+#[test]
+fn a_mask_is_of_a_taxel_or_of_a_channel_by_its_name() {
+    for (mask, says) in [
+        ("channel = \"chip x\"", "there is no channel \"chip x\""),
+        ("channel = \"chip c\"\ntaxel = [0, 0]", "not of both"),
+        ("capacitor = \"11\"", "without the taxel"),
+        ("taxel = [1, 0]", "no taxel in row 1"),
+    ] {
+        let text = sensor_text(&format!("[[mask]]\n{mask}\n"));
+        let refused = Sensor::parse("six.toml", &text).unwrap_err().to_string();
+        assert!(refused.contains(says), "{mask}: {refused}");
+    }
+    let shipped = Sensor::shipped_text("in-plane-50um").unwrap();
+    let text = format!("{shipped}\n[[mask]]\nchannel = \"a\"\n");
+    let refused = Sensor::parse("p1.toml", &text).unwrap_err().to_string();
+    assert!(refused.contains("belong to its taxels"), "{refused}");
 }

@@ -2,8 +2,11 @@
 
 use std::net::IpAddr;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::outputs::Existing;
 
 /// Version with the commit, as written into every file.
 pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -68,6 +71,24 @@ impl From<Format> for taxel::table::Format {
     }
 }
 
+/// Whether existing files are replaced.
+#[derive(Debug, Args)]
+pub(crate) struct Overwrite {
+    /// Replace output files that exist
+    #[arg(long)]
+    force: bool,
+}
+
+impl Overwrite {
+    pub(crate) fn existing(&self) -> Existing {
+        if self.force {
+            Existing::Replaced
+        } else {
+            Existing::Refused
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Check {
     /// Sensor file, or the name of a shipped one
@@ -75,12 +96,14 @@ pub(crate) struct Check {
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,
-    /// Write the result to this file instead of the standard output
+    /// Write the result to this file instead of the standard output (-)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Also draw the device to scale into this file (SVG)
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 #[derive(Debug, Args)]
@@ -110,12 +133,14 @@ pub(crate) struct Predict {
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,
-    /// Write the result to this file instead of the standard output
+    /// Write the result to this file instead of the standard output (-)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Also draw the answers into this file: .svg, or .html for a page
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 #[derive(Debug, Args)]
@@ -125,12 +150,14 @@ pub(crate) struct Sweep {
     /// Format of the table
     #[arg(long, value_enum, default_value = "csv")]
     pub(crate) format: Format,
-    /// Write the table to this file instead of the standard output
+    /// Write the table to this file instead of the standard output (-)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Also draw the maps into this file: .svg, or .html for a page
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 /// Mechanics as the command line names it.
@@ -179,16 +206,12 @@ pub(crate) struct Live {
     /// Seed of the twin's noise
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Frames that a rest capture averages
-    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u64).range(2..=100_000))]
-    pub(crate) tare_frames: u64,
-    /// Keep the rest values of the drawing instead of capturing them at the start
-    #[arg(long)]
-    pub(crate) no_tare: bool,
-    /// Also write the raw frames to this new file, for replay
+    #[command(flatten)]
+    pub(crate) start: RestAtStart,
+    /// Also write the raw frames to this file, for replay
     #[arg(long, value_name = "FILE")]
     pub(crate) save: Option<PathBuf>,
-    /// Also write the events of contacts to this new file, one line each as they
+    /// Also write the events of contacts to this file, one line each as they
     /// come: .csv or .jsonl
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
@@ -201,6 +224,53 @@ pub(crate) struct Live {
     /// Port of the page; 0 takes a free one
     #[arg(long, default_value_t = 7117)]
     pub(crate) port: u16,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+/// Where the rest values of the first frames come from.
+#[derive(Debug, Args)]
+pub(crate) struct RestAtStart {
+    /// Capture the rest values at the start, on any device and whatever presses; without it
+    /// only where the device needs it and no taxel stands out
+    #[arg(long)]
+    pub(crate) tare: bool,
+    /// Capture none at the start: keep the rest values of the drawing
+    #[arg(long, conflicts_with = "tare")]
+    pub(crate) no_tare: bool,
+    /// Frames that a rest capture averages [default: 50]; or a recording of this device, whose
+    /// first 50 frames are at rest: its rest values instead of a capture at the start
+    #[arg(
+        long,
+        value_name = "FRAMES|FILE",
+        default_value = "50",
+        hide_default_value = true
+    )]
+    pub(crate) rest: Rest,
+}
+
+/// What `--rest` says.
+#[derive(Debug, Clone)]
+pub(crate) enum Rest {
+    /// Capture them from so many frames.
+    Frames(usize),
+    /// Take them from the first frames of a recording.
+    Recording(PathBuf),
+}
+
+/// Frames of a rest capture.
+pub(crate) const REST_FRAMES: usize = 50;
+
+impl FromStr for Rest {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(frames @ 2..=100_000) => Ok(Self::Frames(frames)),
+            Ok(_) => Err("must be 2 to 100000 frames, or a recording".into()),
+            Err(_) => Ok(Self::Recording(text.into())),
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -219,7 +289,8 @@ pub(crate) struct Calibrate {
     /// column (gap); may be repeated
     #[arg(long, value_name = "SENSOR")]
     pub(crate) with: Vec<PathBuf>,
-    /// Write the calibration file (TOML) to this file
+    /// Write the calibration file (TOML) to this file; - is the standard output,
+    /// and the summary goes to the standard error
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Write a report with figures to this file (HTML)
@@ -242,6 +313,8 @@ pub(crate) struct Calibrate {
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: CalibrateFormat,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 /// Format of the result of a calibration.
@@ -263,7 +336,7 @@ pub(crate) struct Twin {
     /// Another sensor in the same table; may be repeated
     #[arg(long, value_name = "SENSOR")]
     pub(crate) with: Vec<PathBuf>,
-    /// Write the readings to this file instead of the standard output
+    /// Write the readings to this file instead of the standard output (-)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Seed of the noise
@@ -301,6 +374,8 @@ pub(crate) struct Twin {
     /// Distance of these indentations in mm
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = millimetres)]
     pub(crate) grid: f64,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 /// A length in mm.
@@ -329,13 +404,16 @@ pub(crate) struct Reproduce {
     /// that ends in .json, and the counts alone to the standard output
     #[arg(long, value_enum)]
     pub(crate) format: Option<ReportFormat>,
-    /// Write the report to this file
+    /// Write the report to this file; - is the standard output, and the counts go
+    /// to the standard error
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Also write the rows of each paper into its page, p1.md to p4.md, of
     /// this folder
     #[arg(long, value_name = "FOLDER")]
     pub(crate) ledger: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 #[derive(Debug, Args)]
@@ -347,9 +425,12 @@ pub(crate) struct Verify {
     #[arg(long)]
     pub(crate) short: bool,
     /// Also write a report to this file: .html, or .json for SI values. It is
-    /// written after each case, so that an interrupted run leaves what is done
+    /// written after each case, so that an interrupted run leaves what is done; - is
+    /// the standard output, which takes the JSON when all is done
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 /// A paper as the command line names it.

@@ -1,7 +1,7 @@
-//! Reading what the user names and writing results whole or not at all.
+//! Reading what the user names.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -9,7 +9,7 @@ use taxel::device::Device;
 use taxel::sensor::Sensor;
 use taxel_calibrate::TrainingFile;
 
-use crate::{Done, Stop};
+use crate::Stop;
 
 /// Largest description or table that is read, bytes.
 const LARGEST: u64 = 1 << 28;
@@ -73,21 +73,33 @@ fn with_shipped_names(stop: Stop, path: &Path) -> Stop {
     }
 }
 
-/// Reads a text file.
+/// Reads a text file; `-` is the standard input.
 pub(crate) fn text(path: &Path) -> Result<String, Stop> {
     let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", path.display()));
-    let about =
-        std::fs::metadata(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-    if about.is_dir() {
-        return Err(wrong("is a folder; a file is needed".into()));
+    let failed = |error: std::io::Error| wrong(format!("cannot be read: {error}"));
+    let mut bytes = Vec::new();
+    if path.as_os_str() == "-" {
+        let mut input = std::io::stdin().lock().take(LARGEST + 1);
+        input.read_to_end(&mut bytes).map_err(failed)?;
+    } else {
+        let about = std::fs::metadata(path).map_err(failed)?;
+        if about.is_dir() {
+            return Err(wrong("is a folder; a file is needed".into()));
+        }
+        if !about.is_file() && !is_handed_over(path) {
+            let message =
+                "is a device, pipe or socket; give an ordinary file, or - for the standard input";
+            return Err(wrong(message.into()));
+        }
+        let file = std::fs::File::open(path).map_err(failed)?;
+        file.take(LARGEST + 1)
+            .read_to_end(&mut bytes)
+            .map_err(failed)?;
     }
-    if about.len() > LARGEST {
-        return Err(wrong(format!(
-            "has {} bytes; at most {LARGEST} are read",
-            about.len()
-        )));
+    if bytes.len() as u64 > LARGEST {
+        let message = format!("has more than {LARGEST} bytes, which is the most that is read");
+        return Err(wrong(message));
     }
-    let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
     taxel_recording::text_of(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
@@ -96,6 +108,12 @@ pub(crate) fn text(path: &Path) -> Result<String, Stop> {
             "line {line} is not UTF-8 text (byte {at})\nhelp: save the file as UTF-8"
         ))
     })
+}
+
+/// True for what the shell hands over open: the standard input by its name, and
+/// `<(command)`.
+fn is_handed_over(path: &Path) -> bool {
+    path == Path::new("/dev/stdin") || path.starts_with("/dev/fd")
 }
 
 /// The recordings below `paths`: the CSV files of each folder lie together, and
@@ -167,47 +185,6 @@ pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
     }
 }
 
-/// Refuses, before any work, outputs that cannot be written or would destroy something:
-/// `outputs` with their options, and `inputs` that the command reads.
-pub(crate) fn check_outputs(
-    outputs: &[(&str, Option<&PathBuf>)],
-    inputs: &[&PathBuf],
-) -> Result<(), Stop> {
-    let mut known: Vec<(&str, PathBuf)> = Vec::new();
-    for (option, path) in outputs {
-        let Some(path) = path else { continue };
-        let wrong = |message: String| {
-            let path = path.display();
-            Err(Stop::WrongInput(format!("{option} {path}: {message}")))
-        };
-        if path.is_dir() {
-            return wrong("is a folder; name a file".into());
-        }
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let Ok(folder) = folder.canonicalize() else {
-            let folder = folder.display();
-            return wrong(format!("there is no folder {folder}; make it first"));
-        };
-        let whole = folder.join(path.file_name().unwrap_or_default());
-        // An existing file by its own name, whatever links lead to it.
-        let whole = whole.canonicalize().unwrap_or(whole);
-        let same = |input: &&&PathBuf| input.canonicalize().is_ok_and(|input| input == whole);
-        if inputs.iter().any(|input| same(&input)) {
-            return wrong(
-                "is read by this command and would be overwritten; name another file".into(),
-            );
-        }
-        if let Some((other, _)) = known.iter().find(|(_, other)| *other == whole) {
-            return wrong(format!("is also the file of {other}; name another file"));
-        }
-        known.push((option, whole));
-    }
-    Ok(())
-}
-
 /// SHA-256 in hexadecimal digits.
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes)
@@ -216,52 +193,4 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
             let _ = write!(text, "{byte:02x}");
             text
         })
-}
-
-/// Writes a result to `output`, or to the standard output.
-pub(crate) fn write(output: Option<&Path>, text: &str) -> Result<Done, Stop> {
-    write_pieces(output, |sink| sink(text)).map(|()| Done::Complete)
-}
-
-/// Where pieces of a result go.
-pub(crate) type Sink<'a> = &'a mut dyn FnMut(&str) -> Result<(), Stop>;
-
-/// Writes the pieces of a result that `give` hands out to `output`, or to the
-/// standard output.
-///
-/// A result appears only when it is whole: a file is written beside its place
-/// and then moved there, and the standard output waits for the last piece.
-pub(crate) fn write_pieces(
-    output: Option<&Path>,
-    give: impl FnOnce(Sink<'_>) -> Result<(), Stop>,
-) -> Result<(), Stop> {
-    let Some(path) = output else {
-        let mut whole = String::new();
-        give(&mut |piece| {
-            whole.push_str(piece);
-            Ok(())
-        })?;
-        let written = std::io::stdout().lock().write_all(whole.as_bytes());
-        // Whoever reads may stop early (`taxel ... | head`).
-        return match written {
-            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                Err(Stop::Failed(format!("cannot write the result: {error}")))
-            }
-            _ => Ok(()),
-        };
-    };
-    let failed = |error: std::io::Error| {
-        Stop::Failed(format!("{}: cannot be written: {error}", path.display()))
-    };
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let result = std::fs::File::create(&beside)
-        .map_err(failed)
-        .and_then(|mut file| give(&mut |piece| file.write_all(piece.as_bytes()).map_err(failed)))
-        .and_then(|()| std::fs::rename(&beside, path).map_err(failed));
-    if result.is_err() {
-        // What is left of the attempt is of no use.
-        let _ = std::fs::remove_file(&beside);
-    }
-    result
 }

@@ -3,12 +3,22 @@
 // Printing is what a command line is for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+/// Writes a line to the standard error, which may be closed; what files bring in is made
+/// visible.
+macro_rules! note {
+    ($($part:tt)*) => {
+        $crate::tell(&format!($($part)*))
+    };
+}
+
 mod arguments;
 mod commands;
 mod files;
 mod interrupt;
+mod outputs;
 mod progress;
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -69,6 +79,31 @@ fn main() -> ExitCode {
 }
 
 fn report(message: &str, code: u8) -> ExitCode {
-    eprintln!("error: {message}");
+    note!("error: {message}");
     ExitCode::from(code)
+}
+
+/// Writes `message` to the standard error.
+fn tell(message: &str) {
+    // Nobody may be there to read it.
+    let _ = writeln!(std::io::stderr(), "{}", visible(message));
+}
+
+/// `text` with its control characters written out, but for the ends of its lines: names and
+/// cells of files must not steer the terminal.
+pub(crate) fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if (c.is_control() && c != '\n') || turns_the_line(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// Marks that change the direction of a line.
+fn turns_the_line(c: char) -> bool {
+    matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

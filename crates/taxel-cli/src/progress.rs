@@ -41,17 +41,17 @@ impl Progress {
         };
         let line = format!("{}: {:.0} %{left}", self.what, 100.0 * fraction);
         if self.live {
-            eprint!("\r{line:<60}");
+            let _ = write!(std::io::stderr(), "\r{line:<60}");
             let _ = std::io::stderr().flush();
         } else {
-            eprintln!("{line}");
+            note!("{line}");
         }
     }
 
     /// Clears the line of a terminal.
     pub(crate) fn end(&mut self) {
         if self.live && self.shown.is_some() {
-            eprint!("\r{:<60}\r", "");
+            let _ = write!(std::io::stderr(), "\r{:<60}\r", "");
         }
     }
 }

@@ -259,8 +259,10 @@ fn arrays_go_from_readings_to_predictions_and_live_touch() {
             "0.4",
             "-o",
             &data,
+            "--force",
         ]);
-        let found = done(&["calibrate", sensor, &data, "-o", &file, "--format", "json"]);
+        let json = ["--format", "json", "--force"];
+        let found = done(&[&["calibrate", sensor, &data, "-o", &file], &json[..]].concat());
         let found: Value = serde_json::from_str(&found).unwrap();
         // Noise of 0.2 % of the largest change.
         let held_out = found["models"][0]["relative_hold_out"].as_f64().unwrap();
@@ -454,6 +456,7 @@ fn signals_of_another_moment_than_their_loads_are_named() {
             "--calibration-data",
             "-o",
             &data,
+            "--force",
             "--noise",
             "0.002",
         ];
@@ -486,7 +489,7 @@ fn a_second_clock_is_looked_at_for_each_device() {
     let folder = Folder::new("two-clocks");
     let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
     for sensor in [SENSOR, "three-axis-unit", "liquid-metal-2x4", "piezo-1.5mm"] {
-        done(&["twin", sensor, "--calibration-data", "-o", &data]);
+        done(&["twin", sensor, "--calibration-data", "-o", &data, "--force"]);
         let text = fs::read_to_string(&data).unwrap();
         let late = with_rows(&text, |row, cells| {
             let time = cells[0].parse::<f64>().map(|time| time + 3.0);
@@ -511,7 +514,7 @@ fn a_force_that_hangs_is_named_and_a_missing_voltage_left_out() {
     let folder = Folder::new("hanging");
     let (data, file) = (folder.path("data.csv"), folder.path("c.toml"));
     let bench = |sensor: &str| {
-        done(&["twin", sensor, "--calibration-data", "-o", &data]);
+        done(&["twin", sensor, "--calibration-data", "-o", &data, "--force"]);
         fs::read_to_string(&data).unwrap()
     };
     let text = bench("three-axis-unit");

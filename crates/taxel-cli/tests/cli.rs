@@ -484,10 +484,12 @@ fn events_are_counted_and_written_to_a_new_file_in_both_formats() {
         &["--events", ".csv or .jsonl"],
     );
     assert!(!Path::new(&unknown).exists());
-    // A run that cannot write its events leaves no file of frames either.
+    // One file for both is refused, and nothing is written.
     let (frames, both) = (path("frames.csv"), path("frames.csv"));
-    let output = taxel(&[&run[..], &["--save", &frames, "--events", &both]].concat());
-    assert_eq!(output.status.code(), Some(1));
+    refused(
+        &[&run[..], &["--save", &frames, "--events", &both]].concat(),
+        &["--events", "also the file of --save"],
+    );
     assert!(!Path::new(&frames).exists());
 }
 

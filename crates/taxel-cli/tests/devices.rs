@@ -184,3 +184,124 @@ fn the_reference_is_printed() {
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(output.stdout, Sensor::reference().into_bytes());
 }
+
+/// `taxel live` on 600 frames of a taxel that is pressed from the start to 4 s, as JSON.
+fn pressed_at_the_start(folder: &str, force: &str, more: &[&str]) -> Value {
+    let point = |time: &str, force: &str| {
+        format!("{{ time = \"{time}\", force = [\"0 N\", \"0 N\", \"{force}\"] }}, ")
+    };
+    let path = [
+        point("0 s", force),
+        point("4 s", force),
+        point("4.1 s", "0 N"),
+    ]
+    .concat();
+    let script = format!("{folder}/{}.toml", force.replace(' ', "_"));
+    let text = format!(
+        "schema = 1\nname = \"press\"\nduration = \"20 s\"\n[[probe]]\ntaxel = [2, 5]\npath = [{path}]\n"
+    );
+    fs::write(&script, text).unwrap();
+    let source = format!("sim:{script}");
+    let run = [
+        "live",
+        "three-axis-8x8",
+        "--source",
+        &source,
+        "--headless",
+        "--speed",
+        "max",
+    ];
+    let output = taxel(&[&run[..], &["--frames", "600", "--format", "json"], more].concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn the_zero_is_where_the_operator_says() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rest");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let folder = folder.to_str().unwrap();
+    let force = |summary: &Value| summary["last_force_n"][2].as_f64().unwrap();
+
+    let summary = pressed_at_the_start(folder, "60 mN", &[]);
+    assert_eq!(summary["tare"], "none");
+    assert!(
+        summary["notice"]
+            .as_str()
+            .unwrap()
+            .contains("row 2, column 5"),
+        "{summary}"
+    );
+
+    for option in [&["--tare"][..], &["--tare", "--rest", "100"]] {
+        let summary = pressed_at_the_start(folder, "5 mN", option);
+        assert_eq!(summary["tare"], "done");
+        assert_eq!(summary["below_zero"]["taxels"], 1, "{summary}");
+        assert!((force(&summary) + 5e-3).abs() < 1e-3, "{summary}");
+    }
+
+    let rest = format!("{folder}/rest.csv");
+    let run = [
+        "live",
+        "three-axis-8x8",
+        "--headless",
+        "--speed",
+        "max",
+        "--frames",
+    ];
+    for (frames, seed) in [("80", "7"), ("30", "8")] {
+        let save = if frames == "80" {
+            rest.clone()
+        } else {
+            format!("{folder}/short.csv")
+        };
+        let output = taxel(&[&run[..], &[frames, "--seed", seed, "--save", &save]].concat());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+    }
+    // Another seed is other noise of the same piece.
+    let summary = pressed_at_the_start(folder, "5 mN", &["--rest", &rest, "--seed", "7"]);
+    assert_eq!(summary["tare"], "loaded");
+    assert_eq!(summary["below_zero"], Value::Null);
+    assert!(force(&summary).abs() < 1e-3, "{summary}");
+
+    let short = format!("{folder}/short.csv");
+    let live = |rest: &str| {
+        [
+            "live",
+            "--headless",
+            "--speed",
+            "max",
+            "--frames",
+            "9",
+            "--rest",
+            rest,
+        ]
+        .map(String::from)
+    };
+    for (rest, parts) in [
+        (short.as_str(), &["--rest", "30 frames", "takes 50"][..]),
+        ("nowhere.csv", &["--rest nowhere.csv", "cannot be opened"]),
+        ("1", &["2 to 100000 frames, or a recording"]),
+    ] {
+        let arguments = live(rest);
+        refused(&arguments.each_ref().map(String::as_str), parts);
+    }
+    let arguments = live(&rest);
+    let arguments = arguments.each_ref().map(String::as_str);
+    refused(&[&arguments[..], &["--no-tare"]].concat(), &["--no-tare"]);
+    refused(
+        &[
+            "live",
+            "in-plane-50um",
+            "--headless",
+            "--speed",
+            "max",
+            "--frames",
+            "9",
+            "--rest",
+            &rest,
+        ],
+        &["--rest", "does not fit in-plane-50um", "256 channels"],
+    );
+}

@@ -56,6 +56,8 @@ fn beyond_the_models_there_is_a_state_and_no_number() {
 fn loads_without_meaning_are_refused_with_exit_code_2() {
     for (load, part) in [
         ("e=1", "outside 0 (included) to 1 (excluded)"),
+        ("e=0.9", "outside 0 to 0.759"),
+        ("e=0.9999", "outside 0 to 0.759"),
         ("u=1 mm", "outside 0 (included) to 1 (excluded)"),
         ("e=0.1, fz=1 N", "give exactly one"),
         ("fz=-1 N", "-1"),

@@ -43,9 +43,12 @@ fn a_tenth_of_the_sweep() {
     let sensor = Sensor::shipped(&study.sensor).unwrap();
     let array = sensor.microchannels().unwrap();
     let pitch = array.layout().pitch[0];
-    let solved = sweep(&study.microchannel_sections, array.element, pitch, &|_| {
-        true
-    });
+    let solved = sweep(
+        &study.microchannel_sections,
+        array.element,
+        pitch,
+        &|_, _| true,
+    );
     let answers = || solved.iter().flat_map(|design| &design.answers);
     for (state, stored) in [
         (SectionState::Open, row[1]),

@@ -1,7 +1,7 @@
 //! Faults of channels, for messages and the report.
 
 use serde::Serialize;
-use taxel::estimation::{ArrayEstimator, TouchSession};
+use taxel::estimation::{ArrayEstimator, Condition, TouchSession};
 
 /// A channel that something is against.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -36,6 +36,9 @@ pub struct SwappedChannels {
 pub struct ChannelConditions {
     /// Channels of the device.
     pub channels: usize,
+    /// Channels that are not used.
+    #[serde(skip)]
+    pub masked_channels: usize,
     /// Channels that something is against.
     pub wrong_channels: usize,
     /// They, but no more than the first 512.
@@ -59,6 +62,10 @@ impl ChannelConditions {
         };
         Self {
             channels: channels.len(),
+            masked_channels: channels
+                .iter()
+                .filter(|channel| channel.condition == Condition::Masked)
+                .count(),
             wrong_channels: wrong().count(),
             wrong: wrong()
                 .take(LISTED)

@@ -1,7 +1,6 @@
 //! Events of contacts for messages, the report and a file.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
@@ -10,7 +9,7 @@ use std::thread::JoinHandle;
 use serde::Serialize;
 use taxel::estimation::{TouchEvent, TouchEventKind};
 
-use crate::save::SaveError;
+use crate::save::{SaveError, created};
 
 /// One event as messages, the report and files have it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -117,7 +116,7 @@ impl EventRecord {
     }
 }
 
-/// A new file for events.
+/// A file for events.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EventFile {
     path: PathBuf,
@@ -136,9 +135,6 @@ pub enum EventFileError {
     /// Its name does not end in a known format.
     #[error("{}: events are written as .csv or .jsonl; end the name in one of these", .0.display())]
     Format(PathBuf),
-    /// It exists; nothing is ever overwritten.
-    #[error("{}: the file exists; name a new one", .0.display())]
-    Exists(PathBuf),
 }
 
 impl EventFile {
@@ -153,9 +149,6 @@ impl EventFile {
             Some("jsonl") => EventFormat::JsonLines,
             _ => return Err(EventFileError::Format(path.to_owned())),
         };
-        if path.exists() {
-            return Err(EventFileError::Exists(path.to_owned()));
-        }
         Ok(Self {
             path: path.to_owned(),
             format,
@@ -172,10 +165,11 @@ pub(crate) struct EventWriter {
 }
 
 impl EventWriter {
-    pub(crate) fn create(file: &EventFile) -> Result<Self, SaveError> {
+    /// Makes the file; one that exists is written anew only with `replace`.
+    pub(crate) fn create(file: &EventFile, replace: bool) -> Result<Self, SaveError> {
         let path = file.path.clone();
         let mut open =
-            File::create_new(&path).map_err(|cause| SaveError::Create { path, cause })?;
+            created(&path, replace).map_err(|cause| SaveError::Create { path, cause })?;
         let (lines, waiting) = mpsc::channel::<String>();
         let writer = std::thread::spawn(move || {
             for line in waiting {
@@ -376,7 +370,7 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("events.csv");
         let file = EventFile::new(&path).unwrap();
-        let writer = EventWriter::create(&file).unwrap();
+        let writer = EventWriter::create(&file, false).unwrap();
         let mut taken = Events::new(["N", "m/s"], Some(writer));
         let touch = TouchEvent {
             time_ns: 7,
@@ -392,14 +386,14 @@ mod tests {
         let text = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines, [COLUMNS, "7,1,touch,0.5,0.25,N,,,,,,,", lines[1]]);
-        assert_eq!(
-            EventFile::new(&path),
-            Err(EventFileError::Exists(path.clone()))
-        );
         assert!(matches!(
-            EventWriter::create(&file),
+            EventWriter::create(&file, false),
             Err(SaveError::Create { .. })
         ));
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+        EventWriter::create(&file, true).unwrap().finish().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, format!("{COLUMNS}\n"));
         let unknown = folder.join("events.txt");
         assert_eq!(
             EventFile::new(&unknown),

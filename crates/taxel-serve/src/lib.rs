@@ -1,6 +1,7 @@
 //! Live sources, HTTP and WebSocket service, and the page.
 
 mod condition;
+mod connection;
 mod events;
 mod interrupt;
 mod last_touch;
@@ -24,10 +25,10 @@ pub use interrupt::Interrupt;
 pub use last_touch::LastTouch;
 pub use latency::Latencies;
 pub use message::{Provenance, Tare};
-pub use pump::{Command, Failure, PumpOptions, Summary};
+pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
 pub use save::SaveError;
 pub use source::{Next, RecordingSize, ReplaySource, Source, SourceError, TwinSource};
-pub use tare::By;
+pub use tare::{BelowZero, By};
 
 use pump::{Pump, Shared};
 use server::Site;
@@ -50,6 +51,9 @@ pub enum ServeError {
     /// The system gives no runtime, random numbers or threads.
     #[error("the system refused: {0}")]
     System(String),
+    /// The address of the page could not be told.
+    #[error("cannot print the address of the page: {0}")]
+    NotTold(std::io::Error),
     /// The frames cannot be saved.
     #[error("{0}")]
     Save(#[from] SaveError),
@@ -99,11 +103,11 @@ pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
 /// or `options.frames` are done; `ready` receives the address of the page.
 ///
 /// # Errors
-/// As [`run_headless`], and when the address is taken.
+/// As [`run_headless`], when the address is taken, and when `ready` fails.
 pub fn run_with_page(
     session: Session,
     address: SocketAddr,
-    ready: impl FnOnce(&str),
+    ready: impl FnOnce(&str) -> std::io::Result<()>,
 ) -> Result<Summary, ServeError> {
     let (sender, commands) = mpsc::sync_channel(16);
     let shared = Shared::new();
@@ -133,12 +137,13 @@ pub fn run_with_page(
             ),
             drawing: session.drawing,
             token: token.clone(),
+            address: address.ip(),
             stale_after,
             shared: Arc::clone(&shared),
             commands: sender,
         });
         let interrupted = interruption()?;
-        ready(&server::page_address(address, &token));
+        ready(&server::page_address(address, &token)).map_err(ServeError::NotTold)?;
         let serving = tokio::spawn(server::serve(listener, site));
         let run = tokio::task::spawn_blocking(|| pump.run());
         let summary = finish(run, interrupted, &shared, ends).await;
@@ -182,28 +187,13 @@ fn runtime() -> Result<tokio::runtime::Runtime, ServeError> {
         .map_err(|error| ServeError::System(error.to_string()))
 }
 
-/// Ends with SIGINT (Ctrl-C) or, on Unix, SIGTERM.
+/// Ends with SIGINT (Ctrl-C) or, on Unix, SIGTERM and SIGHUP.
 fn interruption() -> Result<impl Future<Output = ()>, ServeError> {
-    let system = |error: std::io::Error| ServeError::System(error.to_string());
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        let mut interrupt = signal(SignalKind::interrupt()).map_err(system)?;
-        let mut terminate = signal(SignalKind::terminate()).map_err(system)?;
-        Ok(async move {
-            tokio::select! {
-                _ = interrupt.recv() => (),
-                _ = terminate.recv() => (),
-            }
-        })
-    }
-    #[cfg(not(unix))]
-    {
-        let mut interrupt = tokio::signal::windows::ctrl_c().map_err(system)?;
-        Ok(async move {
-            interrupt.recv().await;
-        })
-    }
+    let mut signals =
+        interrupt::Signals::listen().map_err(|error| ServeError::System(error.to_string()))?;
+    Ok(async move {
+        signals.next().await;
+    })
 }
 
 fn random_token() -> Result<String, ServeError> {

@@ -8,6 +8,8 @@ use taxel::estimation::{
 };
 use taxel::layout::Mount;
 
+use crate::tare::BelowZero;
+
 /// The bytes `TXL3`.
 const MAGIC: u32 = 0x334C_5854;
 /// Version of the protocol.
@@ -280,6 +282,8 @@ pub enum Tare {
     Running,
     /// The rest values are captured.
     Done,
+    /// The rest values are from a recording.
+    Loaded,
 }
 
 /// The message every 100 ms.
@@ -294,6 +298,7 @@ pub(crate) struct Status<'a> {
     pub(crate) tare: Tare,
     pub(crate) tare_time_ns: Option<u64>,
     pub(crate) message: &'a str,
+    pub(crate) below_zero: Option<&'a BelowZero>,
 }
 
 #[cfg(test)]

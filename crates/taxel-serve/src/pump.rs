@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use taxel::acquisition::{Frame, Stream};
-use taxel::estimation::{Continuity, FrameError, RestRefused, TouchSession};
+use taxel::estimation::{Continuity, FrameError, RestRefused, State, TaxelTouch, TouchSession};
 use tokio::sync::broadcast;
 
 use crate::condition::{ChannelConditions, ConditionSender};
@@ -19,7 +19,7 @@ use crate::latency::Latencies;
 use crate::message::{self, Health, Tare};
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
-use crate::tare::{BaselineSender, By, TareHistory};
+use crate::tare::{BaselineSender, BelowZero, By, TareHistory};
 
 /// Options of the pump.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,12 +30,16 @@ pub struct PumpOptions {
     pub frames: Option<u64>,
     /// Frames of a rest capture; default 50, as in the paper.
     pub tare_frames: usize,
-    /// True if a rest capture is taken at the start; default true.
-    pub tare_at_start: bool,
+    /// Whether a rest capture is taken at the start; default automatic.
+    pub start_tare: StartTare,
+    /// Name of the recording that the rest values of the session are from, if they are from one.
+    pub rest_from: Option<String>,
     /// Write the frames of the source to this file.
     pub save: Option<PathBuf>,
     /// Write the events to this file.
     pub events: Option<EventFile>,
+    /// True if `save` and `events` may replace ordinary files that exist; default false.
+    pub replace_files: bool,
     /// Lines of provenance for the saved file.
     pub provenance: Vec<String>,
 }
@@ -46,19 +50,37 @@ impl Default for PumpOptions {
             speed: 1.0,
             frames: None,
             tare_frames: 50,
-            tare_at_start: true,
+            start_tare: StartTare::Automatic,
+            rest_from: None,
             save: None,
             events: None,
+            replace_files: false,
             provenance: Vec::new(),
         }
     }
+}
+
+/// Whether a run begins with a rest capture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StartTare {
+    /// Where the device takes one at the start, and no taxel stands out from the others.
+    Automatic,
+    /// On any device, whatever presses.
+    Asked,
+    /// No.
+    Never,
 }
 
 /// Commands while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Take a rest capture from the next frames.
-    Tare(By),
+    Tare {
+        /// Who asks for it.
+        by: By,
+        /// True to take it even while something presses.
+        force: bool,
+    },
     /// Return to the calibration's own rest values.
     ClearTare,
     /// Return to the rest values after this entry of the tare history.
@@ -96,6 +118,7 @@ pub(crate) struct StatusNow {
     pub(crate) tare: Tare,
     pub(crate) tare_time_ns: Option<u64>,
     pub(crate) notice: String,
+    pub(crate) below_zero: Option<BelowZero>,
     /// Text messages that every client gets once, and again when they change.
     pub(crate) posts: [Post; POSTS],
 }
@@ -133,6 +156,7 @@ impl Shared {
                 tare: Tare::None,
                 tare_time_ns: None,
                 notice: String::new(),
+                below_zero: None,
                 posts: std::array::from_fn(|_| Post {
                     text: Arc::from(""),
                     version: 0,
@@ -184,6 +208,8 @@ pub struct Summary {
     pub tare: Tare,
     /// Last notice to the operator, such as a refused rest capture.
     pub notice: String,
+    /// Taxels below zero at the end, and why.
+    pub below_zero: Option<BelowZero>,
     /// Events of contacts.
     pub events: EventSummary,
     /// Condition of the channels at the end.
@@ -227,6 +253,7 @@ pub(crate) struct Pump {
     saver: Option<Saver>,
     events: Events,
     tares: TareHistory,
+    below_zero: Option<BelowZero>,
     conditions: ConditionSender,
     baselines: BaselineSender,
 }
@@ -267,13 +294,22 @@ impl Pump {
         commands: mpsc::Receiver<Command>,
     ) -> Result<Self, SaveError> {
         let saver = match &options.save {
-            Some(path) => Some(Saver::create(path, source.stream(), &options.provenance)?),
+            Some(path) => Some(Saver::create(
+                path,
+                source.stream(),
+                &options.provenance,
+                options.replace_files,
+            )?),
             None => None,
         };
-        let writer = options.events.as_ref().map(EventWriter::create).transpose();
+        let writer = options
+            .events
+            .as_ref()
+            .map(|file| EventWriter::create(file, options.replace_files))
+            .transpose();
         let writer = writer.inspect_err(|_| {
             // Nothing was written yet: no file is left for a run that never began.
-            if let Some(path) = &options.save {
+            if let Some(path) = options.save.as_ref().filter(|_| !options.replace_files) {
                 let _ = std::fs::remove_file(path);
             }
         })?;
@@ -289,7 +325,8 @@ impl Pump {
                 ],
                 writer,
             ),
-            tares: TareHistory::new(&session),
+            tares: TareHistory::new(&session, options.rest_from.as_deref()),
+            below_zero: None,
             conditions: ConditionSender::default(),
             baselines: BaselineSender::default(),
             source,
@@ -319,9 +356,7 @@ impl Pump {
 
     pub(crate) fn run(mut self) -> Summary {
         self.tell_rest();
-        if self.options.tare_at_start && self.session.estimator().rules().rest.at_start {
-            self.command(Command::Tare(By::Start));
-        }
+        self.tare_at_start();
         let mut failure = self.frames().err();
         if let Some(saver) = self.saver.take()
             && let Err(error) = saver.finish()
@@ -349,11 +384,25 @@ impl Pump {
             sent: self.shared.sent().clone(),
             tare: status.tare,
             notice: status.notice,
+            below_zero: self.below_zero,
             events,
             conditions: ChannelConditions::of(&self.session),
             last: self.last,
             failure,
         }
+    }
+
+    fn tare_at_start(&mut self) {
+        let frames = self.options.tare_frames;
+        match self.options.start_tare {
+            StartTare::Automatic if self.session.estimator().rules().rest.at_start => {
+                self.session.begin_unasked_rest_capture(frames);
+            }
+            StartTare::Asked => self.session.begin_rest_capture(frames),
+            StartTare::Automatic | StartTare::Never => return,
+        }
+        self.tares.begin(By::Start, false);
+        self.tell_rest();
     }
 
     fn frames(&mut self) -> Result<(), Failure> {
@@ -402,9 +451,13 @@ impl Pump {
         let running = self.session.capturing();
         self.shared.status().notice.clear();
         match command {
-            Command::Tare(by) => {
-                self.session.begin_rest_capture(self.options.tare_frames);
-                self.tares.begin(by);
+            Command::Tare { by, force } => {
+                let pressed = self.session.pressed();
+                self.tares.begin(by, pressed.is_some());
+                match pressed.filter(|_| !force) {
+                    Some(refused) => return self.captured(Err(refused), now),
+                    None => self.session.begin_rest_capture(self.options.tare_frames),
+                }
             }
             Command::ClearTare | Command::UndoTare { .. } if running => {
                 self.shared.status().notice = RUNNING.into();
@@ -437,7 +490,8 @@ impl Pump {
         }
         self.shared.status().last_arrival = arrival;
         let rate = self.rate(arrival);
-        let (tared, capturing) = (self.tares.captured_ns().is_some(), self.session.capturing());
+        let tared = self.session.estimator().is_tared();
+        let capturing = self.session.capturing();
         let observed = self.session.push(&frame)?;
         let (touch, captured) = (observed.touch, observed.captured);
         self.clipped_frames += u64::from(touch.clipped > 0);
@@ -462,11 +516,22 @@ impl Pump {
         let (touch, meaning) = (self.session.estimator().touch(), self.session.meaning());
         self.last = Some(LastTouch::new(touch, meaning, self.last.take()));
         self.latency.push(arrival.elapsed().as_secs_f64());
+        self.find_below_zero();
         if let Some(captured) = captured {
-            self.captured(captured, frame.time_ns);
+            self.captured(captured, Some(frame.time_ns));
         }
         self.tell_condition(frame.time_ns);
         self.save(frame)
+    }
+
+    fn find_below_zero(&mut self) {
+        let touch = self.session.estimator().touch();
+        let below = |taxel: &&TaxelTouch| taxel.state == State::BelowZero;
+        let taxels = touch.taxels.iter().filter(below).count();
+        if self.below_zero.as_ref().map_or(0, |below| below.taxels) != taxels {
+            self.below_zero = (taxels > 0).then(|| self.tares.below_zero(taxels));
+            self.shared.status().below_zero.clone_from(&self.below_zero);
+        }
     }
 
     fn save(&mut self, frame: Frame) -> Result<(), Failure> {
@@ -476,7 +541,7 @@ impl Pump {
         }
     }
 
-    fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: u64) {
+    fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: Option<u64>) {
         let refused = captured.err().map(|refused| refused.to_string());
         self.tares
             .captured(time_ns, refused.as_deref(), &self.session);
@@ -494,6 +559,7 @@ impl Pump {
         status.tare = match captured_ns {
             _ if self.session.capturing() => Tare::Running,
             Some(_) => Tare::Done,
+            None if self.session.estimator().is_tared() => Tare::Loaded,
             None => Tare::None,
         };
         drop(status);

@@ -1,6 +1,6 @@
 //! Saves the raw frames of a run as a recording of channels.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -15,7 +15,7 @@ const WAITING: usize = 1 << 14;
 /// Why frames could not be saved.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
-    /// The file cannot be made; an existing one is never overwritten.
+    /// The file cannot be made; an existing one is overwritten only on request.
     #[error("{}: cannot be made: {cause}", path.display())]
     Create {
         /// The file.
@@ -33,6 +33,19 @@ pub enum SaveError {
     },
 }
 
+/// Opens a new file, or with `replace` an ordinary one that exists: it is written anew in
+/// its place, so that its mode and the links to it stay.
+pub(crate) fn created(path: &Path, replace: bool) -> std::io::Result<File> {
+    if !replace || std::fs::symlink_metadata(path).is_err() {
+        return File::create_new(path);
+    }
+    // Opening a pipe would wait for its reader.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(std::io::Error::other("it is no ordinary file"));
+    }
+    OpenOptions::new().write(true).truncate(true).open(path)
+}
+
 /// Writes frames on a thread of its own, so that the disk cannot delay them.
 #[derive(Debug)]
 pub(crate) struct Saver {
@@ -46,12 +59,13 @@ impl Saver {
         path: &Path,
         stream: &Stream,
         provenance: &[String],
+        replace: bool,
     ) -> Result<Self, SaveError> {
         let fail = |cause| SaveError::Create {
             path: path.to_owned(),
             cause,
         };
-        let file = File::create_new(path).map_err(fail)?;
+        let file = created(path, replace).map_err(fail)?;
         let mut writer =
             ChannelWriter::new(BufWriter::new(file), stream, provenance).map_err(fail)?;
         let (frames, waiting) = mpsc::sync_channel::<Frame>(WAITING);

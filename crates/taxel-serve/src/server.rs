@@ -1,22 +1,23 @@
 //! HTTP and WebSocket: the page and its data, for holders of the token only.
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
-use axum::extract::{Query, State};
+use axum::extract::{Query, Request as HttpRequest, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use axum::serve::ListenerExt;
 use serde::Deserialize;
 use subtle::ConstantTimeEq;
 use tokio::net::TcpListener;
 use tokio::sync::broadcast::error::RecvError;
 
+use crate::connection::Limited;
 use crate::message::Status;
 use crate::pump::{Command, POSTS, Shared, StatusNow};
 use crate::tare::By;
@@ -30,12 +31,16 @@ const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-
 
 /// Interval at which each client receives the state of the source.
 const STATUS_EVERY: Duration = Duration::from_millis(100);
+/// A connection to which nothing could be sent for so long is dropped.
+const LONGEST_SILENCE: Duration = Duration::from_secs(30);
 /// Largest command of a client, bytes.
 const LARGEST_COMMAND: usize = 4096;
 
 /// State of the routes.
 pub(crate) struct Site {
     pub(crate) token: String,
+    /// Address on which the service listens.
+    pub(crate) address: IpAddr,
     pub(crate) hello: String,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub(crate) drawing: String,
@@ -54,9 +59,14 @@ struct Access {
 #[derive(Debug, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
 enum Request {
-    Tare {},
+    Tare {
+        #[serde(default)]
+        force: bool,
+    },
     ClearTare {},
-    UndoTare { to: u64 },
+    UndoTare {
+        to: u64,
+    },
 }
 
 /// Serves until the stop flag is set.
@@ -74,16 +84,15 @@ pub(crate) async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Re
         )
         .route("/drawing.svg", get(drawing))
         .route("/ws", get(socket))
+        .layer(from_fn_with_state(Arc::clone(&site), own_host))
         .with_state(site);
     let stopped = async move {
         while !shared.stopped() {
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
     };
-    // A frame must not wait until the client has acknowledged the one before.
-    let listener = listener.tap_io(|stream| {
-        let _ = stream.set_nodelay(true);
-    });
+    let limit = LONGEST_SILENCE;
+    let listener = Limited { listener, limit };
     axum::serve(listener, router)
         .with_graceful_shutdown(stopped)
         .await
@@ -93,6 +102,35 @@ impl Site {
     fn admits(&self, access: &Access) -> bool {
         self.token.as_bytes().ct_eq(access.token.as_bytes()).into()
     }
+}
+
+/// Refuses requests that name another host: a page elsewhere could have its name point
+/// to this machine.
+async fn own_host(State(site): State<Arc<Site>>, request: HttpRequest, next: Next) -> Response {
+    let host = request.headers().get(header::HOST);
+    let host = host.and_then(|host| host.to_str().ok()).unwrap_or("");
+    if is_own(host, site.address) {
+        return next.run(request).await;
+    }
+    let text = "421 this service has another name: open the address that `taxel live` printed\n";
+    (StatusCode::MISDIRECTED_REQUEST, text).into_response()
+}
+
+/// True if `host`, with or without a port, is a name of this machine or the address `bound`;
+/// of a service that listens on all addresses any address.
+fn is_own(host: &str, bound: IpAddr) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
+        _ => host,
+    };
+    if name.eq_ignore_ascii_case("localhost") {
+        return true;
+    }
+    let bare = name
+        .strip_prefix('[')
+        .and_then(|name| name.strip_suffix(']'));
+    let address: Result<IpAddr, _> = bare.unwrap_or(name).parse();
+    address.is_ok_and(|address| address.is_loopback() || address == bound || bound.is_unspecified())
 }
 
 fn asset(kind: &'static str, text: &'static str) -> Response {
@@ -225,7 +263,10 @@ fn obey(site: &Site, text: &str) {
     // What is no command is ignored; so is a command on top of a full queue.
     if let Ok(request) = serde_json::from_str::<Request>(text) {
         let _ = site.commands.try_send(match request {
-            Request::Tare {} => Command::Tare(By::Page),
+            Request::Tare { force } => Command::Tare {
+                by: By::Page,
+                force,
+            },
             Request::ClearTare {} => Command::ClearTare,
             Request::UndoTare { to } => Command::UndoTare { to },
         });
@@ -245,6 +286,7 @@ fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
         tare: now.tare,
         tare_time_ns: now.tare_time_ns,
         message: &now.notice,
+        below_zero: now.below_zero.as_ref(),
     };
     serde_json::to_string(&status).unwrap_or_default()
 }
@@ -252,4 +294,34 @@ fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
 /// Address of the page for people.
 pub(crate) fn page_address(address: SocketAddr, token: &str) -> String {
     format!("http://{address}/?token={token}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_own_names_are_answered() {
+        let lan: IpAddr = "192.168.7.9".parse().unwrap();
+        for host in [
+            "localhost:7117",
+            "LocalHost",
+            "127.0.0.1:80",
+            "[::1]:7117",
+            "192.168.7.9:1",
+        ] {
+            assert!(is_own(host, lan), "{host}");
+        }
+        for host in [
+            "",
+            "evil.example",
+            "evil.example:7117",
+            "127.0.0.1.evil.example",
+            "10.0.0.1",
+        ] {
+            assert!(!is_own(host, lan), "{host}");
+        }
+        assert!(is_own("10.0.0.1:7117", "0.0.0.0".parse().unwrap()));
+        assert!(!is_own("evil.example", "0.0.0.0".parse().unwrap()));
+    }
 }

@@ -133,10 +133,16 @@ impl ReplaySource {
             path: path.to_owned(),
             cause,
         };
-        let file = File::open(path).map_err(open)?;
-        if file.metadata().map_err(open)?.is_dir() {
+        // Before it is opened: a pipe would wait for its writer, a device may never end.
+        let about = std::fs::metadata(path).map_err(open)?;
+        if about.is_dir() {
             return Err(open(std::io::Error::other("it is a folder")));
         }
+        if !about.is_file() {
+            let message = "it is a device, pipe or socket; give an ordinary file";
+            return Err(open(std::io::Error::other(message)));
+        }
+        let file = File::open(path).map_err(open)?;
         let recording = read(&path.to_string_lossy(), BufReader::new(file))?;
         Ok(Self {
             stream: recording.stream().clone(),

@@ -1,6 +1,7 @@
 //! Which rest values were in force when, by whom they came, and the way back.
 
 use std::collections::VecDeque;
+use std::time::SystemTime;
 
 use serde::Serialize;
 use taxel::estimation::{Rest, TouchSession, Why};
@@ -51,13 +52,32 @@ struct Entry {
     largest_change: Option<LargestChange>,
     /// The entry that was gone back to.
     to: Option<u64>,
-    /// Why it was refused.
+    /// Why it was refused, or where the first rest values are from.
     message: String,
+    /// True if something pressed while they were captured.
+    #[serde(skip)]
+    under_load: bool,
+    /// When, s since 1970.
+    #[serde(skip)]
+    unix_s: f64,
     /// The rest values after it, and when they were captured.
     #[serde(skip)]
     rest: Rest,
     #[serde(skip)]
     captured_ns: Option<u64>,
+}
+
+/// Taxels that read below zero, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BelowZero {
+    /// How many.
+    pub taxels: usize,
+    /// The cause in words; the moment of the zero stands beside it.
+    pub cause: &'static str,
+    /// When the zero was taken, s since 1970; none for one that was not taken in this run.
+    pub zero_unix_s: Option<f64>,
+    /// The same in device time, ns.
+    pub zero_time_ns: Option<u64>,
 }
 
 /// The history of the rest values of one run.
@@ -67,38 +87,76 @@ pub(crate) struct TareHistory {
     next: u64,
     /// Who asked for the capture that runs.
     by: By,
+    /// True if something pressed as it began.
+    under_load: bool,
+    from_recording: bool,
 }
 
 /// Entries that are kept beside the first one.
 const KEPT: usize = 64;
 
 impl TareHistory {
-    /// Begins with the rest values of `session`.
-    pub(crate) fn new(session: &TouchSession) -> Self {
+    /// Begins with the rest values of `session`, which may be from a recording.
+    pub(crate) fn new(session: &TouchSession, recording: Option<&str>) -> Self {
         let mut history = Self {
             entries: VecDeque::new(),
             next: 0,
             by: By::Start,
+            under_load: false,
+            from_recording: recording.is_some(),
         };
-        history.push(TareKind::Begun, By::Start, None, session);
+        let entry = history.push(TareKind::Begun, By::Start, None, session);
+        if let Some(recording) = recording {
+            entry.message = format!("from {recording}");
+        }
         history
     }
 
-    /// A capture begins.
-    pub(crate) fn begin(&mut self, by: By) {
-        self.by = by;
+    /// A capture begins, under load or not.
+    pub(crate) fn begin(&mut self, by: By, under_load: bool) {
+        (self.by, self.under_load) = (by, under_load);
+    }
+
+    /// Why `taxels` taxels read below zero.
+    pub(crate) fn below_zero(&self, taxels: usize) -> BelowZero {
+        let last = self.entries.back();
+        let captured = last.filter(|entry| entry.captured_ns.is_some());
+        let cause = match captured {
+            Some(entry) if entry.under_load => "the zero was taken under load",
+            Some(_) => "the zero was taken under load, or the sensor has changed since",
+            None if self.from_recording
+                && last.is_some_and(|last| last.kind != TareKind::Cleared) =>
+            {
+                "the recorded rest is not that of the sensor now"
+            }
+            None => "the rest values are those of the drawing: no zero was taken",
+        };
+        BelowZero {
+            taxels,
+            cause,
+            zero_unix_s: captured.map(|entry| entry.unix_s),
+            zero_time_ns: captured.and_then(|entry| entry.captured_ns),
+        }
     }
 
     /// The capture has ended; `refused` says why it changed nothing.
-    pub(crate) fn captured(&mut self, time_ns: u64, refused: Option<&str>, session: &TouchSession) {
+    pub(crate) fn captured(
+        &mut self,
+        time_ns: Option<u64>,
+        refused: Option<&str>,
+        session: &TouchSession,
+    ) {
         let kind = match refused {
             None => TareKind::Captured,
             Some(_) => TareKind::Refused,
         };
-        let entry = self.push(kind, self.by, Some(time_ns), session);
+        let under_load = self.under_load;
+        let entry = self.push(kind, self.by, time_ns, session);
         entry.message = refused.unwrap_or_default().into();
         if refused.is_none() {
-            entry.captured_ns = Some(time_ns);
+            entry.captured_ns = time_ns;
+            entry.under_load = under_load;
+            entry.unix_s = unix_s();
         }
     }
 
@@ -120,11 +178,12 @@ impl TareHistory {
         let Some(entry) = found else {
             return false;
         };
-        let (rest, captured_ns) = (entry.rest.clone(), entry.captured_ns);
-        session.restore_rest(&rest);
+        let before = entry.clone();
+        session.restore_rest(&before.rest);
         let entry = self.push(TareKind::Undone, By::Page, time_ns, session);
         entry.to = Some(to);
-        entry.captured_ns = captured_ns;
+        entry.captured_ns = before.captured_ns;
+        (entry.under_load, entry.unix_s) = (before.under_load, before.unix_s);
         true
     }
 
@@ -157,6 +216,8 @@ impl TareHistory {
             to: None,
             message: String::new(),
             captured_ns: before.and_then(|before| before.captured_ns),
+            under_load: before.is_some_and(|before| before.under_load),
+            unix_s: before.map_or(f64::NAN, |before| before.unix_s),
             rest,
         };
         self.next += 1;
@@ -176,7 +237,7 @@ impl TareHistory {
 pub(crate) struct BaselineSender {
     sent_ns: Option<u64>,
     /// Changes of the history that were looked at.
-    seen: usize,
+    seen: u64,
     count: u64,
     last: VecDeque<BaselineChange>,
 }
@@ -200,13 +261,19 @@ impl BaselineSender {
         let soon = self
             .sent_ns
             .is_some_and(|sent| time_ns.abs_diff(sent) < SEND_EVERY_NS);
-        let history = session.estimator().baseline()?.history();
-        if soon || history.len() == self.seen {
+        let baseline = session.estimator().baseline()?;
+        let new = baseline.changes() - self.seen;
+        if soon || new == 0 {
             return None;
         }
         self.sent_ns = Some(time_ns);
         let before = self.count;
-        for change in history.get(self.seen..).unwrap_or_default() {
+        let history = baseline.history();
+        let kept = history.len();
+        // Those that are no longer kept came in one second: they count.
+        self.count += new.saturating_sub(kept as u64);
+        let new = kept.min(usize::try_from(new).unwrap_or(kept));
+        for change in history.skip(kept - new) {
             // Tares have a history of their own.
             if change.why != Why::Tare {
                 self.count += 1;
@@ -218,7 +285,7 @@ impl BaselineSender {
                 });
             }
         }
-        self.seen = history.len();
+        self.seen = baseline.changes();
         self.last.drain(..self.last.len().saturating_sub(SENT));
         let message = || {
             let message = serde_json::json!({
@@ -230,6 +297,11 @@ impl BaselineSender {
         };
         (self.count > before).then(message)
     }
+}
+
+fn unix_s() -> f64 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    since.map_or(f64::NAN, |since| since.as_secs_f64())
 }
 
 fn largest_change(before: &[f64], after: &[f64], session: &TouchSession) -> Option<LargestChange> {

@@ -295,10 +295,10 @@ fn undoing_a_tare_restores_the_rest_values_bit_for_bit() {
     ] {
         let quiet = "schema = 1\nname = \"quiet\"\nduration = \"9 s\"\n";
         let (mut twin, mut session) = twin(sensor, quiet);
-        let mut tares = TareHistory::new(&session);
+        let mut tares = TareHistory::new(&session, None);
         let mut capture = |session: &mut TouchSession, tares: &mut TareHistory| {
             session.begin_rest_capture(20);
-            tares.begin(By::Page);
+            tares.begin(By::Page, false);
             loop {
                 let Delivery::Frame(frame) = twin.next_delivery() else {
                     continue;
@@ -306,7 +306,7 @@ fn undoing_a_tare_restores_the_rest_values_bit_for_bit() {
                 let captured = session.push(&frame).unwrap().captured;
                 if let Some(captured) = captured {
                     captured.unwrap();
-                    tares.captured(frame.time_ns, None, session);
+                    tares.captured(Some(frame.time_ns), None, session);
                     return session.rest();
                 }
             }
@@ -391,4 +391,54 @@ fn a_command_that_cannot_be_done_says_why_and_changes_nothing() {
         summary.notice
     );
     assert_eq!(summary.tare, crate::Tare::Done);
+}
+
+#[test]
+fn a_zero_that_was_forced_under_load_is_named_once_the_load_has_gone() {
+    let script = "schema = 1\nname = \"press\"\nduration = \"9 s\"\n[[probe]]\ntaxel = [2, 5]\npath = [\
+        { time = \"2 s\", force = [\"0 N\", \"0 N\", \"5 mN\"] },\
+        { time = \"4 s\", force = [\"0 N\", \"0 N\", \"5 mN\"] },\
+        { time = \"4.1 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }]\n";
+    let (twin, session) = twin("three-axis-8x8", script);
+    let shared = Shared::new();
+    let (sender, commands) = mpsc::sync_channel(4);
+    let options = PumpOptions {
+        speed: f64::INFINITY,
+        frames: Some(400),
+        ..PumpOptions::default()
+    };
+    let source = PressedAt {
+        source: TwinSource::new(twin),
+        command: Some((2_500_000_000, sender)),
+    };
+    let summary = Pump::new(Box::new(source), session, options, shared, commands)
+        .unwrap()
+        .run();
+    let below = summary.below_zero.unwrap();
+    assert_eq!(below.taxels, 1);
+    assert_eq!(below.cause, "the zero was taken under load");
+    assert!(below.zero_time_ns.unwrap() > 2_500_000_000 && below.zero_unix_s.is_some());
+}
+
+/// A source that forces a tare at a device time, ns.
+struct PressedAt {
+    source: TwinSource,
+    command: Option<(u64, mpsc::SyncSender<Command>)>,
+}
+
+impl Source for PressedAt {
+    fn stream(&self) -> &Stream {
+        self.source.stream()
+    }
+
+    fn next(&mut self) -> Result<Next, SourceError> {
+        let next = self.source.next()?;
+        if let Next::Frame(frame) = &next
+            && let Some((_, sender)) = self.command.take_if(|(at, _)| frame.time_ns > *at)
+        {
+            let (by, force) = (By::Page, true);
+            sender.send(Command::Tare { by, force }).unwrap();
+        }
+        Ok(next)
+    }
 }

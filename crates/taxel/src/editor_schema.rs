@@ -34,6 +34,13 @@ fn flatten(schema: &mut Value) {
 
 /// TOML has no null: what may be missing is what it is when it is there.
 fn drop_null(object: &mut Map<String, Value>) {
+    if let Some(Value::Array(types)) = object.get_mut("type") {
+        types.retain(|kind| kind != "null");
+        if let [kind] = &mut types[..] {
+            let kind = kind.take();
+            object.insert("type".into(), kind);
+        }
+    }
     let Some(Value::Array(options)) = object.remove("anyOf") else {
         return;
     };

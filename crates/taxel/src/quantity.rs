@@ -28,50 +28,70 @@ pub struct Dimension {
     pub units: &'static [(&'static str, f64)],
     /// Symbol of the SI unit.
     pub si: &'static str,
+    /// Smallest and largest size of a value that is not zero, SI: far beyond what a
+    /// sensor has, so that what is computed from it stays finite.
+    pub sizes: [f64; 2],
 }
 
 macro_rules! dimensions {
-    ($($(#[$doc:meta])* $name:ident = $text:literal, $si:literal: [$($unit:literal = $scale:literal),+];)+) => {
+    ($($(#[$doc:meta])* $name:ident = $text:literal, $si:literal, $sizes:tt:
+        [$($unit:literal = $scale:literal),+];)+) => {
         $($(#[$doc])*
         pub static $name: Dimension =
-            Dimension { name: $text, units: &[$(($unit, $scale)),+], si: $si };)+
+            Dimension { name: $text, units: &[$(($unit, $scale)),+], si: $si, sizes: $sizes };)+
         static ALL: &[&Dimension] = &[$(&$name),+];
     };
 }
 
 dimensions! {
     /// Length, m.
-    LENGTH = "a length", "m": ["nm" = 1e-9, "um" = 1e-6, "mm" = 1e-3, "cm" = 1e-2, "m" = 1.0];
+    LENGTH = "a length", "m", [1e-12, 1e3]:
+        ["nm" = 1e-9, "um" = 1e-6, "mm" = 1e-3, "cm" = 1e-2, "m" = 1.0];
     /// Time, s.
-    TIME = "a time", "s": ["ns" = 1e-9, "us" = 1e-6, "ms" = 1e-3, "s" = 1.0, "min" = 60.0];
+    TIME = "a time", "s", [1e-12, 1e9]:
+        ["ns" = 1e-9, "us" = 1e-6, "ms" = 1e-3, "s" = 1.0, "min" = 60.0];
     /// Frequency, Hz.
-    FREQUENCY = "a frequency", "Hz": ["Hz" = 1.0, "kHz" = 1e3, "MHz" = 1e6];
+    FREQUENCY = "a frequency", "Hz", [1e-6, 1e12]:
+        ["Hz" = 1.0, "kHz" = 1e3, "MHz" = 1e6];
     /// Force, N.
-    FORCE = "a force", "N": ["uN" = 1e-6, "mN" = 1e-3, "N" = 1.0, "kN" = 1e3];
+    FORCE = "a force", "N", [1e-12, 1e6]:
+        ["uN" = 1e-6, "mN" = 1e-3, "N" = 1.0, "kN" = 1e3];
     /// Stiffness of a spring, N/m.
-    STIFFNESS = "a stiffness", "N/m": ["N/m" = 1.0, "kN/m" = 1e3, "N/mm" = 1e3, "MN/m" = 1e6];
+    STIFFNESS = "a stiffness", "N/m", [1e-9, 1e12]:
+        ["N/m" = 1.0, "kN/m" = 1e3, "N/mm" = 1e3, "MN/m" = 1e6];
     /// Stress or pressure, Pa.
-    STRESS = "a stress", "Pa": ["Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6, "GPa" = 1e9];
+    STRESS = "a stress", "Pa", [1e-6, 1e13]:
+        ["Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6, "GPa" = 1e9];
     /// Capacitance, F.
-    CAPACITANCE = "a capacitance", "F": ["aF" = 1e-18, "fF" = 1e-15, "pF" = 1e-12, "nF" = 1e-9, "F" = 1.0];
+    CAPACITANCE = "a capacitance", "F", [1e-24, 1e3]:
+        ["aF" = 1e-18, "fF" = 1e-15, "pF" = 1e-12, "nF" = 1e-9, "F" = 1.0];
     /// Density, kg/m³.
-    DENSITY = "a density", "kg/m3": ["kg/m3" = 1.0, "g/cm3" = 1e3];
+    DENSITY = "a density", "kg/m3", [1e-3, 1e6]:
+        ["kg/m3" = 1.0, "g/cm3" = 1e3];
     /// Viscosity, Pa s.
-    VISCOSITY = "a viscosity", "Pa s": ["mPa s" = 1e-3, "Pa s" = 1.0];
+    VISCOSITY = "a viscosity", "Pa s", [1e-9, 1e9]:
+        ["mPa s" = 1e-3, "Pa s" = 1.0];
     /// Speed, m/s.
-    SPEED = "a speed", "m/s": ["mm/s" = 1e-3, "m/s" = 1.0];
+    SPEED = "a speed", "m/s", [1e-12, 1e6]:
+        ["mm/s" = 1e-3, "m/s" = 1.0];
     /// Charge per force, C/N.
-    CHARGE_PER_FORCE = "a charge per force", "C/N": ["pC/N" = 1e-12, "nC/N" = 1e-9, "C/N" = 1.0];
+    CHARGE_PER_FORCE = "a charge per force", "C/N", [1e-18, 1.0]:
+        ["pC/N" = 1e-12, "nC/N" = 1e-9, "C/N" = 1.0];
     /// Electrical resistance, Ω.
-    RESISTANCE = "a resistance", "ohm": ["mohm" = 1e-3, "ohm" = 1.0, "kohm" = 1e3, "Mohm" = 1e6, "Gohm" = 1e9];
+    RESISTANCE = "a resistance", "ohm", [1e-9, 1e18]:
+        ["mohm" = 1e-3, "ohm" = 1.0, "kohm" = 1e3, "Mohm" = 1e6, "Gohm" = 1e9];
     /// Electrical resistivity, Ω m.
-    RESISTIVITY = "a resistivity", "ohm m": ["nohm m" = 1e-9, "uohm m" = 1e-6, "ohm m" = 1.0];
+    RESISTIVITY = "a resistivity", "ohm m", [1e-12, 1e18]:
+        ["nohm m" = 1e-9, "uohm m" = 1e-6, "ohm m" = 1.0];
     /// Area, m².
-    AREA = "an area", "m2": ["um2" = 1e-12, "mm2" = 1e-6, "cm2" = 1e-4, "m2" = 1.0];
+    AREA = "an area", "m2", [1e-20, 1e6]:
+        ["um2" = 1e-12, "mm2" = 1e-6, "cm2" = 1e-4, "m2" = 1.0];
     /// Charge, C.
-    CHARGE = "a charge", "C": ["fC" = 1e-15, "pC" = 1e-12, "nC" = 1e-9, "C" = 1.0];
+    CHARGE = "a charge", "C", [1e-21, 1e6]:
+        ["fC" = 1e-15, "pC" = 1e-12, "nC" = 1e-9, "C" = 1.0];
     /// Voltage, V.
-    VOLTAGE = "a voltage", "V": ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
+    VOLTAGE = "a voltage", "V", [1e-12, 1e6]:
+        ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
 }
 
 /// All dimensions that files know.
@@ -190,6 +210,20 @@ pub trait Rule {
     const OPEN: bool;
     /// Largest value, SI.
     const HIGHEST: f64;
+    /// Smallest and largest size of a value that is not zero, SI.
+    const SIZES: [f64; 2] = match Self::DIMENSION {
+        Some(dimension) => dimension.sizes,
+        None => NUMBERS,
+    };
+}
+
+/// Sizes of plain numbers, as [`Dimension::sizes`].
+const NUMBERS: [f64; 2] = [1e-15, 1e15];
+
+/// Range of values under the rule `R`, within the sizes of its dimension, SI.
+fn limits<R: Rule>() -> [f64; 2] {
+    let [_, largest] = R::SIZES;
+    [R::LOWEST.max(-largest), R::HIGHEST.min(largest)]
 }
 
 macro_rules! rules {
@@ -206,6 +240,7 @@ macro_rules! rules {
     };
 }
 
+/// No other limit than the sizes of the dimension.
 const NO_LIMIT: f64 = f64::INFINITY;
 
 rules! {
@@ -288,35 +323,41 @@ rules! {
 
 /// Checks `value` (SI) against the range of `R`; `shown` is what the file says.
 fn in_range<R: Rule>(value: f64, shown: &str) -> Result<f64, String> {
+    let [lowest, highest] = limits::<R>();
     let low = if R::OPEN {
-        value > R::LOWEST
+        value > lowest
     } else {
-        value >= R::LOWEST
+        value >= lowest
     };
-    if low && value <= R::HIGHEST {
-        Ok(value)
-    } else {
-        Err(format!(
-            "{shown} is out of range: must be {}",
-            range_text::<R>()
-        ))
+    let [smallest, _] = R::SIZES;
+    if !(low && value <= highest) {
+        let range = range_text::<R>();
+        return Err(format!("{shown} is out of range: must be {range}"));
     }
+    if value != 0.0 && value.abs() < smallest {
+        let unit = unit_text::<R>();
+        let or_zero = if R::OPEN { "" } else { "; 0 is also possible" };
+        return Err(format!(
+            "{shown} is out of range: its size must be at least {smallest:e}{unit}{or_zero}"
+        ));
+    }
+    Ok(value)
+}
+
+fn unit_text<R: Rule>() -> String {
+    R::DIMENSION.map_or(String::new(), |dimension| format!(" {}", dimension.si))
 }
 
 fn range_text<R: Rule>() -> String {
-    let unit = R::DIMENSION.map_or(String::new(), |dimension| format!(" {}", dimension.si));
+    let unit = unit_text::<R>();
     let low = if R::OPEN { "greater than" } else { "at least" };
-    let (lowest, highest) = (limit(R::LOWEST), limit(R::HIGHEST));
-    match (R::LOWEST.is_finite(), R::HIGHEST.is_finite()) {
-        (true, true) => format!("{low} {lowest}{unit} and at most {highest}{unit}"),
-        (true, false) => format!("{low} {lowest}{unit}"),
-        _ => String::from("finite"),
-    }
+    let [lowest, highest] = limits::<R>().map(limit);
+    format!("{low} {lowest}{unit} and at most {highest}{unit}")
 }
 
 /// A limit without its zeros: `1e9`, `0.65`.
 fn limit(value: f64) -> String {
-    if value >= 1e5 {
+    if value.abs() >= 1e5 {
         format!("{value:e}")
     } else {
         value.to_string()
@@ -413,10 +454,7 @@ impl<R: Rule> JsonSchema for Checked<R> {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         let kind = R::DIMENSION.map_or("a number", |dimension| dimension.name);
-        let value = match range_text::<R>().as_str() {
-            "finite" => kind.to_owned(),
-            range => format!("{kind}, {range}"),
-        };
+        let value = format!("{kind}, {}", range_text::<R>());
         let Some(dimension) = R::DIMENSION else {
             let mut schema =
                 json_schema!({"type": "number", "description": range_text::<R>(), VALUE: value});
@@ -425,10 +463,8 @@ impl<R: Rule> JsonSchema for Checked<R> {
             } else {
                 "minimum"
             };
-            for (keyword, limit) in [(lowest, R::LOWEST), ("maximum", R::HIGHEST)] {
-                if limit.is_finite() {
-                    schema.insert(keyword.into(), limit.into());
-                }
+            for (keyword, limit) in [lowest, "maximum"].into_iter().zip(limits::<R>()) {
+                schema.insert(keyword.into(), limit.into());
             }
             return schema;
         };
@@ -547,6 +583,23 @@ mod tests {
         assert_eq!(STIFFNESS.parse("9.62 kN/m"), Ok(9620.0));
         assert_eq!(CAPACITANCE.parse(" 1.5e2 fF "), Ok(150e-15));
         assert_eq!(TIME.parse("-2 ms"), Ok(-2e-3));
+    }
+
+    #[test]
+    fn sizes_are_finite_and_leave_zero() {
+        for dimension in dimensions() {
+            let [smallest, largest] = dimension.sizes;
+            assert!(smallest > 0.0 && smallest < 1.0 && largest.is_finite());
+        }
+        assert_eq!(in_range::<AnyVoltage>(0.0, ""), Ok(0.0));
+        assert_eq!(in_range::<AnyVoltage>(-1e6, ""), Ok(-1e6));
+        for wrong in [-1e308, f64::INFINITY, f64::NAN, 5e-324, -5e-324] {
+            assert!(in_range::<AnyVoltage>(wrong, "").is_err(), "{wrong}");
+            assert!(in_range::<PositiveResistance>(wrong, "").is_err());
+            assert!(in_range::<PositiveGain>(wrong, "").is_err(), "{wrong}");
+        }
+        let message = in_range::<PositiveResistance>(5e-324, "\"5e-324 ohm\"").unwrap_err();
+        assert!(message.contains("at least 1e-9 ohm"), "{message}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use taxel::device::{InPlaneFieldPredictor, InPlaneLoadState};
-use taxel::mechanics::{EndCondition, EndShear};
+use taxel::mechanics::{ElectrodeStiffness, EndCondition, EndShear, TopFace, force_error};
 use taxel::predict::{Loads, Predictor};
 use taxel::sensor::Sensor;
 use taxel::transduction::{InPlaneModel, NoField, SolvedInPlane};
@@ -47,6 +47,58 @@ fn loads_are_answered_by_the_solved_section() {
     let mut row = Vec::new();
     predictor.answer(&loads.load(0), &mut row).unwrap();
     assert_eq!(row.len(), predictor.columns().len());
+}
+
+/// Sections that are no shipped ones: half length over thickness, grip, ends, modulus of
+/// the electrodes over that of the layer, compression.
+#[test]
+fn the_stated_error_of_the_force_holds_for_other_sections() {
+    for (aspect, top, ends, stiff, compression) in [
+        (
+            1.3,
+            TopFace::Frictionless,
+            EndCondition::ShortLayer,
+            None,
+            0.1,
+        ),
+        (
+            3.4,
+            TopFace::Frictionless,
+            EndCondition::ShortLayer,
+            None,
+            0.2,
+        ),
+        (4.26, TopFace::Frictionless, EndCondition::Free, None, 0.1),
+        (2.5, TopFace::Frictionless, EndCondition::Free, None, 0.07),
+        (3.2, TopFace::Gripped, EndCondition::ShortLayer, None, 0.15),
+        (
+            2.2,
+            TopFace::Frictionless,
+            EndCondition::ShortLayer,
+            Some(1.75),
+            0.08,
+        ),
+    ] {
+        let mut model = model(50);
+        let height = match top {
+            TopFace::Frictionless => model.layer.thickness,
+            TopFace::Gripped => 0.5 * model.layer.thickness,
+        };
+        model.layer.top = top;
+        model.layer.end_condition = ends;
+        model.layer.contact_half_length = aspect * height;
+        if stiff.is_none() {
+            model.electrodes.stiffness = ElectrodeStiffness::AsLayer;
+        }
+        let closed = model.layer.compress(compression).unwrap().mean_stress;
+        let stated = force_error(&model.layer, &model.electrodes, compression).unwrap();
+        let solved = solve(&model, compression);
+        let off = (solved.last().mean_stress / closed - 1.0).abs();
+        assert!(
+            off <= stated + 1e-3,
+            "{aspect} {top:?} {stiff:?}: {off} of {stated}"
+        );
+    }
 }
 
 #[test]

@@ -190,6 +190,35 @@ proptest! {
     }
 
     #[test]
+    fn the_force_never_falls_where_it_is_a_number(
+        e in 0.3..0.999_f64, step in 1e-4..0.1_f64, aspect in 1.0..50.0_f64, chi in 0.65..10.0_f64
+    ) {
+        for end in [
+            EndCondition::Given(GivenFactor { chi }), EndCondition::Free, EndCondition::ShortLayer,
+            EndCondition::WideLayer,
+        ] {
+            let layer = layer(aspect, end);
+            let Ok(high) = layer.compress((e + step).min(0.9999)) else { continue };
+            let low = layer.compress(e).map(|state| state.force);
+            // Within 1e-5 of the summit the force is level.
+            prop_assert!(low.is_ok_and(|low| low <= high.force * (1.0 + 1e-9)), "{end:?}");
+        }
+    }
+
+    #[test]
+    fn the_short_layer_is_one_smooth_law(e in 0.0..0.4_f64, aspect in 1.1..8.0_f64) {
+        let chi = |aspect: f64| EndCondition::ShortLayer.factor(aspect, e).unwrap();
+        for at in [aspect, 2.0, 5.0] {
+            let step = 1e-6 * at;
+            let [left, middle, right] = [at - step, at, at + step].map(chi);
+            prop_assert!((right - left).abs() < 2e-6, "{at}: {left} {right}");
+            let bend = ((right - middle) - (middle - left)) / step;
+            // A kink would be a change of slope of 0.1 and more.
+            prop_assert!(bend.abs() < 1e-3, "{at}: {bend}");
+        }
+    }
+
+    #[test]
     fn small_compressions_follow_the_series(exponent in -9.0..-3.0_f64, aspect in 0.5..20.0_f64) {
         let e = 10_f64.powf(exponent);
         let kinematics = LayerKinematics::new(e).unwrap();
@@ -294,9 +323,10 @@ proptest! {
             EndCondition::Tapered(shear), EndCondition::Tail(shear),
         ] {
             match layer(aspect, end).compress(e) {
-                Ok(state) => prop_assert!(!state.force.is_nan() && !state.end_factor.is_nan()),
+                Ok(state) => prop_assert!(state.force >= 0.0 && !state.end_factor.is_nan()),
                 Err(LayerError::Compression { .. }) => prop_assert!(!(0.0..1.0).contains(&e)),
                 Err(LayerError::AspectOutsideTable { .. }) => prop_assert!(aspect < 1.0),
+                Err(LayerError::Falling { limit, .. }) => prop_assert!(e > limit && limit > 0.4),
                 Err(error) => prop_assert!(matches!(end, EndCondition::Tapered(_)), "{error}"),
             }
         }

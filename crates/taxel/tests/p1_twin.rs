@@ -362,7 +362,7 @@ fn the_table_of_answers_has_a_cell_for_every_column() {
         let predictor = device.predictor().unwrap();
         for (column, values) in [
             (0, vec![0.0, 95e-6, 300e-6, 500e-6]),
-            (1, vec![0.0, 0.1, 0.35, 0.5, 0.9999]),
+            (1, vec![0.0, 0.1, 0.35, 0.5, 0.75]),
             (2, vec![0.0, 1.0, 80.0, 1e6]),
             (3, vec![0.0, 1e-14, 1e-10]),
         ] {
@@ -378,15 +378,13 @@ fn the_table_of_answers_has_a_cell_for_every_column() {
                 });
                 assert!(finite, "{column} {value}: {row:?}");
             }
-            let mut load = [None; 4];
-            load[1] = Some(LoadValue::Number(1.0));
-            assert_eq!(
-                predictor
-                    .answer(&Load(&load), &mut Vec::new())
-                    .unwrap_err()
-                    .column,
-                1
-            );
+            // Where the force of the law would fall, and where there is no layer.
+            for refused in [0.77, 0.9999, 1.0] {
+                let mut load = [None; 4];
+                load[1] = Some(LoadValue::Number(refused));
+                let error = predictor.answer(&Load(&load), &mut Vec::new()).unwrap_err();
+                assert_eq!(error.column, 1);
+            }
         }
     }
 }

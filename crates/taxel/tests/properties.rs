@@ -4,7 +4,8 @@
 use proptest::prelude::*;
 use taxel::acquisition::{Frame, Quantity, Stimulus};
 use taxel::estimation::{
-    ArrayEstimator, Outcome, SearchOptions, State, ThreeAxisOptions, ThreeAxisReader, estimate_unit,
+    ArrayEstimator, ChannelState, Outcome, SearchOptions, State, ThreeAxisOptions, ThreeAxisReader,
+    estimate_unit,
 };
 use taxel::mechanics::{Relaxation, RelaxationTerm};
 use taxel::sensor::Sensor;
@@ -232,6 +233,109 @@ proptest! {
             prop_assert!((found.force[axis] - force[axis]).abs() < 1e-10, "{:?}", found);
         }
         prop_assert!(found.chi2 < 1e-6);
+    }
+}
+
+/// Side forces and pressing or pulling forces up to 2 N in any direction.
+fn any_overload() -> impl Strategy<Value = [f64; 3]> {
+    let direction = (-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64);
+    (direction, 0.02..2.0_f64).prop_filter_map("no direction", |((x, y, z), size)| {
+        let length = (x * x + y * y + z * z).sqrt();
+        (length > 1e-3).then(|| [x, y, z].map(|part| size * part / length))
+    })
+}
+
+/// An estimator of the shipped array that reads capacitances, and its first unit.
+fn reading_capacitances() -> (ArrayEstimator, UnitModel) {
+    let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+    let calibration = sensor.three_axis().unwrap().calibration();
+    let unit = calibration.units[0];
+    let options = ThreeAxisOptions::default();
+    let reader = ThreeAxisReader::new(calibration, Quantity::Capacitance, options).unwrap();
+    (ArrayEstimator::new(Box::new(reader)), unit)
+}
+
+/// A frame with `first` on the first taxel and rest on the others.
+fn frame(first: [f64; 4], rest: [f64; 4]) -> Frame {
+    let taxels = std::iter::once(first).chain(std::iter::repeat_n(rest, 63));
+    Frame {
+        sequence: 0,
+        time_ns: 0,
+        values: taxels.flatten().collect(),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3_000))]
+
+    #[test]
+    fn no_capacitance_falls_after_first_contact(
+        unit in any_unit(), force in any_overload(), more in 1.0..20.0_f64
+    ) {
+        let (_, touching) = unit.predict(force);
+        prop_assume!(touching.closed().contains(&true));
+        let (_, pressed) = unit.predict(force.map(|part| more * part));
+        for i in 0..4 {
+            let (first, later) = (touching.plates[i], pressed.plates[i]);
+            prop_assert!(later.capacitance >= first.capacitance * (1.0 - 1e-12));
+            prop_assert!(later.least_air_gap >= 0.0);
+            if touching.closed()[i] {
+                prop_assert!(pressed.closed()[i]);
+                // A plate that is pulled may touch with a corner and open at its centre.
+                let pulled = force[2] < 0.0;
+                prop_assert!(pulled || first.capacitance > unit.plates.rest_capacitance(i));
+            }
+        }
+        // The way up to contact is continuous.
+        let share = unit.open_share(force);
+        let before = capacitance(&unit, force.map(|part| 0.999_999 * share * part));
+        for i in 0..4 {
+            prop_assert!(close(before[i], touching.plates[i].capacitance, 1e-4));
+        }
+    }
+
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1_000))]
+
+    #[test]
+    fn no_touching_load_reads_ok(
+        force in any_overload(), noise in prop::array::uniform4(-3e-16..3e-16_f64)
+    ) {
+        let (mut estimator, unit) = reading_capacitances();
+        let share = unit.open_share(force);
+        prop_assume!(share < 1.0);
+        let exact = capacitance(&unit, force);
+        let readings = std::array::from_fn(|i| exact[i] + noise[i]);
+        let touch = estimator.push(&frame(readings, unit.rest())).unwrap().0;
+        let taxel = touch.taxels[0];
+        // Pulled far off on the other side, a plate reads nothing.
+        let lost = readings.iter().any(|c| *c < 0.2 * unit.rest()[0]);
+        let expected = if lost { State::Faulty } else { State::Closed };
+        prop_assert_eq!(taxel.state, expected, "{:?} {:?}", taxel, readings);
+        if !lost {
+            for axis in 0..3 {
+                let bound = share * force[axis];
+                // Noise of at most 3 of its standard deviations on all four.
+                let slack = 8.0 * taxel.deviation()[axis];
+                prop_assert!(taxel.value[axis] * bound.signum() > bound.abs() - slack, "{:?}", taxel);
+            }
+            prop_assert!(taxel.counted);
+        }
+    }
+
+    #[test]
+    fn one_wrong_capacitor_at_rest_is_inconsistent(wrong in 0..4_usize, reading in 350e-15..660e-15_f64) {
+        let (mut estimator, unit) = reading_capacitances();
+        let mut readings = unit.rest();
+        readings[wrong] = reading;
+        let touch = estimator.push(&frame(readings, unit.rest())).unwrap().0;
+        prop_assert_eq!(touch.taxels[0].state, State::Inconsistent, "{:?}", touch.taxels[0]);
+        prop_assert!(!touch.channels.states.contains(&ChannelState::Closed));
+        prop_assert_eq!(touch.left_out, 1);
+        prop_assert!(touch.total.force[2].abs() < 1e-9);
+        prop_assert!(touch.contacts.is_empty());
     }
 }
 

@@ -3,8 +3,10 @@
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
 use taxel::calibration::Calibration;
+use taxel::device::Device;
 use taxel::estimation::{
     ArrayEstimator, ChannelState, RestRefused, State, ThreeAxisOptions, ThreeAxisReader, Touch,
+    TouchEventKind, TouchSession,
 };
 use taxel::sensor::Sensor;
 
@@ -171,10 +173,120 @@ fn closing_a_gap_is_contact_and_never_a_bare_number() {
 /// rigid plane, and the force is not out of range but wrong.
 #[test]
 fn one_tile_that_stands_is_inconsistent() {
-    let mut run = Run::new(&array(), &probe("[\"30 mN\", \"-30 mN\", \"40 mN\"]"));
-    let (touch, _) = run.touch_at(3.0);
-    assert_eq!(touch.taxels[2 * 8 + 5].state, State::Inconsistent);
+    let calibration = array().three_axis().unwrap().calibration();
+    let unit = calibration.units[0];
+    let force = [30e-3, -30e-3, 40e-3];
+    let standing = unit.predict(force).1;
+    assert_eq!(standing.closed(), [false, false, false, true]);
+    // The same unit with room under that tile.
+    let mut deep = unit;
+    deep.plates.air_gap[3] = 30e-6;
+    let mut readings = deep.predict(force).1.capacitance();
+    readings[3] = standing.capacitance()[3];
+    let taxels = std::iter::once(readings).chain(std::iter::repeat_n(unit.rest(), 63));
+    let frame = Frame {
+        sequence: 0,
+        time_ns: 0,
+        values: taxels.flatten().collect(),
+    };
+    let options = ThreeAxisOptions::default();
+    let reader = ThreeAxisReader::new(calibration, Quantity::Capacitance, options).unwrap();
+    let mut estimator = ArrayEstimator::new(Box::new(reader));
+    let touch = estimator.push(&frame).unwrap().0;
+    assert_eq!(touch.taxels[0].state, State::Inconsistent);
     assert_eq!(touch.left_out, 1);
+}
+
+/// Under the twin's own overload the plane stops as a whole, and the force is
+/// a bound.
+#[test]
+fn an_oblique_overload_is_a_bound_and_ends_with_its_release() {
+    let text = Sensor::shipped_text("three-axis-8x8").unwrap();
+    let text = text.replace(
+        "air_gap_deviation = \"0.2 um\"",
+        "air_gap_deviation = \"0 um\"",
+    );
+    let sensor = Sensor::parse("even.toml", &text).unwrap();
+    let device = sensor.three_axis().unwrap();
+    let unit = device.calibration().units[0];
+    for force in [
+        [-0.119, -0.161, 1.516],
+        [0.08, -0.086, 0.102],
+        [1.9, 0.3, 0.4],
+        [0.03, -0.03, 0.04],
+    ] {
+        let newtons = force.map(|part: f64| format!("\"{part} N\"")).join(", ");
+        let script = format!(
+            "schema = 1\nname = \"press\"\nduration = \"6 s\"\n[[probe]]\ntaxel = [2, 5]\npath = [\n\
+             {{ time = \"1.5 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }},\n\
+             {{ time = \"2.5 s\", force = [{newtons}] }},\n{{ time = \"4 s\", force = [{newtons}] }},\n\
+             {{ time = \"5 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }}]\n"
+        );
+        let stimulus = Stimulus::parse("script", &script).unwrap();
+        let mut twin = Twin::new(&sensor, &stimulus, 7).unwrap();
+        let stream = twin.stream().clone();
+        let reader = device.reader(&stream).unwrap();
+        let mut session = TouchSession::new(reader, device.observed(&stream));
+        session.begin_rest_capture(REST_FRAMES);
+        let mut released = None;
+        loop {
+            let Delivery::Frame(frame) = twin.next_delivery() else {
+                continue;
+            };
+            let observed = session.push(&frame).unwrap();
+            let time = frame.time_ns as f64 * 1e-9;
+            let taxel = observed.touch.taxels[2 * 8 + 5];
+            if (2.6..3.9).contains(&time) {
+                assert_eq!(taxel.state, State::Closed, "{force:?} {time}: {taxel:?}");
+                let bound = unit.open_share(force) * force[2];
+                let slack = 6.0 * taxel.pressed_deviation();
+                assert!(taxel.pressed() > bound - slack, "{force:?}: {taxel:?}");
+            }
+            let mut kinds = observed.events.iter().map(|event| event.kind);
+            if kinds.any(|kind| kind == TouchEventKind::Release) {
+                released = released.or(Some(time));
+            }
+            if time > 5.5 {
+                break;
+            }
+        }
+        assert!(
+            released.is_some_and(|time| time > 4.5),
+            "{force:?}: {released:?}"
+        );
+    }
+}
+
+/// A bump that sinks adds c|F_x|, and noise alone makes |F_x|: an untouched
+/// array must not read a pull.
+#[test]
+fn a_sinking_bump_does_not_pull_at_rest() {
+    for sinking in ["0.05", "0.1", "0.3"] {
+        let text = Sensor::shipped_text("three-axis-8x8")
+            .unwrap()
+            .replace("bump_sinking = 0.0", &format!("bump_sinking = {sinking}"));
+        assert!(text.contains(sinking));
+        let sensor = Sensor::parse("sinking.toml", &text).unwrap();
+        let mut run = Run::new(
+            &sensor,
+            "schema = 1\nname = \"rest\"\nduration = \"100 s\"\n",
+        );
+        run.touch_at(1.5);
+        let (mut sum, mut covered, mut count) = (0.0, 0, 0);
+        for _ in 0..3000 {
+            let frame = run.frame();
+            let (touch, _) = run.estimator.push(&frame).unwrap();
+            let [force, deviation] = touch.pressing_force().unwrap();
+            sum += force;
+            covered += u32::from(force.abs() < 1.96 * deviation);
+            count += 1;
+        }
+        let coverage = f64::from(covered) / f64::from(count);
+        let mean = sum / f64::from(count);
+        println!("{sinking}: {:.4} mN, {coverage:.4}", 1e3 * mean);
+        assert!((0.93..=0.97).contains(&coverage), "{sinking}: {coverage}");
+        assert!(mean.abs() < 0.1e-3, "{sinking}: {mean}");
+    }
 }
 
 #[test]

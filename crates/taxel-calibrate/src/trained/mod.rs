@@ -50,9 +50,9 @@ pub fn train(
         let message = "maps that are learned have no model, profile or robust loss to choose";
         return Err(InputError::whole(file, message).help("leave out --model, --profile, --robust"));
     }
-    let channels = array.body.channels().len();
+    let masked = array.body.masked(&named.sensor.mask);
     let mut remarks = Vec::new();
-    let runs = readings::runs(channels, groups, &mut remarks)?;
+    let runs = readings::runs(&masked, groups, &mut remarks)?;
     if runs.is_empty() {
         return Err(InputError::whole(file, "there is no recording")
             .help("give tables, or folders with the CSV files of the sensor and of the stage"));
@@ -71,7 +71,7 @@ pub fn train(
         ));
     }
     let maps = TrainedMaps {
-        channels,
+        channels: masked.len(),
         rest: force.is_some().then(|| rest(&runs)),
         position,
         force,
@@ -139,10 +139,10 @@ fn least_step(runs: &[Run], channel: usize) -> f64 {
 
 /// Says which channels the maps do without.
 fn left_out(named: &NamedSensor<'_>, maps: &TrainedMaps, remarks: &mut Vec<Remark>) {
-    let names = named
-        .sensor
-        .trained()
-        .map_or(Vec::new(), |array| array.body.channels());
+    let (names, masked) = named.sensor.trained().map_or_else(
+        |_| Default::default(),
+        |array| (array.body.channels(), array.body.masked(&named.sensor.mask)),
+    );
     let standards = [
         maps.position.as_ref().map(|map| &map.standard),
         maps.force.as_ref().map(|map| &map.standard),
@@ -156,8 +156,12 @@ fn left_out(named: &NamedSensor<'_>, maps: &TrainedMaps, remarks: &mut Vec<Remar
     out.dedup();
     for channel in out {
         let name = names.get(channel - 1).map_or("", String::as_str);
+        let why = match masked.get(channel - 1) {
+            Some(true) => "is masked",
+            _ => "does not change",
+        };
         remarks.push(Remark::whole(format!(
-            "channel {channel} ({name}) does not change and is left out"
+            "channel {channel} ({name}) {why} and is left out"
         )));
     }
 }

@@ -70,9 +70,10 @@ fn columns(channels: usize) -> Vec<LoadColumn> {
     truths.into_iter().chain(channels).collect()
 }
 
-/// The runs in groups of files that lie together.
+/// The runs in groups of files that lie together; `masked` says for each channel
+/// whether the sensor file masks it.
 pub(super) fn runs(
-    channels: usize,
+    masked: &[bool],
     groups: &[Vec<TrainingFile>],
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Run>, InputError> {
@@ -82,29 +83,35 @@ pub(super) fn runs(
             .iter()
             .partition(|file| Series::recognises(&file.text));
         for file in tables {
-            runs.push(table(channels, file, remarks)?);
+            runs.push(table(masked, file, remarks)?);
         }
-        pairs(channels, &bare, &mut runs, remarks)?;
+        pairs(masked, &bare, &mut runs, remarks)?;
+    }
+    for run in &mut runs {
+        run.session.sensor.silence(masked);
     }
     Ok(runs)
 }
 
 /// Each sensor's series with the stage's that overlaps it most.
 fn pairs(
-    channels: usize,
+    masked: &[bool],
     files: &[&TrainingFile],
     runs: &mut Vec<Run>,
     remarks: &mut Vec<Remark>,
 ) -> Result<(), InputError> {
+    let channels = masked.len();
     let (mut sensors, mut stages) = (Vec::new(), Vec::new());
     for file in files {
         let series = Series::parse(&file.name, &file.text)?;
         // A reading that is missing in training is a mistake, not a gap; but a
         // scale need not have one in each row.
-        let needed = if series.width() == channels {
-            1 + channels
-        } else {
-            1 + STAGE[0]
+        let needed = |column: usize| match series.width() {
+            width if width == channels => match column.checked_sub(1) {
+                Some(channel) => masked.get(channel) == Some(&false),
+                None => true,
+            },
+            _ => column < 1 + STAGE[0],
         };
         Series::refuse_missing(&file.name, &file.text, needed)?;
         match series.width() {
@@ -177,10 +184,11 @@ fn ends(series: &Series) -> [f64; 2] {
 
 /// A table with a header: one row for each frame.
 fn table(
-    channels: usize,
+    masked: &[bool],
     file: &TrainingFile,
     remarks: &mut Vec<Remark>,
 ) -> Result<Run, InputError> {
+    let channels = masked.len();
     refuse_more_channels(channels, file)?;
     let columns = columns(channels);
     let data = ReadingTable::parse(&file.name, &file.text, &columns, "")?;

@@ -63,22 +63,27 @@ impl Series {
         rows_of(text).next().is_some_and(numbers)
     }
 
-    /// Refuses a missing reading in the first `columns` of a text, the time
-    /// among them.
+    /// Refuses a missing reading in the columns of a text that are `needed`,
+    /// counted from 0, the time.
     ///
     /// # Errors
     /// [`InputError`] at the cell.
-    pub(crate) fn refuse_missing(file: &str, text: &str, columns: usize) -> Result<(), InputError> {
+    pub(crate) fn refuse_missing(
+        file: &str,
+        text: &str,
+        needed: impl Fn(usize) -> bool,
+    ) -> Result<(), InputError> {
         let separator = separator_of(text);
         for (line, content) in rows_of(text) {
             let mut column = 1;
-            for cell in content.split(char::from(separator)).take(columns) {
+            for (index, cell) in content.split(char::from(separator)).enumerate() {
                 let width = cell.chars().count();
-                if number(cell, separator).is_some_and(f64::is_nan) {
+                let missing = number(cell, separator).is_some_and(f64::is_nan);
+                if missing && needed(index) {
                     let message = "there is no number here";
                     return Err(
                         InputError::on_line(file, line, content, column, width, message)
-                            .help("remove the row: a map is trained on whole rows"),
+                            .help("remove the row: a map is trained on whole rows; or mask the channel in the sensor file"),
                     );
                 }
                 column += width + 1;
@@ -154,6 +159,18 @@ impl Series {
     /// Rows, one per time.
     pub fn rows(&self) -> &[Vec<f64>] {
         &self.rows
+    }
+
+    /// Puts zero in the columns of masked channels: a channel that does not change
+    /// trains nothing.
+    pub(crate) fn silence(&mut self, masked: &[bool]) {
+        for row in &mut self.rows {
+            for (value, masked) in row.iter_mut().zip(masked) {
+                if *masked {
+                    *value = 0.0;
+                }
+            }
+        }
     }
 
     /// Numbers in a row.
@@ -265,7 +282,8 @@ mod tests {
         assert!(message("nan,1\n").contains("\"nan\" is not a finite number"));
         assert!(message("").contains("0 rows"));
         assert!(Series::parse("s.csv", "0,nan\n1,2").unwrap().rows()[0][0].is_nan());
-        let missing = |text: &str, columns| Series::refuse_missing("s.csv", text, columns);
+        let missing =
+            |text: &str, columns| Series::refuse_missing("s.csv", text, |column| column < columns);
         let error = missing("0,1,2\n1,,2\n", 3).unwrap_err().to_string();
         assert!(error.starts_with("s.csv:2:3"), "{error}");
         assert!(missing("0,1,\n1,1,nan\n", 2).is_ok());

@@ -12,7 +12,7 @@ use taxel_calibrate::{
 };
 
 use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
-use crate::{Done, Stop, files};
+use crate::{Done, Stop, files, outputs};
 
 pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
     let inputs = arguments.data.iter().chain(&arguments.with);
@@ -21,7 +21,8 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
         ("--output", arguments.output.as_ref()),
         ("--report", arguments.report.as_ref()),
     ];
-    files::check_outputs(&outputs, &inputs)?;
+    let existing = arguments.overwrite.existing();
+    outputs::check(&outputs, &inputs, existing)?;
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
     let sensors: Vec<_> = named.iter().map(files::NamedSensor::described).collect();
     let options = CalibrateOptions {
@@ -50,16 +51,16 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
             Some(maps) => maps.to_toml(&about),
             None => outcome.to_toml(&about),
         };
-        files::write(Some(path), &text)?;
+        outputs::write(Some(path), existing, &text)?;
     }
     if let Some(path) = &arguments.report {
-        files::write(Some(path), &outcome.html(&about))?;
+        outputs::write(Some(path), existing, &outcome.html(&about))?;
     }
     let result = match arguments.format {
         CalibrateFormat::Table => outcome.text(),
         CalibrateFormat::Json => table::json(&outcome.json(&about)),
     };
-    files::write(None, &result)
+    outputs::print_beside(arguments.output.as_deref(), &result)
 }
 
 /// Result of a calibration, and the readings it is from.

@@ -6,14 +6,15 @@ use taxel::summary::{Fact, Value, summary};
 use taxel::table::{self, Cell, Column, Format};
 
 use crate::arguments::{COMMIT, Check, VERSION};
-use crate::{Done, Stop, files};
+use crate::{Done, Stop, files, outputs};
 
 pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
     let outputs = [
         ("--output", arguments.output.as_ref()),
         ("--plot", arguments.plot.as_ref()),
     ];
-    files::check_outputs(&outputs, &[&arguments.sensor])?;
+    let existing = arguments.overwrite.existing();
+    outputs::check(&outputs, &[&arguments.sensor], existing)?;
     let named = files::sensor(&arguments.sensor)?;
     let facts =
         summary(&named.sensor).map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))?;
@@ -27,9 +28,9 @@ pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
     };
     if let Some(path) = &arguments.plot {
         let drawing = files::device(&named.sensor)?.drawing();
-        files::write(Some(path), &drawing.svg())?;
+        outputs::write(Some(path), existing, &drawing.svg())?;
     }
-    files::write(arguments.output.as_deref(), &text)
+    outputs::write(arguments.output.as_deref(), existing, &text)
 }
 
 fn row(fact: &Fact) -> Vec<Cell> {

@@ -1,22 +1,25 @@
 //! `taxel live`: frames to touch.
 
+use std::io::{ErrorKind, Write as _};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
-use taxel::acquisition::{Quantity, Stimulus, Twin};
+use taxel::acquisition::{Quantity, Stimulus, Stream, Twin};
 use taxel::device::Device;
 use taxel::estimation::{FrameError, State, TouchSession};
 use taxel::sensor::Element;
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
 use taxel_serve::{
-    EventFile, Failure, Provenance, PumpOptions, RecordingSize, ReplaySource, ServeError, Session,
-    Source, SourceError, Summary, TwinSource, run_headless, run_with_page,
+    ChannelConditions, EventFile, Failure, Next, Provenance, PumpOptions, RecordingSize,
+    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, TwinSource,
+    run_headless, run_with_page,
 };
 
-use crate::arguments::{COMMIT, Format, Live, VERSION};
+use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
 use crate::commands::calibrate;
+use crate::outputs::{self, Existing};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
@@ -30,18 +33,26 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
     } else {
         let address = SocketAddr::new(arguments.host, arguments.port);
         if !arguments.host.is_loopback() {
-            eprintln!(
+            note!(
                 "note: {address} can be reached from other machines; the token in the address is the only key"
             );
         }
         run_with_page(session, address, |page| {
-            println!("{page}");
+            writeln!(std::io::stdout(), "{page}")?;
             if !ends {
-                eprintln!("open the address above in a browser; Ctrl-C ends");
+                note!("open the address above in a browser; Ctrl-C ends");
             }
+            Ok(())
         })
     };
-    let summary = summary.map_err(|error| stop_of_serving(&error))?;
+    let summary = match summary {
+        Ok(summary) => summary,
+        // Nobody learned the address (`taxel live | head -0`).
+        Err(ServeError::NotTold(error)) if error.kind() == ErrorKind::BrokenPipe => {
+            return Ok(Done::Complete);
+        }
+        Err(error) => return Err(stop_of_serving(&error)),
+    };
     report(arguments, &about, &summary)
 }
 
@@ -68,22 +79,56 @@ fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         let message = "--headless --speed max on the twin would never end: give --frames N";
         return Err(Stop::WrongInput(message.into()));
     }
-    if arguments.save.as_ref().is_some_and(|path| path.exists()) {
-        let path = arguments.save.clone().unwrap_or_default();
-        let message = format!("--save {}: the file exists; name a new one", path.display());
-        return Err(Stop::WrongInput(message));
+    if recorded_rest(arguments).is_some() && (arguments.start.tare || arguments.start.no_tare) {
+        let message = "--rest FILE gives the rest values: leave --tare and --no-tare out";
+        return Err(Stop::WrongInput(message.into()));
     }
+    check_outputs(arguments)?;
     let events = arguments.events.as_deref().map(EventFile::new).transpose();
     let events = events.map_err(|error| Stop::WrongInput(format!("--events {error}")))?;
     Ok(PumpOptions {
         speed,
         frames: arguments.frames,
-        tare_frames: arguments.tare_frames as usize,
-        tare_at_start: !arguments.no_tare,
+        tare_frames: match arguments.start.rest {
+            Rest::Frames(frames) => frames,
+            Rest::Recording(_) => REST_FRAMES,
+        },
+        start_tare: match &arguments.start.rest {
+            _ if arguments.start.tare => StartTare::Asked,
+            Rest::Frames(_) if !arguments.start.no_tare => StartTare::Automatic,
+            _ => StartTare::Never,
+        },
+        rest_from: recorded_rest(arguments).map(|path| path.display().to_string()),
         save: arguments.save.clone(),
+        replace_files: arguments.overwrite.existing() == Existing::Replaced,
         events,
         provenance: Vec::new(),
     })
+}
+
+/// The recording that the rest values are to come from.
+fn recorded_rest(arguments: &Live) -> Option<&Path> {
+    match &arguments.start.rest {
+        Rest::Recording(path) => Some(path),
+        Rest::Frames(_) => None,
+    }
+}
+
+fn check_outputs(arguments: &Live) -> Result<(), Stop> {
+    let (_, source) = arguments.source.split_once(':').unwrap_or_default();
+    let source = PathBuf::from(source);
+    let inputs = [&arguments.sensor, &source];
+    let rest = recorded_rest(arguments).map(Path::to_owned);
+    let inputs: Vec<_> = inputs
+        .into_iter()
+        .chain(&arguments.calibration)
+        .chain(&rest)
+        .collect();
+    let outputs = [
+        ("--save", arguments.save.as_ref()),
+        ("--events", arguments.events.as_ref()),
+    ];
+    outputs::check(&outputs, &inputs, arguments.overwrite.existing())
 }
 
 fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
@@ -125,7 +170,20 @@ fn sensed(
 ) -> Result<Session, Stop> {
     let named = calibrate::applied(named, arguments.calibration.as_deref())?;
     let device = files::device(&named.sensor)?;
-    let touch = touch(device.as_ref(), &source, arguments)?;
+    let mut touch = touch(
+        device.as_ref(),
+        source.stream(),
+        arguments,
+        &arguments.source,
+    )?;
+    if let Some(path) = recorded_rest(arguments) {
+        let bare = matches!(named.sensor.element, Element::Trained(_));
+        let session = |stream: &Stream| {
+            let name = format!("--rest {}", path.display());
+            self::touch(device.as_ref(), stream, arguments, &name)
+        };
+        touch.restore_rest(&rest_of(path, bare, session)?);
+    }
     let drawing = device.drawing().svg();
     drop(device);
     Ok(Session {
@@ -154,7 +212,11 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         }
         Ok(size) => size,
         Err(error) if arguments.salvage && is_cut(&error) => RecordingSize::default(),
-        Err(error) => return Err(stop_of_source(&error)),
+        Err(error) => {
+            // It may have no header because of a sensor file with a mistake.
+            files::sensor(&arguments.sensor)?;
+            return Err(stop_of_source(&error));
+        }
     };
     let source = open().map_err(|error| stop_of_source(&error))?.paced(size);
     let stream = source.stream();
@@ -172,8 +234,14 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
             return Err(Stop::WrongInput(message));
         }
         let provenance = provenance(arguments, stream.name.clone(), String::new());
+        let mut touch = TouchSession::map(stream);
+        if let Some(path) = recorded_rest(arguments) {
+            touch.restore_rest(&rest_of(path, bare, |stream| {
+                Ok(TouchSession::map(stream))
+            })?);
+        }
         return Ok(Session {
-            touch: TouchSession::map(stream),
+            touch,
             drawing: String::new(),
             source: Box::new(source),
             options,
@@ -184,14 +252,52 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     sensed(named, source, options, arguments)
 }
 
+/// The rest values that the first frames of a recording give.
+fn rest_of(
+    path: &Path,
+    bare: bool,
+    session: impl Fn(&Stream) -> Result<TouchSession, Stop>,
+) -> Result<taxel::estimation::Rest, Stop> {
+    let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
+    let refused = |why: String| Stop::WrongInput(format!("--rest {}: {why}", path.display()));
+    let mut source = if bare {
+        ReplaySource::open_bare(path)
+    } else {
+        ReplaySource::open(path)
+    }
+    .map_err(wrong)?;
+    let mut session = session(source.stream())?;
+    session.begin_rest_capture(REST_FRAMES);
+    let mut frames = 0;
+    while let Next::Frame(frame) = source.next().map_err(wrong)? {
+        frames += 1;
+        let observed = session.push(&frame);
+        match observed
+            .map_err(|error| refused(error.to_string()))?
+            .captured
+        {
+            None => {}
+            Some(Ok(())) => return Ok(session.rest()),
+            Some(Err(why)) => return Err(refused(why.to_string())),
+        }
+    }
+    Err(refused(format!(
+        "{frames} frames; a rest capture takes {REST_FRAMES}\nhelp: record more with taxel live ... --frames {REST_FRAMES} --save FILE"
+    )))
+}
+
+/// The session of a device with the frames of `source`.
 fn touch(
     device: &dyn Device,
-    source: &impl Source,
+    stream: &Stream,
     arguments: &Live,
+    source: &str,
 ) -> Result<TouchSession, Stop> {
-    device.session(source.stream()).map_err(|error| {
-        let stream = source.stream();
-        if error == FrameError::Untrained {
+    device.session(stream).map_err(|error| {
+        if matches!(
+            error,
+            FrameError::Untrained | FrameError::TrainedWithMasked { .. }
+        ) {
             let sensor = arguments.sensor.display();
             return Stop::WrongInput(format!(
                 "{sensor}: {error}\nhelp: taxel calibrate {sensor} RECORDINGS -o CAL.toml, then give --calibration CAL.toml"
@@ -199,7 +305,7 @@ fn touch(
         }
         Stop::WrongInput(format!(
             "{} does not fit {}: {error}\nhelp: the frames are of {} x {} taxels; name the sensor file they come from",
-            arguments.source,
+            source,
             arguments.sensor.display(),
             stream.rows,
             stream.columns
@@ -304,16 +410,26 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
         }
     };
     if arguments.headless || arguments.frames.is_some() {
-        files::write(None, &report)?;
+        outputs::print(&report)?;
     }
     if !summary.notice.is_empty() && summary.failure.is_none() {
-        eprintln!("note: {}", summary.notice);
+        note!("note: {}", summary.notice);
+    }
+    if let Some(below) = &summary.below_zero {
+        let taxels = match below.taxels {
+            1 => "1 taxel reads".to_owned(),
+            taxels => format!("{taxels} taxels read"),
+        };
+        note!(
+            "note: {taxels} below zero: {}; lift off and tare again",
+            below.cause
+        );
     }
     let losses =
         summary.continuity.lost > 0 || summary.continuity.late > 0 || summary.clipped_frames > 0;
     match &summary.failure {
         Some(Failure::Source(error)) if arguments.salvage && is_cut(error) => {
-            eprintln!("note: {error}");
+            note!("note: {error}");
             Ok(Done::WithLosses)
         }
         Some(failure) => Err(Stop::Failed(failure.to_string())),
@@ -387,16 +503,11 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     }
     put("tare", json!(summary.tare));
     put("notice", Value::from(summary.notice.clone()));
+    put("below_zero", json!(summary.below_zero));
     put("events", json!(summary.events.counts));
     put("last_events", json!(summary.events.last));
     let conditions = &summary.conditions;
-    put(
-        "condition",
-        Value::from(match conditions.wrong_channels {
-            0 => format!("all {} channels well", conditions.channels),
-            wrong => format!("{wrong} of {} channels wrong", conditions.channels),
-        }),
-    );
+    put("condition", Value::from(conditions_in_words(conditions)));
     put("wrong_channels", json!(conditions.wrong));
     put("swapped", json!(conditions.swapped));
     if let Some(last) = &summary.last {
@@ -434,4 +545,17 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
         }
     }
     fields
+}
+
+fn conditions_in_words(conditions: &ChannelConditions) -> String {
+    let (channels, masked) = (conditions.channels, conditions.masked_channels);
+    let found = match conditions.wrong_channels {
+        0 if masked == 0 => return format!("all {channels} channels well"),
+        0 => format!("{} of {channels} channels well", channels - masked),
+        wrong => format!("{wrong} of {channels} channels wrong"),
+    };
+    match masked {
+        0 => found,
+        masked => format!("{found}, {masked} masked"),
+    }
 }

@@ -11,6 +11,8 @@ use taxel::sensor::Sensor;
 
 use crate::arguments::{COMMIT, Predict, VERSION};
 use crate::commands::calibrate;
+use crate::interrupt;
+use crate::outputs;
 use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
@@ -21,7 +23,8 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
         ("--output", arguments.output.as_ref()),
         ("--plot", arguments.plot.as_ref()),
     ];
-    files::check_outputs(&outputs, &inputs)?;
+    let existing = arguments.overwrite.existing();
+    outputs::check(&outputs, &inputs, existing)?;
     let named = files::sensor(&arguments.sensor)?;
     let mut predictor = predictor(arguments, &named)?;
     let loads = loads(arguments, predictor.as_ref())?;
@@ -46,7 +49,8 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
         None => None,
     };
     let answers = Answers::new(predictor.as_ref(), &loads);
-    files::write_pieces(arguments.output.as_deref(), |sink| {
+    interrupt::leave_nothing_unfinished();
+    outputs::write_pieces(arguments.output.as_deref(), existing, |sink| {
         answers
             .write(arguments.format.into(), &about, sink)
             .map_err(|refusal| match refusal {
@@ -55,7 +59,7 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
             })
     })?;
     if let Some((path, text)) = figure {
-        files::write(Some(path), &text)?;
+        outputs::write(Some(path), existing, &text)?;
     }
     Ok(Done::Complete)
 }
@@ -98,7 +102,7 @@ fn prepare(predictor: &mut dyn Predictor, loads: &Loads) -> Result<(), Stop> {
         .map_err(Stop::Failed)?;
     progress.end();
     if let Some(remark) = remark {
-        eprintln!("note: {remark}");
+        note!("note: {remark}");
     }
     Ok(())
 }

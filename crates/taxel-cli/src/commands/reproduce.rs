@@ -1,11 +1,12 @@
 //! `taxel reproduce`: published numbers beside ours.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use taxel::table;
 use taxel_papers::{self as reproduce, Ledger, Paper};
 
 use crate::arguments::{COMMIT, PaperName, ReportFormat, Reproduce, VERSION};
+use crate::outputs::{self, Existing};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
@@ -18,6 +19,12 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
             .collect()
     };
     let format = format(arguments)?;
+    let existing = arguments.overwrite.existing();
+    let pages = arguments.ledger.as_deref().map_or(Vec::new(), |folder| {
+        papers.iter().map(|paper| page(folder, *paper)).collect()
+    });
+    let outputs = [("--output", arguments.output.as_ref())];
+    outputs::check(&outputs, &pages.iter().collect::<Vec<_>>(), existing)?;
     let ledgers: Vec<Ledger> = papers.into_iter().map(Paper::ledger).collect();
     if let Some(folder) = &arguments.ledger {
         write_pages(folder, &ledgers)?;
@@ -28,10 +35,11 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
         Some(ReportFormat::Json) => table::json(&reproduce::json(&ledgers, &about)),
         None => reproduce::text(&ledgers),
     };
-    files::write(arguments.output.as_deref(), &report)?;
-    if arguments.output.is_some() {
-        // The report went to a file; its first line is for the reader here.
-        files::write(None, &reproduce::text(&ledgers))?;
+    let output = arguments.output.as_deref();
+    outputs::write(output, existing, &report)?;
+    if output.is_some() {
+        // The report went elsewhere; its first line is for the reader here.
+        outputs::print_beside(output, &reproduce::text(&ledgers))?;
     }
     Ok(Done::Complete)
 }
@@ -39,14 +47,20 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
 /// Writes the rows of each ledger into its page of the folder.
 fn write_pages(folder: &Path, ledgers: &[Ledger]) -> Result<(), Stop> {
     for ledger in ledgers {
-        let path = folder.join(format!("{}.md", ledger.paper.name().to_lowercase()));
+        let path = page(folder, ledger.paper);
         let prose = files::text(&path)?;
-        let page = reproduce::page(&prose, ledger).ok_or_else(|| {
+        let text = reproduce::page(&prose, ledger).ok_or_else(|| {
             Stop::WrongInput(format!("{}: no marks for the ledger", path.display()))
         })?;
-        files::write(Some(&path), &page)?;
+        // The page is made to be written anew.
+        outputs::write(Some(&path), Existing::Replaced, &text)?;
     }
     Ok(())
+}
+
+/// The page of a paper in the folder of ledgers.
+fn page(folder: &Path, paper: Paper) -> PathBuf {
+    folder.join(format!("{}.md", paper.name().to_lowercase()))
 }
 
 /// Format by the option or by the name of the file; none for the counts.

@@ -4,7 +4,7 @@ use taxel::acquisition::Stimulus;
 use taxel::sensor::Sensor;
 
 use crate::arguments::{Schema, SchemaOf};
-use crate::{Done, Stop, files};
+use crate::{Done, Stop, outputs};
 
 pub(crate) fn run(arguments: &Schema) -> Result<Done, Stop> {
     let text = match arguments.of {
@@ -12,5 +12,5 @@ pub(crate) fn run(arguments: &Schema) -> Result<Done, Stop> {
         SchemaOf::Reference => Sensor::reference(),
         SchemaOf::Stimulus => Stimulus::json_schema(),
     };
-    files::write(None, &text)
+    outputs::print(&text)
 }

@@ -1,14 +1,17 @@
 //! `taxel sweep`: one question to many drawings.
 
-use std::sync::Mutex;
+use std::path::PathBuf;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
 
 use serde_json::{Map, Value};
-use taxel::design::{self, Study};
-use taxel::sensor::Element;
+use taxel::design::{self, MicrochannelSections, SectionRow, Study};
+use taxel::sensor::{Element, Microchannel};
 use taxel::table;
 
 use crate::arguments::{COMMIT, Sweep, VERSION};
 use crate::interrupt::Interrupt;
+use crate::outputs;
 use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
@@ -17,14 +20,17 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
         ("--output", arguments.output.as_ref()),
         ("--plot", arguments.plot.as_ref()),
     ];
-    files::check_outputs(&outputs, &[&arguments.study])?;
+    let existing = arguments.overwrite.existing();
+    outputs::check(&outputs, &[&arguments.study], existing)?;
     let name = arguments.study.to_string_lossy().into_owned();
     let text = match Study::shipped_text(&name) {
         Some(text) if !arguments.study.exists() => text.to_owned(),
         _ => files::text(&arguments.study).map_err(with_shipped_names)?,
     };
     let study = Study::parse(&name, &text)?;
-    let named = files::sensor(study.sensor.as_ref())?;
+    let sensor = PathBuf::from(&study.sensor);
+    outputs::check(&outputs, &[&arguments.study, &sensor], existing)?;
+    let named = files::sensor(&sensor)?;
     let Element::Microchannel(element) = &named.sensor.element else {
         return Err(Stop::WrongInput(format!(
             "{name}: sensor = {:?} is a {}; microchannel_sections needs a microchannel",
@@ -37,57 +43,89 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
         .as_deref()
         .map(|path| Ok::<_, Stop>((path, files::is_page(path)?)));
     let plot = plot.transpose()?;
-    let interrupt = Interrupt::listen();
-    let progress = Mutex::new(Progress::new("sweeping"));
-    let rows = design::sweep(
+    let rows = solved(
         &study.microchannel_sections,
         element,
         named.sensor.array.pitch[0],
-        &|fraction| {
-            if let Ok(mut progress) = progress.lock() {
-                progress.at(fraction);
-            }
-            !interrupt.asked()
-        },
     );
-    if let Ok(mut progress) = progress.into_inner() {
-        progress.end();
+    let sections = &study.microchannel_sections;
+    let asked = sections.heights.count * sections.covers.count;
+    if rows.is_empty() {
+        note!("note: stopped before the first of {asked} designs; nothing was written");
+        return Ok(Done::WithLosses);
     }
-    let mut about = Map::new();
-    for (key, value) in [
+    let answer = table::render(
+        arguments.format.into(),
+        &about(&study, &named),
+        &design::columns(),
+        &design::cells(&rows),
+    );
+    outputs::write(arguments.output.as_deref(), existing, &answer)?;
+    if let Some((path, page)) = plot {
+        let map = design::heat_map(&study.name, sections, &rows);
+        let text = if page { map.html() } else { map.svg() };
+        outputs::write(Some(path), existing, &text)?;
+    }
+    let ended = rows.iter().filter(|row| row.ended.is_some()).count();
+    if ended > 0 {
+        note!(
+            "note: {ended} of {} designs end before the last pressure (state beyond_solution)",
+            rows.len()
+        );
+    }
+    if rows.len() < asked {
+        note!("note: stopped after {} of {asked} designs", rows.len());
+        return Ok(Done::WithLosses);
+    }
+    Ok(Done::Complete)
+}
+
+fn about(study: &Study, named: &files::NamedSensor) -> Map<String, Value> {
+    [
         ("study", study.name.as_str()),
         ("sensor", named.sensor.name.as_str()),
         ("sensor_hash", named.hash.as_str()),
         ("version", VERSION),
         ("commit", COMMIT),
-    ] {
-        about.insert(key.into(), Value::from(value));
+    ]
+    .into_iter()
+    .map(|(key, value)| (key.to_owned(), Value::from(value)))
+    .collect()
+}
+
+/// Pause between two looks at whether the user wants to stop.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The designs that are solved before the user stops, in the order of the study.
+///
+/// What is being solved then is given up: one design may take long.
+fn solved(sections: &MicrochannelSections, element: &Microchannel, pitch: f64) -> Vec<SectionRow> {
+    let interrupt = Interrupt::listen();
+    let mut progress = Progress::new("sweeping");
+    let (sender, done) = mpsc::channel();
+    let (owned, element) = (sections.clone(), element.clone());
+    std::thread::spawn(move || {
+        design::sweep(&owned, &element, pitch, &|fraction, row| {
+            sender.send((fraction, row.clone())).is_ok()
+        });
+    });
+    let mut rows: Vec<SectionRow> = Vec::new();
+    while !interrupt.asked() {
+        match done.recv_timeout(LOOK) {
+            Ok((fraction, row)) => {
+                progress.at(fraction);
+                rows.push(row);
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
     }
-    let answer = table::render(
-        arguments.format.into(),
-        &about,
-        &design::columns(),
-        &design::cells(&rows),
-    );
-    files::write(arguments.output.as_deref(), &answer)?;
-    if let Some((path, page)) = plot {
-        let map = design::heat_map(&study.name, &study.microchannel_sections, &rows);
-        files::write(Some(path), &if page { map.html() } else { map.svg() })?;
-    }
-    let ended = rows.iter().filter(|row| row.ended.is_some()).count();
-    if ended > 0 {
-        eprintln!(
-            "note: {ended} of {} designs end before the last pressure (state beyond_solution)",
-            rows.len()
-        );
-    }
-    let sections = &study.microchannel_sections;
-    let asked = sections.heights.count * sections.covers.count;
-    if rows.len() < asked {
-        eprintln!("note: stopped after {} of {asked} designs", rows.len());
-        return Ok(Done::WithLosses);
-    }
-    Ok(Done::Complete)
+    progress.end();
+    rows.sort_by(|a, b| {
+        let by_height = a.height.total_cmp(&b.height);
+        by_height.then(a.cover.total_cmp(&b.cover))
+    });
+    rows
 }
 
 fn with_shipped_names(stop: Stop) -> Stop {

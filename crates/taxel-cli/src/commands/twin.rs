@@ -4,11 +4,13 @@ use taxel_calibrate::{Calibrator, IndentationOptions, SyntheticOptions, calibrat
 
 use crate::arguments::Twin;
 use crate::commands::calibrate::read_sensors;
-use crate::{Done, Stop, files};
+use crate::{Done, Stop, files, outputs};
 
 pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
     let inputs: Vec<_> = arguments.with.iter().chain([&arguments.sensor]).collect();
-    files::check_outputs(&[("--output", arguments.output.as_ref())], &inputs)?;
+    let existing = arguments.overwrite.existing();
+    let outputs = [("--output", arguments.output.as_ref())];
+    outputs::check(&outputs, &inputs, existing)?;
     let named = read_sensors(&arguments.sensor, &arguments.with)?;
     let sensors: Vec<_> = named.iter().map(files::NamedSensor::described).collect();
     let calibrator = calibrator(&sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
@@ -25,7 +27,7 @@ pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
         let presses = calibrator.synthetic_indentations(&options);
         presses.ok_or_else(|| Stop::WrongInput(message.into()))?
     };
-    files::write(arguments.output.as_deref(), &text)
+    outputs::write(arguments.output.as_deref(), existing, &text)
 }
 
 fn readings(arguments: &Twin, calibrator: &dyn Calibrator) -> String {

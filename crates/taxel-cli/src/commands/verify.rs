@@ -3,6 +3,8 @@
 mod report;
 
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use taxel::table;
@@ -11,10 +13,17 @@ use taxel_fem::verify::{self, Effort, Event, Outcome};
 
 use crate::arguments::{ReportFormat, Verify};
 use crate::interrupt::Interrupt;
-use crate::{Done, Stop, files};
+use crate::outputs::{self, Existing};
+use crate::{Done, Stop};
 
 pub(crate) fn run(arguments: &Verify) -> Result<Done, Stop> {
-    let format = arguments.output.as_deref().map(format).transpose()?;
+    let output = arguments.output.as_deref();
+    let to_standard = output.is_some_and(outputs::is_standard);
+    // The standard output takes one report, when all is done.
+    let file = output.filter(|_| !to_standard);
+    let format = file.map(format).transpose()?;
+    let existing = arguments.overwrite.existing();
+    outputs::check(&[("--output", arguments.output.as_ref())], &[], existing)?;
     let effort = if arguments.short {
         Effort::Short
     } else {
@@ -24,7 +33,8 @@ pub(crate) fn run(arguments: &Verify) -> Result<Done, Stop> {
     let asked = verify::chosen(&names)
         .map_err(|unknown| Stop::WrongInput(unknown.to_string()))?
         .len();
-    let interrupt = Interrupt::listen();
+    let solved = Arc::new(AtomicUsize::new(0));
+    end_when_asked(Arc::clone(&solved), asked);
     let start = Instant::now();
     let mut begun = start;
     let mut finished: Vec<Outcome> = Vec::new();
@@ -34,23 +44,29 @@ pub(crate) fn run(arguments: &Verify) -> Result<Done, Stop> {
             Event::Begins { entry, done } => {
                 begun = Instant::now();
                 let left = left(start.elapsed().as_secs_f64(), done);
-                eprintln!("{:3.0} %  {} {}{left}", 100.0 * done, entry.id, entry.title);
+                note!("{:3.0} %  {} {}{left}", 100.0 * done, entry.id, entry.title);
             }
             Event::Ended(outcome) => {
                 if let Ok(case) = &mut outcome.result {
                     case.seconds = Some(begun.elapsed().as_secs_f64());
                 }
-                let shown = files::write(None, &report::text(outcome));
+                let shown = outputs::print_beside(output, &report::text(outcome));
+                // The report of the case before is this run's own.
+                let existing = match finished.as_slice() {
+                    [] => existing,
+                    _ => Existing::Replaced,
+                };
                 finished.push(outcome.clone());
-                let written = match (&arguments.output, format) {
-                    (Some(path), Some(format)) => write(path, format, &finished, asked),
+                let written = match (file, format) {
+                    (Some(path), Some(format)) => write(path, existing, format, &finished, asked),
                     _ => Ok(Done::Complete),
                 };
                 trouble = shown.and(written);
+                solved.store(finished.len(), Ordering::Relaxed);
             }
         }
         // Without a place for its report the rest would be solved for nothing.
-        if interrupt.asked() || trouble.is_err() {
+        if trouble.is_err() {
             Continue::Stop
         } else {
             Continue::Yes
@@ -58,9 +74,8 @@ pub(crate) fn run(arguments: &Verify) -> Result<Done, Stop> {
     });
     let outcomes = outcomes.map_err(|unknown| Stop::WrongInput(unknown.to_string()))?;
     trouble?;
-    let stopped = outcomes.len() < asked;
-    if stopped {
-        eprintln!("note: stopped after {} of {asked} cases", outcomes.len());
+    if to_standard {
+        outputs::print(&json(&finished, asked))?;
     }
     let failed: Vec<&str> = outcomes
         .iter()
@@ -71,11 +86,18 @@ pub(crate) fn run(arguments: &Verify) -> Result<Done, Stop> {
         let message = format!("not within tolerance: {}", failed.join(", "));
         return Err(Stop::Failed(message));
     }
-    Ok(if stopped {
-        Done::WithLosses
-    } else {
-        Done::Complete
-    })
+    Ok(Done::Complete)
+}
+
+/// Ends the program at once when the user asks: a case may take minutes, and what is
+/// done is written.
+fn end_when_asked(solved: Arc<AtomicUsize>, asked: usize) {
+    Interrupt::listen_with(move |_| {
+        outputs::remove_unfinished();
+        let done = solved.load(Ordering::Relaxed);
+        note!("note: stopped after {done} of {asked} cases");
+        std::process::exit(3);
+    });
 }
 
 /// Estimated time of the rest; empty as long as too little is done for an estimate.
@@ -88,15 +110,20 @@ fn left(elapsed: f64, done: f64) -> String {
 
 fn write(
     path: &Path,
+    existing: Existing,
     format: ReportFormat,
     outcomes: &[Outcome],
     asked: usize,
 ) -> Result<Done, Stop> {
     let text = match format {
         ReportFormat::Html => report::html(outcomes, asked),
-        ReportFormat::Json => table::json(&report::json(outcomes, asked)),
+        ReportFormat::Json => json(outcomes, asked),
     };
-    files::write(Some(path), &text)
+    outputs::write(Some(path), existing, &text)
+}
+
+fn json(outcomes: &[Outcome], asked: usize) -> String {
+    table::json(&report::json(outcomes, asked))
 }
 
 fn format(path: &Path) -> Result<ReportFormat, Stop> {

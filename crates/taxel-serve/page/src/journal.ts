@@ -5,7 +5,7 @@ import { create, setText } from "./dom";
 import { EventList } from "./events";
 import type { PanelListener } from "./panel";
 import type { BaselineChanges, Health, Hello, TareEntry, TouchEvent } from "./protocol";
-import { TareList } from "./tares";
+import { type TareActions, TareList } from "./tares";
 
 const TABS = ["events", "tares", "condition"] as const;
 type Tab = (typeof TABS)[number];
@@ -19,9 +19,9 @@ export class Journal {
   private readonly buttons = new Map<Tab, HTMLButtonElement>();
   private readonly pages: Record<Tab, HTMLElement>;
 
-  constructor(listener: PanelListener, goBack: (to: number) => void) {
+  constructor(listener: PanelListener, tares: TareActions) {
     this.condition = new ConditionView(listener);
-    this.tares = new TareList(goBack);
+    this.tares = new TareList(tares);
     this.pages = { events: this.events.root, tares: this.tares.root, condition: this.condition.root };
     const tabs = create("div", { class: "segments tabs", role: "tablist", "aria-label": "Journal" });
     for (const tab of TABS) {

@@ -116,7 +116,10 @@ const panelListener: PanelListener = {
   },
 };
 
-const journal = new Journal(panelListener, (to) => connection.send({ command: "undo_tare", to }));
+const journal = new Journal(panelListener, {
+  goBack: (to) => connection.send({ command: "undo_tare", to }),
+  force: () => connection.send({ command: "tare", force: true }),
+});
 
 const connection = new Connection(location, {
   hello(message) {

@@ -136,7 +136,7 @@ export type Message =
   | { type: "health"; health: Health }
   | { type: "unknown" };
 
-export type Command = { command: "tare" } | { command: "clear_tare" } | { command: "undo_tare"; to: number };
+export type Command = { command: "tare"; force?: true } | { command: "clear_tare" } | { command: "undo_tare"; to: number };
 
 /** One region of touch. */
 export interface Contact {

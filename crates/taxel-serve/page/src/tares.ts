@@ -4,15 +4,23 @@ import { create } from "./dom";
 import { decimalsFor, fixed, seconds } from "./format";
 import type { BaselineChanges, Hello, TareEntry, Unit } from "./protocol";
 
+/** What one can ask for. */
+export interface TareActions {
+  /** Go back to the rest values after an entry. */
+  goBack(to: number): void;
+  /** Tare although something presses. */
+  force(): void;
+}
+
 export class TareList {
   readonly root: HTMLElement;
   private readonly list = create("ol", { class: "tares" });
   private readonly own = create("div", { class: "baseline", "data-testid": "baseline" });
-  private readonly goBack: (to: number) => void;
+  private readonly actions: TareActions;
   private unit: Unit = { quantity: "", symbol: "", si_per_unit: 1 };
 
-  constructor(goBack: (to: number) => void) {
-    this.goBack = goBack;
+  constructor(actions: TareActions) {
+    this.actions = actions;
     this.root = create("div", { class: "scroll", tabindex: "0", "data-testid": "tares" }, this.list, this.own);
   }
 
@@ -45,18 +53,21 @@ export class TareList {
     const { index, time_ns: time, kind } = entry;
     const text = create("span", { class: "tare-text" }, `${time === null ? "start" : seconds(time)}  ${this.words(entry)}`);
     const item = create("li", { "data-kind": kind }, text);
-    if (newest) item.append(create("span", { class: "now" }, "in force"));
+    if (newest && kind === "refused") {
+      item.append(this.button(index, "force", "Tare anyway", "Tare although something presses", () => this.actions.force()));
+    } else if (newest) item.append(create("span", { class: "now" }, "in force"));
     else if (kind !== "refused") {
-      const button = create(
-        "button",
-        { type: "button", class: "small", "data-entry": String(index), "data-testid": `undo-${index}` },
-        "Go back",
-      );
-      button.setAttribute("aria-label", `Go back to the rest values after: ${text.textContent}`);
-      button.addEventListener("click", () => this.goBack(index));
-      item.append(button);
+      const label = `Go back to the rest values after: ${text.textContent}`;
+      item.append(this.button(index, "undo", "Go back", label, () => this.actions.goBack(index)));
     }
     return item;
+  }
+
+  private button(entry: number, action: string, words: string, label: string, act: () => void): HTMLElement {
+    const attributes = { type: "button", class: "small", "data-entry": String(entry), "data-testid": `${action}-${entry}` };
+    const button = create("button", { ...attributes, "aria-label": label }, words);
+    button.addEventListener("click", act);
+    return button;
   }
 
   private words({ kind, by, largest_change: largest, to, message }: TareEntry): string {

@@ -282,6 +282,21 @@ test("tare runs and is shown as done", async (context) => {
   assert.deepEqual(complaints, []);
 });
 
+test("a tare under a contact is refused, and taken when forced", { skip: mock }, async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await tab.waitForFunction(() => document.getElementById("tare-state").textContent === "tare: done");
+  await byTestId(tab, "tab-tares").click();
+  const entries = byTestId(tab, "tares").locator("ol > li");
+  await byTestId(tab, "events").locator("tr").first().waitFor({ state: "attached" });
+  await byTestId(tab, "tare").click();
+  await entries.first().getByText(/refused.* contact \d+ presses at row \d, column \d with [\d.]+ mN/).waitFor();
+  await entries.first().getByText("Tare anyway").click();
+  await tab.waitForFunction(() => document.getElementById("tare-state").textContent !== "tare: none");
+  assert.deepEqual(complaints, []);
+});
+
 test("events are listed, the newest first, and a kind can be chosen", async (context) => {
   const { url } = await serve("finger", context);
   const { tab, complaints } = await open(url, context);

@@ -12,7 +12,7 @@ use crate::quantity::{
     self, AnyForce, AnyLength, Checked, NonNegativeCapacitance, NonNegativeTime, PositiveLength,
     PositiveTime,
 };
-use crate::sensor::Mask;
+use crate::sensor::CapacitorName;
 use crate::toml_input;
 use taxel_recording::InputError;
 
@@ -132,7 +132,7 @@ pub struct ProbePoint {
 #[serde(deny_unknown_fields)]
 pub struct Fault {
     /// Which one.
-    pub channel: Mask,
+    pub channel: FailedChannel,
     /// Reading of the failed capacitor.
     pub reads: FaultReading,
     /// Start, s.
@@ -143,6 +143,16 @@ pub struct Fault {
     #[serde(deserialize_with = "quantity::one::<NonNegativeTime, _>")]
     #[schemars(with = "Checked<NonNegativeTime>")]
     pub to: f64,
+}
+
+/// Which capacitor fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FailedChannel {
+    /// Row and column of the taxel, from 0.
+    pub taxel: [usize; 2],
+    /// `"11"`, `"12"`, `"21"` or `"22"`; without it the whole taxel fails.
+    pub capacitor: Option<CapacitorName>,
 }
 
 /// Reading of a failed capacitor.

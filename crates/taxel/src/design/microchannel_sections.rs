@@ -68,13 +68,14 @@ impl SectionAnswer {
     }
 }
 
-/// Solves every design on all cores; `progress` hears the fraction that is done, and
-/// answers whether to go on. Designs that were not begun by then are left out.
+/// Solves every design on all cores; `progress` hears the fraction that is done and the
+/// design that came last, and answers whether to go on. Designs that were not begun by
+/// then are left out.
 pub fn sweep(
     sections: &MicrochannelSections,
     element: &Microchannel,
     pitch: f64,
-    progress: &(dyn Fn(f64) -> bool + Sync),
+    progress: &(dyn Fn(f64, &SectionRow) -> bool + Sync),
 ) -> Vec<SectionRow> {
     let covers = sections.covers.values();
     let designs: Vec<(f64, f64)> = sections
@@ -94,7 +95,7 @@ pub fn sweep(
             }
             let row = solve(sections, element, pitch, height, cover);
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            if !progress(count as f64 / designs.len() as f64)
+            if !progress(count as f64 / designs.len() as f64, &row)
                 && let Ok(mut stop) = stop.lock()
             {
                 *stop = true;

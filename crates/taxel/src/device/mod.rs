@@ -41,6 +41,12 @@ pub trait Device {
     /// The first broken rule, shown at its key.
     fn check(&self) -> Result<(), Broken>;
 
+    /// Names of channels that can be masked; of a device whose channels belong to its
+    /// taxels none.
+    fn named_channels(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Derived quantities for `taxel check`, in the order of the signal:
     /// groups `mechanics`, `transduction`, `electronics`, `estimation`,
     /// `numerics`.
@@ -93,6 +99,27 @@ fn counts(stream: &Stream) -> Result<(), FrameError> {
         Quantity::Counts => Ok(()),
         found => Err(FrameError::Quantity { found }),
     }
+}
+
+/// Refuses masks of channels that the device does not have.
+fn check_masked_channels(sensor: &Sensor, device: &dyn Device) -> Result<(), Broken> {
+    let names = device.named_channels();
+    for (index, mask) in sensor.mask.iter().enumerate() {
+        let Some(channel) = &mask.channel else {
+            continue;
+        };
+        let key = format!("mask.{index}.channel");
+        let taxels = "the channels of this device belong to its taxels";
+        let help = "write taxel = [row, column]";
+        require(!names.is_empty(), &key, || taxels.into(), help)?;
+        require(
+            names.contains(channel),
+            &key,
+            || format!("there is no channel \"{channel}\""),
+            &format!("use one of: {}", names.join(", ")),
+        )?;
+    }
+    Ok(())
 }
 
 /// Refuses masks of capacitors on a device whose taxels are not made of four.

@@ -4,6 +4,7 @@ use taxel_recording::InputError;
 
 use super::{
     Device, InPlaneArray, MicrochannelArray, PiezoelectricArray, ThreeAxisArray, TrainedArray,
+    check_masked_channels,
 };
 use crate::sensor::{Broken, Element, Sensor, Unreadable, check_keys, renamed_key};
 use crate::toml_input;
@@ -49,7 +50,8 @@ impl Sensor {
                 "give one of those stages",
             )
         })?;
-        device.check()
+        device.check()?;
+        check_masked_channels(self, device.as_ref())
     }
 
     /// Device of this sensor.

@@ -5,8 +5,8 @@ use std::any::Any;
 use super::ChannelFacts;
 use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, normal_only};
-use super::reader::{Known, Meaning, Reader, Rules, Threshold, Total};
-use super::rest::{Judge, Rest, RestCapture, RestRefused};
+use super::reader::{Known, Meaning, Reader, Rules, Total};
+use super::rest::{Judge, Rest, RestCapture, RestRefused, standing_out};
 use super::segmentation::Segmentation;
 use super::touch::{ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use crate::acquisition::{Frame, Quantity};
@@ -16,7 +16,7 @@ use crate::layout::{Mount, Wrench};
 pub type Captured = Option<Result<(), RestRefused>>;
 
 /// A frame that the estimator cannot use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// The frame has another number of channels than the device.
     #[error("the frame has {found} channels; the device has {expected}")]
@@ -35,6 +35,12 @@ pub enum FrameError {
     /// A device without a physical model, of which nothing was learned yet.
     #[error("nothing was learned of this device yet: train first")]
     Untrained,
+    /// A masked channel of a device without a physical model, whose maps need it.
+    #[error("the channel \"{channel}\" is masked, but the maps were trained with it")]
+    TrainedWithMasked {
+        /// Group and name of the channel.
+        channel: String,
+    },
 }
 
 /// Turns frames of one device into touch; the same frames give the same touches.
@@ -137,7 +143,18 @@ impl ArrayEstimator {
 
     /// Begins a rest capture over the next `frames` frames.
     pub fn begin_rest_capture(&mut self, frames: usize) {
-        self.capture = Some(RestCapture::new(self.noise.len(), frames));
+        self.capture = Some(RestCapture::new(self.noise.len(), frames, false));
+    }
+
+    /// Begins one that nobody asked for: it is refused if a taxel stands out, which may be
+    /// pressed.
+    pub fn begin_unasked_rest_capture(&mut self, frames: usize) {
+        self.capture = Some(RestCapture::new(self.noise.len(), frames, true));
+    }
+
+    /// True if a rest capture is in force.
+    pub fn is_tared(&self) -> bool {
+        self.captured.iter().any(Option::is_some)
     }
 
     /// True if a rest capture is under way.
@@ -202,7 +219,11 @@ impl ArrayEstimator {
         let captured = self.capture_frame();
         self.sum_up();
         self.find_contacts();
-        self.follow_drift();
+        self.find_below_zero();
+        // A frame that ends a rest capture was read with the rest before it.
+        if !matches!(captured, Some(Ok(()))) {
+            self.follow_drift();
+        }
         Ok((&self.touch, captured))
     }
 
@@ -247,11 +268,36 @@ impl ArrayEstimator {
             return None;
         }
         let capture = self.capture.take()?;
+        if capture.unasked
+            && let Some(refused) = self.standing_out()
+        {
+            return Some(Err(refused));
+        }
         let found = capture.finish(&mut self.captured, &self.noise, rules, &&*self.reader);
         Some(found.map(|at_end| {
             self.at_end = at_end;
             self.renew();
         }))
+    }
+
+    /// The taxel that stands out from the others, if one does.
+    fn standing_out(&self) -> Option<RestRefused> {
+        let taxels = &self.touch.taxels;
+        // Beside the rest values of the drawing many contradict themselves.
+        let values = taxels.iter().map(TaxelTouch::pressed).enumerate();
+        let threshold = |taxel: usize| self.rules.threshold.of(taxels[taxel].pressed_deviation());
+        let (taxel, others) = standing_out(values, threshold)?;
+        let meaning = self.reader.meaning();
+        let columns = meaning.layout.columns;
+        let [value, median, scatter] = [taxels[taxel].pressed(), others[0], others[1]]
+            .map(|si| si / meaning.value.si_per_unit);
+        let unit = &meaning.value.symbol;
+        Some(RestRefused::StandsOut {
+            row: taxel / columns,
+            column: taxel % columns,
+            value: format!("{value:.3} {unit}"),
+            others: format!("{median:.3} +- {scatter:.3} {unit}"),
+        })
     }
 
     /// Begins anew from the captured rest values.
@@ -317,6 +363,22 @@ impl ArrayEstimator {
         touch.total_covariance[2][2] = deviation * deviation;
     }
 
+    /// Nothing pulls on a device that is pressed: its zero is wrong. A device that shows
+    /// tension too says nothing of its zero.
+    fn find_below_zero(&mut self) {
+        let meaning = self.reader.meaning();
+        if meaning.signed && meaning.components == 1 {
+            return;
+        }
+        for taxel in &mut self.touch.taxels {
+            let threshold = self.rules.threshold.of(taxel.pressed_deviation());
+            let below = threshold > 0.0 && taxel.pressed() < -threshold;
+            if below && taxel.counted && taxel.state == State::Ok {
+                taxel.state = State::BelowZero;
+            }
+        }
+    }
+
     fn find_contacts(&mut self) {
         let meaning = self.reader.meaning();
         let [first, second] = meaning.newtons.unwrap_or([1.0; 2]);
@@ -334,8 +396,9 @@ impl ArrayEstimator {
             };
             cell.state = taxel.state;
             cell.threshold = match self.rules.threshold {
-                Threshold::Deviations(deviations, least) => least.max(deviations * cell.deviation),
-                Threshold::Fixed(threshold) => threshold,
+                // Electrodes that touch each other are touch already.
+                _ if taxel.state == State::Closed => 0.0,
+                threshold => threshold.of(cell.deviation),
             };
         }
         let touch = &mut self.touch;

@@ -1,18 +1,26 @@
 //! The reading of an empty device as a state: it follows a slow drift and never
-//! a contact, and every change of it is on record and can be undone.
+//! a contact, and its changes are on record.
+
+use std::collections::VecDeque;
+
+use super::drift_rate::DriftRate;
 
 /// Options of the baseline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaselineOptions {
     /// Standard deviation of one reading of each channel, in its unit.
     pub deviations: Vec<f64>,
-    /// The fastest drift, in deviations per second; default 0.01. What
-    /// changes faster is a contact.
+    /// The fastest drift, in deviations of a reading per second; default 0.06. What
+    /// changes faster is a contact, and so is what changes much faster than the device
+    /// was seen to drift.
     pub fastest_drift: f64,
     /// Time over which a drift is followed, s; default 20.
     pub follow: f64,
     /// Time over which readings are averaged to detect a contact, s; default 1.
     pub smoothing: f64,
+    /// Time after a contact until the readings of the empty channel count, s;
+    /// default 0.25.
+    pub settling: f64,
     /// A pause between frames after which the average begins anew, s; default 1.
     pub longest_pause: f64,
 }
@@ -22,9 +30,10 @@ impl BaselineOptions {
     pub fn new(deviations: Vec<f64>) -> Self {
         Self {
             deviations,
-            fastest_drift: 0.01,
+            fastest_drift: 0.06,
             follow: 20.0,
             smoothing: 1.0,
+            settling: 0.25,
             longest_pause: 1.0,
         }
     }
@@ -41,8 +50,6 @@ pub enum Why {
     Contact,
     /// A contact went, and the channel had drifted meanwhile.
     AfterContact,
-    /// An earlier baseline was restored.
-    Undone,
 }
 
 impl Why {
@@ -53,7 +60,6 @@ impl Why {
             Self::Drift => "slow drift of the empty channel",
             Self::Contact => "a contact came; what was followed just before is taken back",
             Self::AfterContact => "drift during a contact that has gone",
-            Self::Undone => "an earlier baseline was restored",
         }
     }
 }
@@ -78,14 +84,21 @@ pub struct Change {
 /// An empty channel is followed in level and rate, the rate bounded by the
 /// fastest drift. A channel is held as soon as a contact is known there, or its
 /// averaged reading leaves the baseline by more than noise and drift can do; a
-/// held baseline does not move however long the contact lasts. It is released
-/// when the reading is back, or has come down to what drift can have done
-/// since.
+/// held baseline does not move however long the contact lasts. Between contacts
+/// the empty channel is measured anew, each pause weighed with what drift may have
+/// hidden before it. The hold ends when the reading stays back, or has come down to
+/// what drift can have done since.
+///
+/// What a hold hides follows from the drift of the channels that can be observed
+/// meanwhile ([`Self::drift_rate`]).
 #[derive(Debug, Clone)]
 pub struct Baseline {
     options: BaselineOptions,
     channels: Vec<Channel>,
-    history: Vec<Change>,
+    /// The last changes, the oldest first, and how many there were in all.
+    history: VecDeque<Change>,
+    changes: u64,
+    rate: DriftRate,
     last_time_ns: Option<u64>,
 }
 
@@ -101,9 +114,52 @@ struct Channel {
     /// Average of reading less level, and its variance over that of a reading.
     average: f64,
     spread: f64,
-    /// Level and age, s, at two earlier times.
-    earlier: [(f64, f64); 2],
+    /// Level, rate and age, s, at two earlier times.
+    earlier: [Earlier; 2],
+    /// What is known of level and rate while they are held, then when the hold ended.
+    known: Known,
+    /// For how long the channel has been followed, s.
+    followed: f64,
     held: Option<Held>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Earlier {
+    level: f64,
+    rate: f64,
+    age: f64,
+}
+
+/// Variance of level and rate, and their covariance, over the variance of a reading.
+#[derive(Debug, Clone, Copy, Default)]
+struct Known {
+    level: f64,
+    both: f64,
+    rate: f64,
+}
+
+impl Known {
+    /// A frame later; rates change to others of the variance `usual`.
+    fn later(self, pace: &Pace, usual: f64) -> Self {
+        let (step, forgotten) = (pace.elapsed, 1.0 - pace.steady * pace.steady);
+        Self {
+            level: self.level + step * (2.0 * self.both + step * self.rate),
+            both: self.both + step * self.rate,
+            rate: self.rate + forgotten * (usual - self.rate),
+        }
+    }
+
+    /// After a measurement of the level with this noise, and the gains of level and
+    /// rate.
+    fn measured(self, noise: f64) -> (Self, [f64; 2]) {
+        let [level, rate] = [self.level, self.both].map(|value| value / (self.level + noise));
+        let known = Self {
+            level: self.level - level * self.level,
+            both: self.both - level * self.both,
+            rate: self.rate - rate * self.both,
+        };
+        (known, [level, rate])
+    }
 }
 
 /// Coefficients of the filters for the time since the last frame.
@@ -115,6 +171,8 @@ struct Pace {
     weight: f64,
     /// Share of a level that stays.
     stay: f64,
+    /// Share of a rate that stays while it is held.
+    steady: f64,
 }
 
 impl Pace {
@@ -125,40 +183,125 @@ impl Pace {
             step,
             weight: 1.0 - (-step.max(1e-9) / options.smoothing).exp(),
             stay: (-step / options.follow).exp(),
+            steady: (-elapsed / STEADY).exp(),
         }
     }
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Held {
-    /// For how long, s.
+    /// For how long the level was not measured, s.
     age: f64,
+    /// A contact is or was known there.
+    known: bool,
     /// The largest average so far.
     most: f64,
     /// For how long the contact seems to have gone, s.
     gone: f64,
+    pause: Pause,
+    /// The last pause; the level as it was held before the first.
+    last: Measured,
+    /// Rate of drift from the pause before to the last one, and its variance over that of
+    /// a reading; until it is learned from.
+    seen: Option<[f64; 2]>,
+}
+
+/// What a pause measured.
+#[derive(Debug, Clone, Copy)]
+struct Measured {
+    reading: f64,
+    /// Its variance over that of a reading.
+    noise: f64,
+    /// Since then, s.
+    age: f64,
+}
+
+impl Measured {
+    /// Rate from then to a later pause, and its variance over that of a reading.
+    fn rate_to(&self, later: &Self) -> [f64; 2] {
+        let elapsed = self.age - later.age;
+        let noise = self.noise + later.noise;
+        [
+            (later.reading - self.reading) / elapsed,
+            noise / (elapsed * elapsed),
+        ]
+    }
+}
+
+/// The empty channel between two contacts: sum of the readings less the level over
+/// time, and the time, s. The end is looked at only once it is not the beginning of
+/// the next contact.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pause {
+    /// Since the contact went, s.
+    age: f64,
+    sum: [f64; 2],
+    /// The same at two earlier times.
+    earlier: [[f64; 2]; 2],
+    /// Since the newer of them, s.
+    since: f64,
+}
+
+impl Pause {
+    fn push(&mut self, off: f64, step: f64, settling: f64) {
+        self.age += step;
+        if self.age < settling {
+            return;
+        }
+        self.sum = [self.sum[0] + off * step, self.sum[1] + step];
+        self.since += step;
+        if self.since >= settling {
+            self.since = 0.0;
+            self.earlier = [self.sum, self.earlier[0]];
+        }
+    }
+
+    /// Time since its middle, s.
+    fn since_middle(&self) -> f64 {
+        self.age - 0.5 * self.earlier[1][1]
+    }
+
+    /// Mean of the readings less the level with its variance over that of a reading.
+    fn mean(&self) -> Option<[f64; 2]> {
+        let [sum, time] = self.earlier[1];
+        (time > 0.0).then(|| [sum / time, LONGEST_STEP / time])
+    }
 }
 
 /// The average leaves the baseline when it differs by this many deviations.
 const LEAVES: f64 = 5.0;
+/// Following a drift that begins, the level is behind by at most this share, 1/e, of what
+/// the drift does in the time of following.
+const BEHIND: f64 = 0.37;
 /// A contact that came down to this share of its most has gone.
 const GONE: f64 = 0.25;
 /// ... when it stays there for this many times of smoothing: of the contact the
 /// average keeps exp(-8), 3e-4.
 const SETTLED: f64 = 8.0;
+/// Followed for this many times of following a rate is one of the channel alone.
+const FOLLOWED: f64 = 2.0;
 /// Longest step of the filter, s: one reading after a pause weighs no more.
 const LONGEST_STEP: f64 = 0.1;
+/// A rate of drift holds for about this time, s.
+const STEADY: f64 = 300.0;
 /// A drift goes on record when it has moved by this many deviations.
 const RECORDED: f64 = 1.0;
+/// Changes that are kept.
+const KEPT: usize = 256;
+/// A pause whose mean is this many deviations from what is expected measured no empty
+/// channel.
+const EMPTY: f64 = 3.0;
 
 impl Baseline {
     /// Baselines at zero.
     pub fn new(options: BaselineOptions) -> Self {
         Self {
             channels: vec![Channel::default(); options.deviations.len()],
-            options,
-            history: Vec::new(),
+            history: VecDeque::new(),
+            changes: 0,
+            rate: DriftRate::new(options.fastest_drift),
             last_time_ns: None,
+            options,
         }
     }
 
@@ -191,11 +334,19 @@ impl Baseline {
         }
         let pace = Pace::of((time_ns - last) as f64 * 1e-9, &self.options);
         self.last_time_ns = Some(time_ns);
+        let rate = self.rate.deviation();
+        let fastest = self.rate.fastest();
         for (index, reading) in readings.iter().enumerate().take(self.channels.len()) {
             let channel = &mut self.channels[index];
             let deviation = self.options.deviations[index];
             let change = if reading.is_finite() {
-                channel.follow(*reading, &pace, occupied(index), deviation, &self.options)
+                channel.follow(
+                    *reading,
+                    &pace,
+                    occupied(index),
+                    [deviation, rate, fastest * deviation],
+                    &self.options,
+                )
             } else {
                 None
             };
@@ -204,6 +355,31 @@ impl Baseline {
                 self.record(time_ns, index, why);
             }
         }
+        if self.rate.is_due(pace.step) {
+            let options = &self.options;
+            let channels = self.channels.iter_mut().zip(&options.deviations);
+            let channels = channels.filter(|(_, deviation)| **deviation > 0.0);
+            let rates = channels.filter_map(|(channel, deviation)| {
+                if channel.followed > FOLLOWED * options.follow {
+                    return Some([channel.rate / deviation, rate_noise(options)]);
+                }
+                let [seen, noise] = channel.held.as_mut()?.seen.take()?;
+                Some([seen / deviation, noise])
+            });
+            if self.rate.learn(rates, rate_noise(options)) {
+                let begun = self.rate.deviation();
+                self.channels
+                    .iter_mut()
+                    .for_each(|channel| channel.drift_began(begun));
+            }
+        }
+    }
+
+    /// Standard deviation of the rates at which the empty channels drift, in deviations
+    /// of a reading per second: what is expected of the device before it was observed,
+    /// then what the channels that nothing touches show.
+    pub fn drift_rate(&self) -> f64 {
+        self.rate.deviation()
     }
 
     /// Baseline of a channel, in its unit.
@@ -224,17 +400,13 @@ impl Baseline {
     }
 
     /// Variance of the baseline of a channel, in its unit squared: the noise that
-    /// it follows, and the drift that a hold hides, as likely anything up to the
-    /// fastest.
+    /// it follows, and the drift that a hold hides.
     #[inline]
     pub fn variance(&self, channel: usize) -> f64 {
         let options = &self.options;
-        let held = self.channels[channel].held.map_or(0.0, |held| held.age);
-        let hidden = options.fastest_drift * (held + options.follow);
-        // Of readings averaged over the time of following.
-        let noise = 1.25 * LONGEST_STEP.min(options.smoothing) / options.follow;
         let deviation = options.deviations[channel];
-        deviation * deviation * (noise + hidden * hidden / 3.0)
+        let hidden = self.channels[channel].variance(self.rate.deviation(), options);
+        deviation * deviation * hidden
     }
 
     /// True if a channel is held.
@@ -242,23 +414,14 @@ impl Baseline {
         self.channels[channel].held.is_some()
     }
 
-    /// All changes, the oldest first.
-    pub fn history(&self) -> &[Change] {
-        &self.history
+    /// The last changes, the oldest first.
+    pub fn history(&self) -> impl DoubleEndedIterator<Item = &Change> + ExactSizeIterator {
+        self.history.iter()
     }
 
-    /// Restores the baselines as they were when the history had `length`
-    /// changes; the way back is on record too.
-    pub fn undo_to(&mut self, time_ns: u64, length: usize) {
-        let mut back: Vec<(usize, f64)> = Vec::new();
-        for change in self.history.iter().skip(length) {
-            if back.iter().all(|(channel, _)| *channel != change.channel) {
-                back.push((change.channel, change.from));
-            }
-        }
-        for (channel, level) in back {
-            self.set(time_ns, channel, level, Why::Undone);
-        }
+    /// Number of all changes, also of those that are no longer kept.
+    pub fn changes(&self) -> u64 {
+        self.changes
     }
 
     fn set(&mut self, time_ns: u64, channel: usize, level: f64, why: Why) {
@@ -269,7 +432,10 @@ impl Baseline {
             level,
             declared,
             recorded,
-            earlier: [(level, 0.0); 2],
+            earlier: [Earlier {
+                level,
+                ..Earlier::default()
+            }; 2],
             ..Channel::default()
         };
         self.record(time_ns, channel, why);
@@ -278,7 +444,11 @@ impl Baseline {
     fn record(&mut self, time_ns: u64, channel: usize, why: Why) {
         let state = &mut self.channels[channel];
         let from = std::mem::replace(&mut state.recorded, state.level);
-        self.history.push(Change {
+        self.changes += 1;
+        if self.history.len() == KEPT {
+            self.history.pop_front();
+        }
+        self.history.push_back(Change {
             time_ns,
             channel,
             from,
@@ -288,16 +458,43 @@ impl Baseline {
     }
 }
 
+/// Variance of a level that is followed without a drift, over that of a reading: of
+/// readings averaged over the time of following.
+fn level_noise(options: &BaselineOptions) -> f64 {
+    1.25 * LONGEST_STEP.min(options.smoothing) / options.follow
+}
+
+/// Variance of a rate that is followed, over that of a reading, 1/s².
+fn rate_noise(options: &BaselineOptions) -> f64 {
+    0.25 * LONGEST_STEP.min(options.smoothing) / options.follow.powi(3)
+}
+
+/// Variance of a level that follows rates of drift of this deviation, which change within
+/// the time for which a rate holds, over that of a reading.
+fn lag(rate: f64, options: &BaselineOptions) -> f64 {
+    rate * rate * options.follow.powi(3) / (2.0 * STEADY)
+}
+
 impl Channel {
+    /// Variance of the level, over that of a reading; `rate` is that of drifts.
+    fn variance(&self, rate: f64, options: &BaselineOptions) -> f64 {
+        let Some(held) = &self.held else {
+            return self.known.level + level_noise(options) + lag(rate, options);
+        };
+        match held.pause.mean() {
+            Some([_, noise]) => self.known.measured(noise).0.level,
+            None => self.known.level,
+        }
+    }
+
     fn follow(
         &mut self,
         reading: f64,
         pace: &Pace,
         occupied: bool,
-        deviation: f64,
+        [deviation, rate, fastest]: [f64; 3],
         options: &BaselineOptions,
     ) -> Option<Why> {
-        let fastest = options.fastest_drift * deviation;
         let &Pace {
             elapsed,
             step,
@@ -314,46 +511,144 @@ impl Channel {
         self.average += weight * (off - self.average);
         self.spread = (1.0 - weight).powi(2) * self.spread + weight * weight;
         let noise = LEAVES * deviation * self.spread.sqrt();
-        let leaves = self.average.abs() > noise + fastest * options.follow;
-        match &mut self.held {
-            None if occupied || leaves => self.hold(elapsed),
-            None => {
-                self.learn(off, pace, fastest, options);
-                None
+        let leaves = self.average.abs() > noise + BEHIND * fastest * options.follow;
+        let Some(mut held) = self.held else {
+            if occupied || leaves {
+                return self.hold(elapsed, rate, options);
             }
-            Some(held) => {
-                held.age += elapsed;
-                if self.average.abs() > held.most.abs() {
-                    held.most = self.average;
-                }
-                let drifted = fastest * (held.age + options.follow) + noise;
-                let came_down = self.average.abs() < drifted.min(GONE * held.most.abs());
-                let gone = came_down || !leaves && !occupied;
-                held.gone = if gone { held.gone + elapsed } else { 0.0 };
-                if held.gone < SETTLED * options.smoothing {
-                    return None;
-                }
-                self.held = None;
-                // After a contact what is left is drift.
-                came_down.then(|| {
-                    self.level += self.average;
-                    (self.average, self.spread) = (0.0, 0.0);
-                    self.earlier = [(self.level, 0.0); 2];
-                    Why::AfterContact
-                })
-            }
+            self.followed += step;
+            // What was not known when the hold ended.
+            self.known.level *= pace.stay;
+            self.known.rate *= pace.stay;
+            self.learn(off, pace, fastest, options);
+            return None;
+        };
+        held.age += elapsed;
+        held.last.age += elapsed;
+        self.known = self.known.later(pace, rate * rate);
+        let ahead = self.rate * elapsed;
+        self.rate *= pace.steady;
+        self.level += ahead;
+        self.average -= ahead;
+        let off = off - ahead;
+        if self.average.abs() > held.most.abs() {
+            held.most = self.average;
+        }
+        held.known |= occupied;
+        if occupied {
+            self.measure(&mut held, deviation, options);
+        } else {
+            held.pause.push(off, step, options.settling);
+        }
+        let drifted = fastest * (held.age + options.follow) + noise;
+        let came_down = self.average.abs() < drifted.min(GONE * held.most.abs());
+        let gone = came_down || !leaves && !occupied;
+        held.gone = if gone { held.gone + elapsed } else { 0.0 };
+        if held.gone < SETTLED * options.smoothing {
+            self.held = Some(held);
+            return None;
+        }
+        let measured = self.measure(&mut held, deviation, options);
+        (self.held, self.followed) = (None, 0.0);
+        self.earlier = [self.now(); 2];
+        if !measured && came_down {
+            self.empty();
+        }
+        (measured || came_down).then_some(Why::AfterContact)
+    }
+
+    /// A drift at rates of the deviation `rate` began while the channel was held.
+    fn drift_began(&mut self, rate: f64) {
+        let Some(held) = &self.held else {
+            return;
+        };
+        if held.known {
+            let hidden = rate * held.age;
+            self.known.level += hidden * hidden;
+            self.known.both += rate * hidden;
+            self.known.rate = rate * rate;
+        } else {
+            // It was the drift that was taken for a contact.
+            self.held = None;
+            self.empty();
         }
     }
 
-    /// Holds the level of some time ago: a slow touch was followed meanwhile.
-    fn hold(&mut self, elapsed: f64) -> Option<Why> {
-        let before = std::mem::replace(&mut self.level, self.earlier[1].0);
+    /// The channel is empty: what is left of its average is drift.
+    fn empty(&mut self) {
+        self.followed = 0.0;
+        self.level += self.average;
+        self.known.level = self.spread;
+        (self.average, self.spread) = (0.0, 0.0);
+        self.earlier = [self.now(); 2];
+    }
+
+    /// Level and rate to go back to.
+    fn now(&self) -> Earlier {
+        Earlier {
+            level: self.level,
+            rate: self.rate,
+            age: 0.0,
+        }
+    }
+
+    /// A pause has ended: what it measured, and the drift that was hidden before it,
+    /// weigh as they are known. False when the channel was not measured.
+    fn measure(&mut self, held: &mut Held, deviation: f64, options: &BaselineOptions) -> bool {
+        let fastest = options.fastest_drift * deviation;
+        let pause = std::mem::take(&mut held.pause);
+        let Some([mean, noise]) = pause.mean() else {
+            return false;
+        };
+        let now = Measured {
+            reading: self.level + mean,
+            noise,
+            age: pause.since_middle(),
+        };
+        held.seen = Some(std::mem::replace(&mut held.last, now).rate_to(&now));
+        // Neither more than drift explains, nor a light touch that has stayed.
+        let explained = EMPTY * deviation * (self.known.level + noise).sqrt();
+        let back = (EMPTY * deviation * noise.sqrt()).max(GONE * held.most.abs());
+        if mean.abs() > explained.min(back) {
+            return false;
+        }
+        let (known, [level, rate]) = self.known.measured(noise);
+        self.known = known;
+        self.level += level * mean;
+        self.average -= level * mean;
+        self.rate = (self.rate + rate * mean).clamp(-fastest, fastest);
+        held.age = 0.0;
+        true
+    }
+
+    /// Holds level and rate of some time ago: a slow touch was followed meanwhile.
+    fn hold(&mut self, elapsed: f64, drift: f64, options: &BaselineOptions) -> Option<Why> {
+        let before = self.level;
+        let earlier = self.earlier[1];
+        self.level = earlier.level;
         self.average += before - self.level;
-        self.rate = 0.0;
+        // The rate that was followed, as far as it stands out of its noise.
+        let noise = rate_noise(options) + self.known.rate;
+        let share = drift * drift / (drift * drift + noise);
+        self.rate = share * earlier.rate;
+        self.known = Known {
+            level: self.variance(drift, options),
+            both: 0.0,
+            rate: share * noise,
+        };
+        self.followed = 0.0;
         self.held = Some(Held {
             age: elapsed,
+            known: false,
             most: self.average,
             gone: 0.0,
+            pause: Pause::default(),
+            last: Measured {
+                reading: self.level,
+                noise: self.variance(drift, options),
+                age: elapsed,
+            },
+            seen: None,
         });
         (before != self.level).then_some(Why::Contact)
     }
@@ -367,9 +662,9 @@ impl Channel {
             self.rate = rate.clamp(-fastest, fastest);
         }
         // Two levels, each kept for twice the smoothing.
-        self.earlier.iter_mut().for_each(|(_, age)| *age += step);
-        if self.earlier[0].1 > 2.0 * options.smoothing {
-            self.earlier = [(self.level, 0.0), self.earlier[0]];
+        self.earlier.iter_mut().for_each(|one| one.age += step);
+        if self.earlier[0].age > 2.0 * options.smoothing {
+            self.earlier = [self.now(), self.earlier[0]];
         }
     }
 }

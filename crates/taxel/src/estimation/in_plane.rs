@@ -35,7 +35,7 @@ pub struct InPlaneReader {
 }
 
 /// Why an in-plane sensor cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InPlaneReaderError {
     /// The frames cannot be of this device.
     #[error(transparent)]
@@ -206,7 +206,7 @@ fn estimated(inverse: &InPlaneInverse, capacitance: f64, sigma: f64) -> TaxelTou
     }
     let change = rest - capacitance;
     if change < -ABOVE_REST * sigma {
-        return TaxelTouch::without_value(State::Inconsistent);
+        return TaxelTouch::without_value(State::BelowZero);
     }
     if change > last.change {
         // The force at the end of the range is a lower bound.

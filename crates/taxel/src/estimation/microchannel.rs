@@ -101,6 +101,8 @@ pub struct MicrochannelReader {
     taxels: Vec<TaxelPressure>,
     /// True if a channel is or may be pressed.
     occupied: Vec<bool>,
+    /// True if a channel reads less than at rest, by more than noise can do.
+    below: Vec<bool>,
     /// Standard deviation of the pressure of a quiet taxel, Pa.
     quiet: f64,
     histories: Vec<LoadHistory>,
@@ -124,6 +126,7 @@ impl MicrochannelReader {
             channels: vec![without_resistance(MicrochannelState::Quiet); rows + columns],
             taxels: vec![TaxelPressure::Quiet; rows * columns],
             occupied: vec![false; rows + columns],
+            below: vec![false; rows + columns],
             calibration,
             options,
         }
@@ -144,6 +147,7 @@ impl MicrochannelReader {
         let models = models(&self.calibration).zip(&self.rest);
         for (channel, (model, rest)) in models.enumerate() {
             let resistance = channels.readings[channel];
+            self.below[channel] = false;
             self.channels[channel] = match channels.states[channel] {
                 ChannelState::Ok | ChannelState::Closed => {
                     let noise = model.deviation * scale.slope(resistance);
@@ -151,6 +155,7 @@ impl MicrochannelReader {
                     let least = self.options.contact_deviations * noise;
                     let expected = rest + known.drift(channel);
                     let end = model.saturated_resistance(scale);
+                    self.below[channel] = resistance < expected - least;
                     loaded(model, [*rest, expected], [resistance, end], noise, least)
                 }
                 ChannelState::Saturated => without_resistance(MicrochannelState::Saturated {
@@ -169,6 +174,16 @@ impl MicrochannelReader {
         for (occupied, channel) in self.occupied.iter_mut().zip(&self.channels) {
             *occupied = channel.state != MicrochannelState::Quiet;
         }
+    }
+}
+
+impl MicrochannelReader {
+    /// True where channels below their rest cross, or along one that is alone in it.
+    fn below_zero(&self, taxel: usize) -> bool {
+        let (rows, columns) = self.below.split_at(self.calibration.rows.len());
+        let (row, column) = (rows[taxel / columns.len()], columns[taxel % columns.len()]);
+        let alone = |side: &[bool]| !side.contains(&true);
+        row && (column || alone(columns)) || column && alone(rows)
     }
 }
 
@@ -241,6 +256,8 @@ impl Reader for MicrochannelReader {
         for (index, (touch, taxel)) in touch.taxels.iter_mut().zip(&self.taxels).enumerate() {
             *touch = if masked[index] {
                 TaxelTouch::without_value(State::Masked)
+            } else if *taxel == TaxelPressure::Quiet && self.below_zero(index) {
+                TaxelTouch::without_value(State::BelowZero)
             } else {
                 taxel.touch(self.quiet)
             };

@@ -7,6 +7,7 @@ mod capacitors;
 mod charge;
 mod contact;
 mod continuity;
+mod drift_rate;
 mod event;
 mod force_history;
 mod health;

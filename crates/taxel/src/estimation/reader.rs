@@ -127,6 +127,16 @@ pub enum Threshold {
     Fixed(f64),
 }
 
+impl Threshold {
+    /// The threshold of a taxel with this standard deviation, SI.
+    pub(super) fn of(self, deviation: f64) -> f64 {
+        match self {
+            Self::Deviations(deviations, least) => least.max(deviations * deviation),
+            Self::Fixed(threshold) => threshold,
+        }
+    }
+}
+
 /// Which total an array has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Total {

@@ -71,6 +71,35 @@ pub enum RestRefused {
         /// The first such reading, and why it cannot be.
         reason: String,
     },
+    /// Something presses: its force would be lost.
+    #[error(
+        "rest capture refused: contact {contact} presses at row {row}, column {column}{force}; lift off, or force it"
+    )]
+    Touched {
+        /// Number of the contact.
+        contact: u64,
+        /// Row of the taxel that carries most of it.
+        row: usize,
+        /// Column of that taxel.
+        column: usize,
+        /// Its force in words; empty where the device does not say newtons.
+        force: String,
+    },
+    /// A taxel stands out from the others before any zero was taken.
+    #[error(
+        "no rest capture at the start: row {row}, column {column} reads {value} where the others read {others}: \
+         something may press; lift off, then tare"
+    )]
+    StandsOut {
+        /// Row of the taxel.
+        row: usize,
+        /// Column of the taxel.
+        column: usize,
+        /// Its value in words.
+        value: String,
+        /// Median of all and its scatter in words.
+        others: String,
+    },
     /// The device takes no rest capture.
     #[error("no rest capture: {reason}")]
     NotTaken {
@@ -122,6 +151,36 @@ pub(super) struct RestCapture {
     saturated: Vec<bool>,
     /// The frames so far, where a touch may end the capture.
     frames: Vec<Vec<f64>>,
+    /// True if it is taken unasked: not where a taxel stands out.
+    pub(super) unasked: bool,
+}
+
+/// Fewest values that say which one stands out.
+const LEAST_VALUES: usize = 8;
+/// A value this many deviations of their scatter above the median stands out.
+const STANDS_OUT: f64 = 10.0;
+
+/// The index of the greatest value that stands out of `values` by more than their scatter
+/// and `threshold`, with their median and scatter (1.48 median absolute deviations, which a
+/// few touched taxels do not change).
+pub(super) fn standing_out(
+    values: impl Iterator<Item = (usize, f64)>,
+    threshold: impl Fn(usize) -> f64,
+) -> Option<(usize, [f64; 2])> {
+    let values: Vec<_> = values.filter(|(_, value)| value.is_finite()).collect();
+    if values.len() < LEAST_VALUES {
+        return None;
+    }
+    let middle = |mut values: Vec<f64>| {
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let median = middle(values.iter().map(|(_, value)| *value).collect());
+    let distances = values.iter().map(|(_, value)| (value - median).abs());
+    let scatter = 1.4826 * middle(distances.collect());
+    let (index, most) = values.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (most - median > threshold(index).max(STANDS_OUT * scatter))
+        .then_some((index, [median, scatter]))
 }
 
 /// A unit that stands against a capture.
@@ -135,11 +194,12 @@ pub(super) trait Judge {
 }
 
 impl RestCapture {
-    pub(super) fn new(channels: usize, frames: usize) -> Self {
+    pub(super) fn new(channels: usize, frames: usize, unasked: bool) -> Self {
         Self {
             readings: RestReadings::new(channels, frames),
             saturated: vec![false; channels],
             frames: Vec::new(),
+            unasked,
         }
     }
 

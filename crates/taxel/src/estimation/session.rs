@@ -4,7 +4,7 @@ use super::array::{ArrayEstimator, Captured, FrameError};
 use super::map::MapReader;
 use super::observer::{Observer, ObserverOptions};
 use super::reader::{Meaning, Reader};
-use super::rest::Rest;
+use super::rest::{Rest, RestRefused};
 use super::touch::Touch;
 use super::touch_event::TouchEvent;
 use crate::acquisition::{Frame, Stream};
@@ -91,9 +91,43 @@ impl TouchSession {
         &self.observer
     }
 
-    /// Begins a rest capture over the next `frames` frames.
+    /// Begins a rest capture over the next `frames` frames, whatever presses.
     pub fn begin_rest_capture(&mut self, frames: usize) {
         self.estimator.begin_rest_capture(frames);
+    }
+
+    /// Begins one that nobody asked for: it is refused if a taxel stands out from the others,
+    /// and may be pressed.
+    pub fn begin_unasked_rest_capture(&mut self, frames: usize) {
+        self.estimator.begin_unasked_rest_capture(frames);
+    }
+
+    /// Why a rest capture would now declare a contact to be nothing; none where nothing
+    /// presses, or before the first capture: beside the rest values of the drawing a piece
+    /// of its fabrication may look touched.
+    pub fn pressed(&self) -> Option<RestRefused> {
+        if !self.estimator.is_tared() {
+            return None;
+        }
+        let touch = self.estimator.touch();
+        let contact = touch
+            .contacts
+            .iter()
+            .max_by(|a, b| a.peak.total_cmp(&b.peak))?;
+        let meaning = self.meaning();
+        let columns = meaning.layout.columns;
+        let force = match contact.force[2] {
+            _ if meaning.newtons.is_none() => String::new(),
+            force if force.is_nan() => String::new(),
+            force if force < 1.0 => format!(" with {:.3} mN", 1e3 * force),
+            force => format!(" with {force:.3} N"),
+        };
+        Some(RestRefused::Touched {
+            contact: contact.id,
+            row: contact.peak_taxel / columns,
+            column: contact.peak_taxel % columns,
+            force,
+        })
     }
 
     /// True if a rest capture is under way.

@@ -1,5 +1,7 @@
 //! Four capacitances of each unit to a force with three components (P2).
 
+use std::f64::consts::FRAC_2_SQRT_PI;
+
 use super::capacitors::{capacitor_facts, convert_capacitances};
 use super::reader::{
     Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
@@ -79,12 +81,9 @@ const MOST_SHARE: f64 = 1.05;
 /// weigh in a force as much as four independent ones of twice the size.
 const DRIFT_TOGETHER: f64 = 2.0;
 /// A tile with less than this share of its air left counts as closed: a tile
-/// that stands on its electrode reads what it read at first contact, which the
-/// search meets from the open side.
+/// that stands on its electrode reads what it read at first contact, give or
+/// take the noise.
 const CLOSED_SHARE: f64 = 0.05;
-/// Unless contact stopped the search, only a capacitor above this share of the
-/// most it can read may be closed; below, even an edge is still open.
-const NEAR_SHARE: f64 = 0.45;
 
 impl ThreeAxisReader {
     /// A reader of frames whose values are `quantity`.
@@ -170,20 +169,15 @@ impl ThreeAxisReader {
         let empty = std::array::from_fn(|i| capacitance[i] - known.drift(channel(i)));
         let unit = &self.calibration.units[taxel];
         let mut found = estimate_unit(unit, empty, sigma, usable, &self.options.search);
-        let near = found.outcome == Outcome::Blocked
-            || (0..4).any(|i| usable[i] && capacitance[i] > NEAR_SHARE * most[i]);
-        let closed = if near {
-            closed(unit, &found)
-        } else {
-            [false; 4]
-        };
+        let closed = closed(unit, &found);
+        found.force[2] += sinking_by_noise(unit, &found);
         self.relax(taxel, &mut found, known.elapsed.unwrap_or(0.0));
         self.carry(taxel, &mut found);
         let state = self.judge(taxel, &found, closed.contains(&true), masked, faulty);
         for i in 0..4 {
             if faulty[i] && states[i].usable() {
                 states[i] = ChannelState::Faulty;
-            } else if closed[i] && states[i].usable() {
+            } else if closed[i] && state != State::Inconsistent && states[i].usable() {
                 states[i] = ChannelState::Closed;
             }
         }
@@ -255,12 +249,11 @@ impl ThreeAxisReader {
             _ if masked_count > 1 => State::Masked,
             _ if faulty.contains(&true) => State::Faulty,
             Outcome::TooFew => State::Faulty,
-            Outcome::Blocked => State::Closed,
-            _ if closed => State::Closed,
-            Outcome::NotConverged => State::NotConverged,
-            Outcome::Converged if alarm || *strikes >= self.options.residual_persistence => {
-                State::Inconsistent
-            }
+            Outcome::NotConverged if !closed => State::NotConverged,
+            // Contact excuses no contradiction: closed tiles still lie in a plane.
+            _ if alarm || *strikes >= self.options.residual_persistence => State::Inconsistent,
+            Outcome::Blocked | Outcome::NotConverged => State::Closed,
+            Outcome::Converged if closed => State::Closed,
             Outcome::Converged if beyond => State::OutOfRange,
             Outcome::Converged if masked_count == 1 => State::Unchecked,
             Outcome::Converged => State::Ok,
@@ -406,8 +399,26 @@ fn bounds(unit: &UnitModel, sigma: &[f64; 4]) -> [[f64; 4]; 2] {
 
 /// Capacitors whose electrodes touch at the estimated force.
 fn closed(unit: &UnitModel, found: &UnitEstimate) -> [bool; 4] {
-    let (_, response) = unit.predict(found.force);
-    std::array::from_fn(|i| {
-        response.plates[i].least_air_gap < CLOSED_SHARE * unit.plates.air_gap[i]
-    })
+    let air = unit.plates.air_gaps(&unit.suspension.deform(found.force));
+    std::array::from_fn(|i| air[i] < CLOSED_SHARE * unit.plates.air_gap[i])
+}
+
+/// What the noise of F_x and F_y takes off the pressing force, N.
+///
+/// The sinking c|F_x| is subtracted as estimated, but noise alone makes |F_x|
+/// √(2/π)·σ without any side force. c·(2/√π)·σ·exp(−F_x²/2σ²) has this
+/// expectation at F_x = 0 and ends within a few σ.
+fn sinking_by_noise(unit: &UnitModel, found: &UnitEstimate) -> f64 {
+    let expected = |axis: usize| {
+        let (sinking, deviation) = (
+            unit.suspension.bump_sinking[axis],
+            found.covariance[axis][axis].sqrt(),
+        );
+        if sinking == 0.0 {
+            return 0.0;
+        }
+        let off = found.force[axis] / deviation;
+        sinking * FRAC_2_SQRT_PI * deviation * (-0.5 * off * off).exp()
+    };
+    expected(0) + expected(1)
 }

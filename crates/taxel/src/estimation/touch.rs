@@ -29,11 +29,13 @@ pub enum State {
     Saturated = 8,
     /// Several positions, or several values, explain the readings equally well.
     Ambiguous = 9,
+    /// Pressing below zero beyond what noise can do: the zero is wrong.
+    BelowZero = 10,
 }
 
 impl State {
     /// All states in the order of their codes.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Ok,
         Self::Unchecked,
         Self::Closed,
@@ -44,6 +46,7 @@ impl State {
         Self::Masked,
         Self::Saturated,
         Self::Ambiguous,
+        Self::BelowZero,
     ];
 
     /// Name in messages and files.
@@ -59,6 +62,7 @@ impl State {
             Self::Masked => "masked",
             Self::Saturated => "saturated",
             Self::Ambiguous => "ambiguous",
+            Self::BelowZero => "below_zero",
         }
     }
 }

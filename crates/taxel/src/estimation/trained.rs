@@ -140,11 +140,14 @@ impl TrainedReader {
         })
     }
 
-    /// Shows no value in these cells, row by row.
+    /// Shows no value in these cells, row by row, and does without these channels.
     #[must_use]
-    pub fn with_masked(mut self, masked: impl IntoIterator<Item = bool>) -> Self {
-        for (own, masked) in self.masked.iter_mut().zip(masked) {
+    pub fn with_masked(mut self, cells: impl IntoIterator<Item = bool>, channels: &[bool]) -> Self {
+        for (own, masked) in self.masked.iter_mut().zip(cells) {
             *own = masked;
+        }
+        for (own, masked) in self.channels.iter_mut().zip(channels) {
+            own.masked = *masked;
         }
         self
     }
@@ -276,7 +279,7 @@ impl Reader for TrainedReader {
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
         channels.readings.copy_from_slice(values);
         for (state, value) in channels.states.iter_mut().zip(values) {
-            if !value.is_finite() {
+            if !value.is_finite() && *state != ChannelState::Masked {
                 *state = ChannelState::Faulty;
             }
         }

@@ -27,8 +27,8 @@ impl Default for SearchOptions {
 pub enum Outcome {
     /// At the least misfit.
     Converged,
-    /// The best fit lies beyond first contact: the force is the last one
-    /// without contact.
+    /// The best fit lies beyond first contact: the force is that of first
+    /// contact on the straight way to it.
     Blocked,
     /// After the allowed number of steps.
     NotConverged,
@@ -43,7 +43,7 @@ pub struct UnitEstimate {
     pub force: [f64; 3],
     /// Covariance (Jᵀ W J)⁻¹, N².
     pub covariance: [[f64; 3]; 3],
-    /// Misfit Σ((C − C(F))/σ)²; `NaN` with three capacitors, which leave no
+    /// Misfit Σ((C − C(F))/σ)² of the best fit; `NaN` with three capacitors, which leave no
     /// check.
     pub chi2: f64,
     /// sign(C11 − C11(F))·√chi2: one standard deviation wide when the model
@@ -71,7 +71,8 @@ impl UnitEstimate {
 }
 
 /// Least-squares force for four capacitances by Gauss-Newton from the
-/// published inverse, kept on the side of no contact by step halving.
+/// published inverse. The search may pass first contact, so that the misfit of
+/// a closed unit is judged like any other; the force may not.
 ///
 /// `capacitance` and `sigma` (standard deviations) in F, order 11, 12, 21, 22;
 /// a capacitor counts only where `usable` is set. Three usable capacitors
@@ -110,7 +111,7 @@ pub fn estimate_unit(
     search.finish(outcome, count)
 }
 
-/// State of a search: a feasible force with its residuals and slopes.
+/// State of a search: a force within the formula with its residuals and slopes.
 struct Search<'a> {
     unit: &'a UnitModel,
     capacitance: [f64; 4],
@@ -139,7 +140,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Moves to the published inverse, scaled until it is free of contact.
+    /// Moves to the published inverse, scaled until the formula holds.
     fn start(&mut self, rest: [f64; 4]) -> bool {
         let guess = self.unit.effective_force(rest, self.capacitance);
         // Zero force is always free of contact, so some scale of the guess is.
@@ -155,9 +156,9 @@ impl<'a> Search<'a> {
         self.move_to([0.0; 3])
     }
 
-    /// Takes `force` when no tile touches there.
+    /// Takes `force` when the formula holds there.
     fn move_to(&mut self, force: [f64; 3]) -> bool {
-        let Some(at) = self.unit.linearise(force) else {
+        let Some(at) = self.unit.linearise_past_contact(force) else {
             return false;
         };
         let weight = self.weight;
@@ -215,7 +216,7 @@ impl<'a> Search<'a> {
         self.chi2 = dot4(&self.residual, &self.residual);
     }
 
-    /// Halves `step` until no tile touches and, unless `settled`, the misfit
+    /// Halves `step` until the formula holds and, unless `settled`, the misfit
     /// falls.
     fn advance(&mut self, step: [f64; 3], settled: bool) -> Advance {
         let (from, before) = (self.force, self.chi2);
@@ -240,12 +241,14 @@ impl<'a> Search<'a> {
         } else {
             (f64::NAN, f64::NAN)
         };
+        let share = self.unit.open_share(self.force);
+        let touches = share < 1.0 && outcome == Outcome::Converged;
         UnitEstimate {
-            force: self.force,
+            force: self.force.map(|force| share * force),
             covariance: self.covariance.unwrap_or([[f64::NAN; 3]; 3]),
             chi2,
             signed_residual,
-            outcome,
+            outcome: if touches { Outcome::Blocked } else { outcome },
         }
     }
 }

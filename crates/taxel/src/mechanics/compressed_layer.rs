@@ -96,7 +96,8 @@ impl CompressedLayer {
     /// N = 2 L_c w_c s̄,  s̄ from [`LayerKinematics::mean_stress`] (P1 Eq. 6).
     ///
     /// # Errors
-    /// [`LayerError::Compression`] outside 0 ≤ e < 1, and the errors of
+    /// [`LayerError::Compression`] outside 0 ≤ e < 1, [`LayerError::Falling`]
+    /// where the force of the model falls again, and the errors of
     /// [`EndCondition::factor`].
     ///
     /// ```
@@ -117,6 +118,18 @@ impl CompressedLayer {
     /// # Ok::<(), taxel::mechanics::LayerError>(())
     /// ```
     pub fn compress(&self, compression: f64) -> Result<LayerState, LayerError> {
+        let state = self.state(compression)?;
+        if compression > LARGEST_COMPRESSION {
+            let limit = self.compression_of_greatest_force()?;
+            if compression > limit {
+                return Err(LayerError::Falling { compression, limit });
+            }
+        }
+        Ok(state)
+    }
+
+    /// Motion and force as the formula gives them, also where it ends to hold.
+    fn state(&self, compression: f64) -> Result<LayerState, LayerError> {
         let kinematics = LayerKinematics::new(compression)?;
         let aspect = self.aspect();
         let end_factor = self.end_scale * self.end_condition.factor(aspect, compression)?;
@@ -128,6 +141,37 @@ impl CompressedLayer {
             force: self.contact_area() * mean_stress,
             range: self.range(compression),
         })
+    }
+
+    /// Compression above [`LARGEST_COMPRESSION`] at which the force of the model
+    /// begins to fall.
+    fn compression_of_greatest_force(&self) -> Result<f64, LayerError> {
+        // Steps in proportion to the height that is left.
+        let compressions =
+            (0..MOST_STEPS).map(|i| 1.0 - (1.0 - LARGEST_COMPRESSION) * STEP.powi(i));
+        let (mut before, mut last) = (LARGEST_COMPRESSION, LARGEST_COMPRESSION);
+        let mut greatest = f64::NEG_INFINITY;
+        for compression in compressions {
+            let stress = self.state(compression)?.mean_stress;
+            if stress < greatest {
+                return self.summit(before, compression);
+            }
+            (before, last, greatest) = (last, compression, stress);
+        }
+        Ok(last)
+    }
+
+    /// Compression of the greatest force between two others, by halves.
+    fn summit(&self, mut low: f64, mut high: f64) -> Result<f64, LayerError> {
+        while high - low > SUMMIT_WIDTH {
+            let (left, right) = (low + 0.45 * (high - low), low + 0.55 * (high - low));
+            if self.state(left)?.mean_stress < self.state(right)?.mean_stress {
+                low = left;
+            } else {
+                high = right;
+            }
+        }
+        Ok(0.5 * (low + high))
     }
 
     /// Range in which the force at this compression was verified.
@@ -228,6 +272,13 @@ pub struct PlaneStress {
     pub sigma22: f64,
 }
 
+/// The height that is left shrinks by this factor from one compression to the
+/// next in the search for the greatest force ...
+const STEP: f64 = 0.95;
+/// ... of which so many reach to 0.996.
+const MOST_STEPS: i32 = 100;
+/// Width within which that compression is found.
+const SUMMIT_WIDTH: f64 = 1e-6;
 /// Below this a, e(a) and tan(a)/a − 1 come from their power series: the
 /// closed forms would lose two digits to cancellation.
 const SMALL: f64 = 0.25;

@@ -22,9 +22,8 @@ use taxel_numerics::table::interpolate;
 pub enum EndCondition {
     /// The layer ends with the load and its ends carry no resultant: χ = 1.
     Free,
-    /// Free ends of a real layer on a wider base: χ = 1 − 0.25 H/L; for L/H
-    /// from 1 to 2 interpolated in
-    /// finite elements.
+    /// Free ends of a real layer on a wider base: χ = 1 − 0.25 H/L from L/H = 5
+    /// on; below, down to 1, a smooth curve in H/L through finite elements.
     ShortLayer,
     /// The shear tapers to zero inside the loaded length,
     /// τ = τ_model·(1 − (x/L)^ζ)^m: χ = (2/ζ)·B(2/ζ, m+1).
@@ -78,6 +77,10 @@ const SHORT: [[f64; 9]; 2] = [
         0.9114, 0.8751, 0.8325, 0.8010, 0.7905, 0.7919, 0.7969, 0.8092, 0.8203,
     ],
 ];
+/// Slope of the rule for long layers against H/L ...
+const RULE_SLOPE: f64 = -0.25;
+/// ... and the L/H from which it holds.
+const RULE_FROM: f64 = 5.0;
 /// L/H of [`TAIL`].
 const TAIL_ASPECTS: [f64; 3] = [1.0, 2.0, 5.0];
 /// Relative compressions of [`TAIL`].
@@ -93,6 +96,29 @@ const TAIL: [[f64; 4]; 3] = [
 /// Below this χ the force of a long layer falls again before a compression of
 /// 0.4: for χ = 0.6 it does at 0.39, for 0.7 at 0.50.
 const LEAST_FACTOR: f64 = 0.65;
+
+/// χ of free ends on a wider base: one curve in H/L with a continuous slope.
+///
+/// From L/H = 1 to 2 a straight line through the table, from 5 on the rule
+/// 1 − 0.25 H/L, and between them the cubic that continues both.
+fn short_layer(aspect: f64, compression: f64) -> f64 {
+    let inverse = 1.0 / aspect;
+    let rule = 1.0 + RULE_SLOPE * inverse;
+    if aspect >= RULE_FROM {
+        return rule;
+    }
+    let [one, two] = SHORT.map(|row| interpolate(&COMPRESSIONS, &row, compression));
+    let slope = 2.0 * (one - two);
+    if aspect <= 2.0 {
+        return two + slope * (inverse - 0.5);
+    }
+    // Hermite's cubic in H/L from the rule's end to the table's.
+    let start = 1.0 / RULE_FROM;
+    let (width, from) = (0.5 - start, 1.0 + RULE_SLOPE * start);
+    let t = (inverse - start) / width;
+    let (blend, back) = (t * t * (3.0 - 2.0 * t), 1.0 - t);
+    from + blend * (two - from) + width * t * back * (RULE_SLOPE * back - slope * t)
+}
 
 impl EndCondition {
     /// χ for a layer of `aspect` L/H at a relative compression.
@@ -120,12 +146,7 @@ impl EndCondition {
         }
         Ok(match self {
             Self::Free => 1.0,
-            Self::ShortLayer if aspect < 2.0 => {
-                let [one, two] = SHORT.map(|row| interpolate(&COMPRESSIONS, &row, compression));
-                // In H/L, the variable of the rule for longer layers.
-                one + 2.0 * (1.0 - 1.0 / aspect) * (two - one)
-            }
-            Self::ShortLayer => 1.0 - 0.25 / aspect,
+            Self::ShortLayer => short_layer(aspect, compression),
             Self::Tapered(EndShear { zeta, m }) => {
                 let chi = 2.0 / zeta * beta(2.0 / zeta, m + 1.0);
                 if chi < LEAST_FACTOR {

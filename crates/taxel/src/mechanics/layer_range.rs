@@ -17,6 +17,16 @@ pub enum LayerError {
         /// Compression that was asked for.
         compression: f64,
     },
+    /// A compression beyond the greatest force of the model.
+    #[error(
+        "a relative compression of {compression} is outside 0 to {limit:.3}, where the force of the model is greatest and begins to fall"
+    )]
+    Falling {
+        /// Compression that was asked for.
+        compression: f64,
+        /// Compression of the greatest force.
+        limit: f64,
+    },
     /// A force that the model does not reach, or a pull.
     #[error(
         "a force of {force:.4e} N is outside 0 to {limit:.4e} N, the force at the largest compression of the model"

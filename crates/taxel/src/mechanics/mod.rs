@@ -5,6 +5,7 @@ mod compressed_layer;
 pub mod crossing_microchannels;
 mod electrodes;
 mod end_condition;
+mod force_error;
 mod force_hysteresis;
 mod layer_range;
 mod material;
@@ -30,6 +31,7 @@ pub use electrodes::{
     PublishedThinning,
 };
 pub use end_condition::{EndCondition, EndShear, GivenFactor};
+pub use force_error::force_error;
 pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
 pub use layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerRange};
 pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};

@@ -89,6 +89,10 @@ const PANEL: f64 = 1.5;
 /// 16 points leave 1e-12.
 const PHASE: f64 = 6.0 * PI;
 
+/// This many thicknesses outside the load a rigid base carries nothing more: the pole
+/// of T at 0.739i leaves exp(-0.739*45) = 4e-15.
+const FAR: f64 = 45.0;
+
 impl SoftCover {
     fn transmission(&self, c: f64) -> f64 {
         match self.base {
@@ -105,7 +109,10 @@ impl SoftCover {
 
     /// [`SoftCover::share_within`] over r², 1/m²; finite at r = 0.
     fn mean_share(&self, radius: f64) -> f64 {
-        if radius < 1e-6 * self.thickness {
+        let far = self.contact.radius() + FAR * self.thickness;
+        if self.base == Base::Rigid && radius > far {
+            1.0 / (radius * radius)
+        } else if radius < 1e-6 * self.thickness {
             // J₁(x) → x/2; the next term is (kr)²/8, below 1e-10.
             self.integral(0.0, |k| 0.5 * k)
         } else {

@@ -65,6 +65,18 @@ pub struct Deformation {
     pub slope: [f64; 2],
 }
 
+impl Deformation {
+    /// The same motion at `share` of the way from rest.
+    #[must_use]
+    pub fn at_share(&self, share: f64) -> Self {
+        Self {
+            displacement: self.displacement.map(|d| share * d),
+            closing: self.closing.map(|w| share * w),
+            slope: self.slope.map(|slope| share * slope),
+        }
+    }
+}
+
 impl SuspensionDescription {
     /// The model this description states.
     pub fn model(&self) -> Suspension {

@@ -158,7 +158,22 @@ pub(crate) fn check_scan_time(sensor: &Sensor, scan: f64) -> Result<(), Broken> 
 fn check_mask(sensor: &Sensor) -> Result<(), Broken> {
     let (rows, columns) = (sensor.array.rows, sensor.array.columns);
     for (index, mask) in sensor.mask.iter().enumerate() {
-        let [row, column] = mask.taxel;
+        if mask.channel.is_some() {
+            require(
+                mask.taxel.is_none() && mask.capacitor.is_none(),
+                &format!("mask.{index}.channel"),
+                || "a mask is of a taxel or of a channel, not of both".into(),
+                "write two [[mask]] tables",
+            )?;
+            continue;
+        }
+        let Some([row, column]) = mask.taxel else {
+            return Err(Broken::new(
+                &format!("mask.{index}"),
+                "a mask without the taxel".into(),
+                "write taxel = [row, column]",
+            ));
+        };
         require(
             row < rows && column < columns,
             &format!("mask.{index}.taxel"),

@@ -27,10 +27,11 @@ a path stands for each entry of a list. A required key has no default. Any other
 
 const QUANTITIES: &str = "
 A quantity is text, a number and a unit: `\"400 um\"`. The unit after the comma of a description is the SI unit of
-its value inside the program and in its JSON.
+its value inside the program and in its JSON. A value that is not zero has a size between the two of its quantity, in
+the SI unit.
 
-| quantity | units |
-|---|---|
+| quantity | units | sizes |
+|---|---|---|
 ";
 
 /// The page, from a schema as `schemars` writes it.
@@ -42,7 +43,12 @@ pub(super) fn page(schema: &Value) -> String {
     };
     for dimension in quantity::dimensions() {
         let name = without_article(dimension.name);
-        page.line(&format!("| {name} | {} |", dimension.symbols()));
+        let [smallest, largest] = dimension.sizes;
+        page.line(&format!(
+            "| {name} | {} | {smallest:e} to {largest:e} {} |",
+            dimension.symbols(),
+            dimension.si
+        ));
     }
     page.section("", 1, schema);
     let contents = page.contents.join(" ·\n");
@@ -273,7 +279,7 @@ fn plain(shape: &Value) -> String {
     if let Some(value) = shape[quantity::VALUE].as_str() {
         return value.to_owned();
     }
-    match shape["type"].as_str() {
+    match kind(shape) {
         Some("integer") => match (shape["minimum"].as_u64(), shape["maximum"].as_u64()) {
             (Some(low), Some(high)) => format!("a whole number, {low} to {high}"),
             (Some(low), None) => format!("a whole number of {low} or more"),
@@ -290,6 +296,18 @@ fn plain(shape: &Value) -> String {
         Some(other) => format!("a {other}"),
         None => String::new(),
     }
+}
+
+/// Type of a value; what may be missing is what it is when it is there.
+fn kind(shape: &Value) -> Option<&str> {
+    let kinds = match &shape["type"] {
+        Value::Array(kinds) => &kinds[..],
+        kind => std::slice::from_ref(kind),
+    };
+    kinds
+        .iter()
+        .filter_map(Value::as_str)
+        .find(|kind| *kind != "null")
 }
 
 /// A small table, written in braces.

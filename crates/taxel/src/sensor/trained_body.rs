@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Broken, require};
+use super::{Broken, Mask, require};
 use crate::quantity::{self, Checked, PositiveForce};
 use crate::trained::TrainedMaps;
 
@@ -47,6 +47,12 @@ impl TrainedBody {
             channels.map(move |channel| format!("{name} {channel}"))
         };
         self.groups.iter().flat_map(names).collect()
+    }
+
+    /// Which of its channels are masked.
+    pub fn masked(&self, masks: &[Mask]) -> Vec<bool> {
+        let masked = |name: &String| masks.iter().any(|mask| mask.channel.as_ref() == Some(name));
+        self.channels().iter().map(masked).collect()
     }
 
     /// Rules between its keys.

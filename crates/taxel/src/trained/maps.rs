@@ -30,6 +30,14 @@ pub struct Rest {
 }
 
 impl TrainedMaps {
+    /// True if a map needs channel `channel`, counted from 0.
+    pub fn use_channel(&self, channel: usize) -> bool {
+        let position = self.position.as_ref().map(|map| &map.standard);
+        let force = self.force.as_ref().map(|map| &map.standard);
+        let mut standards = position.into_iter().chain(force);
+        standards.any(|standard| standard.used.contains(&channel))
+    }
+
     /// Checks that the tables of maps from a file belong together.
     ///
     /// # Errors

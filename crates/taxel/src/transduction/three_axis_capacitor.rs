@@ -57,7 +57,7 @@ pub struct PlateReading {
     /// Capacitance, F. A closed pair reads its value at first contact: a
     /// lower bound.
     pub capacitance: f64,
-    /// Smallest air gap over the tile, m; zero or less means closed.
+    /// Smallest air gap over the tile, m; zero means closed.
     pub least_air_gap: f64,
 }
 
@@ -87,6 +87,9 @@ impl Response {
             .fold(f64::INFINITY, f64::min)
     }
 }
+
+/// Share of its air below which a tile touches where the motion has ended.
+const TOUCHING: f64 = 1e-12;
 
 /// Capacitances 11, 12, 21, 22 with their slopes against the motion of the tiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,21 +136,42 @@ impl Plates {
         self.parallel_capacitance[i] + self.permittivity_area() / self.insulation_gap
     }
 
+    /// Smallest air gap over each tile, m; negative where the motion would
+    /// push a tile into its electrode.
+    pub fn air_gaps(&self, deformation: &Deformation) -> [f64; 4] {
+        let [p, q] = self.half_rise(deformation.slope);
+        std::array::from_fn(|i| self.air_gap[i] - deformation.closing[i] - p - q)
+    }
+
+    /// Share of the motion, from rest, at which the first tile touches; 1 while
+    /// all are open.
+    pub fn open_share(&self, deformation: &Deformation) -> f64 {
+        let air = self.air_gaps(deformation);
+        (0..4)
+            .filter(|i| air[*i] < 0.0)
+            .map(|i| self.air_gap[i] / (self.air_gap[i] - air[i]))
+            .fold(1.0, f64::min)
+    }
+
     /// Capacitances for a motion of the tiles.
     ///
     /// C_i = C_par,i + ε₀ab·m(d_air,i + d_ins/ε_ins − w_i, αa/2, βb/2)
-    /// (P2 section 4). A tile that touches stays where its corner touched.
+    /// (P2 section 4). The motion ends where the first tile touches: beyond,
+    /// all four capacitances stay as they are there.
     pub fn respond(&self, deformation: &Deformation) -> Response {
-        let [p, q] = self.half_rise(deformation.slope);
+        let share = self.open_share(deformation);
+        let reached = deformation.at_share(share);
+        let [p, q] = self.half_rise(reached.slope);
+        let air = self.air_gaps(&reached);
         let plates = std::array::from_fn(|i| {
-            let least_air_gap = self.air_gap[i] - deformation.closing[i] - p - q;
-            let gap = self.rest_gap(i) - deformation.closing[i];
-            let mean = if least_air_gap > 0.0 {
-                mean_inverse_gap(gap, p, q)
+            // Rounding leaves a little air where the tile touches.
+            let closed = air[i] <= 0.0 || (share < 1.0 && air[i] < TOUCHING * self.air_gap[i]);
+            let (gap, least_air_gap) = if closed {
+                (self.insulation_gap + p + q, 0.0)
             } else {
-                mean_inverse_gap(self.insulation_gap + p + q, p, q)
+                (self.rest_gap(i) - reached.closing[i], air[i])
             };
-            let mean = mean.map_or(f64::INFINITY, |mean| mean.value);
+            let mean = mean_inverse_gap(gap, p, q).map_or(f64::INFINITY, |mean| mean.value);
             let capacitance = self.parallel_capacitance[i] + self.permittivity_area() * mean;
             PlateReading {
                 capacitance,
@@ -159,11 +183,21 @@ impl Plates {
 
     /// Capacitances with their slopes, or `None` when a tile touches.
     pub fn respond_with_slopes(&self, deformation: &Deformation) -> Option<PlateSlopes> {
-        let [p, q] = self.half_rise(deformation.slope);
-        let air: [f64; 4] = std::array::from_fn(|i| self.air_gap[i] - deformation.closing[i]);
-        if !air.iter().all(|air| air - p - q > 0.0) {
+        self.slopes_above(0.0, deformation)
+    }
+
+    /// The same formula continued past first contact, as if the insulation gave
+    /// way to half of its thickness: a search may pass there. `None` beyond.
+    pub fn respond_past_contact(&self, deformation: &Deformation) -> Option<PlateSlopes> {
+        self.slopes_above(-0.5 * self.insulation_gap, deformation)
+    }
+
+    /// Capacitances with their slopes while every air gap is above `least`, m.
+    fn slopes_above(&self, least: f64, deformation: &Deformation) -> Option<PlateSlopes> {
+        if !self.air_gaps(deformation).iter().all(|air| *air > least) {
             return None;
         }
+        let [p, q] = self.half_rise(deformation.slope);
         let gap = std::array::from_fn(|i| self.rest_gap(i) - deformation.closing[i]);
         let means = mean_inverse_gaps(gap, p, q)?;
         let scale = self.permittivity_area();

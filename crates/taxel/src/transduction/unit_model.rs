@@ -1,7 +1,7 @@
 //! One three-axis unit: mechanics and plates together, the model that
 //! estimation inverts.
 
-use super::{Plates, Response};
+use super::{PlateSlopes, Plates, Response};
 use crate::mechanics::{Deformation, SIDE_X, SIDE_Y, Suspension};
 
 /// Force on the bump to four capacitances: [`Suspension`], then [`Plates`].
@@ -32,10 +32,18 @@ pub struct EffectiveMotion {
 }
 
 impl UnitModel {
-    /// Deformation and response under `force`, N.
+    /// Deformation and response under `force`, N. Beyond first contact both
+    /// stay as they are there: bounds.
     pub fn predict(&self, force: [f64; 3]) -> (Deformation, Response) {
-        let deformation = self.suspension.deform(force);
-        (deformation, self.plates.respond(&deformation))
+        let free = self.suspension.deform(force);
+        let deformation = free.at_share(self.plates.open_share(&free));
+        (deformation, self.plates.respond(&free))
+    }
+
+    /// Share of `force`, N, at which the first tile touches on the straight way
+    /// from rest; 1 while all are open.
+    pub fn open_share(&self, force: [f64; 3]) -> f64 {
+        self.plates.open_share(&self.suspension.deform(force))
     }
 
     /// Capacitances at rest, F.
@@ -48,6 +56,19 @@ impl UnitModel {
     pub fn linearise(&self, force: [f64; 3]) -> Option<Linearisation> {
         let deformation = self.suspension.deform(force);
         let at = self.plates.respond_with_slopes(&deformation)?;
+        Some(self.chain(force, &at))
+    }
+
+    /// The same continued past first contact
+    /// ([`Plates::respond_past_contact`]).
+    pub fn linearise_past_contact(&self, force: [f64; 3]) -> Option<Linearisation> {
+        let deformation = self.suspension.deform(force);
+        let at = self.plates.respond_past_contact(&deformation)?;
+        Some(self.chain(force, &at))
+    }
+
+    /// Slopes against the force from those against the motion.
+    fn chain(&self, force: [f64; 3], at: &PlateSlopes) -> Linearisation {
         let by_force = self.suspension.displacement_by_force(force);
         let share = self.suspension.tile_tilt / self.suspension.centre_distance;
         let by_z = at.by_closing;
@@ -61,10 +82,10 @@ impl UnitModel {
                     + by_z[i] * by_force[2][axis]
             })
         });
-        Some(Linearisation {
+        Linearisation {
             capacitance: at.capacitance,
             jacobian,
-        })
+        }
     }
 
     /// The published small-motion inverse (P2 Eqs. 4-9, signs corrected):

@@ -3,7 +3,7 @@
 use super::InPlaneArray;
 use crate::device::capacitor_board;
 use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
-use crate::mechanics::{ElectrodeStiffness, LayerRange};
+use crate::mechanics::{ElectrodeStiffness, LayerRange, force_error};
 use crate::summary::{Fact, fact, number, text};
 use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel};
 
@@ -48,6 +48,11 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
             format!("no: half length of {aspect:.3} thicknesses, below {limit}")
         }
     };
+    let compression = last.layer.kinematics.compression();
+    let error = force_error(layer, &model.electrodes, compression).map_or_else(
+        || String::from("unknown: not compared"),
+        |share| format!("{:.1} %", 100.0 * share),
+    );
     let mut facts = vec![
         fact(
             "mechanics",
@@ -71,6 +76,12 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
                     "end condition and aspect; what stiffer electrodes carry is left out"
                 }
             },
+        ),
+        fact(
+            "mechanics",
+            "force_error",
+            text(&error),
+            "largest known difference from finite elements, in the same range",
         ),
         fact(
             "mechanics",

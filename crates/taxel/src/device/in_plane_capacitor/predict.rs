@@ -2,7 +2,7 @@
 
 use super::InPlaneArray;
 use crate::electronics::{Code, FrontEnd};
-use crate::mechanics::{LARGEST_COMPRESSION, LayerError, LayerRange, LayerState};
+use crate::mechanics::{LARGEST_COMPRESSION, LayerError, LayerRange, LayerState, force_error};
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{CAPACITANCE, FORCE, LENGTH};
 use crate::table::{Cell, Column};
@@ -150,6 +150,12 @@ impl InPlanePredictor {
         }
     }
 
+    /// Largest known difference from finite elements.
+    fn force_error(&self, answer: &InPlanePrediction) -> Option<f64> {
+        let compression = answer.layer?.kinematics.compression();
+        force_error(&self.model.layer, &self.model.electrodes, compression)
+    }
+
     fn state(&self, layer: &LayerState, response: Option<&InPlaneState>) -> InPlaneLoadState {
         let compression = layer.kinematics.compression();
         let last = self.inverse.as_ref().map(InPlaneInverse::last);
@@ -232,7 +238,9 @@ impl Predictor for InPlanePredictor {
     }
 
     fn columns(&self) -> Vec<Column> {
-        columns()
+        let mut columns = columns();
+        columns.push(Column::new("force_error", "%", 1e-2, "", 1));
+        columns
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
@@ -260,6 +268,7 @@ impl Predictor for InPlanePredictor {
             cell(last.map(|last| last.change)),
             cell(last.map(|last| last.layer.force)),
             cell(self.largest_force),
+            cell(self.force_error(&answer)),
         ]);
         Ok(())
     }

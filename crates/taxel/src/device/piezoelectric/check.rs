@@ -11,6 +11,9 @@ use taxel_numerics::linear_chain::Chain;
 const RATE_OVER_CORNER: f64 = 10.0;
 /// Share of the channel before that a multiplexer may leave in a reading.
 const CARRIED_OVER: f64 = 0.01;
+/// Least silicone above an element over the side of the element: through less no touch
+/// spreads to the elements beside it, and the sums over the profile take very long.
+const DEPTH_OVER_SIDE: f64 = 0.05;
 /// Largest scatter of the gains: three deviations of it leave a signal.
 const GAIN_DEVIATION: f64 = 0.3;
 
@@ -47,6 +50,22 @@ fn check_geometry(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
         &key("cover.share_above"),
         || "there is no silicone above the elements to spread a touch".into(),
         "give the share of the silicone that lies above, such as 0.5",
+    )?;
+    let (depth, least) = (array.description.depth(), DEPTH_OVER_SIDE * side);
+    require(
+        depth >= least,
+        &key("cover.thickness"),
+        || {
+            format!(
+                "{} of silicone above elements of {} spread no touch to the elements beside",
+                micrometres(depth),
+                micrometres(side)
+            )
+        },
+        &format!(
+            "share_above times thickness must be at least {}, a twentieth of the side of an element",
+            micrometres(least)
+        ),
     )?;
     let scatter = array.description.fabrication.gain_deviation;
     require(

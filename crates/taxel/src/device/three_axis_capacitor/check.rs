@@ -82,7 +82,8 @@ fn check_reach(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let mut force = [0.0; 3];
         force[axis] = element.full_scale;
-        let least = unit.predict(force).1.least_air_gap();
+        let air = unit.plates.air_gaps(&unit.suspension.deform(force));
+        let least = air.into_iter().fold(f64::INFINITY, f64::min);
         require(
             least > 0.0,
             "element.three_axis_capacitor.full_scale",

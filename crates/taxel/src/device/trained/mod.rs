@@ -83,6 +83,10 @@ impl Device for TrainedArray<'_> {
         )
     }
 
+    fn named_channels(&self) -> Vec<String> {
+        self.body.channels()
+    }
+
     fn facts(&self) -> Vec<Fact> {
         facts::facts(self)
     }
@@ -109,6 +113,12 @@ impl Device for TrainedArray<'_> {
             return Err(FrameError::Quantity { found: quantity });
         }
         let maps = self.body.maps.clone().ok_or(FrameError::Untrained)?;
+        let masked_channels = self.body.masked(&self.sensor.mask);
+        let needed = |channel: &usize| masked_channels[*channel] && maps.use_channel(*channel);
+        if let Some(channel) = (0..expected).find(needed) {
+            let channel = names[channel].clone();
+            return Err(FrameError::TrainedWithMasked { channel });
+        }
         let array = &self.sensor.array;
         let masked = masked_capacitors(&self.sensor.mask, array.rows, array.columns);
         // A calibration file was checked when it was read.
@@ -120,9 +130,8 @@ impl Device for TrainedArray<'_> {
             self.body.full_scale,
         )
         .map_err(|_| FrameError::Untrained)?;
-        Ok(Box::new(reader.with_masked(
-            masked.iter().map(|cell| cell.contains(&true)),
-        )))
+        let cells = masked.iter().map(|cell| cell.contains(&true));
+        Ok(Box::new(reader.with_masked(cells, &masked_channels)))
     }
 
     /// The contact moves in metres, whatever the channels.
