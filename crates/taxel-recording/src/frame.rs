@@ -76,10 +76,39 @@ pub enum Quantity {
     Counts,
     /// Capacitance, F.
     Capacitance,
+    /// Force on each taxel, N.
+    Force,
     /// Pressure, Pa.
     Pressure,
     /// A number whose meaning the source does not state.
     Raw,
+}
+
+impl Quantity {
+    /// All quantities.
+    const ALL: [Self; 5] = [
+        Self::Counts,
+        Self::Capacitance,
+        Self::Force,
+        Self::Pressure,
+        Self::Raw,
+    ];
+
+    /// Name in messages and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Counts => "counts",
+            Self::Capacitance => "capacitance",
+            Self::Force => "force",
+            Self::Pressure => "pressure",
+            Self::Raw => "raw",
+        }
+    }
+
+    /// The quantity of this name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
 }
 
 /// A quantity, and the unit in which people read it.

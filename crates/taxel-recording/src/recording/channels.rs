@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::io::BufRead;
 
 use super::lines::{Dialect, Field, Lines, quote};
+use super::remarks::Remarks;
 use super::{MOST_TAXELS, Opened, RecordingError, units};
 use crate::frame::{Frame, SignalUnit, Stream};
 use crate::input::InputError;
@@ -79,7 +80,10 @@ struct Found<'a> {
     unit: SignalUnit,
 }
 
-pub(super) fn open<R: BufRead>(lines: &mut Lines<R>) -> Result<Opened, RecordingError> {
+pub(super) fn open<R: BufRead>(
+    lines: &mut Lines<R>,
+    remarks: &Remarks,
+) -> Result<Opened, RecordingError> {
     // Comments and blank lines were passed when the format was recognised.
     if !lines.advance()? {
         return Err(lines.truncated("there is no header line"));
@@ -87,7 +91,13 @@ pub(super) fn open<R: BufRead>(lines: &mut Lines<R>) -> Result<Opened, Recording
     if !lines.terminated() {
         return Err(lines.truncated("the file ends with its header line"));
     }
-    let (stream, decoder) = read_header(lines)?;
+    let (mut stream, mut decoder) = read_header(lines)?;
+    let si_per_number = remarks
+        .complete(&mut stream)
+        .map_err(|message| lines.line_error(message))?;
+    if stream.unit.si_per_unit != si_per_number {
+        decoder.count_in(si_per_number);
+    }
     Ok(Opened {
         sensors: vec![stream.name.clone()],
         stream,
@@ -293,6 +303,15 @@ impl Channel {
 }
 
 impl Decoder {
+    /// Takes every channel for so many SI units a number.
+    fn count_in(&mut self, si_per_number: f64) {
+        for column in &mut self.columns {
+            if let Role::Channel { si_per_unit, .. } = &mut column.role {
+                *si_per_unit = si_per_number;
+            }
+        }
+    }
+
     pub(super) fn read<R: BufRead>(
         &mut self,
         lines: &mut Lines<R>,

@@ -8,8 +8,10 @@ mod bare;
 mod channels;
 mod encoding;
 mod lines;
+mod remarks;
 mod tekscan;
 mod units;
+mod vendors;
 mod writer;
 mod xsensor;
 
@@ -19,6 +21,7 @@ use std::io::BufRead;
 use crate::frame::{Frame, Stream};
 use crate::input::InputError;
 use lines::{Dialect, Lines, quote};
+use remarks::Remarks;
 
 pub use writer::ChannelWriter;
 
@@ -187,9 +190,10 @@ impl<R: BufRead> Recording<R> {
         bare: bool,
     ) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(file, reader);
-        let opened = match recognise(&mut lines, bare)? {
+        let (format, remarks) = recognise(&mut lines, bare)?;
+        let opened = match format {
             Format::Bare => bare::open(&mut lines),
-            Format::Channels => channels::open(&mut lines),
+            Format::Channels => channels::open(&mut lines, &remarks),
             Format::Tekscan => tekscan::open(&mut lines),
             Format::Xsensor => xsensor::open(&mut lines, wanted),
         }
@@ -270,8 +274,13 @@ impl fmt::Display for Format {
     }
 }
 
-/// Reads to the first line that says something and leaves it to be read again.
-fn recognise<R: BufRead>(lines: &mut Lines<R>, bare: bool) -> Result<Format, RecordingError> {
+/// Reads to the first line that is no comment and leaves it to be read again; with what the
+/// comments said.
+fn recognise<R: BufRead>(
+    lines: &mut Lines<R>,
+    bare: bool,
+) -> Result<(Format, Remarks), RecordingError> {
+    let mut remarks = Remarks::default();
     let format = loop {
         if !lines.advance()? {
             return Err(
@@ -281,6 +290,9 @@ fn recognise<R: BufRead>(lines: &mut Lines<R>, bare: bool) -> Result<Format, Rec
             );
         }
         let text = lines.text();
+        if let Some(vendor) = vendors::of_line(text) {
+            return Err(vendors::refused(lines.file(), vendor).into());
+        }
         if text.contains('\0') {
             return Err(InputError::whole(
                 lines.file(),
@@ -289,8 +301,11 @@ fn recognise<R: BufRead>(lines: &mut Lines<R>, bare: bool) -> Result<Format, Rec
             .help("save it as plain CSV text in UTF-8")
             .into());
         }
-        let dialect = Dialect::of_line(text);
-        if dialect.is_blank(text) || channels::is_comment(text) {
+        if channels::is_comment(text) {
+            remarks.read(lines)?;
+            continue;
+        }
+        if Dialect::of_line(text).is_blank(text) {
             continue;
         }
         if tekscan::recognises(text) {
@@ -308,7 +323,7 @@ fn recognise<R: BufRead>(lines: &mut Lines<R>, bare: bool) -> Result<Format, Rec
         return Err(unrecognised(lines).into());
     };
     lines.again();
-    Ok(format)
+    Ok((format, remarks))
 }
 
 const KNOWN_FORMATS: &str = "a recording is one of\n  \

@@ -18,13 +18,19 @@ const fn unit(quantity: Quantity, symbol: &'static str, si_per_unit: f64) -> Ent
 
 /// Standard gravity is 9.80665 m/s², a pound 0.45359237 kg, an inch 0.0254 m;
 /// mercury and water are the conventional ones.
-const UNITS: [Entry; 26] = [
+const UNITS: [Entry; 32] = [
     unit(Quantity::Capacitance, "fF", 1e-15),
     unit(Quantity::Capacitance, "pF", 1e-12),
     unit(Quantity::Capacitance, "nF", 1e-9),
     unit(Quantity::Capacitance, "F", 1.0),
     unit(Quantity::Counts, "counts", 1.0),
     unit(Quantity::Raw, "raw", 1.0),
+    unit(Quantity::Force, "N", 1.0),
+    unit(Quantity::Force, "mN", 1e-3),
+    unit(Quantity::Force, "kN", 1e3),
+    unit(Quantity::Force, "kgf", 9.80665),
+    unit(Quantity::Force, "gf", 9.80665e-3),
+    unit(Quantity::Force, "lbf", 4.4482216152605),
     unit(Quantity::Pressure, "Pa", 1.0),
     unit(Quantity::Pressure, "hPa", 1e2),
     unit(Quantity::Pressure, "kPa", 1e3),

@@ -31,8 +31,17 @@ use crate::frame::{Frame, SignalUnit, Stream};
 /// unit in the last place. Whatever was read in the same unit comes back bit
 /// for bit.
 ///
-/// Name, pitch, period, threshold and `present` of a stream have no place in
-/// the file: a channel that does not exist is written as `nan`.
+/// Comments of the form `# key = value` before the header line say more of the channels:
+///
+/// | comment | meaning |
+/// |---|---|
+/// | `# pitch = 1.27 mm`, `# pitch = 5 mm x 7 mm` | spacing of the taxels, or of rows and of columns |
+/// | `# unit = 0.35 kPa` | what 1 is in a file of `raw` or `counts`: a pressure or a force |
+/// | `# quantity = force` | the quantity, as a check of the units |
+/// | `# threshold = 2 kPa` | readings up to this are noise |
+///
+/// The pitch and the threshold of a stream are written so; its name, period and `present`
+/// have no place in the file: a channel that does not exist is written as `nan`.
 ///
 /// # Example
 /// ```
@@ -79,6 +88,17 @@ impl<W: Write> ChannelWriter<W> {
             line.push_str("# ");
             line.push_str(comment);
             line.push('\n');
+        }
+        if let Some([rows, columns]) = stream.pitch {
+            let side = |metres| Number(shown(metres, 1e-3));
+            let _ = match rows == columns {
+                true => writeln!(line, "# pitch = {} mm", side(rows)),
+                false => writeln!(line, "# pitch = {} mm x {} mm", side(rows), side(columns)),
+            };
+        }
+        if let Some(threshold) = stream.threshold {
+            let threshold = Number(shown(threshold, unit.si_per_unit));
+            let _ = writeln!(line, "# threshold = {threshold} {}", unit.symbol);
         }
         line.push_str("sequence,time [ns]");
         for row in 0..stream.rows {
@@ -131,8 +151,7 @@ impl<W: Write> ChannelWriter<W> {
                     frame.sequence
                 )));
             }
-            self.line.push(',');
-            push_number(&mut self.line, shown);
+            let _ = write!(self.line, ",{}", Number(shown));
         }
         self.line.push('\n');
         self.writer.write_all(self.line.as_bytes())
@@ -179,14 +198,19 @@ fn shown(value: f64, si_per_unit: f64) -> f64 {
     fewer.or(nearest).unwrap_or(quotient)
 }
 
-/// The shortest text that is read as `value`.
-fn push_number(line: &mut String, value: f64) {
-    let size = value.abs();
-    let _ = if size != 0.0 && !(1e-5..1e16).contains(&size) {
-        write!(line, "{value:e}")
-    } else {
-        write!(line, "{value}")
-    };
+/// Shows the shortest text that is read as the number.
+struct Number(f64);
+
+impl std::fmt::Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(value) = *self;
+        let size = value.abs();
+        if size != 0.0 && !(1e-5..1e16).contains(&size) {
+            write!(f, "{value:e}")
+        } else {
+            write!(f, "{value}")
+        }
+    }
 }
 
 fn invalid(message: String) -> Error {
