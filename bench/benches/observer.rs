@@ -6,7 +6,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use taxel::acquisition::{Frame, Stimulus, Stream, Twin};
 use taxel::device::Device;
-use taxel::estimation::{ArrayEstimator, MapReader, Observer, Touch};
+use taxel::estimation::{ArrayEstimator, MapNoise, MapReader, Observer, Touch};
 use taxel::sensor::Sensor;
 use taxel_bench::Scene;
 
@@ -64,7 +64,7 @@ fn segmented(criterion: &mut Criterion) {
         threshold: Some(0.3e-3),
         ..stream
     };
-    let mut estimator = ArrayEstimator::new(Box::new(MapReader::new(&stream)));
+    let mut estimator = ArrayEstimator::new(Box::new(MapReader::new(&stream, &MapNoise::default())));
     let maps: Vec<Frame> = touched(&mut Scene::new())
         .into_iter()
         .map(|(frame, touch)| Frame {

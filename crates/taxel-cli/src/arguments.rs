@@ -1,7 +1,7 @@
 //! The command line as people write it.
 
 use std::net::IpAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -180,13 +180,22 @@ impl From<MechanicsName> for taxel::mechanics::Mechanics {
 
 #[derive(Debug, Args)]
 pub(crate) struct Live {
-    /// Sensor file, or the name of a shipped one; a recording that describes
-    /// itself needs none
-    #[arg(default_value = "three-axis-8x8")]
-    pub(crate) sensor: PathBuf,
+    /// Sensor file, or the name of a shipped one [default: three-axis-8x8]; a recording that
+    /// describes itself needs none
+    #[arg(value_name = "SENSOR")]
+    pub(crate) named_sensor: Option<PathBuf>,
     /// Calibration of this sensor, which estimation then inverts
     #[arg(long, value_name = "FILE")]
     pub(crate) calibration: Option<PathBuf>,
+    /// Show the channels as a map of raw readings, without the model of any sensor
+    #[arg(long, conflicts_with = "calibration")]
+    pub(crate) raw: bool,
+    /// Of a recording of several sensors: the one to play, by name or from 1 on
+    #[arg(long, value_name = "PART")]
+    pub(crate) part: Option<String>,
+    /// On a map also report steps, impacts, cyclic loads and slips of contacts
+    #[arg(long)]
+    pub(crate) all_events: bool,
     /// Where frames come from: sim: (the twin under a shipped script that fits
     /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING
     #[arg(long, default_value = "sim:")]
@@ -226,6 +235,14 @@ pub(crate) struct Live {
     pub(crate) port: u16,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
+}
+
+impl Live {
+    /// The sensor that was named, or the usual one.
+    pub(crate) fn sensor(&self) -> &Path {
+        let usual = Path::new("three-axis-8x8");
+        self.named_sensor.as_deref().unwrap_or(usual)
+    }
 }
 
 /// Where the rest values of the first frames come from.

@@ -27,7 +27,7 @@ pub use latency::Latencies;
 pub use message::{Provenance, Tare};
 pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
 pub use save::SaveError;
-pub use source::{Next, RecordingSize, ReplaySource, Source, SourceError, TwinSource};
+pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
 pub use tare::{BelowZero, By};
 
 use pump::{Pump, Shared};

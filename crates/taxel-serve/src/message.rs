@@ -114,6 +114,7 @@ fn header(
         health.capturing,
         touch.clipped > 0,
         touch.history_uncertain,
+        touch.merged > 0,
     ];
     let bits = flags.iter().enumerate();
     out.put_u32_le(bits.map(|(bit, flag)| u32::from(*flag) << bit).sum());
@@ -305,7 +306,7 @@ pub(crate) struct Status<'a> {
 mod tests {
     use super::*;
     use taxel::acquisition::{Frame, Quantity, SignalUnit};
-    use taxel::estimation::TouchSession;
+    use taxel::estimation::{MapOptions, TouchSession};
 
     fn stream() -> Stream {
         Stream {
@@ -345,7 +346,7 @@ mod tests {
     /// Every offset of the table in `docs/live-protocol.md`, one component.
     #[test]
     fn frame_layout_is_the_documented_one() {
-        let mut session = TouchSession::map(&stream());
+        let mut session = TouchSession::map(&stream(), &MapOptions::default());
         let frame_of = Frame {
             sequence: 7,
             time_ns: 8,

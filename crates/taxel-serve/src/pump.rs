@@ -198,6 +198,8 @@ pub struct Summary {
     pub continuity: Continuity,
     /// Frames with a clipped channel.
     pub clipped_frames: u64,
+    /// Frames with more contacts than a frame can have, some of them merged.
+    pub merged_frames: u64,
     /// From the first to the last new frame by the host's clock, s.
     pub duration: f64,
     /// From a frame's arrival to its message, s.
@@ -245,6 +247,7 @@ pub(crate) struct Pump {
     commands: mpsc::Receiver<Command>,
     continuity: Continuity,
     clipped_frames: u64,
+    merged_frames: u64,
     latency: Latencies,
     recent: VecDeque<Instant>,
     first: Option<Instant>,
@@ -337,6 +340,7 @@ impl Pump {
             commands,
             continuity: Continuity::default(),
             clipped_frames: 0,
+            merged_frames: 0,
             latency: Latencies::default(),
             recent: VecDeque::new(),
             first: None,
@@ -379,6 +383,7 @@ impl Pump {
         Summary {
             continuity: self.continuity,
             clipped_frames: self.clipped_frames,
+            merged_frames: self.merged_frames,
             duration,
             latency: self.latency,
             sent: self.shared.sent().clone(),
@@ -495,6 +500,7 @@ impl Pump {
         let observed = self.session.push(&frame)?;
         let (touch, captured) = (observed.touch, observed.captured);
         self.clipped_frames += u64::from(touch.clipped > 0);
+        self.merged_frames += u64::from(touch.merged > 0);
         let health = Health {
             continuity: &self.continuity,
             rate,

@@ -5,6 +5,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
+use taxel::estimation::MapNoise;
 use taxel_recording::{Recording, RecordingError};
 
 /// Next item of a source.
@@ -90,19 +91,28 @@ pub struct ReplaySource {
     stream: Stream,
 }
 
-/// Opener of a recording: name and bytes to frames.
-type Open = fn(&str, BufReader<File>) -> Result<Recording<BufReader<File>>, RecordingError>;
+/// How a recording is opened.
+#[derive(Debug, Clone, Default)]
+pub struct ReplayOptions {
+    /// True if rows of numbers without a header are the channels of a device.
+    pub bare: bool,
+    /// The sensor to play of a recording of several: its name, or its place from 1 on;
+    /// the first without.
+    pub part: Option<String>,
+}
 
-/// Size of a whole recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct RecordingSize {
+/// What a first reading of a whole recording finds.
+#[derive(Debug, Clone, Default)]
+pub struct Survey {
     /// Complete frames.
     pub frames: u64,
     /// Device time from the first to the last, ns.
     pub duration_ns: u64,
+    /// The noise of its readings.
+    pub noise: MapNoise,
 }
 
-impl RecordingSize {
+impl Survey {
     /// Mean time between frames, s.
     fn period(&self) -> Option<f64> {
         let steps = self.frames.saturating_sub(1);
@@ -114,74 +124,86 @@ impl ReplaySource {
     /// Opens a recording, whose format is recognised by its content.
     ///
     /// # Errors
-    /// [`SourceError`] when it cannot be opened or its header is malformed.
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
-        Self::open_with(path, Recording::open)
-    }
-
-    /// Like [`Self::open`], and rows of numbers without a header are taken as
-    /// the channels of a device that is known.
-    ///
-    /// # Errors
-    /// As [`Self::open`].
-    pub fn open_bare(path: &Path) -> Result<Self, SourceError> {
-        Self::open_with(path, Recording::open_bare)
-    }
-
-    fn open_with(path: &Path, read: Open) -> Result<Self, SourceError> {
-        let open = |cause| SourceError::Open {
-            path: path.to_owned(),
-            cause,
+    /// [`SourceError`] when it cannot be opened, its header is malformed, or it has no such
+    /// part.
+    pub fn open(path: &Path, options: &ReplayOptions) -> Result<Self, SourceError> {
+        let file = path.to_string_lossy();
+        let bytes = || reader(path);
+        let recording = if options.bare {
+            Recording::open_bare(&file, bytes()?)?
+        } else {
+            Recording::open(&file, bytes()?)?
         };
-        // Before it is opened: a pipe would wait for its writer, a device may never end.
-        let about = std::fs::metadata(path).map_err(open)?;
-        if about.is_dir() {
-            return Err(open(std::io::Error::other("it is a folder")));
-        }
-        if !about.is_file() {
-            let message = "it is a device, pipe or socket; give an ordinary file";
-            return Err(open(std::io::Error::other(message)));
-        }
-        let file = File::open(path).map_err(open)?;
-        let recording = read(&path.to_string_lossy(), BufReader::new(file))?;
+        let recording = match &options.part {
+            None => recording,
+            Some(part) => {
+                let numbered = || {
+                    let place = part.parse::<usize>().ok()?.checked_sub(1)?;
+                    recording.sensors().get(place)
+                };
+                let known = recording.sensors().contains(part);
+                let name = if known {
+                    part
+                } else {
+                    numbered().unwrap_or(part)
+                };
+                Recording::open_sensor(&file, bytes()?, name)?
+            }
+        };
         Ok(Self {
             stream: recording.stream().clone(),
             recording,
         })
     }
 
-    /// Reads the whole recording once, so that a mistake in its middle is
-    /// found before anything is shown.
-    ///
-    /// # Errors
-    /// The first mistake.
-    pub fn verify(path: &Path) -> Result<RecordingSize, SourceError> {
-        Self::open(path)?.size()
+    /// Names of the sensors in the recording; the one played is the name of the stream.
+    pub fn parts(&self) -> &[String] {
+        self.recording.sensors()
     }
 
-    /// Reads all of the rest once: its size, or the first mistake.
-    ///
-    /// # Errors
-    /// The first mistake.
-    pub fn size(self) -> Result<RecordingSize, SourceError> {
-        let mut source = self;
-        let mut size = RecordingSize::default();
+    /// Reads all of the rest once, so that a mistake in its middle is found before anything
+    /// is shown: what was found, and how it ended.
+    pub fn survey(mut self) -> (Survey, Result<(), SourceError>) {
+        let mut survey = Survey::default();
         let mut first = None;
-        while let Next::Frame(frame) = source.next()? {
-            size.frames += 1;
+        loop {
+            let frame = match self.next() {
+                Ok(Next::Frame(frame)) => frame,
+                Ok(_) => return (survey, Ok(())),
+                Err(error) => return (survey, Err(error)),
+            };
+            survey.frames += 1;
             let first = *first.get_or_insert(frame.time_ns);
-            size.duration_ns = size.duration_ns.max(frame.time_ns.saturating_sub(first));
+            let elapsed = frame.time_ns.saturating_sub(first);
+            survey.duration_ns = survey.duration_ns.max(elapsed);
+            survey.noise.push(&frame);
         }
-        Ok(size)
     }
 
-    /// The same source, whose stream states the mean time between frames of
-    /// `size` where the recording itself states none.
+    /// The same source, whose stream states the mean time between frames that `survey`
+    /// found where the recording itself states none.
     #[must_use]
-    pub fn paced(mut self, size: RecordingSize) -> Self {
-        self.stream.period = self.stream.period.or_else(|| size.period());
+    pub fn paced(mut self, survey: &Survey) -> Self {
+        self.stream.period = self.stream.period.or_else(|| survey.period());
         self
     }
+}
+
+fn reader(path: &Path) -> Result<BufReader<File>, SourceError> {
+    let open = |cause| SourceError::Open {
+        path: path.to_owned(),
+        cause,
+    };
+    // Before it is opened: a pipe would wait for its writer, a device may never end.
+    let about = std::fs::metadata(path).map_err(open)?;
+    if about.is_dir() {
+        return Err(open(std::io::Error::other("it is a folder")));
+    }
+    if !about.is_file() {
+        let message = "it is a device, pipe or socket; give an ordinary file";
+        return Err(open(std::io::Error::other(message)));
+    }
+    Ok(BufReader::new(File::open(path).map_err(open)?))
 }
 
 impl Source for ReplaySource {

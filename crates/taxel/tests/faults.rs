@@ -8,7 +8,9 @@
 use std::fmt::Write as _;
 
 use taxel::acquisition::{Delivery, Frame, Quantity, SignalUnit, Stimulus, Stream, Twin};
-use taxel::estimation::{ArrayEstimator, ChannelState, MapReader, RestRefused, State, Touch};
+use taxel::estimation::{
+    ArrayEstimator, ChannelState, MapNoise, MapReader, RestRefused, State, Touch,
+};
 use taxel::sensor::Sensor;
 
 /// Frames of the rest capture, as in the paper.
@@ -311,12 +313,13 @@ fn a_map_shows_a_missing_sensel_as_faulty_and_an_absent_one_as_masked() {
             symbol: "kPa".into(),
             si_per_unit: 1e3,
         },
-        pitch: Some([1e-3, 1e-3]),
+        pitch: Some([5e-3, 5e-3]),
         period: None,
         threshold: None,
         present: vec![true, true, false, true],
     };
-    let mut estimator = ArrayEstimator::new(Box::new(MapReader::new(&stream)));
+    let mut estimator =
+        ArrayEstimator::new(Box::new(MapReader::new(&stream, &MapNoise::default())));
     estimator.begin_rest_capture(3);
     let mut ended = None;
     for sequence in 0..4 {

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 use taxel::acquisition::{Quantity, Stimulus, Stream, Twin};
 use taxel::device::Device;
-use taxel::estimation::{FrameError, State, TouchSession};
-use taxel::sensor::Element;
+use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, TouchSession};
+use taxel::sensor::{Element, Sensor};
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
 use taxel_serve::{
-    ChannelConditions, EventFile, Failure, Next, Provenance, PumpOptions, RecordingSize,
-    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, TwinSource,
+    ChannelConditions, EventFile, Failure, Next, Provenance, PumpOptions, ReplayOptions,
+    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey, TwinSource,
     run_headless, run_with_page,
 };
 
@@ -117,7 +117,8 @@ fn recorded_rest(arguments: &Live) -> Option<&Path> {
 fn check_outputs(arguments: &Live) -> Result<(), Stop> {
     let (_, source) = arguments.source.split_once(':').unwrap_or_default();
     let source = PathBuf::from(source);
-    let inputs = [&arguments.sensor, &source];
+    let sensor = arguments.sensor().to_owned();
+    let inputs = [&sensor, &source];
     let rest = recorded_rest(arguments).map(Path::to_owned);
     let inputs: Vec<_> = inputs
         .into_iter()
@@ -147,7 +148,7 @@ fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
 }
 
 fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<Session, Stop> {
-    let named = files::sensor(&arguments.sensor)?;
+    let named = files::sensor(arguments.sensor())?;
     let usual = named.sensor.element.usual_script();
     let name = if script.is_empty() { usual } else { script };
     let text = match Stimulus::shipped_text(name) {
@@ -158,6 +159,9 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
         .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
     let source = TwinSource::new(twin);
+    if arguments.raw {
+        return map_session(source, MapNoise::default(), options, arguments);
+    }
     sensed(named, source, options, arguments)
 }
 
@@ -177,12 +181,12 @@ fn sensed(
         &arguments.source,
     )?;
     if let Some(path) = recorded_rest(arguments) {
-        let bare = matches!(named.sensor.element, Element::Trained(_));
+        let bare = has_bare_recordings(&named.sensor);
         let session = |stream: &Stream| {
             let name = format!("--rest {}", path.display());
             self::touch(device.as_ref(), stream, arguments, &name)
         };
-        touch.restore_rest(&rest_of(path, bare, session)?);
+        touch.restore_rest(&rest_of(path, bare, arguments, session)?);
     }
     let drawing = device.drawing().svg();
     drop(device);
@@ -196,76 +200,128 @@ fn sensed(
 }
 
 fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result<Session, Stop> {
-    let bare = takes_bare(&arguments.sensor);
+    let bare = takes_bare(arguments.sensor());
     let open = || {
-        let open = if bare {
-            ReplaySource::open_bare
-        } else {
-            ReplaySource::open
+        let options = ReplayOptions {
+            bare: bare || arguments.raw,
+            part: arguments.part.clone(),
         };
-        open(path)
+        ReplaySource::open(path, &options)
     };
-    let size = match open().and_then(ReplaySource::size) {
-        Ok(size) if size.frames == 0 => {
+    let surveyed = open().map(ReplaySource::survey);
+    let survey = match surveyed.map_or_else(|error| (Survey::default(), Err(error)), |found| found)
+    {
+        (survey, Ok(())) if survey.frames == 0 => {
             let message = format!("{}: there is no frame in it", path.display());
             return Err(Stop::WrongInput(message));
         }
-        Ok(size) => size,
-        Err(error) if arguments.salvage && is_cut(&error) => RecordingSize::default(),
-        Err(error) => {
+        (survey, Ok(())) => survey,
+        (survey, Err(error)) if arguments.salvage && is_cut(&error) => survey,
+        (_, Err(error)) => {
             // It may have no header because of a sensor file with a mistake.
-            files::sensor(&arguments.sensor)?;
+            files::sensor(arguments.sensor())?;
             return Err(stop_of_source(&error));
         }
     };
-    let source = open().map_err(|error| stop_of_source(&error))?.paced(size);
+    let source = open()
+        .map_err(|error| stop_of_source(&error))?
+        .paced(&survey);
     let stream = source.stream();
-    // Counts and capacitances mean something only with the sensor they are of;
-    // other recordings describe themselves.
-    let needs_sensor =
-        bare || stream.channels_per_taxel == 4 || stream.unit.quantity == Quantity::Counts;
-    if !needs_sensor {
-        if let Some(path) = &arguments.calibration {
-            let message = format!(
-                "--calibration {}: {} describes itself and takes no calibration",
-                path.display(),
-                arguments.source
-            );
-            return Err(Stop::WrongInput(message));
-        }
-        let provenance = provenance(arguments, stream.name.clone(), String::new());
-        let mut touch = TouchSession::map(stream);
-        if let Some(path) = recorded_rest(arguments) {
-            touch.restore_rest(&rest_of(path, bare, |stream| {
-                Ok(TouchSession::map(stream))
-            })?);
-        }
-        return Ok(Session {
-            touch,
-            drawing: String::new(),
-            source: Box::new(source),
-            options,
-            provenance,
-        });
+    if let parts @ [_, _, ..] = source.parts()
+        && arguments.part.is_none()
+    {
+        let (count, parts) = (parts.len(), parts.join(", "));
+        note!(
+            "note: the recording has {count} sensors: {parts}; this is {}; --part plays another",
+            stream.name
+        );
     }
-    let named = files::sensor(&arguments.sensor)?;
+    // Counts and capacitances mean something only with the sensor they are of; other
+    // recordings describe themselves. Without a sensor counts are counts.
+    let described = match stream.unit.quantity {
+        _ if bare || stream.channels_per_taxel == 4 => false,
+        Quantity::Counts => arguments.named_sensor.is_none(),
+        _ => true,
+    };
+    if arguments.raw || described {
+        return map_session(source, survey.noise, options, arguments);
+    }
+    let named = files::sensor(arguments.sensor())?;
     sensed(named, source, options, arguments)
+}
+
+/// A session whose frames are a map that describes itself.
+fn map_session(
+    source: impl Source + 'static,
+    noise: MapNoise,
+    options: PumpOptions,
+    arguments: &Live,
+) -> Result<Session, Stop> {
+    let stream = source.stream();
+    if let Some(path) = &arguments.calibration {
+        let message = format!(
+            "--calibration {}: {} describes itself and takes no calibration",
+            path.display(),
+            arguments.source
+        );
+        return Err(Stop::WrongInput(message));
+    }
+    if !arguments.raw && stream.unit.quantity == Quantity::Counts {
+        note!(
+            "note: counts without a sensor file: a map of raw readings; name the sensor for touch"
+        );
+    }
+    let options_of = |noise: &MapNoise| MapOptions {
+        noise: noise.clone(),
+        all_events: arguments.all_events,
+    };
+    let mut touch = TouchSession::map(stream, &options_of(&noise));
+    if let Some(path) = recorded_rest(arguments) {
+        // What changes at rest is noise.
+        let bare = arguments.raw;
+        let noise = noise_of(path, bare, arguments)?;
+        touch = TouchSession::map(stream, &options_of(&noise));
+        touch.restore_rest(&rest_of(path, bare, arguments, |stream| {
+            Ok(TouchSession::map(stream, &options_of(&noise)))
+        })?);
+    }
+    Ok(Session {
+        touch,
+        drawing: String::new(),
+        provenance: provenance(arguments, stream.name.clone(), String::new()),
+        source: Box::new(source),
+        options,
+    })
+}
+
+/// How the recording of the rest values is opened.
+fn rest_options(bare: bool, arguments: &Live) -> ReplayOptions {
+    ReplayOptions {
+        bare,
+        part: arguments.part.clone(),
+    }
+}
+
+/// The noise of a recording at rest.
+fn noise_of(path: &Path, bare: bool, arguments: &Live) -> Result<MapNoise, Stop> {
+    let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
+    let options = rest_options(bare, arguments);
+    let (survey, end) = ReplaySource::open(path, &options).map_err(wrong)?.survey();
+    end.map_err(wrong)?;
+    Ok(survey.noise)
 }
 
 /// The rest values that the first frames of a recording give.
 fn rest_of(
     path: &Path,
     bare: bool,
+    arguments: &Live,
     session: impl Fn(&Stream) -> Result<TouchSession, Stop>,
 ) -> Result<taxel::estimation::Rest, Stop> {
     let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
     let refused = |why: String| Stop::WrongInput(format!("--rest {}: {why}", path.display()));
-    let mut source = if bare {
-        ReplaySource::open_bare(path)
-    } else {
-        ReplaySource::open(path)
-    }
-    .map_err(wrong)?;
+    let options = rest_options(bare, arguments);
+    let mut source = ReplaySource::open(path, &options).map_err(wrong)?;
     let mut session = session(source.stream())?;
     session.begin_rest_capture(REST_FRAMES);
     let mut frames = 0;
@@ -298,7 +354,7 @@ fn touch(
             error,
             FrameError::Untrained | FrameError::TrainedWithMasked { .. }
         ) {
-            let sensor = arguments.sensor.display();
+            let sensor = arguments.sensor().display();
             return Stop::WrongInput(format!(
                 "{sensor}: {error}\nhelp: taxel calibrate {sensor} RECORDINGS -o CAL.toml, then give --calibration CAL.toml"
             ));
@@ -306,18 +362,21 @@ fn touch(
         Stop::WrongInput(format!(
             "{} does not fit {}: {error}\nhelp: the frames are of {} x {} taxels; name the sensor file they come from",
             source,
-            arguments.sensor.display(),
+            arguments.sensor().display(),
             stream.rows,
             stream.columns
         ))
     })
 }
 
+fn takes_bare(sensor: &Path) -> bool {
+    files::sensor(sensor).is_ok_and(|named| has_bare_recordings(&named.sensor))
+}
+
 /// True if recordings of this sensor may come without a header: its file says
 /// what the channels are.
-fn takes_bare(sensor: &Path) -> bool {
-    let named = files::sensor(sensor);
-    named.is_ok_and(|named| matches!(named.sensor.element, Element::Trained(_)))
+fn has_bare_recordings(sensor: &Sensor) -> bool {
+    matches!(sensor.element, Element::Trained(_))
 }
 
 fn is_cut(error: &SourceError) -> bool {
@@ -415,6 +474,12 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
     if !summary.notice.is_empty() && summary.failure.is_none() {
         note!("note: {}", summary.notice);
     }
+    if summary.merged_frames > 0 {
+        note!(
+            "note: in {} frames more than {MOST_CONTACTS} regions stand out; those beyond are part of the contact beside them",
+            summary.merged_frames
+        );
+    }
     if let Some(below) = &summary.below_zero {
         let taxels = match below.taxels {
             1 => "1 taxel reads".to_owned(),
@@ -495,6 +560,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("repeated", Value::from(counts.repeated));
     put("restarts", Value::from(counts.restarts));
     put("clipped_frames", Value::from(summary.clipped_frames));
+    put("merged_frames", Value::from(summary.merged_frames));
     put("duration_s", number_or_null(summary.duration));
     put("rate_hz", number_or_null(rate));
     put("latency_s", latency(&summary.latency));

@@ -39,7 +39,7 @@ pub(super) fn refused(file: &str, vendor: &str) -> InputError {
          _, rows, columns = p.shape\n  \
          head = \"# pitch = 5 mm\\ntime [s],\" + \",\".join(f\"r{r}c{c} [kPa]\" for r in range(rows) for c in range(columns))\n  \
          numpy.savetxt(\"map.csv\", numpy.column_stack([t, p.reshape(len(t), -1)]), delimiter=\",\", header=head, comments=\"\")\n\
-         the guide to live touch has the lines that read such a file",
+         the guide to live touch (docs/book/live.md) has an example",
     )
 }
 

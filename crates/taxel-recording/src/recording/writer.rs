@@ -91,9 +91,10 @@ impl<W: Write> ChannelWriter<W> {
         }
         if let Some([rows, columns]) = stream.pitch {
             let side = |metres| Number(shown(metres, 1e-3));
-            let _ = match rows == columns {
-                true => writeln!(line, "# pitch = {} mm", side(rows)),
-                false => writeln!(line, "# pitch = {} mm x {} mm", side(rows), side(columns)),
+            let _ = if rows == columns {
+                writeln!(line, "# pitch = {} mm", side(rows))
+            } else {
+                writeln!(line, "# pitch = {} mm x {} mm", side(rows), side(columns))
             };
         }
         if let Some(threshold) = stream.threshold {

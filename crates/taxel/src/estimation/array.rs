@@ -78,7 +78,12 @@ impl ArrayEstimator {
         let cell = |index| empty_cell(layout.flat_position(index));
         let cells: Vec<Cell> = (0..layout.taxels()).map(cell).collect();
         let mut estimator = Self {
-            segmentation: Segmentation::new(layout.rows, layout.columns, layout.pitch),
+            segmentation: Segmentation::new(
+                layout.rows,
+                layout.columns,
+                layout.pitch,
+                rules.division,
+            ),
             touch: Touch::new(channels, cells.len()),
             cells,
             occupied: vec![false; channels],
@@ -404,6 +409,7 @@ impl ArrayEstimator {
         let touch = &mut self.touch;
         touch.centre_of_pressure = self.segmentation.run(&mut self.cells, &mut touch.contacts);
         self.segmentation.label(&mut touch.regions);
+        touch.merged = self.segmentation.merged();
         self.reader.locate(&self.cells, touch);
     }
 

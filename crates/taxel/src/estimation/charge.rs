@@ -7,7 +7,7 @@ use super::contact::Cell;
 use super::last_positions::LastPositions;
 use super::localisation::Localiser;
 use super::reader::{
-    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
@@ -219,6 +219,7 @@ impl Reader for ChargeReader {
         let threshold = (self.options.contact_deviations * self.deviation)
             .max(self.options.contact_share * self.model.full_scale);
         Rules {
+            division: Division::Peaks,
             threshold: Threshold::Fixed(threshold),
             counted: counting(&[State::Ok, State::Saturated]),
             // Forces that fade do not add up.

@@ -2,7 +2,7 @@
 
 use super::capacitors::{capacitor_facts, convert_capacitances};
 use super::reader::{
-    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, FrameError, Wiring};
@@ -108,6 +108,7 @@ impl Reader for InPlaneReader {
     fn rules(&self) -> Rules {
         let full_scale = self.meaning.full_scale.unwrap_or(0.0);
         Rules {
+            division: Division::Peaks,
             threshold: Threshold::Deviations(CONTACT_DEVIATIONS, CONTACT_SHARE * full_scale),
             counted: counting(&[State::Ok]),
             total: Total::Counted,

@@ -1,35 +1,68 @@
-//! Frames of a pressure map that describes itself: its readings are its values.
+//! Frames of a map that describes itself: its readings are its values.
 
 use super::reader::{
-    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
-use super::{ChannelFacts, Wiring};
+use super::{CAPACITORS, ChannelFacts, MapNoise, Wiring};
 use crate::acquisition::{Quantity, Stream};
 use crate::layout::{ArrayDescription, Layout, Mount};
 
-/// Reads a pressure map: values less the rest values.
+/// A touch on a bare device begins above so many standard deviations of a sensel.
+const DEVIATIONS: f64 = 6.0;
+/// A touch begins at so many times the reading down to which it holds.
+const TOUCH: f64 = 2.0;
+/// The smallest contact, m²: less is a crease of the sheet, not a fingertip.
+const LEAST_AREA: f64 = 6e-6;
+
+/// What is known of a map beside its stream.
+#[derive(Debug, Clone, Default)]
+pub struct MapOptions {
+    /// Its noise.
+    pub noise: MapNoise,
+    /// True if contacts also have events of force and motion: steps, impacts, cycles, slips.
+    /// What walks or sits gives them all the time.
+    pub all_events: bool,
+}
+
+/// Reads a map of pressures, forces or anything else: values less the rest values.
 #[derive(Debug, Clone)]
 pub struct MapReader {
     meaning: Meaning,
     channels: Vec<ChannelFacts>,
     threshold: f64,
+    /// Taxels of the smallest contact.
+    least: usize,
+    /// True if the readings are those of a bare device, whose zero is anywhere.
+    bare: bool,
     rest: Vec<f64>,
 }
 
 impl MapReader {
-    /// A reader of the frames of `stream`.
-    pub fn new(stream: &Stream) -> Self {
+    /// A reader of the frames of `stream`, in which `noise` was found.
+    pub fn new(stream: &Stream, noise: &MapNoise) -> Self {
         let exists = stream.present.iter();
+        let stated = stream.threshold.unwrap_or(0.0);
+        let sensels = |[rows, columns]: [f64; 2]| (LEAST_AREA / (rows * columns)).ceil() as usize;
         Self {
             meaning: meaning(stream),
             channels: exists
                 .map(|exists| ChannelFacts::unknown(*exists))
                 .collect(),
-            threshold: stream.threshold.unwrap_or(0.0),
+            threshold: TOUCH * noise.hold().max(stated),
+            least: stream.pitch.map_or(1, sensels).max(1),
+            bare: bare(stream),
             rest: vec![0.0; stream.channels()],
         }
     }
+}
+
+/// True if the readings of `stream` are not those of a map, but of the channels of a device.
+fn bare(stream: &Stream) -> bool {
+    matches!(
+        stream.unit.quantity,
+        Quantity::Counts | Quantity::Capacitance
+    )
 }
 
 impl Reader for MapReader {
@@ -43,23 +76,25 @@ impl Reader for MapReader {
 
     fn rules(&self) -> Rules {
         Rules {
-            threshold: Threshold::Fixed(self.threshold),
+            threshold: Threshold::Deviations(DEVIATIONS, self.threshold),
+            division: Division::Regions { least: self.least },
             counted: counting(&[State::Ok]),
             total: Total::Counted,
             drifts: false,
             rest: RestRules {
                 refused: None,
-                // A recording may begin under load.
-                at_start: false,
+                // A recording may begin under load; the readings of a bare device say nothing
+                // without their rest values.
+                at_start: self.bare,
                 channels_per_unit: 1,
                 unit: "sensel",
-                measures_noise: false,
+                measures_noise: self.bare,
                 ends_at_touch: false,
             },
         }
     }
 
-    /// A recording states no noise.
+    /// No recording states its noise; a rest capture of a bare device measures it.
     fn noise(&self) -> Vec<f64> {
         vec![f64::NAN; self.rest.len()]
     }
@@ -78,16 +113,19 @@ impl Reader for MapReader {
         0
     }
 
-    fn read(&mut self, _known: &Known<'_>, touch: &mut Touch) {
+    fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
         let channels = &touch.channels;
         let slots = touch.taxels.iter_mut().zip(&self.rest).enumerate();
         for (index, (taxel, rest)) in slots {
+            // Noise that was not seen is not none.
+            let deviation = Some(known.noise[index]).filter(|noise| *noise > 0.0);
+            let deviation = deviation.unwrap_or(f64::NAN);
             let state = match channels.states[index] {
                 ChannelState::Masked => State::Masked,
                 ChannelState::Faulty => State::Faulty,
                 _ => State::Ok,
             };
-            *taxel = TaxelTouch::pressing(channels.readings[index] - rest, f64::NAN, state);
+            *taxel = TaxelTouch::pressing(channels.readings[index] - rest, deviation, state);
         }
     }
 
@@ -99,15 +137,19 @@ impl Reader for MapReader {
 }
 
 fn meaning(stream: &Stream) -> Meaning {
-    let pressure = stream.unit.quantity == Quantity::Pressure;
+    let quantity = stream.unit.quantity;
     let columns = stream.columns * stream.channels_per_taxel;
     let [down, across] = stream.pitch.unwrap_or([1.0; 2]);
     let value = Scale {
-        quantity: if pressure { "pressure" } else { "raw" }.into(),
+        quantity: quantity.name().into(),
         symbol: stream.unit.symbol.clone().into(),
         si_per_unit: stream.unit.si_per_unit,
     };
-    let newtons = stream.pitch.filter(|_| pressure);
+    let newtons = match quantity {
+        Quantity::Pressure => stream.pitch,
+        Quantity::Force => Some([1.0; 2]),
+        _ => None,
+    };
     Meaning {
         layout: Layout::new(&ArrayDescription {
             rows: stream.rows,
@@ -117,17 +159,28 @@ fn meaning(stream: &Stream) -> Meaning {
         }),
         in_metres: stream.pitch.is_some(),
         channels: (0..stream.rows * columns)
-            .map(|sensel| format!("r{}c{}", sensel / columns, sensel % columns))
+            .map(|sensel| channel_name(stream, sensel))
             .collect(),
         wiring: Wiring::PerTaxel(1),
         reading: value.clone(),
         value,
         components: 1,
-        signed: false,
+        signed: bare(stream),
         full_scale: None,
         verified: None,
         picture: Picture::Map,
         newtons,
         total_known: newtons.is_some(),
+    }
+}
+
+/// Name of a channel as recordings write it.
+fn channel_name(stream: &Stream, channel: usize) -> String {
+    let per_taxel = stream.channels_per_taxel.max(1);
+    let taxel = channel / per_taxel;
+    let (row, column) = (taxel / stream.columns, taxel % stream.columns);
+    match CAPACITORS.get(channel % per_taxel) {
+        Some(capacitor) if per_taxel == CAPACITORS.len() => format!("r{row}c{column}.{capacitor}"),
+        _ => format!("r{row}c{column}"),
     }
 }

@@ -6,7 +6,7 @@
 //! (r, d) and (s, c).
 
 use super::reader::{
-    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
@@ -198,6 +198,7 @@ impl Reader for MicrochannelReader {
 
     fn rules(&self) -> Rules {
         Rules {
+            division: Division::Peaks,
             threshold: Threshold::Fixed(0.0),
             counted: counting(&[State::Ok, State::Saturated]),
             total: Total::Certain,

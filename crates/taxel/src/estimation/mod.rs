@@ -17,6 +17,7 @@ mod kernel_regression;
 mod last_positions;
 mod localisation;
 mod map;
+mod map_noise;
 mod microchannel;
 mod motion;
 mod observer;
@@ -51,14 +52,18 @@ pub use kernel_regression::{KernelRegression, Press, Trust};
 pub use localisation::{
     Centroid, ContactPosition, ELLIPSE_95, Localiser, Located, Method, ProfileModel,
 };
-pub use map::MapReader;
+pub use map::{MapOptions, MapReader};
+pub use map_noise::MapNoise;
 pub use microchannel::{
     MicrochannelOptions, MicrochannelReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
 };
 pub use observer::{Observer, ObserverOptions, Wiring};
 pub use position_fit::ProfileFit;
-pub use reader::{Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total};
+pub use reader::{
+    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+};
 pub use rest::{Rest, RestRefused};
+pub use segmentation::MOST_CONTACTS;
 pub use session::{Observed, TouchSession};
 pub use slip::{Slip, SlipEstimator, SlipOptions};
 pub use swap::{SwapWatch, swapped};

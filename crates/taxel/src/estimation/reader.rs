@@ -137,6 +137,19 @@ impl Threshold {
     }
 }
 
+/// How touched taxels are divided into contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Division {
+    /// Each prominent peak is a contact: two fingers side by side are two.
+    Peaks,
+    /// All that hangs together, over a gap of one taxel too, is one contact, as on a map
+    /// whose cells are finer than what presses.
+    Regions {
+        /// Taxels of the smallest region.
+        least: usize,
+    },
+}
+
 /// Which total an array has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Total {
@@ -170,6 +183,8 @@ pub struct RestRules {
 pub struct Rules {
     /// When a taxel is touched.
     pub threshold: Threshold,
+    /// Which touched taxels are one contact.
+    pub division: Division,
     /// States whose value is part of totals and contacts, by code.
     pub counted: [bool; State::ALL.len()],
     /// Which total there is.

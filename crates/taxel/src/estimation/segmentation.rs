@@ -1,6 +1,10 @@
 //! Touched cells of the array divided into contacts.
 
 use super::contact::{Cell, Contact, Gathering};
+use super::reader::Division;
+
+/// Most contacts of a frame: what every frame costs is bounded. More are merged.
+pub const MOST_CONTACTS: usize = 64;
 
 /// A touched cell stays touched down to this share of its threshold.
 const HOLD: f64 = 0.5;
@@ -18,9 +22,11 @@ const NONE: u32 = u32::MAX;
 /// Touched cells are taken from the highest down. A cell next to none yet taken
 /// is a peak; one next to two peaks is their saddle, and joins them unless both
 /// are prominent (a watershed). So two fingers side by side are two contacts as
-/// long as a dip is between them.
+/// long as a dip is between them. On a map ([`Division::Regions`]) all that hangs
+/// together is one contact.
 #[derive(Debug, Clone)]
 pub(super) struct Segmentation {
+    division: Division,
     rows: usize,
     columns: usize,
     pitch: [f64; 2],
@@ -32,6 +38,8 @@ pub(super) struct Segmentation {
     labels: Vec<u32>,
     peaks: Vec<Peak>,
     found: Vec<Gathering>,
+    /// Regions beyond [`MOST_CONTACTS`], merged with others.
+    merged: usize,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -39,13 +47,17 @@ struct Peak {
     cell: u32,
     /// The higher peak that it belongs to, or itself; later its contact.
     into: u32,
+    /// Cells of a region, and whether one of them was touched in the last frame.
+    cells: u32,
+    held: bool,
 }
 
 impl Segmentation {
     /// For cells of `pitch` x, y, m.
-    pub(super) fn new(rows: usize, columns: usize, pitch: [f64; 2]) -> Self {
+    pub(super) fn new(rows: usize, columns: usize, pitch: [f64; 2], division: Division) -> Self {
         let count = rows * columns;
         Self {
+            division,
             rows,
             columns,
             pitch,
@@ -55,7 +67,13 @@ impl Segmentation {
             labels: vec![NONE; count],
             peaks: Vec::new(),
             found: Vec::new(),
+            merged: 0,
         }
+    }
+
+    /// Regions of the last run that are part of other contacts because there are too many.
+    pub(super) fn merged(&self) -> usize {
+        self.merged
     }
 
     /// Writes the contact of each cell, an index into the contacts of the last
@@ -75,8 +93,20 @@ impl Segmentation {
     ) -> Option<([f64; 2], [f64; 3])> {
         // Lent for the run.
         std::mem::swap(&mut self.cells, cells);
-        self.sort();
-        self.flood();
+        match self.division {
+            Division::Peaks => {
+                self.find_touched();
+                self.sort();
+                self.flood();
+            }
+            Division::Regions { least } => {
+                self.find_held();
+                self.sort();
+                self.flood();
+                self.leave_out(least);
+                self.join_near();
+            }
+        }
         self.number();
         self.gather();
         contacts.clear();
@@ -86,8 +116,7 @@ impl Segmentation {
         whole
     }
 
-    /// Touched cells, the highest first.
-    fn sort(&mut self) {
+    fn find_touched(&mut self) {
         self.order.clear();
         for (index, cell) in self.cells.iter().enumerate() {
             let share = if self.touched[index] { HOLD } else { 1.0 };
@@ -96,6 +125,20 @@ impl Segmentation {
                 self.order.push(index as u32);
             }
         }
+    }
+
+    /// Cells that a region may have: those that would hold a contact.
+    fn find_held(&mut self) {
+        self.order.clear();
+        for (index, cell) in self.cells.iter().enumerate() {
+            if cell.weight > 0.0 && cell.weight >= HOLD * cell.threshold {
+                self.order.push(index as u32);
+            }
+        }
+    }
+
+    /// The highest first.
+    fn sort(&mut self) {
         let cells = &self.cells;
         self.order.sort_unstable_by(|a, b| {
             let weight = |index: &u32| cells[*index as usize].weight;
@@ -125,15 +168,22 @@ impl Segmentation {
             }
             self.labels[index as usize] = up.map_or(self.peaks.len() as u32, |(_, peak)| peak);
             if up.is_none() {
-                let into = self.peaks.len() as u32;
-                self.peaks.push(Peak { cell: index, into });
+                self.peaks.push(Peak {
+                    cell: index,
+                    into: self.peaks.len() as u32,
+                    cells: 0,
+                    held: false,
+                });
             }
         }
     }
 
-    fn root(&self, mut peak: u32) -> u32 {
+    fn root(&mut self, mut peak: u32) -> u32 {
         while self.peaks[peak as usize].into != peak {
-            peak = self.peaks[peak as usize].into;
+            // Half the way for whoever comes next.
+            let into = self.peaks[peak as usize].into;
+            self.peaks[peak as usize].into = self.peaks[into as usize].into;
+            peak = into;
         }
         peak
     }
@@ -142,6 +192,10 @@ impl Segmentation {
     fn meet(&mut self, one: u32, other: u32, saddle: u32) -> Option<u32> {
         // Peaks are numbered from the highest down.
         let (high, low) = (one.min(other), one.max(other));
+        if matches!(self.division, Division::Regions { .. }) {
+            self.peaks[low as usize].into = high;
+            return Some(high);
+        }
         let top = &self.cells[self.peaks[low as usize].cell as usize];
         let saddle = &self.cells[saddle as usize];
         let noise = PROMINENCE_DEVIATIONS * top.deviation.hypot(saddle.deviation);
@@ -153,24 +207,87 @@ impl Segmentation {
         })
     }
 
-    /// Numbers the peaks that remain and labels the cells with them.
+    /// Leaves out regions of less than `least` cells, and those that neither begin in this
+    /// frame nor were there in the last one.
+    fn leave_out(&mut self, least: usize) {
+        for rank in 0..self.order.len() {
+            let index = self.order[rank] as usize;
+            let peak = self.root(self.labels[index]) as usize;
+            self.peaks[peak].cells += 1;
+            self.peaks[peak].held |= self.touched[index];
+        }
+        self.touched.fill(false);
+        let mut order = std::mem::take(&mut self.order);
+        order.retain(|index| {
+            let index = *index as usize;
+            let root = self.root(self.labels[index]);
+            let peak = self.peaks[root as usize];
+            let top = &self.cells[peak.cell as usize];
+            let begins = top.weight > top.threshold;
+            self.touched[index] = peak.cells as usize >= least && (begins || peak.held);
+            if !self.touched[index] {
+                self.labels[index] = NONE;
+            }
+            self.touched[index]
+        });
+        self.order = order;
+    }
+
+    /// Joins regions with no more than one cell between them.
+    fn join_near(&mut self) {
+        for rank in 0..self.order.len() {
+            let index = self.order[rank] as usize;
+            for next in around(self.rows, self.columns, index, 2) {
+                if self.labels[next] == NONE {
+                    continue;
+                }
+                let (one, other) = (self.root(self.labels[index]), self.root(self.labels[next]));
+                self.peaks[one.max(other) as usize].into = one.min(other);
+            }
+        }
+    }
+
+    /// Numbers the peaks that remain and labels the cells with them. Those beyond
+    /// [`MOST_CONTACTS`] go to the nearest of the highest.
     fn number(&mut self) {
+        // Peaks without a cell are those of regions that were left out.
+        let regions = matches!(self.division, Division::Regions { .. });
         let mut contacts = 0;
+        let mut kept = [0_usize; MOST_CONTACTS];
+        self.merged = 0;
         for peak in 0..self.peaks.len() {
             let into = self.peaks[peak].into as usize;
             // A higher peak has its number already.
-            self.peaks[peak].into = if into == peak {
-                contacts += 1;
-                contacts - 1
-            } else {
+            self.peaks[peak].into = if into != peak {
                 self.peaks[into].into
+            } else if regions && self.labels[self.peaks[peak].cell as usize] == NONE {
+                NONE
+            } else if contacts < MOST_CONTACTS {
+                kept[contacts] = peak;
+                contacts += 1;
+                contacts as u32 - 1
+            } else {
+                self.merged += 1;
+                self.nearest(&kept, peak)
             };
         }
         for label in self.labels.iter_mut().filter(|label| **label != NONE) {
             *label = self.peaks[*label as usize].into;
         }
         self.found.clear();
-        self.found.resize(contacts as usize, Gathering::default());
+        self.found.resize(contacts, Gathering::default());
+    }
+
+    /// The index in `kept` of the peak that is nearest to another.
+    fn nearest(&self, kept: &[usize], peak: usize) -> u32 {
+        let at = |peak: usize| self.cells[self.peaks[peak].cell as usize].position;
+        let [x, y] = at(peak);
+        let square = |other: usize| {
+            let [u, v] = at(other);
+            (u - x) * (u - x) + (v - y) * (v - y)
+        };
+        let nearest = (0..kept.len()).min_by(|a, b| square(kept[*a]).total_cmp(&square(kept[*b])));
+        nearest.unwrap_or(0) as u32
     }
 
     fn gather(&mut self) {
@@ -231,10 +348,16 @@ impl Segmentation {
 
 /// The up to eight cells round a cell.
 fn neighbours(rows: usize, columns: usize, at: usize) -> impl Iterator<Item = usize> {
+    around(rows, columns, at, 1)
+}
+
+/// The cells that are at most `reach` rows and columns from a cell.
+fn around(rows: usize, columns: usize, at: usize, reach: usize) -> impl Iterator<Item = usize> {
     let (row, column) = (at / columns, at % columns);
-    (row.saturating_sub(1)..=(row + 1).min(rows - 1))
+    (row.saturating_sub(reach)..=(row + reach).min(rows - 1))
         .flat_map(move |r| {
-            (column.saturating_sub(1)..=(column + 1).min(columns - 1)).map(move |c| r * columns + c)
+            let from = column.saturating_sub(reach);
+            (from..=(column + reach).min(columns - 1)).map(move |c| r * columns + c)
         })
         .filter(move |next| *next != at)
 }

@@ -1,7 +1,7 @@
 //! Estimator and observer of one device: frames to touch, contacts over time and events.
 
 use super::array::{ArrayEstimator, Captured, FrameError};
-use super::map::MapReader;
+use super::map::{MapOptions, MapReader};
 use super::observer::{Observer, ObserverOptions};
 use super::reader::{Meaning, Reader};
 use super::rest::{Rest, RestRefused};
@@ -37,12 +37,14 @@ impl TouchSession {
         }
     }
 
-    /// A pressure map that describes itself.
-    pub fn map(stream: &Stream) -> Self {
-        Self::new(
-            Box::new(MapReader::new(stream)),
-            ObserverOptions::new(stream),
-        )
+    /// A map that describes itself.
+    pub fn map(stream: &Stream, options: &MapOptions) -> Self {
+        let mut observed = ObserverOptions::new(stream);
+        if !options.all_events {
+            observed.events.courses = false;
+            observed.events.slip_speed = f64::INFINITY;
+        }
+        Self::new(Box::new(MapReader::new(stream, &options.noise)), observed)
     }
 
     /// Estimates and observes one frame. No contact is reported while a

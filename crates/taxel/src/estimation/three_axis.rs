@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_2_SQRT_PI;
 
 use super::capacitors::{capacitor_facts, convert_capacitances};
 use super::reader::{
-    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
 use super::swap::SwapWatch;
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
@@ -272,6 +272,7 @@ impl Reader for ThreeAxisReader {
 
     fn rules(&self) -> Rules {
         Rules {
+            division: Division::Peaks,
             threshold: Threshold::Deviations(
                 self.options.contact_deviations,
                 self.options.contact_share * self.calibration.full_scale,

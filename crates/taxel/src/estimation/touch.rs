@@ -209,6 +209,9 @@ pub struct Touch {
     pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
     /// Contact regions, strongest first.
     pub contacts: Vec<Contact>,
+    /// Regions that are part of a contact beside them, because there are more than a frame
+    /// can have ([`super::MOST_CONTACTS`]).
+    pub merged: usize,
     /// Index of the contact of each taxel, row by row.
     pub regions: Vec<Option<u32>>,
     /// Taxels that are not part of totals and contacts; the state of each says
@@ -241,6 +244,7 @@ impl Touch {
             total_covariance: [[f64::NAN; 3]; 3],
             centre_of_pressure: None,
             contacts: Vec::new(),
+            merged: 0,
             regions: vec![None; taxels],
             left_out: taxels,
             clipped: 0,

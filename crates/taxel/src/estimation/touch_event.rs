@@ -2,6 +2,7 @@
 
 use super::force_history::{Course, ForceHistory, HistoryOptions};
 use super::motion::Matrix;
+use super::tracking::MOST_TRACKS;
 use super::{Contact, Ending, State, Track, Tracker};
 
 /// Kind of an event of a contact. The value of the event is in brackets.
@@ -88,6 +89,8 @@ pub struct TouchEvent {
 pub struct TouchEventOptions {
     /// Options of steps, impacts and cycles.
     pub history: HistoryOptions,
+    /// True if steps, impacts and cycles are told; default yes.
+    pub courses: bool,
     /// A contact slips above this many standard deviations of its speed;
     /// default 5.
     pub slip_deviations: f64,
@@ -103,6 +106,7 @@ impl Default for TouchEventOptions {
     fn default() -> Self {
         Self {
             history: HistoryOptions::default(),
+            courses: true,
             slip_deviations: 5.0,
             slip_speed: 5e-3,
             saturation_is_closure: false,
@@ -215,11 +219,14 @@ impl TouchEvents {
         };
         let mut watched = self.watched.remove(at);
         let [force, deviation] = watched.force;
-        if ending == Ending::Released {
+        if ending == Ending::Released && self.options.courses {
             // Gone: what came and went is an impact now.
             let courses = watched.history.push(track.seen_ns + 1, 0.0, deviation);
             for course in courses.into_iter().flatten() {
                 self.events.push(of_course(track.seen_ns, track.id, course));
+            }
+            if self.left.len() == MOST_TRACKS {
+                self.left.remove(0);
             }
             self.left.push(Left {
                 time_ns: track.seen_ns,
@@ -285,7 +292,11 @@ impl TouchEvents {
         watched.force = force;
         // Of an unknown noise the shares decide.
         let noise = if force[1].is_nan() { 0.0 } else { force[1] };
-        let courses = watched.history.push(time_ns, force[0], noise);
+        let courses = if options.courses {
+            watched.history.push(time_ns, force[0], noise)
+        } else {
+            [None; 2]
+        };
         let slip = watched.slip(time_ns, track, &options);
         let bound = watched.bound(contact, &options);
         for course in courses.into_iter().flatten() {

@@ -1,8 +1,12 @@
 //! Contacts over time: which contact of this frame is which of the last one.
 
-use super::Contact;
 use super::assignment::Assignment;
 use super::motion::{Matrix, Motion};
+use super::{Contact, MOST_CONTACTS};
+
+/// Most tracks that live at a time: those of a frame and as many that are missing. Of more,
+/// those that are missing longest end.
+pub(super) const MOST_TRACKS: usize = 2 * MOST_CONTACTS;
 
 /// Options of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,6 +119,8 @@ pub struct Tracker {
     ended: Vec<EndedTrack>,
     /// Track of each taxel in the last frame.
     owners: Vec<Option<u64>>,
+    /// Tracks of the last frame and the contacts of this one that share a taxel, in order.
+    shared: Vec<(u64, u32)>,
     /// Track of each contact in this frame.
     holders: Vec<Option<u64>>,
     last_time_ns: Option<u64>,
@@ -130,6 +136,7 @@ impl Tracker {
             tracks: Vec::new(),
             ended: Vec::new(),
             owners: Vec::new(),
+            shared: Vec::new(),
             holders: Vec::new(),
             last_time_ns: None,
             next_id: 1,
@@ -161,9 +168,11 @@ impl Tracker {
             track.motion.predict(dt, self.options.acceleration);
         }
         let paused = dt > self.options.longest_outage;
+        self.find_shared(regions);
         // What was missing for too long is not what comes now.
-        self.end_late(time_ns, last, regions);
-        self.assign(contacts, regions, paused);
+        self.end_late(time_ns, last);
+        self.end_most();
+        self.assign(contacts, paused);
         self.enter(contacts, regions);
         self.update(time_ns, contacts, paused);
         self.begin(time_ns, contacts, regions);
@@ -180,20 +189,28 @@ impl Tracker {
         self.last_time_ns = None;
     }
 
-    fn end_late(&mut self, time_ns: u64, last_ns: u64, regions: &[Option<u32>]) {
+    fn find_shared(&mut self, regions: &[Option<u32>]) {
+        self.shared.clear();
+        let pairs = self.owners.iter().zip(regions);
+        self.shared
+            .extend(pairs.filter_map(|(owner, region)| Some(((*owner)?, (*region)?))));
+        self.shared.sort_unstable();
+        self.shared.dedup();
+    }
+
+    fn end_late(&mut self, time_ns: u64, last_ns: u64) {
         let Self {
             tracks,
             ended,
             options,
-            owners,
+            shared,
             ..
         } = self;
         // Nobody saw a contact lift off that is where it was in the last frame.
         let goes_on = |track: &Track| {
-            let covers = |(owner, region): (&Option<u64>, &Option<u32>)| {
-                *owner == Some(track.id) && region.is_some()
-            };
-            track.seen_ns == last_ns && owners.iter().zip(regions).any(covers)
+            let at = shared.partition_point(|(owner, _)| *owner < track.id);
+            let covers = shared.get(at).is_some_and(|(owner, _)| *owner == track.id);
+            track.seen_ns == last_ns && covers
         };
         tracks.retain(|track| {
             let missing = time_ns.saturating_sub(track.seen_ns) as f64 * 1e-9;
@@ -212,9 +229,19 @@ impl Tracker {
         });
     }
 
-    fn assign(&mut self, contacts: &[Contact], regions: &[Option<u32>], paused: bool) {
+    /// Ends what is missing longest where more are missing than a frame has contacts.
+    fn end_most(&mut self) {
+        while self.tracks.len() > MOST_CONTACTS {
+            let longest = (0..self.tracks.len()).min_by_key(|at| self.tracks[*at].seen_ns);
+            let track = self.tracks.remove(longest.unwrap_or(0));
+            let ending = track.inside.map_or(Ending::Released, Ending::MergedInto);
+            self.ended.push(EndedTrack { track, ending });
+        }
+    }
+
+    fn assign(&mut self, contacts: &[Contact], paused: bool) {
         let gate = self.options.gate;
-        let (tracks, owners, options) = (&self.tracks, &self.owners, &self.options);
+        let (tracks, shared, options) = (&self.tracks, &self.shared, &self.options);
         let cost = |row: usize, column: usize| {
             let (track, contact) = (&tracks[row], &contacts[column]);
             let distance = track
@@ -223,9 +250,7 @@ impl Tracker {
             // A contact that jumped but still covers the same taxels. After a pause
             // a track may be anywhere, and only its taxels identify it.
             let shares = (paused || distance > gate)
-                && owners.iter().zip(regions).any(|(owner, region)| {
-                    *owner == Some(track.id) && *region == Some(column as u32)
-                });
+                && shared.binary_search(&(track.id, column as u32)).is_ok();
             match (shares, paused) {
                 (true, _) => distance.min(gate),
                 (false, true) => f64::INFINITY,

@@ -3,7 +3,7 @@
 
 use super::contact::{Cell, Contact, normal_only};
 use super::reader::{
-    Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use super::{ChannelFacts, Wiring};
@@ -249,6 +249,7 @@ impl Reader for TrainedReader {
     fn rules(&self) -> Rules {
         let without_force = "these positions are learned from readings as they come";
         Rules {
+            division: Division::Peaks,
             threshold: Threshold::Fixed(f64::INFINITY),
             counted: counting(&[State::Ok, State::OutOfRange]),
             // The force is that of the contact, not the sum of the cells.

@@ -18,7 +18,7 @@ fn contacts(rows: usize, columns: usize, weights: &[f64]) -> Vec<Contact> {
     let mut contacts = Vec::new();
     let cell = |index| cell(columns, index, weights[index], 0.05, 0.5);
     let mut cells = (0..weights.len()).map(cell).collect();
-    Segmentation::new(rows, columns, [1.0; 2]).run(&mut cells, &mut contacts);
+    Segmentation::new(rows, columns, [1.0; 2], Division::Peaks).run(&mut cells, &mut contacts);
     contacts
 }
 
@@ -39,7 +39,7 @@ fn corners_connect_and_gaps_divide() {
         4.0,
     ];
     let mut found = Vec::new();
-    let mut segmentation = Segmentation::new(3, 4, [1.0; 2]);
+    let mut segmentation = Segmentation::new(3, 4, [1.0; 2], Division::Peaks);
     let cell = |index| cell(4, index, weights[index], 0.05, 0.5);
     let all = segmentation.run(&mut (0..12).map(cell).collect(), &mut found);
     assert_eq!(
@@ -79,7 +79,7 @@ fn a_low_peak_between_two_high_ones_joins_one_and_leaves_two() {
 
 #[test]
 fn what_is_touched_stays_so_down_to_half_the_threshold() {
-    let mut segmentation = Segmentation::new(1, 3, [1.0; 2]);
+    let mut segmentation = Segmentation::new(1, 3, [1.0; 2], Division::Peaks);
     let mut count = |weight: f64| {
         let mut found = Vec::new();
         let weights = [0.0, weight, 0.0];
@@ -100,7 +100,8 @@ fn moment_and_covariances_are_sums_over_the_members() {
         cell.state = [State::Ok, State::Closed][index];
         cell
     };
-    Segmentation::new(1, 2, [1.0; 2]).run(&mut (0..2).map(with_shear).collect(), &mut found);
+    Segmentation::new(1, 2, [1.0; 2], Division::Peaks)
+        .run(&mut (0..2).map(with_shear).collect(), &mut found);
     let contact = found[0];
     assert_eq!(contact.torsion, 2.0);
     assert_eq!(contact.bound, Some(State::Closed));
@@ -157,12 +158,78 @@ fn stated_covariance_covers_the_grid_for_every_size_and_place() {
                 .collect();
             let mut found = Vec::new();
             let cell = |i: usize| cell(17, i, weights[i], 1e-4, 0.01);
-            Segmentation::new(1, 17, [1.0; 2]).run(&mut (0..17).map(cell).collect(), &mut found);
+            Segmentation::new(1, 17, [1.0; 2], Division::Peaks)
+                .run(&mut (0..17).map(cell).collect(), &mut found);
             let contact = found[0];
             let ratio = (contact.centre[0] - position) / contact.covariance[0].sqrt();
             assert!(ratio.abs() < 4.0, "{shape:?} at {position}: {ratio}");
             squares += ratio * ratio / 200.0;
         }
         assert!(squares < 1.2, "{shape:?}: {squares}");
+    }
+}
+
+/// Cells per contact of a map, one frame after the other; a cell is touched above 2.
+fn regions(columns: usize, least: usize, frames: &[&[f64]]) -> Vec<Vec<usize>> {
+    let rows = frames[0].len() / columns;
+    let mut segmentation = Segmentation::new(rows, columns, [1.0; 2], Division::Regions { least });
+    let run = |weights: &&[f64]| {
+        let mut found = Vec::new();
+        let cell = |index| cell(columns, index, weights[index], f64::NAN, 2.0);
+        segmentation.run(&mut (0..weights.len()).map(cell).collect(), &mut found);
+        found.iter().map(|contact| contact.taxels).collect()
+    };
+    frames.iter().map(run).collect()
+}
+
+#[test]
+fn a_region_begins_above_the_threshold_and_holds_down_to_half_of_it() {
+    // Two peaks with a dip are one region, and its skirt down to 1 is part of it.
+    assert_eq!(
+        regions(7, 1, &[&[1.0, 9.0, 1.0, 8.0, 1.0, 0.9, 0.0]]),
+        [[5]]
+    );
+    let low: &[f64] = &[0.0, 1.5, 1.9, 0.0];
+    let high: &[f64] = &[0.0, 1.5, 2.1, 0.0];
+    let none: Vec<usize> = Vec::new();
+    let found = regions(4, 1, &[low, high, low, &[0.0, 0.5, 0.9, 0.0], low]);
+    assert_eq!(found, [none.clone(), vec![2], vec![2], none.clone(), none]);
+}
+
+#[test]
+fn regions_of_less_than_the_least_area_are_none_and_near_ones_are_one() {
+    let one_between: &[f64] = &[5.0, 4.0, 0.0, 3.0, 4.0, 0.0, 0.0, 5.0];
+    assert_eq!(regions(8, 1, &[one_between]), [[4, 1]]);
+    assert_eq!(regions(8, 2, &[one_between]), [[4]]);
+    // What is left out joins nothing.
+    let stuck: &[f64] = &[5.0, 4.0, 0.0, 0.0, 3.0, 0.0, 0.0, 5.0, 5.0];
+    assert_eq!(regions(9, 2, &[stuck]), [[2, 2]]);
+}
+
+#[test]
+fn more_contacts_than_a_frame_can_have_are_merged() {
+    // Single cells of growing height on a grid with two cells between them.
+    for division in [Division::Peaks, Division::Regions { least: 1 }] {
+        let (rows, columns) = (64, 64);
+        let weight = |index: usize| match (index / columns % 3, index % columns % 3) {
+            (0, 0) => 3.0 + index as f64,
+            _ => 0.0,
+        };
+        let cell = |index| cell(columns, index, weight(index), f64::NAN, 2.0);
+        let mut cells: Vec<Cell> = (0..rows * columns).map(cell).collect();
+        let mut found = Vec::new();
+        let mut segmentation = Segmentation::new(rows, columns, [1.0; 2], division);
+        segmentation.run(&mut cells, &mut found);
+        assert_eq!(
+            (found.len(), segmentation.merged()),
+            (MOST_CONTACTS, 22 * 22 - 64)
+        );
+        // No force is lost.
+        let sum: f64 = found.iter().map(|contact| contact.force[2]).sum();
+        assert_eq!(sum, cells.iter().map(|cell| cell.weight).sum::<f64>());
+        assert_eq!(
+            found.iter().map(|contact| contact.taxels).sum::<usize>(),
+            22 * 22
+        );
     }
 }

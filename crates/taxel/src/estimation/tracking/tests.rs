@@ -1,4 +1,5 @@
 use super::*;
+use crate::estimation::Division;
 use crate::estimation::State;
 use crate::estimation::contact::{Cell, normal_only};
 use crate::estimation::segmentation::Segmentation;
@@ -19,7 +20,7 @@ impl Bench {
         let pitch = [1e-3; 2];
         Self {
             tracker: Tracker::new(TrackerOptions::new(pitch)),
-            segmentation: Segmentation::new(ROWS, COLUMNS, pitch),
+            segmentation: Segmentation::new(ROWS, COLUMNS, pitch, Division::Peaks),
             contacts: Vec::new(),
             time_ns: 0,
         }

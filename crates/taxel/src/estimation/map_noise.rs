@@ -1,0 +1,215 @@
+//! Noise of a pressure map, from its own frames.
+
+use std::cmp::Ordering;
+
+use crate::acquisition::Frame;
+
+/// Frames of a block.
+const BLOCK: usize = 8;
+/// Blocks that make the quietest part.
+const QUIETEST: usize = 4;
+/// The smallest reading is a level of noise as long as it is below this share of the largest:
+/// a map of few sizes may show nothing but touch.
+const SHARE: f64 = 0.05;
+/// A contact holds above so many standard deviations of the noise.
+const DEVIATIONS: f64 = 3.0;
+
+/// Finds what is noise on a map: frames go in, all of a recording or those of its rest.
+///
+/// Two things say it. Programs that suppress noise write zeros below a level of theirs, so
+/// that the smallest reading above zero is that level, or a twentieth of the largest if that is
+/// less. And in the quietest part, the 32 frames
+/// with the least load, readings scatter about a course that changes slowly: of second
+/// differences in time a steady motion of the load leaves nothing.
+///
+/// # Example
+/// ```
+/// use taxel::acquisition::Frame;
+/// use taxel::estimation::MapNoise;
+///
+/// let mut noise = MapNoise::default();
+/// for sequence in 0..40 {
+///     let values = vec![0.0, 5.0, if sequence > 30 { 200.0 } else { 0.0 }];
+///     noise.push(&Frame { sequence, time_ns: sequence * 10_000_000, values });
+/// }
+/// // The level that the program suppresses.
+/// assert_eq!(noise.hold(), 5.0);
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct MapNoise {
+    block: Block,
+    /// The last two frames of the block.
+    before: [Vec<f64>; 2],
+    quietest: Vec<Block>,
+    /// The smallest and the largest reading above zero.
+    range: Option<[f64; 2]>,
+    suppresses: bool,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Block {
+    frames: usize,
+    /// Sum of the readings.
+    load: f64,
+    /// Sum of the squared second differences of each sensel.
+    squares: Vec<f64>,
+}
+
+impl MapNoise {
+    /// Takes the next frame, readings in SI units.
+    pub fn push(&mut self, frame: &Frame) {
+        let values = &frame.values;
+        for value in values.iter().filter(|value| **value >= 0.0) {
+            if *value == 0.0 {
+                self.suppresses = true;
+            } else {
+                let [smallest, largest] = self.range.get_or_insert([*value; 2]);
+                (*smallest, *largest) = (smallest.min(*value), largest.max(*value));
+            }
+        }
+        let block = &mut self.block;
+        block.squares.resize(values.len(), 0.0);
+        if block.frames >= 2 {
+            let [first, second] = &self.before;
+            let differences = values.iter().zip(first).zip(second);
+            for (sum, ((new, first), second)) in block.squares.iter_mut().zip(differences) {
+                let second_difference = new - 2.0 * second + first;
+                if !second_difference.is_nan() {
+                    *sum += second_difference * second_difference;
+                }
+            }
+        }
+        block.load += values.iter().filter(|value| !value.is_nan()).sum::<f64>();
+        block.frames += 1;
+        let [first, second] = &mut self.before;
+        std::mem::swap(first, second);
+        second.clone_from(values);
+        if self.block.frames == BLOCK {
+            self.keep();
+        }
+    }
+
+    /// Keeps the block if it is one of the quietest.
+    fn keep(&mut self) {
+        let block = std::mem::take(&mut self.block);
+        let at = self
+            .quietest
+            .partition_point(|kept| kept.load.total_cmp(&block.load) != Ordering::Greater);
+        self.quietest.insert(at, block);
+        self.quietest.truncate(QUIETEST);
+    }
+
+    /// Standard deviation of one reading in the quietest part, in the unit of the frames;
+    /// none where nothing there changes, or less than eight frames were seen.
+    ///
+    /// Sensels whose reading does not change are left out: what they would show is
+    /// suppressed. Of the others the lower quartile counts: a load may move on the rest.
+    pub fn deviation(&self) -> Option<f64> {
+        // A second difference of independent readings has six times their variance.
+        let count = 6.0 * (BLOCK - 2) as f64;
+        let sensels = self.quietest.first()?.squares.len();
+        let mut squares = Vec::with_capacity(QUIETEST);
+        // The median block: a touch may begin in one of them.
+        let mut median = |sensel: usize| {
+            let of = |block: &Block| block.squares.get(sensel).copied().unwrap_or(0.0);
+            squares.clear();
+            squares.extend(self.quietest.iter().map(of));
+            squares.sort_unstable_by(f64::total_cmp);
+            let last = squares.len() - 1;
+            0.5 * (squares[last / 2] + squares[last.div_ceil(2)])
+        };
+        let mut changing: Vec<f64> = (0..sensels)
+            .map(&mut median)
+            .filter(|sum| *sum > 0.0)
+            .collect();
+        if changing.is_empty() {
+            return None;
+        }
+        let at = changing.len() / 4;
+        let (_, quartile, _) = changing.select_nth_unstable_by(at, f64::total_cmp);
+        Some((*quartile / count).sqrt())
+    }
+
+    /// The reading down to which a contact holds, in the unit of the frames: what is above
+    /// noise. A touch begins at twice of it.
+    pub fn hold(&self) -> f64 {
+        let level = |[smallest, largest]: [f64; 2]| smallest.min(SHARE * largest);
+        let level = self.range.filter(|_| self.suppresses).map(level);
+        let noise = self.deviation().map(|deviation| DEVIATIONS * deviation);
+        level.unwrap_or(0.0).max(noise.unwrap_or(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(frames: usize, value: impl Fn(usize, usize) -> f64) -> MapNoise {
+        let mut noise = MapNoise::default();
+        for at in 0..frames {
+            noise.push(&Frame {
+                sequence: at as u64,
+                time_ns: at as u64 * 10_000_000,
+                values: (0..64).map(|sensel| value(at, sensel)).collect(),
+            });
+        }
+        noise
+    }
+
+    /// Independent readings of a standard deviation of one, roughly normal.
+    fn scatter(at: usize, sensel: usize) -> f64 {
+        let mut state = (at * 64 + sensel) as u64 + 1;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let mixed = (state ^ (state >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+            (mixed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    #[test]
+    fn the_noise_of_readings_is_found_beside_a_load_that_moves() {
+        // A load passes over half of the sensels, except in the middle.
+        let load = |at: usize, sensel: usize| match (at, sensel) {
+            (100..=140, _) | (_, 32..) => 0.0,
+            _ => 500.0 + 10.0 * at as f64 + 100.0 * (at as f64 * 0.5).sin(),
+        };
+        let deviation = noise(300, |at, sensel| load(at, sensel) + scatter(at, sensel)).deviation();
+        // The lower quartile of 64 sums of few squares.
+        assert!(
+            deviation.is_some_and(|found| (0.6..1.2).contains(&found)),
+            "{deviation:?}"
+        );
+        // Always loaded.
+        let deviation = noise(300, |at, sensel| 1e3 + at as f64 + scatter(at, sensel)).deviation();
+        assert!(
+            deviation.is_some_and(|found| (0.6..1.2).contains(&found)),
+            "{deviation:?}"
+        );
+    }
+
+    #[test]
+    fn a_suppressed_level_is_the_smallest_reading() {
+        let map = noise(60, |at, sensel| {
+            if at > 30 && sensel < 9 {
+                18.0 + 60.0 * sensel as f64
+            } else {
+                0.0
+            }
+        });
+        assert_eq!((map.deviation(), map.hold()), (None, 18.0));
+        let nothing = noise(60, |_, _| 0.0);
+        assert_eq!(nothing.hold(), 0.0);
+        let one_size = noise(
+            60,
+            |at, sensel| if at > 30 && sensel < 9 { 18.0 } else { 0.0 },
+        );
+        assert_eq!(one_size.hold(), SHARE * 18.0);
+        let short = noise(3, |_, _| 4.0);
+        assert_eq!((short.deviation(), short.hold()), (None, 0.0));
+        let missing = noise(60, |_, _| f64::NAN);
+        assert_eq!(missing.hold(), 0.0);
+    }
+}
