@@ -187,15 +187,8 @@ pub(crate) struct Live {
     /// Calibration of this sensor, which estimation then inverts
     #[arg(long, value_name = "FILE")]
     pub(crate) calibration: Option<PathBuf>,
-    /// Show the channels as a map of raw readings, without the model of any sensor
-    #[arg(long, conflicts_with = "calibration")]
-    pub(crate) raw: bool,
-    /// Of a recording of several sensors: the one to play, by name or from 1 on
-    #[arg(long, value_name = "PART")]
-    pub(crate) part: Option<String>,
-    /// On a map also report steps, impacts, cyclic loads and slips of contacts
-    #[arg(long)]
-    pub(crate) all_events: bool,
+    #[command(flatten)]
+    pub(crate) map: Maps,
     /// Where frames come from: sim: (the twin under a shipped script that fits
     /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING
     #[arg(long, default_value = "sim:")]
@@ -243,6 +236,20 @@ impl Live {
         let usual = Path::new("three-axis-8x8");
         self.named_sensor.as_deref().unwrap_or(usual)
     }
+}
+
+/// What is shown as a map, and how.
+#[derive(Debug, Args)]
+pub(crate) struct Maps {
+    /// Show the channels as a map of raw readings, without the model of any sensor
+    #[arg(long, conflicts_with = "calibration")]
+    pub(crate) raw: bool,
+    /// Of a recording of several sensors: the one to play, by name or from 1 on
+    #[arg(long, value_name = "PART")]
+    pub(crate) part: Option<String>,
+    /// On a map also report steps, impacts, cyclic loads and slips of contacts
+    #[arg(long)]
+    pub(crate) all_events: bool,
 }
 
 /// Where the rest values of the first frames come from.

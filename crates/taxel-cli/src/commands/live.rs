@@ -159,8 +159,8 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
         .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
     let source = TwinSource::new(twin);
-    if arguments.raw {
-        return map_session(source, MapNoise::default(), options, arguments);
+    if arguments.map.raw {
+        return map_session(source, &MapNoise::default(), options, arguments);
     }
     sensed(named, source, options, arguments)
 }
@@ -203,14 +203,13 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     let bare = takes_bare(arguments.sensor());
     let open = || {
         let options = ReplayOptions {
-            bare: bare || arguments.raw,
-            part: arguments.part.clone(),
+            bare: bare || arguments.map.raw,
+            part: arguments.map.part.clone(),
         };
         ReplaySource::open(path, &options)
     };
     let surveyed = open().map(ReplaySource::survey);
-    let survey = match surveyed.map_or_else(|error| (Survey::default(), Err(error)), |found| found)
-    {
+    let survey = match surveyed.unwrap_or_else(|error| (Survey::default(), Err(error))) {
         (survey, Ok(())) if survey.frames == 0 => {
             let message = format!("{}: there is no frame in it", path.display());
             return Err(Stop::WrongInput(message));
@@ -228,7 +227,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         .paced(&survey);
     let stream = source.stream();
     if let parts @ [_, _, ..] = source.parts()
-        && arguments.part.is_none()
+        && arguments.map.part.is_none()
     {
         let (count, parts) = (parts.len(), parts.join(", "));
         note!(
@@ -243,8 +242,8 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         Quantity::Counts => arguments.named_sensor.is_none(),
         _ => true,
     };
-    if arguments.raw || described {
-        return map_session(source, survey.noise, options, arguments);
+    if arguments.map.raw || described {
+        return map_session(source, &survey.noise, options, arguments);
     }
     let named = files::sensor(arguments.sensor())?;
     sensed(named, source, options, arguments)
@@ -253,7 +252,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
 /// A session whose frames are a map that describes itself.
 fn map_session(
     source: impl Source + 'static,
-    noise: MapNoise,
+    noise: &MapNoise,
     options: PumpOptions,
     arguments: &Live,
 ) -> Result<Session, Stop> {
@@ -266,19 +265,19 @@ fn map_session(
         );
         return Err(Stop::WrongInput(message));
     }
-    if !arguments.raw && stream.unit.quantity == Quantity::Counts {
+    if !arguments.map.raw && stream.unit.quantity == Quantity::Counts {
         note!(
             "note: counts without a sensor file: a map of raw readings; name the sensor for touch"
         );
     }
     let options_of = |noise: &MapNoise| MapOptions {
         noise: noise.clone(),
-        all_events: arguments.all_events,
+        all_events: arguments.map.all_events,
     };
-    let mut touch = TouchSession::map(stream, &options_of(&noise));
+    let mut touch = TouchSession::map(stream, &options_of(noise));
     if let Some(path) = recorded_rest(arguments) {
         // What changes at rest is noise.
-        let bare = arguments.raw;
+        let bare = arguments.map.raw;
         let noise = noise_of(path, bare, arguments)?;
         touch = TouchSession::map(stream, &options_of(&noise));
         touch.restore_rest(&rest_of(path, bare, arguments, |stream| {
@@ -298,7 +297,7 @@ fn map_session(
 fn rest_options(bare: bool, arguments: &Live) -> ReplayOptions {
     ReplayOptions {
         bare,
-        part: arguments.part.clone(),
+        part: arguments.map.part.clone(),
     }
 }
 
