@@ -134,6 +134,30 @@ pub struct ParameterOf {
     pub status: String,
 }
 
+/// Largest size of a parameter: beyond any quantity of a sensor in SI units.
+const LARGEST_PARAMETER: f64 = 1e30;
+
+impl ParameterOf {
+    /// The key of a number that cannot be meant, and why.
+    fn unsound(&self) -> Option<(&'static str, String)> {
+        let [low, high] = self.interval;
+        let sized = |number: f64| number.abs() <= LARGEST_PARAMETER;
+        if !sized(low) || !sized(high) {
+            let message = format!("must be from -{LARGEST_PARAMETER:e} to {LARGEST_PARAMETER:e}");
+            return Some(("interval", message));
+        }
+        if !(low..=high).contains(&self.value) {
+            let message = format!(
+                "is {:e}, but the interval of this parameter is from {low:e} to {high:e}",
+                self.value
+            );
+            return Some(("value", message));
+        }
+        // Of a parameter that was not identified it is not known.
+        (self.deviation < 0.0).then(|| ("deviation", "must be 0 or more".into()))
+    }
+}
+
 /// Residuals of one kind of reading, SI.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -359,11 +383,10 @@ impl CalibrationFile {
             let message = format!("has {next} rows in all, and there are {count} parameters");
             return wrong("covariance", message);
         }
-        if let Some(place) = found.parameter.iter().position(|p| !p.value.is_finite()) {
-            return wrong(
-                &format!("parameter.{place}.value"),
-                "must be a finite number".into(),
-            );
+        for (place, parameter) in found.parameter.iter().enumerate() {
+            if let Some((key, message)) = parameter.unsound() {
+                return wrong(&format!("parameter.{place}.{key}"), message);
+            }
         }
         Ok(found)
     }

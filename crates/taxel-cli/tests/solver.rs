@@ -86,6 +86,10 @@ fn a_case_of_verification_is_printed_and_written() {
     answered(&["verify", "a", "--short", "-o", text(&html)]);
     let page = fs::read_to_string(html).unwrap();
     assert!(page.contains("1 of 1 cases are within tolerance") && page.ends_with("</html>\n"));
+    // The standard output has the report and nothing else.
+    let printed = answered(&["verify", "A", "--short", "-o", "-"]);
+    let report: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!(report["cases"].as_array().unwrap().len(), 1);
 }
 
 #[test]

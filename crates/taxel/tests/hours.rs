@@ -1,4 +1,4 @@
-//! Forty minutes of ordinary touches: the last minutes are as the first.
+//! Forty minutes of ordinary touches, and an hour of one: the last minutes are as the first.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/hours.rs"]
@@ -6,6 +6,7 @@
 mod hours;
 
 use hours::{Course, Drift, run};
+use taxel::acquisition::{Delivery, Stimulus, Twin};
 use taxel::sensor::Sensor;
 
 /// Before this was so, the stated deviation grew fourfold in twenty minutes.
@@ -72,4 +73,65 @@ fn other_array() -> Sensor {
         .replace("columns = 8", "columns = 5")
         .replace("frame_rate = \"60 Hz\"", "frame_rate = \"37 Hz\"");
     Sensor::parse("other.toml", &text).unwrap()
+}
+
+/// A finger that stays is not taken for drift.
+#[test]
+fn a_contact_held_for_an_hour_is_not_eaten() {
+    for (name, force) in [
+        ("three-axis-unit", 5e-3),
+        ("in-plane-50um", 2.0),
+        ("liquid-metal-2x4", 3e-3),
+    ] {
+        let sensor = Sensor::shipped(name).unwrap();
+        let point = |time: f64, force: f64| {
+            format!("{{ time = \"{time} s\", force = [\"0 N\", \"0 N\", \"{force} N\"] }},")
+        };
+        let path = [
+            point(5.0, 0.0),
+            point(5.1, force),
+            point(3605.0, force),
+            point(3605.1, 0.0),
+        ];
+        let script = format!(
+            "schema = 1\nname = \"hold\"\nduration = \"3620 s\"\n[[probe]]\ntaxel = [0, 0]\npath = [{}]\n",
+            path.concat()
+        );
+        let stimulus = Stimulus::parse("hold", &script).unwrap();
+        let mut twin = Twin::new(&sensor, &stimulus, 4).unwrap();
+        let device = sensor.device().unwrap();
+        let mut session = device.session(&twin.stream()).unwrap();
+        session.begin_rest_capture(50);
+        let mut first: Option<[f64; 2]> = None;
+        let mut last = [f64::NAN; 2];
+        loop {
+            let Delivery::Frame(frame) = twin.next_delivery() else {
+                continue;
+            };
+            let time = frame.time_ns as f64 * 1e-9;
+            let touch = session.push(&frame).unwrap().touch;
+            let contact = touch.contacts.first();
+            if (5.5..3604.5).contains(&time) {
+                // Found in every frame, and the same one.
+                let contact = contact.unwrap_or_else(|| panic!("{name}: none at {time} s"));
+                assert_eq!(
+                    (touch.contacts.len(), contact.id),
+                    (1, 1),
+                    "{name} at {time} s"
+                );
+                let taxel = touch.taxels[contact.peak_taxel];
+                last = [taxel.pressed(), taxel.pressed_deviation()];
+                first.get_or_insert(last);
+            }
+            if time > 3606.0 {
+                assert!(contact.is_none(), "{name} at {time} s");
+                break;
+            }
+        }
+        let [[begins, _], [ends, deviation]] = [first.unwrap(), last];
+        let what = format!("{name}: {begins} at first, {ends} +- {deviation} after an hour");
+        // Two readings of independent noise, and what the hour may have hidden.
+        assert!((ends - begins).abs() < 5.0 * deviation, "{what}");
+        assert!((ends / begins - 1.0).abs() < 0.1, "{what}");
+    }
 }

@@ -482,6 +482,22 @@ fn both_tables_make_one_calibration_that_live_touch_uses() {
             ("finder = \"", "finder = \"x", "unknown variant"),
             ("gain_deviation = ", "gain_deviation = -", "gain_deviation"),
             ("kernel = [", "kernel = [0.0, ", "kernel"),
+            (
+                "\nvalue = ",
+                "\nvalue = 9",
+                "the interval of this parameter",
+            ),
+            (
+                "\nvalue = ",
+                "\nvalue = nan # ",
+                "the interval of this parameter",
+            ),
+            (
+                "\ninterval = [",
+                "\ninterval = [-1e300, 1e300] # [",
+                "-1e30 to 1e30",
+            ),
+            ("\ndeviation = ", "\ndeviation = -", "0 or more"),
         ] {
             let wrong = CalibrationFile::parse("c.toml", &text.replacen(from, to, 1));
             let error = wrong.unwrap_err().to_string();

@@ -5,6 +5,7 @@ use std::any::Any;
 use super::ChannelFacts;
 use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, normal_only};
+use super::holding::Holding;
 use super::reader::{Known, Meaning, Reader, Rules, Total};
 use super::rest::{Judge, Rest, RestCapture, RestRefused, standing_out};
 use super::segmentation::Segmentation;
@@ -60,6 +61,7 @@ pub struct ArrayEstimator {
     capture: Option<RestCapture>,
     baseline: Option<Baseline>,
     still: StillWatch,
+    holding: Holding,
     segmentation: Segmentation,
     cells: Vec<Cell>,
     /// True if a contact is on each channel.
@@ -78,6 +80,7 @@ impl ArrayEstimator {
         let cell = |index| empty_cell(layout.flat_position(index));
         let cells: Vec<Cell> = (0..layout.taxels()).map(cell).collect();
         let mut estimator = Self {
+            holding: Holding::new(cells.len()),
             segmentation: Segmentation::new(
                 layout.rows,
                 layout.columns,
@@ -223,7 +226,7 @@ impl ArrayEstimator {
         self.reader.read(&known, &mut self.touch);
         let captured = self.capture_frame();
         self.sum_up();
-        self.find_contacts();
+        self.find_contacts(elapsed.unwrap_or(0.0));
         self.find_below_zero();
         // A frame that ends a rest capture was read with the rest before it.
         if !matches!(captured, Some(Ok(()))) {
@@ -384,12 +387,13 @@ impl ArrayEstimator {
         }
     }
 
-    fn find_contacts(&mut self) {
+    fn find_contacts(&mut self, elapsed: f64) {
         let meaning = self.reader.meaning();
         let [first, second] = meaning.newtons.unwrap_or([1.0; 2]);
         let newtons = first * second;
         let vector = meaning.components == 3;
-        for (cell, taxel) in self.cells.iter_mut().zip(&self.touch.taxels) {
+        let taxels = self.touch.taxels.iter().zip(&self.touch.regions);
+        for (index, (cell, (taxel, region))) in self.cells.iter_mut().zip(taxels).enumerate() {
             let value = taxel.pressed();
             cell.weight = if taxel.counted { value } else { f64::NAN };
             cell.deviation = taxel.pressed_deviation();
@@ -403,7 +407,11 @@ impl ArrayEstimator {
             cell.threshold = match self.rules.threshold {
                 // Electrodes that touch each other are touch already.
                 _ if taxel.state == State::Closed => 0.0,
-                threshold => threshold.of(cell.deviation),
+                threshold => {
+                    let known = [cell.weight, threshold.of(cell.deviation)];
+                    let touched = region.is_some();
+                    self.holding.threshold(index, touched, elapsed, known)
+                }
             };
         }
         let touch = &mut self.touch;

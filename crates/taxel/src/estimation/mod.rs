@@ -11,6 +11,7 @@ mod drift_rate;
 mod event;
 mod force_history;
 mod health;
+mod holding;
 mod in_plane;
 mod indentation_map;
 mod kernel_regression;

@@ -198,9 +198,29 @@ pub(crate) fn millimetres(length: f64) -> String {
     format!("{} mm", rounded(length * 1e3))
 }
 
-/// At most four decimals, without trailing zeros.
+/// At most four decimals, or four digits of what is smaller; without trailing zeros.
 fn rounded(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4
+    let digits = (3.0 - value.abs().log10().floor()).clamp(4.0, 300.0);
+    let scale = 10_f64.powf(digits);
+    (value * scale).round() / scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_for_people_are_short_and_never_nothing() {
+        for (metres, shown) in [
+            (0.0, "0 um"),
+            (5e-6, "5 um"),
+            (1.23456e-7, "0.1235 um"),
+            (1.000_001, "1000001 um"),
+            (5e-13, "0.0000005 um"),
+        ] {
+            assert_eq!(micrometres(metres), shown);
+        }
+    }
 }
 
 /// Four decimals, never below `value`: a limit that is itself accepted.
