@@ -229,15 +229,15 @@ impl Measured {
 }
 
 /// The empty channel between two contacts: sum of the readings less the level over
-/// time, and the time, s. The end is looked at only once it is not the beginning of
-/// the next contact.
+/// time, the time, s, and the sum of the squared times between readings. The end is looked
+/// at only once it is not the beginning of the next contact.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pause {
     /// Since the contact went, s.
     age: f64,
-    sum: [f64; 2],
+    sum: [f64; 3],
     /// The same at two earlier times.
-    earlier: [[f64; 2]; 2],
+    earlier: [[f64; 3]; 2],
     /// Since the newer of them, s.
     since: f64,
 }
@@ -248,7 +248,8 @@ impl Pause {
         if self.age < settling {
             return;
         }
-        self.sum = [self.sum[0] + off * step, self.sum[1] + step];
+        let [sum, time, squares] = self.sum;
+        self.sum = [sum + off * step, time + step, squares + step * step];
         self.since += step;
         if self.since >= settling {
             self.since = 0.0;
@@ -261,10 +262,18 @@ impl Pause {
         self.age - 0.5 * self.earlier[1][1]
     }
 
-    /// Mean of the readings less the level with its variance over that of a reading.
+    /// Mean of the readings less the level with its variance over that of a reading, as
+    /// large as noise that lasts for the longest step makes it.
     fn mean(&self) -> Option<[f64; 2]> {
-        let [sum, time] = self.earlier[1];
+        let [sum, time, _] = self.earlier[1];
         (time > 0.0).then(|| [sum / time, LONGEST_STEP / time])
+    }
+
+    /// The same variance of readings whose noise is independent. Less noise than this makes
+    /// a sample of the rates too large, more would make it too small.
+    fn least_noise(&self) -> f64 {
+        let [_, time, squares] = self.earlier[1];
+        squares / (time * time)
     }
 }
 
@@ -602,7 +611,7 @@ impl Channel {
         };
         let now = Measured {
             reading: self.level + mean,
-            noise,
+            noise: pause.least_noise(),
             age: pause.since_middle(),
         };
         held.seen = Some(std::mem::replace(&mut held.last, now).rate_to(&now));

@@ -157,6 +157,32 @@ fn hours_of_touches_leave_the_level_as_well_known_as_the_first() {
     }
 }
 
+/// Only the pauses show the drift of channels that are touched again and again.
+#[test]
+fn the_rate_of_a_drift_is_learned_from_pauses() {
+    const RATES: [f64; 4] = [0.002, -0.024, -0.012, -0.008];
+    let size = (RATES.iter().map(|rate| rate * rate).sum::<f64>() / 4.0).sqrt();
+    let mut baseline = Baseline::new(BaselineOptions::new(vec![1.0; 4]));
+    baseline.tare(0, &[0.0; 4]);
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    let mut learned = Vec::new();
+    // Half an hour at 50 readings a second; touched for two of every eight seconds.
+    for step in 0..90_000_u64 {
+        let time = step as f64 / 50.0;
+        let touched = step % 400 > 300;
+        let readings = RATES.map(|rate| {
+            let noise: f64 = (0..12).map(|_| random.random_range(-0.5..0.5)).sum();
+            rate * time + noise + if touched { 60.0 } else { 0.0 }
+        });
+        baseline.push(step * 20_000_000, &readings, |_| touched);
+        if step > 45_000 {
+            learned.push(baseline.drift_rate());
+        }
+    }
+    let mean = learned.iter().sum::<f64>() / learned.len() as f64;
+    assert!((0.8..1.3).contains(&(mean / size)), "{mean}, {size}");
+}
+
 #[test]
 fn a_pause_with_a_contact_after_it_is_not_followed() {
     let mut bench = Bench::new(3);
