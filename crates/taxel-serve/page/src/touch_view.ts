@@ -11,7 +11,7 @@ import { drawContacts, drawShear, extremes } from "./image";
 import { capitalised, Inspector } from "./inspect";
 import type { Journal } from "./journal";
 import { Legend } from "./legend";
-import { marksOfStates } from "./marks";
+import { Mark, marksOfStates } from "./marks";
 import type { Cell, PanelListener } from "./panel";
 import { Panel } from "./panel";
 import type { Frame, Hello } from "./protocol";
@@ -166,7 +166,9 @@ export class TouchView {
       for (let taxel = 0; taxel < values.length; taxel++) {
         const shown = (frame.value[components * taxel + axis] as number) / value.si_per_unit;
         values[taxel] = picture === "grayscale" ? Math.abs(shown) : shown;
-        marks[taxel] = this.marks[frame.state[taxel] as number] ?? 0;
+        const mark = this.marks[frame.state[taxel] as number] ?? 0;
+        // Shear has either sign: only pressing is shown as below zero.
+        marks[taxel] = axis < components - 1 ? mark & ~Mark.belowZero : mark;
       }
     });
     if (fullScale !== null) return;

@@ -27,6 +27,7 @@ const mock = process.env.TAXEL_MOCK === "1";
 const CASES = {
   finger: { source: () => `sim:${script("finger")}`, mock: ["--scene", "all-states"] },
   quiet: { source: () => `sim:${script("quiet")}`, options: ["--no-tare"], mock: ["--scene", "quiet"] },
+  held: { source: () => `sim:${script("held")}` },
   outage: { source: () => `sim:${script("outage")}`, mock: ["--outage", "3:6"] },
   heat: { mock: ["--kind", "3", "--scene", "all-states"], mockOnly: true },
   grey: { mock: ["--kind", "3", "--grayscale"], mockOnly: true },
@@ -291,9 +292,56 @@ test("a tare under a contact is refused, and taken when forced", { skip: mock },
   const entries = byTestId(tab, "tares").locator("ol > li");
   await byTestId(tab, "events").locator("tr").first().waitFor({ state: "attached" });
   await byTestId(tab, "tare").click();
-  await entries.first().getByText(/refused.* contact \d+ presses at row \d, column \d with [\d.]+ mN/).waitFor();
+  await entries.first().getByText(/refused, asked for by the page: contact \d+ presses at row \d, column \d with [\d.]+ mN/).waitFor();
   await entries.first().getByText("Tare anyway").click();
   await tab.waitForFunction(() => document.getElementById("tare-state").textContent !== "tare: none");
+  assert.deepEqual(complaints, []);
+});
+
+test("a zero taken under load is drawn as below zero, with its cause and one way back", { skip: mock }, async (context) => {
+  const { url } = await serve("held", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await rested(tab);
+  const banner = byTestId(tab, "below-zero");
+  assert.equal(await banner.isVisible(), false);
+  await tab.waitForFunction(() => Number(document.querySelector('[data-testid="image-fz"]').dataset.max) > 14);
+  // The zero is to be that of the resting finger, not of one that still comes.
+  await moreFrames(tab, 30);
+  await byTestId(tab, "tare").click();
+  await byTestId(tab, "tab-tares").click();
+  await byTestId(tab, "tares").getByText("Tare anyway").click();
+  await banner.waitFor();
+  await tab.waitForFunction(() => / taxels read/.test(document.getElementById("below-zero-text").textContent));
+  assert.match(
+    await banner.innerText(),
+    /^\d+ taxels read below zero: the zero was taken under load at \d\d:\d\d\. With nothing on the sensor, tare again\./,
+  );
+  assert.equal(await byTestId(tab, "condition").isVisible(), false, "no channel is accused");
+  await byTestId(tab, "image-fz").focus();
+  for (const key of ["Home", ...Array(3).fill("ArrowDown"), ...Array(3).fill("ArrowRight")]) await tab.keyboard.press(key);
+  await tab.waitForFunction(() => /below zero: /.test(document.querySelector("[data-testid=inspect]").textContent));
+  await drawn(tab);
+  // The ground of the cell is the colour of no value: the low end of the map would say zero.
+  const ground = () =>
+    byTestId(tab, "image-fz").evaluate((canvas) => {
+      const [x, y] = [(3.15 / 8) * canvas.width, (3.5 / 8) * canvas.height];
+      return [...canvas.getContext("2d").getImageData(x, y, 1, 1).data.slice(0, 3)];
+    });
+  assert.deepEqual(await ground(), [242, 163, 223]);
+  for (const [name, media] of [
+    ["light", { colorScheme: "light" }],
+    ["dark", { colorScheme: "dark" }],
+    ["forced", { colorScheme: "dark", forcedColors: "active" }],
+  ]) {
+    await tab.emulateMedia(media);
+    await moreFrames(tab, 2);
+    await drawn(tab);
+    assert.deepEqual(await ground(), [242, 163, 223], name);
+    await tab.screenshot({ path: join(screenshots, `below-zero-${name}.png`) });
+  }
+  await byTestId(tab, "below-zero-tare").click();
+  await banner.waitFor({ state: "hidden" });
   assert.deepEqual(complaints, []);
 });
 

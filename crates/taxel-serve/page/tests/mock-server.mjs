@@ -39,6 +39,7 @@ const STATES = [
   "masked",
   "saturated",
   "ambiguous",
+  "below_zero",
 ];
 const CHANNEL_STATES = ["ok", "closed", "saturated", "faulty", "masked"];
 const STALE_AFTER = 0.3;
@@ -517,6 +518,7 @@ setInterval(() => {
       tare: tare.state,
       tare_time_ns: tare.timeNs,
       message: tare.message,
+      below_zero: null,
     }),
   );
 }, 100);

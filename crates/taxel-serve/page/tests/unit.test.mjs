@@ -26,7 +26,8 @@ const { linkState } = await load("link");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
 const { eventInWords } = await load("events");
-const { decimalsFor, eventValue, fixed, newtons, parseLimit, stateInWords, withDeviation } = await load("format");
+const { belowZeroInWords, clockTime, decimalsFor, eventValue, fixed, newtons, parseLimit, stateInWords, tareInWords, withDeviation } =
+  await load("format");
 const { colourOf, DIVERGING, GREY, HEAT, SEQUENTIAL } = await load("colour");
 const { marksOfStates } = await load("marks");
 const { RestValues } = await load("rest");
@@ -168,6 +169,24 @@ test("saturated and ambiguous have marks and words of their own", () => {
   assert.ok(saturated > 0 && ambiguous > 0 && saturated !== ambiguous && ambiguous < 2 ** 16);
   assert.match(stateInWords("ambiguous"), /one of several positions that explain the readings equally well/);
   assert.match(stateInWords("saturated"), /a bound/);
+});
+
+test("below zero has a mark, words with the moment of the zero, and a way back", () => {
+  const [saturated, belowZero] = marksOfStates(["saturated", "below_zero"]);
+  assert.ok(belowZero > 0 && belowZero !== saturated && belowZero < 2 ** 16);
+  assert.match(stateInWords("below_zero"), /below zero.* the zero is wrong/);
+  const at = new Date(2026, 4, 1, 14, 3, 7).getTime() / 1000;
+  assert.equal(clockTime(at), "14:03");
+  assert.equal(clockTime(at, true), "14:03:07");
+  const words = (taxels, cause, zero_unix_s) => belowZeroInWords({ taxels, cause, zero_unix_s, zero_time_ns: null });
+  const way = "With nothing on the sensor, tare again.";
+  assert.equal(
+    words(3, "the zero was taken under load, or the sensor has changed since", at),
+    `3 taxels read below zero: the zero was taken under load at 14:03, or the sensor has changed since. ${way}`,
+  );
+  assert.equal(words(1, "no zero was taken", null), `1 taxel reads below zero: no zero was taken. ${way}`);
+  assert.equal(tareInWords("loaded"), "tare: from a recording");
+  assert.equal(tareInWords("done"), "tare: done");
 });
 
 test("changes are in per cent, without a rest value to relate to in the unit", async () => {
