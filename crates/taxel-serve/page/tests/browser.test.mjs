@@ -322,10 +322,10 @@ test("a zero taken under load is drawn as below zero, with its cause and one way
   for (const key of ["Home", ...Array(3).fill("ArrowDown"), ...Array(3).fill("ArrowRight")]) await tab.keyboard.press(key);
   await tab.waitForFunction(() => /below zero: /.test(document.querySelector("[data-testid=inspect]").textContent));
   await drawn(tab);
-  // The ground of the cell is the colour of no value: the low end of the map would say zero.
+  // The ground of the cell beside it is the colour of no value: the low end of the map would say zero.
   const ground = () =>
     byTestId(tab, "image-fz").evaluate((canvas) => {
-      const [x, y] = [(3.15 / 8) * canvas.width, (3.5 / 8) * canvas.height];
+      const [x, y] = [Math.round((4.16 / 8) * canvas.width), Math.round((3.5 / 8) * canvas.height)];
       return [...canvas.getContext("2d").getImageData(x, y, 1, 1).data.slice(0, 3)];
     });
   assert.deepEqual(await ground(), [242, 163, 223]);
