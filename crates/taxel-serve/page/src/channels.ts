@@ -4,15 +4,12 @@ import { create, setText } from "./dom";
 import { decimalsFor, fixed } from "./format";
 import { History } from "./history";
 import type { Frame, Hello } from "./protocol";
-import { Strip } from "./strip";
+import { dashOf, lineKey, Strip } from "./strip";
 
 /** More channels than this are not listed; then the image shows how they compare. */
 const MOST_LISTED = 32;
 /** More lines than this cannot be distinguished. */
 const MOST_LINES = 8;
-/** From this line on they are dashed. */
-const FIRST_DASHED = 4;
-const DASH = [7, 4];
 /** Smallest width of the scale of the chart: in per cent, or of the largest reading that was seen. */
 const FLOOR_PER_CENT = 1;
 const FLOOR_SHARE = 0.02;
@@ -74,7 +71,7 @@ export class ChannelList {
       label: name,
       colour: `--line-${line + 1}`,
       width: 1.5,
-      ...(line >= FIRST_DASHED ? { dash: DASH } : {}),
+      ...dashOf(line),
     }));
     this.strip = new Strip(
       heading,
@@ -145,12 +142,8 @@ export class ChannelList {
     head.append(create("th", { scope: "col" }, reading.symbol), create("th", { scope: "col" }, "change"));
     const table = create("table", { class: "channels", "data-testid": "channels" }, head);
     channels.forEach((name, channel) => {
-      const key = create("td", { class: "line-key", "aria-hidden": "true" });
-      if (channel < this.lines) {
-        const line = create("span", { class: channel >= FIRST_DASHED ? "dashed" : "" });
-        line.style.setProperty("--key", `var(--line-${channel + 1})`);
-        key.append(line);
-      }
+      const key = create("td", {});
+      if (channel < this.lines) key.append(lineKey(channel, `--line-${channel + 1}`));
       const row = { reading: create("td"), change: create("td") };
       this.rows.push(row);
       table.append(create("tr", {}, key, create("th", { scope: "row" }, name), row.reading, row.change));

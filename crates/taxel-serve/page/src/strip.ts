@@ -14,6 +14,25 @@ export interface StripSeries {
   dash?: number[];
 }
 
+/**
+ * Lengths of dashes and gaps of the lines of a chart, px, one after the other: lines that could be confused by eyes that
+ * tell no colours apart differ in this too. style.css draws the same in the keys.
+ */
+const DASHES: readonly (readonly number[])[] = [[], [8, 4], [2, 3], [9, 3, 2, 3]];
+
+/** The dashes of a line of this number. */
+export function dashOf(line: number): { dash?: number[] } {
+  const dash = DASHES[line % DASHES.length] ?? [];
+  return dash.length === 0 ? {} : { dash: [...dash] };
+}
+
+/** The key of a line: a piece of it. `colour` is a CSS custom property. */
+export function lineKey(line: number, colour: string): HTMLElement {
+  const key = create("span", { class: "line-key", "data-dash": String(line % DASHES.length), "aria-hidden": "true" });
+  key.style.setProperty("--key", `var(${colour})`);
+  return key;
+}
+
 export class Strip {
   readonly root: HTMLElement;
   private readonly plot: uPlot;

@@ -18,7 +18,7 @@ import type { Frame, Hello } from "./protocol";
 import { emptyPicture, hasReadingsImage, ReadingsImage } from "./readings";
 import { RestValues } from "./rest";
 import { Scale } from "./scale";
-import { Strip } from "./strip";
+import { dashOf, lineKey, Strip } from "./strip";
 import type { Theme } from "./theme";
 
 /** What is to be drawn. */
@@ -36,6 +36,8 @@ const GREY_FLOOR = 0.1;
 const SEEN_FLOOR = 0.2;
 
 const AXES = ["x", "y", "z"] as const;
+/** Numbers of their dashes: pressing, the thickest, is the solid line. */
+const AXIS_LINES = [1, 2, 0] as const;
 const SHEAR_NOTES = ["shear, positive to the right", "shear, positive upwards"] as const;
 
 export class TouchView {
@@ -220,12 +222,17 @@ export class TouchView {
     heading.append(create("span", { class: "note" }, `${shown}, last 10 s`));
     const axes = AXES.slice(3 - components);
     if (components === 3) {
-      for (const axis of axes) heading.append(create("span", { class: `key axis-${axis}` }, symbol("F", axis)));
+      axes.forEach((axis, line) => {
+        const key = create("span", { class: `key axis-${axis}` }, lineKey(AXIS_LINES[line] as number, `--axis-${axis}`));
+        key.append(symbol("F", axis));
+        heading.append(key);
+      });
     }
-    const series = axes.map((axis) => ({
+    const series = axes.map((axis, line) => ({
       label: components === 3 ? `F ${axis}` : title,
       colour: `--axis-${axis}`,
       width: axis === "z" ? 2 : 1.5,
+      ...(components === 3 ? dashOf(AXIS_LINES[line] as number) : {}),
     }));
     const least = components === 3 ? floor / 4 : 1e-6;
     return new Strip(heading, `${title} over the last 10 s, ${shown}`, series, this.history.span, least);
