@@ -3,6 +3,7 @@
 mod condition;
 mod connection;
 mod events;
+mod history;
 mod interrupt;
 mod last_touch;
 mod latency;
@@ -136,6 +137,7 @@ pub fn run_with_page(
                 stale_after,
             ),
             drawing: session.drawing,
+            provenance,
             token: token.clone(),
             address: address.ip(),
             stale_after,

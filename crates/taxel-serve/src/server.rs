@@ -6,6 +6,7 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use axum::Router;
+use axum::extract::rejection::QueryRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Query, Request as HttpRequest, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -18,7 +19,8 @@ use tokio::net::TcpListener;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::connection::Limited;
-use crate::message::Status;
+use crate::history::{HistoryQuery, Reply, reply};
+use crate::message::{Provenance, Status};
 use crate::pump::{Command, POSTS, Shared, StatusNow};
 use crate::tare::By;
 
@@ -44,6 +46,7 @@ pub(crate) struct Site {
     pub(crate) hello: String,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub(crate) drawing: String,
+    pub(crate) provenance: Provenance,
     pub(crate) stale_after: f64,
     pub(crate) shared: Arc<Shared>,
     pub(crate) commands: mpsc::SyncSender<Command>,
@@ -83,6 +86,7 @@ pub(crate) async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Re
             get(|| async { asset("text/css; charset=utf-8", STYLE) }),
         )
         .route("/drawing.svg", get(drawing))
+        .route("/history", get(history))
         .route("/ws", get(socket))
         .layer(from_fn_with_state(Arc::clone(&site), own_host))
         .with_state(site);
@@ -162,6 +166,46 @@ async fn drawing(State(site): State<Arc<Site>>, Query(access): Query<Access>) ->
     }
     let kind = HeaderValue::from_static("image/svg+xml");
     ([(header::CONTENT_TYPE, kind)], site.drawing.clone()).into_response()
+}
+
+async fn history(
+    State(site): State<Arc<Site>>,
+    Query(access): Query<Access>,
+    query: Result<Query<HistoryQuery>, QueryRejection>,
+) -> Response {
+    if !site.admits(&access) {
+        return refused();
+    }
+    let query = query.map_err(|rejection| rejection.body_text());
+    let answer = query.and_then(|Query(query)| {
+        let shared = &site.shared;
+        // Always in this order, and briefly: the pump waits for either.
+        let (history, events) = (shared.history(), shared.events());
+        reply(&query, &history, &events, &site.provenance)
+    });
+    match answer {
+        Ok(Reply::Json(text)) => saved("application/json", None, text),
+        Ok(Reply::Csv(text)) => {
+            let name = "attachment; filename=\"taxel-history.csv\"";
+            saved("text/csv; charset=utf-8", Some(name), text)
+        }
+        Err(wrong) => (StatusCode::BAD_REQUEST, format!("400 {wrong}\n")).into_response(),
+    }
+}
+
+/// A text of the moment, which a browser shall not keep, as a file of this name if there is one.
+fn saved(kind: &'static str, disposition: Option<&'static str>, text: String) -> Response {
+    let mut response = text.into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    let nosniff = HeaderValue::from_static("nosniff");
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, nosniff);
+    if let Some(name) = disposition {
+        let name = HeaderValue::from_static(name);
+        headers.insert(header::CONTENT_DISPOSITION, name);
+    }
+    response
 }
 
 fn refused() -> Response {
