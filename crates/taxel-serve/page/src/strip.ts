@@ -2,6 +2,7 @@
 
 import uPlot from "uplot";
 import { create, cssValue } from "./dom";
+import { decimalsFor } from "./format";
 import type { Columns } from "./history";
 import { Scale } from "./scale";
 
@@ -85,6 +86,11 @@ export class Strip {
   /** Smallest width of the scale that is taken by itself. */
   set floor(width: number) {
     this.scale.floor = width;
+  }
+
+  /** As many decimals as show a value of this chart in four digits. */
+  get decimals(): number {
+    return decimalsFor(Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high)));
   }
 
   /** Forgets the values so far, such as those in another unit. */
@@ -198,6 +204,7 @@ export class Strip {
     context.fillStyle = cssValue("--dim");
     context.font = `${10 * scale}px ${cssValue("--font")}`;
     context.lineWidth = scale;
+    context.textAlign = "left";
     for (const { at, kind } of this.axis.tares) {
       if (at <= -this.axis.span || at >= 0 || kind === "tare refused") continue;
       const x = this.plot.valToPos(at, "x", true);

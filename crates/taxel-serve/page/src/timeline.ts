@@ -1,7 +1,7 @@
 // A strip chart that reaches back as far as the server remembers: zoom, pan, cursor, export.
 
 import { create, setText } from "./dom";
-import { clockTime, compact, fixed } from "./format";
+import { clockTime, fixed } from "./format";
 import type { Columns, History } from "./history";
 import type { Past } from "./past";
 import { clockAt, joined, pastColumns, PastSource, View } from "./past";
@@ -165,8 +165,9 @@ export class Timeline {
     // A row has two points, one after the other.
     const pair = [values[at] ?? null, values[at + 1] ?? null].filter((value) => value !== null);
     if (pair.length === 0) return "no value";
-    const [low, high] = [Math.min(...pair), Math.max(...pair)].map(compact);
-    return low === high ? (low as string) : `${low} to ${high}`;
+    const shown = (value: number): string => fixed(value, this.strip.decimals);
+    const [low, high] = [shown(Math.min(...pair)), shown(Math.max(...pair))];
+    return low === high ? low : `${low} … ${high}`;
   }
 
   private save(): void {

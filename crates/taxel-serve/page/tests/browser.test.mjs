@@ -407,6 +407,94 @@ test("what is wrong with channels is said in a line, on a map and in words", { s
   assert.deepEqual(complaints, []);
 });
 
+/** What the chart shows: ends of the time axis, device time in s, and number of points. */
+const chart = (tab) =>
+  byTestId(tab, "strip").evaluate(({ dataset: { from, to, points } }) => [from, to, points].map(Number));
+
+test("the chart keeps its history over a reload, zooms, pans, reads values and is saved", { skip: mock }, async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context, { acceptDownloads: true });
+  await badge(tab, "live");
+  await byTestId(tab, "events").getByText("release").first().waitFor();
+  await tab.reload();
+  await badge(tab, "live");
+  // The page is some frames old; its chart is not.
+  const reaches = (least) =>
+    tab.waitForFunction((wanted) => Number(document.querySelector("[data-testid=strip]").dataset.points) > wanted, least);
+  await reaches(100);
+  assert.ok((await tab.evaluate(() => window.taxelTest.frames)) < 120);
+
+  // By wheel, by button and by key, following; then back in time.
+  let [from, to] = await chart(tab);
+  assert.ok(Math.abs(to - from - 10) < 0.01);
+  await byTestId(tab, "strip-zoom-out").click();
+  [from, to] = await chart(tab);
+  assert.ok(Math.abs(to - from - 20) < 0.01);
+  await byTestId(tab, "strip-chart").focus();
+  await tab.keyboard.press("+");
+  await tab.keyboard.press("+");
+  [from, to] = await chart(tab);
+  assert.ok(Math.abs(to - from - 5) < 0.01);
+  assert.equal(await byTestId(tab, "strip-live").getAttribute("aria-pressed"), "true");
+  await tab.keyboard.press("Home");
+  await byTestId(tab, "strip-note").getByText(/^mN, \d\d:\d\d:\d\d to \d\d:\d\d:\d\d$/).waitFor();
+  assert.equal(await byTestId(tab, "strip-live").getAttribute("aria-pressed"), "false");
+  [from, to] = await chart(tab);
+  assert.ok(from < 0.1 && Math.abs(to - 5) < 0.2, `from ${from} to ${to}`);
+  const box = await byTestId(tab, "strip-chart").boundingBox();
+  const [x, y] = [box.x + 0.6 * box.width, box.y + 0.5 * box.height];
+  await tab.mouse.move(x, y);
+  await tab.mouse.wheel(0, -200);
+  await tab.waitForFunction((before) => Number(document.querySelector("[data-testid=strip]").dataset.from) > before + 0.3, from);
+  let zoomed = await chart(tab);
+  assert.ok(zoomed[1] < to && zoomed[1] - zoomed[0] < to - from);
+  await tab.mouse.down();
+  await tab.mouse.move(x - 60, y, { steps: 4 });
+  await tab.mouse.up();
+  const panned = await chart(tab);
+  assert.ok(panned[0] > zoomed[0] + 0.2, `${zoomed} to ${panned}`);
+
+  // The cursor says time and values.
+  await tab.mouse.move(x, y);
+  const words = /^\d\d:\d\d:\d\d\.\d \(\d+\.\d s\)\s+F x \S+.*\s+F y \S+.*\s+F z \S+.* mN$/;
+  assert.match(await byTestId(tab, "strip-cursor").innerText(), words);
+  await byTestId(tab, "strip-chart").focus();
+  await tab.keyboard.press("Shift+ArrowRight");
+  assert.match(await byTestId(tab, "strip-cursor").innerText(), words);
+  await tab.screenshot({ path: join(screenshots, "history.png") });
+
+  // What is seen is what is saved, in SI.
+  [from, to] = await chart(tab);
+  const [download] = await Promise.all([tab.waitForEvent("download"), byTestId(tab, "strip-export").click()]);
+  assert.match(download.suggestedFilename(), /^taxel-history-[\dT-]+Z\.csv$/);
+  const lines = readFileSync(await download.path(), "utf8").trim().split("\n");
+  const header = lines.findIndex((line) => !line.startsWith("#"));
+  assert.match(lines[header - 1], /^# history from [\d.]+ s to [\d.]+ s in rows of 0\.1 s$/);
+  assert.match(lines[header], /^time \[s\],clock \[s since 1970\],force_x min \[N\],.*moment_z max \[N m\],contacts min \[1\],.*,events$/);
+  const times = lines.slice(header + 1).map(parseFloat);
+  assert.ok(Math.abs(times[0] - from) < 0.11 && Math.abs(times.at(-1) - to) < 0.11, `${times[0]} to ${times.at(-1)}`);
+
+  await byTestId(tab, "strip-live").click();
+  await byTestId(tab, "strip-note").getByText("mN, last").waitFor();
+  assert.deepEqual(complaints, []);
+});
+
+test("the history needs the token, and says what is wrong with a request", { skip: mock }, async (context) => {
+  const { url } = await serve("quiet", context);
+  const ask = (change) => {
+    const address = new URL(url);
+    address.pathname = "/history";
+    for (const [key, value] of Object.entries(change)) address.searchParams.set(key, value);
+    return fetch(address);
+  };
+  assert.equal((await ask({ token: "wrong" })).status, 401);
+  const wrong = await ask({ points: "0" });
+  assert.equal(wrong.status, 400);
+  assert.match(await wrong.text(), /points is "0"; use a whole number from 1 to 10000/);
+  const answer = await ask({ signals: "taxels", points: "10" });
+  assert.equal((await answer.json()).signals.length, 64);
+});
+
 test("a source that stops is shown as stale within half a second, then as live again", async (context) => {
   const { url } = await serve("outage", context);
   const { tab, complaints } = await open(url, context);
@@ -738,7 +826,7 @@ test("every control is reached by key with a visible focus", async (context) => 
   await rested(tab);
   await byTestId(tab, "image-fz").waitFor();
   const reached = new Set();
-  for (let step = 0; step < 44; step++) {
+  for (let step = 0; step < 50; step++) {
     await tab.keyboard.press("Tab");
     const focus = await tab.evaluate(() => {
       const { activeElement } = document;
@@ -752,7 +840,7 @@ test("every control is reached by key with a visible focus", async (context) => 
     assert.notEqual(focus.name, "", `${focus.id} has no name`);
     if (focus.id !== undefined) reached.add(focus.id);
   }
-  const wanted = ["tab-events", "event-filter", "events", "tare", "clear-tare", "pause", "lock", "drawing", "theme", "raw-absolute", "raw-change", ...IMAGES];
+  const wanted = ["strip-zoom-out", "strip-zoom-in", "strip-live", "strip-export", "strip-chart", "tab-events", "event-filter", "events", "tare", "clear-tare", "pause", "lock", "drawing", "theme", "raw-absolute", "raw-change", ...IMAGES];
   const missing = [...wanted, "image-fz-low", "image-fz-high"].filter((id) => !reached.has(id));
   assert.deepEqual(missing, []);
 });
