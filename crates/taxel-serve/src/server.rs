@@ -185,15 +185,13 @@ async fn history(
     });
     match answer {
         Ok(Reply::Json(text)) => saved("application/json", None, text),
-        Ok(Reply::Csv(text)) => {
-            let name = "attachment; filename=\"taxel-history.csv\"";
-            saved("text/csv; charset=utf-8", Some(name), text)
-        }
+        // The page gives the file its name, with the time of day.
+        Ok(Reply::Csv(text)) => saved("text/csv; charset=utf-8", Some("attachment"), text),
         Err(wrong) => (StatusCode::BAD_REQUEST, format!("400 {wrong}\n")).into_response(),
     }
 }
 
-/// A text of the moment, which a browser shall not keep, as a file of this name if there is one.
+/// A text of the moment, which a browser shall not keep; shown or saved as its disposition says.
 fn saved(kind: &'static str, disposition: Option<&'static str>, text: String) -> Response {
     let mut response = text.into_response();
     let headers = response.headers_mut();
@@ -201,9 +199,9 @@ fn saved(kind: &'static str, disposition: Option<&'static str>, text: String) ->
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     let nosniff = HeaderValue::from_static("nosniff");
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, nosniff);
-    if let Some(name) = disposition {
-        let name = HeaderValue::from_static(name);
-        headers.insert(header::CONTENT_DISPOSITION, name);
+    if let Some(disposition) = disposition {
+        let disposition = HeaderValue::from_static(disposition);
+        headers.insert(header::CONTENT_DISPOSITION, disposition);
     }
     response
 }
