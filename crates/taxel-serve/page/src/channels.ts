@@ -74,7 +74,8 @@ export class ChannelList {
       ...dashOf(line),
     }));
     this.timeline = new Timeline({
-      title: "Change against rest",
+      title: "Change",
+      label: "Change of each channel against rest",
       keys: [],
       series,
       signals: "channels,totals",

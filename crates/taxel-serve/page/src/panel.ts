@@ -94,6 +94,7 @@ export class Panel {
       this.followButton,
     );
     this.root = create("section", { class: "panel", "aria-label": label }, this.head, this.frame, scaleRow);
+    this.root.style.setProperty("--aspect", String(1 / options.aspect));
     new ResizeObserver(() => this.fit()).observe(this.frame);
     this.listen();
   }

@@ -205,6 +205,8 @@ export class Strip {
     context.font = `${10 * scale}px ${cssValue("--font")}`;
     context.lineWidth = scale;
     context.textAlign = "left";
+    // Those of the line that was drawn last.
+    context.setLineDash([]);
     for (const { at, kind } of this.axis.tares) {
       if (at <= -this.axis.span || at >= 0 || kind === "tare refused") continue;
       const x = this.plot.valToPos(at, "x", true);

@@ -15,6 +15,8 @@ export interface TimelineSeries extends StripSeries {
 
 export interface TimelineOptions {
   title: string;
+  /** The same in full, where there is room for it: for screen readers. */
+  label: string;
   /** Keys of the lines, where no table has them. */
   keys: readonly HTMLElement[];
   series: readonly TimelineSeries[];
@@ -59,14 +61,14 @@ export class Timeline {
     this.liveButton = this.button("live", "Live", "Follow what is measured now (End)", () => this.view.follow());
     const tools = create(
       "div",
-      { class: "strip-tools", role: "toolbar", "aria-label": `Time axis of ${options.title}` },
+      { class: "strip-tools", role: "toolbar", "aria-label": `Time axis: ${options.label}` },
       this.button("zoom-out", "\u2212", "Longer time (minus)", () => this.view.zoom(ZOOM)),
       this.button("zoom-in", "+", "Shorter time (plus)", () => this.view.zoom(1 / ZOOM)),
       this.liveButton,
       this.button("export", "CSV", "Export what is seen as CSV", () => this.save()),
     );
     const heading = create("div", { class: "panel-head" }, create("h2", {}, options.title), this.note, tools);
-    this.strip = new Strip(heading, `${options.title} over time`, options.series, options.floor);
+    this.strip = new Strip(heading, `${options.label} over time`, options.series, options.floor);
     this.strip.cursorMoved = (x) => this.showCursor(x);
     this.strip.frame.append(create("div", { class: "keys" }, ...options.keys), this.cursor);
     this.listen();

@@ -237,6 +237,7 @@ export class TouchView {
     const per = newtons ? this.forceUnit.per : value.si_per_unit;
     const timeline = new Timeline({
       title,
+      label: title,
       keys: components === 3 ? axes.map(key) : [],
       series,
       signals: "totals",

@@ -479,6 +479,60 @@ test("the chart keeps its history over a reload, zooms, pans, reads values and i
   assert.deepEqual(complaints, []);
 });
 
+test("forced colours keep bars, keys and pressed buttons; lines of the axes differ in dashes", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context, { forcedColors: "active", colorScheme: "dark" });
+  await badge(tab, "live");
+  await byTestId(tab, "image-fz").waitFor();
+  await moreFrames(tab, 5);
+  await drawn(tab);
+  const looks = await tab.evaluate(() => {
+    const style = (selector) => [...document.querySelectorAll(selector)].map((element) => getComputedStyle(element));
+    return {
+      bars: style(".panel .bar").map(({ backgroundImage }) => backgroundImage),
+      keys: style(".strip .line-key").map(({ backgroundImage, backgroundColor }) => [backgroundImage, backgroundColor].join(" ")),
+      pressed: style("[data-testid=raw-absolute]")[0].backgroundColor,
+      released: style("[data-testid=raw-change]")[0].backgroundColor,
+      theme: document.documentElement.dataset.theme,
+    };
+  });
+  assert.equal(looks.bars.length, 4);
+  for (const bar of looks.bars) assert.match(bar, /^linear-gradient/);
+  assert.equal(new Set(looks.keys).size, 3, looks.keys.join("\n"));
+  const dashes = looks.keys.map((key) => /\) 0(px|%), .*?(\d+)px/.exec(key)?.[2] ?? "solid");
+  assert.equal(new Set(dashes).size, 3, dashes.join());
+  assert.notEqual(looks.pressed, looks.released);
+  // A theme that was chosen by hand gives way: its lines could lie on their own colour.
+  await byTestId(tab, "theme").click();
+  assert.equal(await byTestId(tab, "theme").innerText(), "Theme: light");
+  assert.equal(await tab.evaluate(() => document.documentElement.dataset.theme), "dark");
+  await tab.screenshot({ path: join(screenshots, "forced-colours.png") });
+  assert.deepEqual(complaints, []);
+});
+
+test("images are large in a low window, and the total force is whole in a narrow one", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab } = await open(url, context);
+  await badge(tab, "live");
+  await byTestId(tab, "image-fz").waitFor();
+  await tab.setViewportSize({ width: 1024, height: 768 });
+  await moreFrames(tab, 3);
+  await drawn(tab);
+  for (const id of IMAGES) {
+    const { width, height } = await byTestId(tab, id).boundingBox();
+    assert.ok(width >= 190 && height >= 190, `${id} is only ${width} x ${height}`);
+  }
+  assert.ok(await tab.evaluate(() => document.documentElement.scrollHeight <= 768), "it does not fit on the screen");
+  await tab.setViewportSize({ width: 390, height: 844 });
+  await moreFrames(tab, 3);
+  await drawn(tab);
+  const narrow = await tab.evaluate(() => {
+    const parts = [...document.querySelectorAll("[data-testid=total-force] .pair, [data-testid=total-force] .unit")];
+    return { width: document.documentElement.scrollWidth, right: Math.max(...parts.map((part) => part.getBoundingClientRect().right)), parts: parts.length };
+  });
+  assert.ok(narrow.width <= 390 && narrow.right <= 390 && narrow.parts === 4, JSON.stringify(narrow));
+});
+
 test("the history needs the token, and says what is wrong with a request", { skip: mock }, async (context) => {
   const { url } = await serve("quiet", context);
   const ask = (change) => {
