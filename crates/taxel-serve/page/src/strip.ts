@@ -45,7 +45,10 @@ export interface Axis {
 }
 
 /** Round steps of time, s. */
-const STEPS = [0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10_800];
+const STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10_800];
+
+/** px */
+const KEYS_HEIGHT = 22;
 
 const KEYS = "Arrow keys move in time, with shift the cursor; plus and minus zoom; Home is the beginning, End is now.";
 
@@ -56,10 +59,12 @@ export class Strip {
   /** Told where the cursor is, as a time of the axis; null without one. */
   cursorMoved: (at: number | null) => void = () => undefined;
   private readonly plot: uPlot;
+  private readonly keys: boolean;
   private readonly scale: Scale;
   private axis: Axis = { span: 10, tares: [], label: () => "", clock: 0 };
 
-  constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], floor: number) {
+  constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], keys: readonly HTMLElement[], floor: number) {
+    this.keys = keys.length > 0;
     this.scale = new Scale("range", floor);
     this.frame = create("div", {
       class: "frame",
@@ -70,6 +75,7 @@ export class Strip {
       "data-testid": "strip-chart",
     });
     this.root = create("section", { class: "panel strip", "data-testid": "strip", "aria-label": label }, heading, this.frame);
+    if (this.keys) this.frame.append(create("div", { class: "keys" }, ...keys));
     this.plot = new uPlot(this.settings(series), [[]], this.frame);
     this.plot.root.setAttribute("aria-hidden", "true");
     new ResizeObserver(() => {
@@ -139,7 +145,8 @@ export class Strip {
     return {
       width: 300,
       height: 120,
-      padding: [8, 14, 0, 0],
+      // Above the lines there is room for their keys.
+      padding: [this.keys ? KEYS_HEIGHT : 8, 14, 0, 0],
       legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: false, y: false } },
       hooks: {

@@ -68,9 +68,9 @@ export class Timeline {
       this.button("export", "CSV", "Export what is seen as CSV", () => this.save()),
     );
     const heading = create("div", { class: "panel-head" }, create("h2", {}, options.title), this.note, tools);
-    this.strip = new Strip(heading, `${options.label} over time`, options.series, options.floor);
+    this.strip = new Strip(heading, `${options.label} over time`, options.series, options.keys, options.floor);
     this.strip.cursorMoved = (x) => this.showCursor(x);
-    this.strip.frame.append(create("div", { class: "keys" }, ...options.keys), this.cursor);
+    this.strip.frame.append(this.cursor);
     this.listen();
   }
 
