@@ -19,7 +19,7 @@ use tokio::net::TcpListener;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::connection::Limited;
-use crate::history::{HistoryQuery, Reply, reply};
+use crate::history::{Gathered, HistoryQuery, Reply};
 use crate::message::{Provenance, Status};
 use crate::pump::{Command, POSTS, Shared, StatusNow};
 use crate::tare::By;
@@ -176,13 +176,17 @@ async fn history(
     if !site.admits(&access) {
         return refused();
     }
-    let query = query.map_err(|rejection| rejection.body_text());
-    let answer = query.and_then(|Query(query)| {
-        let shared = &site.shared;
-        // Always in this order, and briefly: the pump waits for either.
-        let (history, events) = (shared.history(), shared.events());
-        reply(&query, &history, &events, &site.provenance)
+    // A long answer takes a while to write: other clients must not wait for it.
+    let answer = tokio::task::spawn_blocking(move || {
+        let Query(query) = query.map_err(|rejection| rejection.body_text())?;
+        let gathered = {
+            // Always in this order, and briefly: the pump waits for either.
+            let (history, events) = (site.shared.history(), site.shared.events());
+            Gathered::new(&query, &history, &events)?
+        };
+        Ok(gathered.write(&site.provenance))
     });
+    let answer = answer.await.unwrap_or_else(|error| Err(error.to_string()));
     match answer {
         Ok(Reply::Json(text)) => saved("application/json", None, text),
         // The page gives the file its name, with the time of day.

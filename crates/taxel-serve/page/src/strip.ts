@@ -146,7 +146,7 @@ export class Strip {
       width: 300,
       height: 120,
       // Above the lines there is room for their keys.
-      padding: [this.keys ? KEYS_HEIGHT : 8, 14, 0, 0],
+      padding: [this.keys ? KEYS_HEIGHT : 8, 26, 0, 0],
       legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: false, y: false } },
       hooks: {

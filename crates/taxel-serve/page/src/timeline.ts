@@ -100,8 +100,7 @@ export class Timeline {
     const range = view.range(this.newest);
     const { recent } = options;
     const known = view.live ? recent.oldest <= range[0] : source.covers(range);
-    const since = view.live && source.covers([range[0], Math.min(range[1], recent.oldest)]) ? REFRESH : PAUSE;
-    if (!known) source.want(range, since, () => this.render());
+    if (!known) source.want(range, view.live && this.followed(range) ? REFRESH : PAUSE, () => this.render());
     this.columns = this.seen(range);
     this.strip.draw(this.columns, now, {
       span: view.span,
@@ -114,6 +113,12 @@ export class Timeline {
     this.strip.root.dataset["from"] = range[0].toFixed(3);
     this.strip.root.dataset["to"] = range[1].toFixed(3);
     this.strip.root.dataset["points"] = String(this.columns[0].length);
+  }
+
+  /** Whether what is known of the server goes on in the last seconds without a gap. */
+  private followed([from]: readonly [number, number]): boolean {
+    const { oldest } = this.options.recent;
+    return (this.source.past?.newest ?? Number.NEGATIVE_INFINITY) >= oldest && this.source.covers([from, oldest]);
   }
 
   /** What the server remembers of the range, then the last seconds, which the page knows better. */

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use super::{History, Mark, Row, Section, Signal, Stats};
-use crate::events::EventLog;
+use crate::events::{EventLog, LoggedEvent};
 use crate::message::Provenance;
 
 /// Rows of an answer: without a request, and at most.
@@ -31,57 +31,40 @@ pub(crate) struct HistoryQuery {
     format: Option<String>,
 }
 
-/// An answer.
+/// An answer as text.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Reply {
     Json(String),
     Csv(String),
 }
 
-/// A request that was understood.
-struct Request {
+/// What an answer is made of: gathered quickly, since frames wait meanwhile, and written later.
+#[derive(Debug)]
+pub(crate) struct Gathered {
+    csv: bool,
     range_ns: [u64; 2],
-    points: usize,
-    chosen: Vec<usize>,
+    extent_ns: Option<[u64; 2]>,
+    signals: Vec<Signal>,
+    section: Section,
+    tares: Vec<Mark>,
+    events: Vec<LoggedEvent>,
 }
 
-/// The answer to a request, or in words what is wrong with it.
-pub(crate) fn reply(
-    query: &HistoryQuery,
-    history: &History,
-    events: &EventLog,
-    provenance: &Provenance,
-) -> Result<Reply, String> {
-    let csv = match query.format.as_deref() {
-        None | Some("json") => false,
-        Some("csv") => true,
-        Some(other) => return Err(format!("format is \"{other}\"; use json or csv")),
-    };
-    let request = Request::new(query, history)?;
-    let section = history.section(request.range_ns, request.points, &request.chosen);
-    Ok(if csv {
-        Reply::Csv(request.csv(&section, history, events, provenance))
-    } else {
-        Reply::Json(request.json(&section, history, events))
-    })
-}
-
-impl Request {
-    fn new(query: &HistoryQuery, history: &History) -> Result<Self, String> {
-        let [oldest, newest] = history.extent_ns().unwrap_or([0; 2]);
-        let from = device_time("from", query.from.as_deref(), newest)?.unwrap_or(oldest);
-        let to = device_time("to", query.to.as_deref(), newest)?.unwrap_or(newest);
-        if from > to {
-            return Err(format!(
-                "from is {} s, after to at {} s; exchange them",
-                seconds(from),
-                seconds(to)
-            ));
-        }
-        let chosen = chosen(
-            query.signals.as_deref().unwrap_or("totals"),
-            history.signals(),
-        )?;
+impl Gathered {
+    /// What a request asks for, or in words what is wrong with it.
+    pub(crate) fn new(
+        query: &HistoryQuery,
+        history: &History,
+        events: &EventLog,
+    ) -> Result<Self, String> {
+        let csv = match query.format.as_deref() {
+            None | Some("json") => false,
+            Some("csv") => true,
+            Some(other) => return Err(format!("format is \"{other}\"; use json or csv")),
+        };
+        let range_ns = range_ns(query, history)?;
+        let names = query.signals.as_deref().unwrap_or("totals");
+        let chosen = chosen(names, history.signals())?;
         let points = points(query.points.as_deref())?;
         if points * chosen.len() > MOST_CELLS {
             return Err(format!(
@@ -89,62 +72,60 @@ impl Request {
                 chosen.len()
             ));
         }
+        let [from_ns, to_ns] = range_ns;
+        let signal = |signal: &usize| history.signals()[*signal].clone();
         Ok(Self {
-            range_ns: [from, to],
-            points,
-            chosen,
+            csv,
+            range_ns,
+            extent_ns: history.extent_ns(),
+            signals: chosen.iter().map(signal).collect(),
+            section: history.section(range_ns, points, &chosen),
+            tares: history.marks(from_ns, to_ns),
+            events: events.between(from_ns, to_ns, MOST_EVENTS),
         })
     }
 
-    fn json(&self, section: &Section, history: &History, events: &EventLog) -> String {
+    /// The text of the answer.
+    pub(crate) fn write(&self, provenance: &Provenance) -> Reply {
+        if self.csv {
+            Reply::Csv(self.csv(provenance))
+        } else {
+            Reply::Json(self.json())
+        }
+    }
+
+    fn json(&self) -> String {
         let [from_ns, to_ns] = self.range_ns;
+        let rows = &self.section.rows;
         let column = |slot: usize, of: fn(&Stats) -> f32| -> Vec<f32> {
-            section
-                .rows
-                .iter()
-                .map(|row| of(&row.stats[slot]))
-                .collect()
+            rows.iter().map(|row| of(&row.stats[slot])).collect()
         };
-        let signals = self
-            .chosen
-            .iter()
-            .enumerate()
-            .map(|(slot, signal)| SignalMessage {
-                signal: &history.signals()[*signal],
-                min: column(slot, |stats| stats.minimum),
-                mean: column(slot, |stats| stats.mean),
-                max: column(slot, |stats| stats.maximum),
-            });
-        let extent = history.extent_ns();
+        let signals = self.signals.iter().enumerate();
+        let signals = signals.map(|(slot, signal)| SignalMessage {
+            signal,
+            min: column(slot, |stats| stats.minimum),
+            mean: column(slot, |stats| stats.mean),
+            max: column(slot, |stats| stats.maximum),
+        });
         let message = HistoryMessage {
             from_ns,
             to_ns,
-            oldest_ns: extent.map(|[oldest, _]| oldest),
-            newest_ns: extent.map(|[_, newest]| newest),
-            width_ns: section.width_ns,
-            time_ns: section.rows.iter().map(|row| row.time_ns).collect(),
-            unix_s: section.rows.iter().map(|row| row.unix_s).collect(),
+            oldest_ns: self.extent_ns.map(|[oldest, _]| oldest),
+            newest_ns: self.extent_ns.map(|[_, newest]| newest),
+            width_ns: self.section.width_ns,
+            time_ns: rows.iter().map(|row| row.time_ns).collect(),
+            unix_s: rows.iter().map(|row| row.unix_s).collect(),
             signals: signals.collect(),
-            tares: history.marks(from_ns, to_ns),
+            tares: &self.tares,
         };
         let text = serde_json::to_string(&message).unwrap_or_default();
-        let events = events.between(from_ns, to_ns, MOST_EVENTS);
-        let events: Vec<&str> = events.iter().map(|event| event.json.as_ref()).collect();
+        let events: Vec<&str> = self.events.iter().map(|event| &*event.json).collect();
         // The events are JSON already.
-        format!(
-            "{},\"events\":[{}]}}",
-            text.trim_end_matches('}'),
-            events.join(",")
-        )
+        let before = text.strip_suffix('}').unwrap_or(&text);
+        format!("{before},\"events\":[{}]}}", events.join(","))
     }
 
-    fn csv(
-        &self,
-        section: &Section,
-        history: &History,
-        events: &EventLog,
-        provenance: &Provenance,
-    ) -> String {
+    fn csv(&self, provenance: &Provenance) -> String {
         let [from_ns, to_ns] = self.range_ns;
         let mut out = format!(
             "# taxel {} {}\n# sensor_hash {}\n# source {}\n# history from {} s to {} s in rows of {} s\n",
@@ -154,35 +135,31 @@ impl Request {
             plain(&provenance.source),
             seconds(from_ns),
             seconds(to_ns),
-            seconds(section.width_ns),
+            seconds(self.section.width_ns),
         );
         out.push_str("time [s],clock [s since 1970]");
-        for signal in self.chosen.iter().map(|signal| &history.signals()[*signal]) {
+        for signal in &self.signals {
             for which in ["min", "mean", "max"] {
                 let name = format!("{} {which} [{}]", signal.name, signal.unit);
                 let _ = write!(out, ",{}", field(&name));
             }
         }
         out.push_str(",events\n");
-        let mut labels = self.labels(section.width_ns, history, events);
-        for row in &section.rows {
-            csv_row(&mut out, row, &labels.split_off_until(row.time_ns));
+        let mut labels = self.labels();
+        for row in &self.section.rows {
+            csv_row(&mut out, row, &labels.take_until(row.time_ns));
         }
         out
     }
 
     /// Events and tares with the begin of the row in which they lie.
-    fn labels(&self, width_ns: u64, history: &History, events: &EventLog) -> Labels {
-        let [from_ns, to_ns] = self.range_ns;
-        let marks = history.marks(from_ns, to_ns);
-        let marks = marks
-            .iter()
-            .map(|Mark { time_ns, kind, .. }| (*time_ns, (*kind).to_owned()));
-        let events = events.between(from_ns, to_ns, MOST_EVENTS);
-        let events = events
-            .iter()
-            .map(|event| (event.time_ns, event.label.to_string()));
-        let mut labels: Vec<_> = marks
+    fn labels(&self) -> Labels {
+        let width_ns = self.section.width_ns;
+        let tares = self.tares.iter();
+        let tares = tares.map(|mark| (mark.time_ns, mark.kind.to_owned()));
+        let events = self.events.iter();
+        let events = events.map(|event| (event.time_ns, event.label.to_string()));
+        let mut labels: Vec<_> = tares
             .chain(events)
             .map(|(time, label)| (time / width_ns * width_ns, label))
             .collect();
@@ -192,12 +169,27 @@ impl Request {
     }
 }
 
+/// Device times from one to another, ns.
+fn range_ns(query: &HistoryQuery, history: &History) -> Result<[u64; 2], String> {
+    let [oldest, newest] = history.extent_ns().unwrap_or([0; 2]);
+    let from = device_time("from", query.from.as_deref(), newest)?.unwrap_or(oldest);
+    let to = device_time("to", query.to.as_deref(), newest)?.unwrap_or(newest);
+    if from > to {
+        return Err(format!(
+            "from is {} s, after to at {} s; exchange them",
+            seconds(from),
+            seconds(to)
+        ));
+    }
+    Ok([from, to])
+}
+
 /// Labels on the time axis, the newest first.
 struct Labels(Vec<(u64, String)>);
 
 impl Labels {
     /// Takes those up to a time: what lies in a pause is told with the next row.
-    fn split_off_until(&mut self, time_ns: u64) -> String {
+    fn take_until(&mut self, time_ns: u64) -> String {
         let later = self.0.partition_point(|(time, _)| *time > time_ns);
         let labels = self.0.split_off(later).into_iter().rev();
         labels
@@ -249,7 +241,7 @@ struct HistoryMessage<'a> {
     time_ns: Vec<u64>,
     unix_s: Vec<f64>,
     signals: Vec<SignalMessage<'a>>,
-    tares: Vec<Mark>,
+    tares: &'a [Mark],
 }
 
 /// A device time in ns; a negative one counts back from the newest frame.
@@ -387,12 +379,8 @@ mod tests {
             signals: text("signals"),
             format: text("format"),
         };
-        reply(
-            &query,
-            &history(),
-            &EventLog::default(),
-            &Provenance::default(),
-        )
+        let gathered = Gathered::new(&query, &history(), &EventLog::default())?;
+        Ok(gathered.write(&Provenance::default()))
     }
 
     fn json(pairs: &[(&str, &str)]) -> Value {
@@ -492,14 +480,9 @@ mod tests {
     fn an_empty_history_has_an_answer() {
         let query = HistoryQuery::default();
         let history = History::kept_for_tests(&["force_z"]);
-        let answer = reply(
-            &query,
-            &history,
-            &EventLog::default(),
-            &Provenance::default(),
-        );
-        let Ok(Reply::Json(text)) = answer else {
-            panic!("{answer:?}");
+        let gathered = Gathered::new(&query, &history, &EventLog::default()).unwrap();
+        let Reply::Json(text) = gathered.write(&Provenance::default()) else {
+            panic!("no JSON");
         };
         let answer: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(answer["newest_ns"], Value::Null);
