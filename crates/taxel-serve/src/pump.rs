@@ -473,10 +473,12 @@ impl Pump {
             Command::ClearTare => {
                 self.session.clear_rest();
                 self.tares.cleared(now, &self.session);
+                self.forget_below_zero();
                 self.mark("tare cleared", now);
             }
             Command::UndoTare { to } => {
                 if self.tares.undo(to, now, &mut self.session) {
+                    self.forget_below_zero();
                     self.mark("tare undone", now);
                 } else {
                     self.shared.status().notice =
@@ -548,6 +550,12 @@ impl Pump {
         }
     }
 
+    /// What was below the zero before says nothing of a new one: the next frame finds it, and its cause, anew.
+    fn forget_below_zero(&mut self) {
+        self.below_zero = None;
+        self.shared.status().below_zero = None;
+    }
+
     fn save(&mut self, frame: Frame) -> Result<(), Failure> {
         match &self.saver {
             Some(saver) => Ok(saver.push(frame)?),
@@ -565,8 +573,9 @@ impl Pump {
         self.mark(kind, time_ns);
         self.tares
             .captured(time_ns, refused.as_deref(), &self.session);
-        if let Some(refused) = refused {
-            self.shared.status().notice = refused;
+        match refused {
+            Some(refused) => self.shared.status().notice = refused,
+            None => self.forget_below_zero(),
         }
         self.tell_rest();
     }

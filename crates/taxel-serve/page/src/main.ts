@@ -303,10 +303,9 @@ function updateTare(): void {
 /** While taxels read below zero: why, and the way back. */
 function updateBelowZero(): void {
   const below = status?.below_zero ?? null;
-  byId("below-zero").hidden = below === null;
+  // While a zero is being taken, as at the start, the way back is under way.
+  byId("below-zero").hidden = below === null || status?.tare === "running";
   if (below !== null) setText(byId("below-zero-text"), belowZeroInWords(below));
-  const idle = socket === "open" && status?.tare !== "running";
-  byId("below-zero-tare").setAttribute("aria-disabled", String(!idle));
 }
 
 /** One line when something is wrong with a channel; it leads to the words. */

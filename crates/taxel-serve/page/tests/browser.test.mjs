@@ -338,6 +338,7 @@ test("a zero taken under load is drawn as below zero, with its cause and one way
     await moreFrames(tab, 2);
     await drawn(tab);
     assert.deepEqual(await ground(), [242, 163, 223], name);
+    await moreFrames(tab, 25);
     await tab.screenshot({ path: join(screenshots, `below-zero-${name}.png`) });
   }
   await byTestId(tab, "below-zero-tare").click();
