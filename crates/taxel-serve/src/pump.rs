@@ -107,6 +107,7 @@ pub(crate) struct Shared {
     pub(crate) clients: AtomicUsize,
     status: Mutex<StatusNow>,
     events: Mutex<EventLog>,
+    /// Empty without a page: nobody could ask for it.
     history: Mutex<History>,
     /// From a frame's arrival to the end of its sending, over all clients.
     sent: Mutex<Latencies>,
@@ -324,7 +325,6 @@ impl Pump {
             speed: options.speed,
             origin: None,
         };
-        *shared.history() = History::new(session.meaning());
         Ok(Self {
             events: Events::new(
                 [

@@ -7,6 +7,7 @@ use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin};
 use taxel::estimation::TouchSession;
 use taxel::sensor::Sensor;
 
+use crate::history::History;
 use crate::pump::{Command, Pump, PumpOptions, Shared, Summary};
 use crate::source::{Next, Source, SourceError, TwinSource};
 use crate::tare::{By, TareHistory};
@@ -451,6 +452,7 @@ fn the_history_of_a_run_has_its_totals_its_channels_and_its_taxels() {
             ..PumpOptions::default()
         };
         let source = Box::new(TwinSource::new(twin));
+        *shared.history() = History::new(session.meaning());
         let pump = Pump::new(source, session, options, shared.clone(), commands).unwrap();
         let summary = pump.run();
         let history = shared.history();
