@@ -218,8 +218,9 @@ impl EventWriter {
     }
 }
 
-/// Events that a client which comes late still gets.
-const KEPT: usize = 500;
+/// Events that are kept for the history, and those of them that a client which comes late gets.
+const KEPT: usize = 10_000;
+const SENT_LATE: usize = 500;
 /// Events of the report.
 const REPORTED: usize = 10;
 
@@ -227,7 +228,32 @@ const REPORTED: usize = 10;
 #[derive(Debug, Default)]
 pub(crate) struct EventLog {
     next: u64,
-    kept: VecDeque<Arc<str>>,
+    kept: VecDeque<LoggedEvent>,
+    /// Number of the first event since the clock of the device was last set back.
+    restarted: u64,
+}
+
+/// An event on the time axis.
+#[derive(Debug, Clone)]
+pub(crate) struct LoggedEvent {
+    /// Device time, ns.
+    pub(crate) time_ns: u64,
+    /// Kind and contact, such as `touch 3`.
+    pub(crate) label: Arc<str>,
+    pub(crate) json: Arc<str>,
+}
+
+impl From<&EventRecord> for LoggedEvent {
+    fn from(record: &EventRecord) -> Self {
+        Self {
+            time_ns: record.time_ns,
+            label: match record.contact {
+                0 => record.kind.into(),
+                contact => format!("{} {contact}", record.kind).into(),
+            },
+            json: record.json().into(),
+        }
+    }
 }
 
 impl EventLog {
@@ -235,8 +261,26 @@ impl EventLog {
         if self.kept.len() == KEPT {
             self.kept.pop_front();
         }
-        self.kept.push_back(record.json().into());
+        self.kept.push_back(record.into());
         self.next += 1;
+    }
+
+    /// The clock of the device was set back: earlier events lie on another time axis.
+    pub(crate) fn restart(&mut self) {
+        self.restarted = self.next;
+    }
+
+    /// The newest events, at most `most`, from one device time to another, ns, the oldest first.
+    pub(crate) fn between(&self, from_ns: u64, to_ns: u64, most: usize) -> Vec<LoggedEvent> {
+        let since = self
+            .kept
+            .len()
+            .saturating_sub((self.next - self.restarted) as usize);
+        let within = |event: &&LoggedEvent| (from_ns..=to_ns).contains(&event.time_ns);
+        let newest = self.kept.range(since..).rev().filter(within).take(most);
+        let mut events: Vec<_> = newest.cloned().collect();
+        events.reverse();
+        events
     }
 
     /// The message with all events from number `from` on, and the number of the
@@ -246,14 +290,14 @@ impl EventLog {
         if new == 0 {
             return None;
         }
-        let first = self.kept.len().saturating_sub(new);
+        let first = self.kept.len().saturating_sub(new.min(SENT_LATE));
         let missed = new - (self.kept.len() - first);
         let mut text = format!("{{\"type\":\"events\",\"missed\":{missed},\"events\":[");
         for (place, event) in self.kept.range(first..).enumerate() {
             if place > 0 {
                 text.push(',');
             }
-            text.push_str(event);
+            text.push_str(&event.json);
         }
         text.push_str("]}");
         Some((text, self.next))
@@ -349,7 +393,7 @@ mod tests {
     fn a_late_client_gets_what_is_kept_and_how_much_is_not() {
         let mut log = EventLog::default();
         assert_eq!(log.since(0), None);
-        (0..KEPT as u64 + 3).for_each(|index| log.push(&record(index)));
+        (0..SENT_LATE as u64 + 3).for_each(|index| log.push(&record(index)));
         let read = |from| {
             let (text, next) = log.since(from).unwrap();
             let message: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -358,10 +402,28 @@ mod tests {
             let missed = message["missed"].as_u64().unwrap();
             (missed, first, events.len(), next)
         };
-        let next = KEPT as u64 + 3;
-        assert_eq!(read(0), (3, 3, KEPT, next));
+        let next = SENT_LATE as u64 + 3;
+        assert_eq!(read(0), (3, 3, SENT_LATE, next));
         assert_eq!(read(next - 2), (0, next - 2, 2, next));
         assert_eq!(log.since(next), None);
+    }
+
+    #[test]
+    fn events_of_a_time_are_found_and_those_before_a_restart_are_not() {
+        let mut log = EventLog::default();
+        (0..KEPT as u64 + 5).for_each(|index| log.push(&record(index)));
+        let times = |log: &EventLog, from, to, most| {
+            let events = log.between(from, to, most);
+            events.iter().map(|event| event.time_ns).collect::<Vec<_>>()
+        };
+        // Event 4 at 20 ns is not kept any more.
+        assert_eq!(times(&log, 0, 32, 10), [25, 30]);
+        assert_eq!(times(&log, 0, 100, 2), [95, 100]);
+        assert_eq!(&*log.between(25, 25, 1)[0].label, "slip 3");
+        log.restart();
+        assert!(times(&log, 0, 100, 10).is_empty());
+        log.push(&record(7));
+        assert_eq!(times(&log, 0, 100, 10), [35]);
     }
 
     #[test]

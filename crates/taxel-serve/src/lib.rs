@@ -3,6 +3,7 @@
 mod condition;
 mod connection;
 mod events;
+mod history;
 mod interrupt;
 mod last_touch;
 mod latency;
@@ -30,6 +31,7 @@ pub use save::SaveError;
 pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
 pub use tare::{BelowZero, By};
 
+use history::History;
 use pump::{Pump, Shared};
 use server::Site;
 use taxel::estimation::TouchSession;
@@ -126,6 +128,7 @@ pub fn run_with_page(
             Arc::clone(&shared),
             commands,
         )?;
+        *shared.history() = History::new(pump.session().meaning());
         let stale_after = STALE_AFTER.max(2.5 * pump.stream().period.unwrap_or(0.0));
         let token = random_token()?;
         let site = Arc::new(Site {
@@ -136,6 +139,7 @@ pub fn run_with_page(
                 stale_after,
             ),
             drawing: session.drawing,
+            provenance,
             token: token.clone(),
             address: address.ip(),
             stale_after,

@@ -14,12 +14,13 @@ use tokio::sync::broadcast;
 
 use crate::condition::{ChannelConditions, ConditionSender};
 use crate::events::{EventFile, EventLog, EventSummary, EventWriter, Events};
+use crate::history::{History, Mark};
 use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
 use crate::message::{self, Health, Tare};
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
-use crate::tare::{BaselineSender, BelowZero, By, TareHistory};
+use crate::tare::{BaselineSender, BelowZero, By, TareHistory, unix_s};
 
 /// Options of the pump.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +107,8 @@ pub(crate) struct Shared {
     pub(crate) clients: AtomicUsize,
     status: Mutex<StatusNow>,
     events: Mutex<EventLog>,
+    /// Empty without a page: nobody could ask for it.
+    history: Mutex<History>,
     /// From a frame's arrival to the end of its sending, over all clients.
     sent: Mutex<Latencies>,
 }
@@ -163,6 +166,7 @@ impl Shared {
                 }),
             }),
             events: Mutex::new(EventLog::default()),
+            history: Mutex::new(History::default()),
             sent: Mutex::new(Latencies::default()),
         })
     }
@@ -178,6 +182,10 @@ impl Shared {
 
     pub(crate) fn events(&self) -> MutexGuard<'_, EventLog> {
         self.events.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn history(&self) -> MutexGuard<'_, History> {
+        self.history.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn post(&self, place: usize, text: String) {
@@ -470,9 +478,14 @@ impl Pump {
             Command::ClearTare => {
                 self.session.clear_rest();
                 self.tares.cleared(now, &self.session);
+                self.forget_below_zero();
+                self.mark("tare cleared", now);
             }
             Command::UndoTare { to } => {
-                if !self.tares.undo(to, now, &mut self.session) {
+                if self.tares.undo(to, now, &mut self.session) {
+                    self.forget_below_zero();
+                    self.mark("tare undone", now);
+                } else {
                     self.shared.status().notice =
                         format!("the rest values after tare {to} are not kept");
                 }
@@ -516,6 +529,9 @@ impl Pump {
                 bytes: message::frame(touch, self.components, &health),
             });
         }
+        if shared.history().push(touch, unix_s()) {
+            shared.events().restart();
+        }
         self.events.push(observed.events, &|event| {
             shared.events().push(event);
         })?;
@@ -540,6 +556,12 @@ impl Pump {
         }
     }
 
+    /// What was below the zero before says nothing of a new one: the next frame finds it, and its cause, anew.
+    fn forget_below_zero(&mut self) {
+        self.below_zero = None;
+        self.shared.status().below_zero = None;
+    }
+
     fn save(&mut self, frame: Frame) -> Result<(), Failure> {
         match &self.saver {
             Some(saver) => Ok(saver.push(frame)?),
@@ -549,12 +571,31 @@ impl Pump {
 
     fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: Option<u64>) {
         let refused = captured.err().map(|refused| refused.to_string());
+        let kind = if refused.is_none() {
+            "tare"
+        } else {
+            "tare refused"
+        };
+        self.mark(kind, time_ns);
         self.tares
             .captured(time_ns, refused.as_deref(), &self.session);
-        if let Some(refused) = refused {
-            self.shared.status().notice = refused;
+        match refused {
+            Some(refused) => self.shared.status().notice = refused,
+            None => self.forget_below_zero(),
         }
         self.tell_rest();
+    }
+
+    /// Notes a change of the rest values in the history; none lies before the first frame.
+    fn mark(&self, kind: &'static str, time_ns: Option<u64>) {
+        if let Some(time_ns) = time_ns {
+            let unix_s = unix_s();
+            self.shared.history().mark(Mark {
+                time_ns,
+                unix_s,
+                kind,
+            });
+        }
     }
 
     /// Puts the rest values and how they came where the clients' tasks find them.

@@ -6,6 +6,7 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use axum::Router;
+use axum::extract::rejection::QueryRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Query, Request as HttpRequest, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -18,7 +19,8 @@ use tokio::net::TcpListener;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::connection::Limited;
-use crate::message::Status;
+use crate::history::{Gathered, HistoryQuery, Reply};
+use crate::message::{Provenance, Status};
 use crate::pump::{Command, POSTS, Shared, StatusNow};
 use crate::tare::By;
 
@@ -44,6 +46,7 @@ pub(crate) struct Site {
     pub(crate) hello: String,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub(crate) drawing: String,
+    pub(crate) provenance: Provenance,
     pub(crate) stale_after: f64,
     pub(crate) shared: Arc<Shared>,
     pub(crate) commands: mpsc::SyncSender<Command>,
@@ -83,6 +86,7 @@ pub(crate) async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Re
             get(|| async { asset("text/css; charset=utf-8", STYLE) }),
         )
         .route("/drawing.svg", get(drawing))
+        .route("/history", get(history))
         .route("/ws", get(socket))
         .layer(from_fn_with_state(Arc::clone(&site), own_host))
         .with_state(site);
@@ -162,6 +166,48 @@ async fn drawing(State(site): State<Arc<Site>>, Query(access): Query<Access>) ->
     }
     let kind = HeaderValue::from_static("image/svg+xml");
     ([(header::CONTENT_TYPE, kind)], site.drawing.clone()).into_response()
+}
+
+async fn history(
+    State(site): State<Arc<Site>>,
+    Query(access): Query<Access>,
+    query: Result<Query<HistoryQuery>, QueryRejection>,
+) -> Response {
+    if !site.admits(&access) {
+        return refused();
+    }
+    // A long answer takes a while to write: other clients must not wait for it.
+    let answer = tokio::task::spawn_blocking(move || {
+        let Query(query) = query.map_err(|rejection| rejection.body_text())?;
+        let gathered = {
+            // Always in this order, and briefly: the pump waits for either.
+            let (history, events) = (site.shared.history(), site.shared.events());
+            Gathered::new(&query, &history, &events)?
+        };
+        Ok(gathered.write(&site.provenance))
+    });
+    let answer = answer.await.unwrap_or_else(|error| Err(error.to_string()));
+    match answer {
+        Ok(Reply::Json(text)) => saved("application/json", None, text),
+        // The page gives the file its name, with the time of day.
+        Ok(Reply::Csv(text)) => saved("text/csv; charset=utf-8", Some("attachment"), text),
+        Err(wrong) => (StatusCode::BAD_REQUEST, format!("400 {wrong}\n")).into_response(),
+    }
+}
+
+/// A text of the moment, which a browser shall not keep; shown or saved as its disposition says.
+fn saved(kind: &'static str, disposition: Option<&'static str>, text: String) -> Response {
+    let mut response = text.into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    let nosniff = HeaderValue::from_static("nosniff");
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, nosniff);
+    if let Some(disposition) = disposition {
+        let disposition = HeaderValue::from_static(disposition);
+        headers.insert(header::CONTENT_DISPOSITION, disposition);
+    }
+    response
 }
 
 fn refused() -> Response {

@@ -299,7 +299,8 @@ impl BaselineSender {
     }
 }
 
-fn unix_s() -> f64 {
+/// Wall clock, s since 1970.
+pub(crate) fn unix_s() -> f64 {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     since.map_or(f64::NAN, |since| since.as_secs_f64())
 }

@@ -7,6 +7,7 @@ use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin};
 use taxel::estimation::TouchSession;
 use taxel::sensor::Sensor;
 
+use crate::history::History;
 use crate::pump::{Command, Pump, PumpOptions, Shared, Summary};
 use crate::source::{Next, Source, SourceError, TwinSource};
 use crate::tare::{By, TareHistory};
@@ -418,6 +419,67 @@ fn a_zero_that_was_forced_under_load_is_named_once_the_load_has_gone() {
     assert_eq!(below.taxels, 1);
     assert_eq!(below.cause, "the zero was taken under load");
     assert!(below.zero_time_ns.unwrap() > 2_500_000_000 && below.zero_unix_s.is_some());
+}
+
+#[test]
+fn the_history_of_a_run_has_its_totals_its_channels_and_its_taxels() {
+    for (sensor, script, expected, signals) in [
+        (
+            "three-axis-8x8",
+            "finger",
+            ["force_x", "force_z", "moment_z", "contacts", "taxel r7c7"],
+            3 + 3 + 1 + 64,
+        ),
+        (
+            "liquid-metal-2x4",
+            "pad-b",
+            [
+                "force_z",
+                "contacts",
+                "channel row 0",
+                "channel column 3",
+                "taxel r1c3",
+            ],
+            1 + 1 + 6 + 8,
+        ),
+    ] {
+        let (twin, session) = twin(sensor, script);
+        let shared = Shared::new();
+        let (_sender, commands) = mpsc::sync_channel(1);
+        let options = PumpOptions {
+            speed: f64::INFINITY,
+            frames: Some(400),
+            ..PumpOptions::default()
+        };
+        let source = Box::new(TwinSource::new(twin));
+        *shared.history() = History::new(session.meaning());
+        let pump = Pump::new(source, session, options, shared.clone(), commands).unwrap();
+        let summary = pump.run();
+        let history = shared.history();
+        let names: Vec<&str> = history
+            .signals()
+            .iter()
+            .map(|signal| &*signal.name)
+            .collect();
+        assert_eq!(names.len(), signals, "{names:?}");
+        for name in expected {
+            assert!(names.contains(&name), "{name} of {names:?}");
+        }
+        let [oldest, newest] = history.extent_ns().unwrap();
+        assert_eq!(newest, summary.last.unwrap().time_ns);
+        let force = names.iter().position(|name| *name == "force_z").unwrap();
+        let rows = history.section([oldest, newest], 10_000, &[force]).rows;
+        let largest = rows
+            .iter()
+            .map(|row| row.stats[0].maximum)
+            .fold(0.0, f32::max);
+        assert!(largest > 1e-3, "{sensor}: {largest} N at most");
+        assert_eq!(
+            history.marks(oldest, newest).len(),
+            1,
+            "the tare at the start"
+        );
+    }
 }
 
 /// A source that forces a tare at a device time, ns.

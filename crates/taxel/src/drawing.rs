@@ -182,9 +182,16 @@ impl Part {
     }
 }
 
-/// Width of the page and the field of a view, px.
+/// Width of the page, and least room on either side of the shapes of a view, px.
 const WIDTH: f64 = 760.0;
 const MARGIN: f64 = 165.0;
+/// From the arrow of an upright dimension to its text, and from a text to the edge of the page, px.
+const TEXT_GAP: f64 = 7.0;
+const EDGE: f64 = 4.0;
+/// Size of the texts of dimensions, px, and the largest mean width of a character in its size: the font is
+/// that of the viewer.
+const TEXT_SIZE: f64 = 12.0;
+const CHARACTER: f64 = 0.62;
 const HIGHEST: f64 = 440.0;
 const TITLE: f64 = 34.0;
 const VIEW_TITLE: f64 = 26.0;
@@ -250,7 +257,9 @@ impl Frame {
         let bounds = view.shapes.iter().map(Shape::bounds).fold(NOTHING, join);
         let [low, high] = bounds;
         let size: [f64; 2] = std::array::from_fn(|i| (high[i] - low[i]).max(1e-9));
-        let scale = ((WIDTH - 2.0 * MARGIN) / size[0]).min(HIGHEST / size[1]);
+        let sides = view.dimensions.iter().map(Dimension::room_beside);
+        let margin = sides.fold(MARGIN, f64::max);
+        let scale = ((WIDTH - 2.0 * margin) / size[0]).min(HIGHEST / size[1]);
         Self { bounds, scale }
     }
 
@@ -300,9 +309,27 @@ impl View {
     }
 }
 
+/// True for a length that lies, not stands.
+fn level(from: [f64; 2], to: [f64; 2]) -> bool {
+    (from[1] - to[1]).abs() < (from[0] - to[0]).abs()
+}
+
+/// Largest width of a text in a font of this size, px.
+fn text_width(text: &str, size: f64) -> f64 {
+    CHARACTER * size * text.chars().count() as f64
+}
+
 impl Dimension {
+    /// Width that an upright dimension and its text take beside the shapes, px.
+    fn room_beside(&self) -> f64 {
+        if level(self.from, self.to) {
+            return 0.0;
+        }
+        self.beside.abs() + TEXT_GAP + text_width(&self.text, TEXT_SIZE) + EDGE
+    }
+
     fn draw(&self, svg: &mut Svg, from: [f64; 2], to: [f64; 2]) {
-        let level = (from[1] - to[1]).abs() < (from[0] - to[0]).abs();
+        let level = level(from, to);
         let shift = if level {
             [0.0, -self.beside]
         } else {
@@ -324,9 +351,74 @@ impl Dimension {
         let (at, anchor) = match (level, self.beside < 0.0) {
             (true, false) => ([middle[0], middle[1] - 5.0], Anchor::Middle),
             (true, true) => ([middle[0], middle[1] + 14.0], Anchor::Middle),
-            (false, false) => ([middle[0] + 7.0, middle[1] + 4.0], Anchor::Start),
-            (false, true) => ([middle[0] - 7.0, middle[1] + 4.0], Anchor::End),
+            (false, false) => ([middle[0] + TEXT_GAP, middle[1] + 4.0], Anchor::Start),
+            (false, true) => ([middle[0] - TEXT_GAP, middle[1] + 4.0], Anchor::End),
         };
         svg.text("halo", at, anchor, &self.text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::Sensor;
+
+    /// Values of an attribute of an element.
+    fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
+        let from = element.find(&format!("{name}=\""))? + name.len() + 2;
+        element[from..].split('"').next()
+    }
+
+    /// Left, right and baseline of each text of a drawing, px, with the text itself.
+    fn texts(svg: &str) -> Vec<([f64; 3], String)> {
+        let elements = svg.split("<text ").skip(1);
+        let extent = |element: &str| {
+            let number = |name| attribute(element, name).unwrap().parse::<f64>().unwrap();
+            let (_, rest) = element.split_once('>').unwrap();
+            let text = rest.split("</text>").next().unwrap().to_owned();
+            let size = match attribute(element, "class").unwrap() {
+                "title" => 16.0,
+                "view" => 13.0,
+                _ => TEXT_SIZE,
+            };
+            let width = text_width(&text, size);
+            let left = match attribute(element, "text-anchor").unwrap() {
+                "start" => number("x"),
+                "middle" => number("x") - 0.5 * width,
+                _ => number("x") - width,
+            };
+            ([left, left + width, number("y")], text)
+        };
+        elements.map(extent).collect()
+    }
+
+    #[test]
+    fn every_text_of_every_shipped_sensor_lies_in_its_drawing() {
+        for name in Sensor::shipped_names() {
+            let svg = Sensor::shipped(name)
+                .unwrap()
+                .device()
+                .unwrap()
+                .drawing()
+                .svg();
+            let size = attribute(&svg, "viewBox").unwrap();
+            let size: Vec<f64> = size.split(' ').map(|side| side.parse().unwrap()).collect();
+            let [0.0, 0.0, width, height] = size[..] else {
+                panic!("{name}: viewBox {size:?}");
+            };
+            let texts = texts(&svg);
+            assert!(texts.len() > 5, "{name}: {texts:?}");
+            for ([left, right, baseline], text) in texts {
+                assert!(
+                    left >= 0.0 && right <= width,
+                    "{name}: {text:?} from {left} to {right} px of {width}"
+                );
+                // A font reaches about its size above its baseline, and a quarter below.
+                assert!(
+                    baseline >= 12.0 && baseline + 4.0 <= height,
+                    "{name}: {text:?} at {baseline} of {height} px"
+                );
+            }
+        }
     }
 }

@@ -4,15 +4,13 @@ import { create, setText } from "./dom";
 import { decimalsFor, fixed } from "./format";
 import { History } from "./history";
 import type { Frame, Hello } from "./protocol";
-import { Strip } from "./strip";
+import { dashOf, lineKey } from "./strip";
+import { Timeline } from "./timeline";
 
 /** More channels than this are not listed; then the image shows how they compare. */
 const MOST_LISTED = 32;
 /** More lines than this cannot be distinguished. */
 const MOST_LINES = 8;
-/** From this line on they are dashed. */
-const FIRST_DASHED = 4;
-const DASH = [7, 4];
 /** Smallest width of the scale of the chart: in per cent, or of the largest reading that was seen. */
 const FLOOR_PER_CENT = 1;
 const FLOOR_SHARE = 0.02;
@@ -51,11 +49,10 @@ interface Row {
 
 export class ChannelList {
   readonly root: HTMLElement;
-  readonly strip: Strip;
+  readonly timeline: Timeline;
   private readonly hello: Hello;
   private readonly lines: number;
   private readonly history: History;
-  private readonly stripNote = create("span", { class: "note", "data-testid": "strip-note" });
   private readonly rows: Row[] = [];
   /** SI; null before the server has sent them. */
   private rest: readonly (number | null)[] | null = null;
@@ -69,20 +66,23 @@ export class ChannelList {
     const { channels } = hello;
     this.lines = Math.min(MOST_LINES, channels.length);
     this.history = new History(this.lines);
-    const heading = create("div", { class: "panel-head" }, create("h2", {}, "Change against rest"), this.stripNote);
     const series = channels.slice(0, this.lines).map((name, line) => ({
       label: name,
+      signal: `channel ${name}`,
       colour: `--line-${line + 1}`,
       width: 1.5,
-      ...(line >= FIRST_DASHED ? { dash: DASH } : {}),
+      ...dashOf(line),
     }));
-    this.strip = new Strip(
-      heading,
-      "Change of each channel against rest over the last 10 s",
+    this.timeline = new Timeline({
+      title: "Change",
+      label: "Change of each channel against rest",
+      keys: [],
       series,
-      this.history.span,
-      FLOOR_PER_CENT,
-    );
+      signals: "channels,totals",
+      shown: (reading, line) => this.shown(reading, line),
+      floor: FLOOR_PER_CENT,
+      recent: this.history,
+    });
     this.root = this.table();
   }
 
@@ -98,21 +98,22 @@ export class ChannelList {
     if (perCent !== this.perCent) {
       this.perCent = perCent;
       this.history.clear();
-      this.strip.restart(FLOOR_PER_CENT);
       const all = this.lines === channels.length;
-      setText(this.stripNote, `${perCent ? "%" : unit.symbol}, last 10 s${all ? "" : `, first ${this.lines} channels`}`);
+      this.timeline.setUnit(perCent ? "%" : unit.symbol, all ? "" : `, first ${this.lines} channels`);
     }
-    const values = changes
-      .slice(0, this.lines)
-      .map(({ value }, line) =>
-        perCent ? value : changeInUnit(unit.si_per_unit, frame.reading[line] as number, this.restOf(line)),
-      );
+    const values = Array.from({ length: this.lines }, (_, line) => this.shown(frame.reading[line] as number, line));
     this.history.push(frame.header.time, values);
   }
 
+  /** A reading as its line shows it: its change against the rest value of now. */
+  private shown(reading: number, line: number): number {
+    const { value } = changeOf(this.hello, reading, this.restOf(line));
+    return this.perCent === true ? value : changeInUnit(this.hello.reading.si_per_unit, reading, this.restOf(line));
+  }
+
   drawStrip(now: number, gap: number): void {
-    if (this.perCent === false) this.strip.floor = Math.max(1e-9, FLOOR_SHARE * this.largest);
-    this.strip.draw(this.history.columns(gap), now);
+    if (this.perCent === false) this.timeline.strip.floor = Math.max(1e-9, FLOOR_SHARE * this.largest);
+    this.timeline.draw(now, gap);
   }
 
   show(frame: Frame): void {
@@ -145,12 +146,8 @@ export class ChannelList {
     head.append(create("th", { scope: "col" }, reading.symbol), create("th", { scope: "col" }, "change"));
     const table = create("table", { class: "channels", "data-testid": "channels" }, head);
     channels.forEach((name, channel) => {
-      const key = create("td", { class: "line-key", "aria-hidden": "true" });
-      if (channel < this.lines) {
-        const line = create("span", { class: channel >= FIRST_DASHED ? "dashed" : "" });
-        line.style.setProperty("--key", `var(--line-${channel + 1})`);
-        key.append(line);
-      }
+      const key = create("td", {});
+      if (channel < this.lines) key.append(lineKey(channel, `--line-${channel + 1}`));
       const row = { reading: create("td"), change: create("td") };
       this.rows.push(row);
       table.append(create("tr", {}, key, create("th", { scope: "row" }, name), row.reading, row.change));

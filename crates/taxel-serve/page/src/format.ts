@@ -1,5 +1,7 @@
 // Numbers and states in words.
 
+import type { BelowZero, Status } from "./protocol";
+
 /** Stands for a number that is not known. */
 export const NONE = "–";
 
@@ -68,6 +70,27 @@ export function seconds(timeNs: number): string {
   return `${fixed(timeNs / 1e9, 2)} s`;
 }
 
+/** Time of day on the clock of this computer, such as 14:03; with seconds where they matter. */
+export function clockTime(unixSeconds: number, withSeconds = false): string {
+  const date = new Date(1000 * unixSeconds);
+  const parts = [date.getHours(), date.getMinutes(), ...(withSeconds ? [date.getSeconds()] : [])];
+  return parts.map((part) => String(part).padStart(2, "0")).join(":");
+}
+
+/** How many taxels read below zero, since when the zero is wrong, and what to do. */
+export function belowZeroInWords({ taxels, cause, zero_unix_s: at }: BelowZero): string {
+  const count = taxels === 1 ? "1 taxel reads" : `${taxels} taxels read`;
+  // The moment belongs to the taking of the zero, which the first part of every cause with a moment names.
+  const when = at === null ? "" : ` at ${clockTime(at)}`;
+  const [first, ...more] = cause.split(",");
+  return `${count} below zero: ${[`${first}${when}`, ...more].join(",")}. With nothing on the sensor, tare again.`;
+}
+
+/** A state of the rest values, for people. */
+export function tareInWords(tare: Status["tare"]): string {
+  return tare === "loaded" ? "tare: from a recording" : `tare: ${tare}`;
+}
+
 /** A state of a taxel, for people. */
 export function stateInWords(name: string): string {
   return WORDS[name] ?? name.replaceAll("_", " ");
@@ -84,4 +107,5 @@ const WORDS: Record<string, string> = {
   masked: "masked: left out",
   saturated: "saturated: at the end of what can be read, the value is a bound",
   ambiguous: "ambiguous: one of several positions that explain the readings equally well",
+  below_zero: "below zero: pressing reads less than nothing, so the zero is wrong",
 };

@@ -16,7 +16,10 @@ export class History {
   private readonly highest: Float64Array;
   /** 1 where the lowest value came before the highest. */
   private readonly rising: Uint8Array;
-  private newest = Number.NaN;
+  /** Device time of the newest frame, s; NaN without one. */
+  newest = Number.NaN;
+  /** Wall clock as it came, s since 1970. */
+  newestClock = Number.NaN;
 
   constructor(series: number, span = 10, bins = 500) {
     this.series = series;
@@ -32,7 +35,10 @@ export class History {
   /** Adds the values of one frame; `time` is device time, s. A clock that was set back starts afresh. */
   push(time: number, values: readonly number[]): void {
     if (time < this.newest - 0.5) this.clear();
-    if (!(time <= this.newest)) this.newest = time;
+    if (!(time <= this.newest)) {
+      this.newest = time;
+      this.newestClock = Date.now() / 1000;
+    }
     const number = Math.floor(time / this.width);
     const slot = number % (this.bins + 1);
     const fresh = this.bin[slot] !== number;
@@ -57,6 +63,13 @@ export class History {
   clear(): void {
     this.bin.fill(Number.NaN);
     this.newest = Number.NaN;
+  }
+
+  /** Begin of the oldest bin, device time, s; NaN without one. */
+  get oldest(): number {
+    const last = Math.floor(this.newest / this.width);
+    const kept = this.bin.filter((number) => number >= last - this.bins);
+    return kept.length === 0 ? Number.NaN : this.width * Math.min(...kept);
   }
 
   /** Two points for each bin, its extremes in order; a line is broken where nothing came for `gap` s. */

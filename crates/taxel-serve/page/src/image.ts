@@ -3,7 +3,7 @@
 import type { ColourMap } from "./colour";
 import { colourOf } from "./colour";
 import type { Box, MarkColours } from "./marks";
-import { drawHatch, drawMarks, drawNoValue, drawSelection, Mark, path } from "./marks";
+import { drawBelowZeroGround, drawHatch, drawMarks, drawNoValue, drawSelection, Mark, path } from "./marks";
 import type { Contact, FrameHeader } from "./protocol";
 
 /** What an image shows: values in shown units, row by row. */
@@ -92,7 +92,9 @@ export function drawCells(
         drawHatch(context, box, colours, layout.scale);
         continue;
       }
-      if (Number.isFinite(value)) {
+      if (Number.isFinite(value) && (marks & Mark.belowZero) !== 0) {
+        drawBelowZeroGround(context, box, colours);
+      } else if (Number.isFinite(value)) {
         context.fillStyle = colourOf(map, value, low, high);
         context.fillRect(box.x, box.y, box.width, box.height);
       } else {

@@ -5,7 +5,7 @@ import { colourOf, SEQUENTIAL } from "./colour";
 import { create } from "./dom";
 import { drawArrow, drawCentreOfPressure, drawEllipse, drawPlus } from "./image";
 import type { Box, MarkColours } from "./marks";
-import { drawHatch, drawMarks, drawNoValue, Mark, markColours } from "./marks";
+import { drawBelowZeroGround, drawHatch, drawMarks, drawNoValue, Mark, markColours } from "./marks";
 import type { Hello } from "./protocol";
 
 type Draw = (context: CanvasRenderingContext2D, box: Box, scale: number, colours: MarkColours) => void;
@@ -17,6 +17,9 @@ const over =
   (context, box, scale) =>
     drawMarks(context, box, marks, scale);
 
+/** Of devices whose pressing has one sign. */
+const BELOW_ZERO = "below zero: the zero is wrong";
+
 const STATES: [string, Draw][] = [
   ["no value", (context, box, _, colours) => drawNoValue(context, box, colours, true)],
   ["masked", (context, box, scale, colours) => drawHatch(context, box, colours, scale)],
@@ -26,6 +29,13 @@ const STATES: [string, Draw][] = [
   ["not converged", over(Mark.notConverged)],
   ["inconsistent", over(Mark.inconsistent)],
   ["unchecked", over(Mark.unchecked)],
+  [
+    BELOW_ZERO,
+    (context, box, scale, colours) => {
+      drawBelowZeroGround(context, box, colours);
+      drawMarks(context, box, Mark.belowZero, scale);
+    },
+  ],
 ];
 
 const BOUNDS: [string, Draw][] = [
@@ -63,7 +73,7 @@ export class Legend {
   private readonly grayscale: boolean;
 
   /** `map` is that of the image whose marks are explained. */
-  constructor({ components, picture }: Hello, map = SEQUENTIAL) {
+  constructor({ components, picture, signed }: Hello, map = SEQUENTIAL) {
     this.map = map;
     this.grayscale = picture === "grayscale";
     const sensels: [string, Draw][] = [
@@ -72,7 +82,7 @@ export class Legend {
       ["faulty", over(Mark.faulty)],
       ["out of range", over(Mark.outOfRange)],
     ];
-    const states = picture === "map" ? sensels : STATES;
+    const states = (picture === "map" ? sensels : STATES).filter(([words]) => !(signed && components === 1) || words !== BELOW_ZERO);
     const entries = components === 3 ? [...states, SHEAR, ...CONTACTS] : [...states, ...CONTACTS];
     if (components === 1 && picture !== "map") entries.push(...BOUNDS);
     this.root = create("ul", { class: "legend", "aria-label": "Legend" });

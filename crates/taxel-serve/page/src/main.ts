@@ -4,6 +4,7 @@ import { listsChannels } from "./channels";
 import { Connection } from "./connection";
 import { byId, setText } from "./dom";
 import { Drawing } from "./drawing";
+import { belowZeroInWords, tareInWords } from "./format";
 import { LastSecond } from "./history";
 import { Journal } from "./journal";
 import type { LinkState, Socket } from "./link";
@@ -144,6 +145,7 @@ const connection = new Connection(location, {
     status = message;
     updateLink();
     updateTare();
+    updateBelowZero();
     updateNotice();
   },
   frame(bytes) {
@@ -293,9 +295,17 @@ function updateTare(): void {
   controls.clearTare.setAttribute("aria-disabled", String(!open));
   const since = (newest?.header.time ?? Number.NaN) - (status?.tare_time_ns ?? Number.NaN) / 1e9;
   const age = state === "done" && since >= 1 ? `, ${duration(since)} ago` : "";
-  setText(byId("tare-state"), `tare: ${state}`);
+  setText(byId("tare-state"), tareInWords(state));
   byId("tare-state").title = age === "" ? "" : `Tared${age.slice(1)}`;
   byId("tare-state").dataset["state"] = state;
+}
+
+/** While taxels read below zero: why, and the way back. */
+function updateBelowZero(): void {
+  const below = status?.below_zero ?? null;
+  // While a zero is being taken, as at the start, the way back is under way.
+  byId("below-zero").hidden = below === null || status?.tare === "running";
+  if (below !== null) setText(byId("below-zero-text"), belowZeroInWords(below));
 }
 
 /** One line when something is wrong with a channel; it leads to the words. */
@@ -347,6 +357,7 @@ function updateLock(): void {
 controls.tare.addEventListener("click", () => {
   if (status?.tare !== "running") connection.send({ command: "tare" });
 });
+byId("below-zero-tare").addEventListener("click", () => controls.tare.click());
 controls.clearTare.addEventListener("click", () => connection.send({ command: "clear_tare" }));
 controls.pause.addEventListener("click", () => setPaused(!paused));
 controls.lock.addEventListener("click", () => setLocked(!locked));

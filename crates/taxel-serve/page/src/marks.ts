@@ -14,6 +14,7 @@ export const Mark = {
   unchecked: 64,
   saturated: 128,
   ambiguous: 256,
+  belowZero: 512,
 } as const;
 
 const MARK_OF_STATE: Record<string, number> = {
@@ -26,6 +27,7 @@ const MARK_OF_STATE: Record<string, number> = {
   unchecked: Mark.unchecked,
   saturated: Mark.saturated,
   ambiguous: Mark.ambiguous,
+  below_zero: Mark.belowZero,
 };
 
 /** Marks by state code, for the list of states of the server. */
@@ -46,12 +48,14 @@ export interface MarkColours {
   none: string;
   /** Lines on that ground. */
   hatch: string;
+  /** Ground of a cell whose pressing reads below zero. */
+  belowZero: string;
 }
 
 /** Those of the theme. In a picture in grey they are blue, since every grey is a value there. */
 export function markColours(grayscale: boolean): MarkColours {
   const suffix = grayscale ? "-in-grey" : "";
-  return { none: cssValue(`--none${suffix}`), hatch: cssValue(`--hatch${suffix}`) };
+  return { none: cssValue(`--none${suffix}`), hatch: cssValue(`--hatch${suffix}`), belowZero: cssValue("--below-zero") };
 }
 
 /** A cell without a value: never the colour of zero. */
@@ -68,6 +72,12 @@ export function drawNoValue(
   const length = Math.round(box.width * 0.36);
   const thickness = Math.max(1, Math.round(box.height * 0.07));
   context.fillRect(box.x + (box.width - length) / 2, box.y + (box.height - thickness) / 2, length, thickness);
+}
+
+/** The ground of a cell that reads below zero: a colour of no map, since the low end of a map would say zero. */
+export function drawBelowZeroGround(context: CanvasRenderingContext2D, box: Box, colours: MarkColours): void {
+  context.fillStyle = colours.belowZero;
+  context.fillRect(box.x, box.y, box.width, box.height);
 }
 
 /** Hatching for a masked cell. */
@@ -116,6 +126,7 @@ export function drawMarks(context: CanvasRenderingContext2D, box: Box, marks: nu
     });
   }
   if (marks & Mark.ambiguous) drawAmbiguous(context, box, scale);
+  if (marks & Mark.belowZero) drawBelowZero(context, box, scale);
   if (!(marks & IN_CORNER)) return;
   // One small sign in the upper right corner, where the arrow from the centre rarely reaches.
   const largest = Math.max(4.5 * scale, Math.min(9 * scale, size * 0.05));
@@ -184,6 +195,21 @@ function drawAmbiguous(context: CanvasRenderingContext2D, box: Box, scale: numbe
   context.arc(x, y + radius * 0.58, Math.max(0.8 * scale, radius * 0.11), 0, 2 * Math.PI);
   context.fill();
   context.restore();
+}
+
+/** A line for zero, and an arrow that leads down from it. */
+function drawBelowZero(context: CanvasRenderingContext2D, box: Box, scale: number): void {
+  const radius = Math.max(2.5 * scale, Math.min(14 * scale, 0.26 * Math.min(box.width, box.height)));
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  path(context, scale, radius > 5 * scale ? 1.75 : 1, () => {
+    context.moveTo(x - radius, y - radius);
+    context.lineTo(x + radius, y - radius);
+    context.moveTo(x, y - radius);
+    context.lineTo(x, y + radius);
+    context.moveTo(x - radius * 0.6, y + radius * 0.4);
+    context.lineTo(x, y + radius);
+    context.lineTo(x + radius * 0.6, y + radius * 0.4);
+  });
 }
 
 /** The brackets around the inspected cell. */

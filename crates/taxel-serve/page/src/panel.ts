@@ -56,6 +56,8 @@ export class Panel {
   private readonly options: PanelOptions;
   private readonly listener: PanelListener;
   private shownMap: ColourMap | null = null;
+  /** Of the canvas, device pixels. */
+  private size = { width: 1, height: 1 };
 
   constructor(options: PanelOptions, scale: Scale, listener: PanelListener) {
     const { label, unit } = options;
@@ -94,6 +96,7 @@ export class Panel {
       this.followButton,
     );
     this.root = create("section", { class: "panel", "aria-label": label }, this.head, this.frame, scaleRow);
+    this.root.style.setProperty("--aspect", String(1 / options.aspect));
     new ResizeObserver(() => this.fit()).observe(this.frame);
     this.listen();
   }
@@ -122,6 +125,9 @@ export class Panel {
   ): void {
     const context = this.canvas.getContext("2d");
     if (context === null) return;
+    // A canvas of another size is empty: it takes its size when there is something to draw, not before.
+    const { width, height } = this.size;
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     const layout = new Layout(
       this.canvas.width,
       this.canvas.height,
@@ -198,8 +204,7 @@ export class Panel {
     if (width < 8 || height < 8) return;
     this.canvas.style.width = `${width}px`;
     this.canvas.style.height = `${height}px`;
-    this.canvas.width = Math.round(width * devicePixelRatio);
-    this.canvas.height = Math.round(height * devicePixelRatio);
+    this.size = { width: Math.round(width * devicePixelRatio), height: Math.round(height * devicePixelRatio) };
     this.listener.changed();
   }
 

@@ -57,9 +57,21 @@ export interface Status {
   ended: boolean;
   clients: number;
   dropped: number;
-  tare: "none" | "running" | "done";
+  tare: "none" | "running" | "done" | "loaded";
   tare_time_ns: number | null;
   message: string;
+  below_zero: BelowZero | null;
+}
+
+/** Taxels that read below zero, and why. */
+export interface BelowZero {
+  taxels: number;
+  /** In words. */
+  cause: string;
+  /** When the zero was taken, s since 1970; null for one that was not taken in this run. */
+  zero_unix_s: number | null;
+  /** The same in device time. */
+  zero_time_ns: number | null;
 }
 
 /** What happened to a contact. */

@@ -79,7 +79,7 @@ export class Readout {
 
   private count(name: string, value: number): void {
     this.set(`${name} `, String(value));
-    this.cells.get(`${name} `)?.parentElement?.classList.toggle("nonzero", value > 0);
+    this.cells.get(`${name} `)?.closest(".values")?.classList.toggle("nonzero", value > 0);
   }
 
   private set(name: string, text: string): void {
@@ -96,11 +96,13 @@ export class Readout {
   ): void {
     const values = create("div", { class: "values", "data-testid": testId });
     for (const part of parts) {
-      if (part !== "")
-        values.append(create("span", { class: coloured ? `part axis-${part}` : "part" }, part));
+      // A part and its value stay on one line; those of a narrow window stand below each other.
+      const pair = create("span", { class: "pair" });
+      if (part !== "") pair.append(create("span", { class: coloured ? `part axis-${part}` : "part" }, part));
       const cell = create("span", { class: "value" }, NONE);
       this.cells.set(`${testId} ${part}`, cell);
-      values.append(cell);
+      pair.append(cell);
+      values.append(pair);
     }
     if (unit !== "") {
       const cell = create("span", { class: "unit" }, unit);

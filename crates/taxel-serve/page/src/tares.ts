@@ -86,7 +86,7 @@ export class TareList {
       case "undone":
         return `${who} back to ${to === 0 ? "the calibration" : `entry ${to}`}${most}`;
       default:
-        return `refused, asked for ${who}: ${message}`;
+        return `refused, asked for ${who}: ${message.replace(/^rest capture refused: /, "")}`;
     }
   }
 

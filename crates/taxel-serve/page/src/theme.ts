@@ -10,6 +10,8 @@ export class ThemeSwitch {
   theme: Theme = "light";
   private choice: ThemeChoice = stored();
   private readonly system = matchMedia("(prefers-color-scheme: dark)");
+  /** Colours of the system's own: then light and dark are too, or lines of one would lie on the ground of the other. */
+  private readonly forced = matchMedia("(forced-colors: active)");
   private readonly button: HTMLButtonElement;
   private readonly changed: () => void;
 
@@ -18,6 +20,7 @@ export class ThemeSwitch {
     this.changed = changed;
     this.apply();
     this.system.addEventListener("change", () => this.apply());
+    this.forced.addEventListener("change", () => this.apply());
     button.addEventListener("click", () => {
       this.choice = NEXT[this.choice];
       store(this.choice);
@@ -26,7 +29,8 @@ export class ThemeSwitch {
   }
 
   private apply(): void {
-    this.theme = this.choice === "auto" ? (this.system.matches ? "dark" : "light") : this.choice;
+    const follows = this.choice === "auto" || this.forced.matches;
+    this.theme = follows ? (this.system.matches ? "dark" : "light") : (this.choice as Theme);
     document.documentElement.dataset["theme"] = this.theme;
     this.button.textContent = `Theme: ${this.choice}`;
     this.changed();

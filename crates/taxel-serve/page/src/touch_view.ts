@@ -11,15 +11,16 @@ import { drawContacts, drawShear, extremes } from "./image";
 import { capitalised, Inspector } from "./inspect";
 import type { Journal } from "./journal";
 import { Legend } from "./legend";
-import { marksOfStates } from "./marks";
+import { Mark, marksOfStates } from "./marks";
 import type { Cell, PanelListener } from "./panel";
 import { Panel } from "./panel";
 import type { Frame, Hello } from "./protocol";
 import { emptyPicture, hasReadingsImage, ReadingsImage } from "./readings";
 import { RestValues } from "./rest";
 import { Scale } from "./scale";
-import { Strip } from "./strip";
+import { dashOf, lineKey } from "./strip";
 import type { Theme } from "./theme";
+import { Timeline } from "./timeline";
 
 /** What is to be drawn. */
 export interface Scene {
@@ -36,6 +37,8 @@ const GREY_FLOOR = 0.1;
 const SEEN_FLOOR = 0.2;
 
 const AXES = ["x", "y", "z"] as const;
+/** Numbers of their dashes: pressing, the thickest, is the solid line. */
+const AXIS_LINES = [1, 2, 0] as const;
 const SHEAR_NOTES = ["shear, positive to the right", "shear, positive upwards"] as const;
 
 export class TouchView {
@@ -51,7 +54,7 @@ export class TouchView {
   private readonly normalScale: Scale;
   private readonly shearScale: Scale;
   private readonly history: History;
-  private readonly strip: Strip;
+  private readonly timeline: Timeline;
   private readonly inspector = new Inspector();
   private readonly legend: Legend;
   private readonly marks: readonly number[];
@@ -75,8 +78,8 @@ export class TouchView {
     this.panels = [...(this.readings === null ? [] : [this.readings.panel]), ...this.values];
     this.legend = new Legend(hello, this.map ?? SEQUENTIAL);
     this.history = new History(components);
-    this.strip = this.channels?.strip ?? this.totalStrip(floor);
-    const parts = [this.strip.root, journal.root];
+    this.timeline = this.channels?.timeline ?? this.totalTimeline(floor);
+    const parts = [this.timeline.strip.root, journal.root];
     if (components === 3) {
       const images = create("div", { class: "images" }, ...this.panels.map(({ root: element }) => element));
       const below = create("div", { class: "below" }, ...parts, this.inspector.root);
@@ -139,7 +142,7 @@ export class TouchView {
 
   drawStrip(now: number): void {
     const gap = Math.max(this.hello.stale_after_s, 2.5 * (this.hello.period_s ?? 0));
-    if (this.channels === null) this.strip.draw(this.history.columns(gap), now);
+    if (this.channels === null) this.timeline.draw(now, gap);
     else this.channels.drawStrip(now, gap);
   }
 
@@ -156,7 +159,7 @@ export class TouchView {
   /** Takes the colours of a new theme. */
   recolour(): void {
     this.journal.condition.draw();
-    this.strip.recolour();
+    this.timeline.recolour();
     this.legend.draw();
   }
 
@@ -166,7 +169,9 @@ export class TouchView {
       for (let taxel = 0; taxel < values.length; taxel++) {
         const shown = (frame.value[components * taxel + axis] as number) / value.si_per_unit;
         values[taxel] = picture === "grayscale" ? Math.abs(shown) : shown;
-        marks[taxel] = this.marks[frame.state[taxel] as number] ?? 0;
+        const mark = this.marks[frame.state[taxel] as number] ?? 0;
+        // Shear has either sign: only pressing is shown as below zero.
+        marks[taxel] = axis < components - 1 ? mark & ~Mark.belowZero : mark;
       }
     });
     if (fullScale !== null) return;
@@ -210,23 +215,38 @@ export class TouchView {
     return this.hello.components === 3 ? { symbol: "mN", per: 1e-3 } : { symbol: "N", per: 1 };
   }
 
-  private totalStrip(floor: number): Strip {
+  private totalTimeline(floor: number): Timeline {
     const { components, force_unit: unit, value } = this.hello;
-    const title = unit === "N" ? "Total force" : "Sum of values";
-    const shown = unit === "N" ? this.forceUnit.symbol : value.symbol;
-    const heading = create("div", { class: "panel-head" }, create("h2", {}, title));
-    heading.append(create("span", { class: "note" }, `${shown}, last 10 s`));
+    const newtons = unit === "N";
+    const title = newtons ? "Total force" : "Sum of values";
     const axes = AXES.slice(3 - components);
-    if (components === 3) {
-      for (const axis of axes) heading.append(create("span", { class: `key axis-${axis}` }, symbol("F", axis)));
-    }
-    const series = axes.map((axis) => ({
+    const series = axes.map((axis, line) => ({
       label: components === 3 ? `F ${axis}` : title,
+      signal: newtons ? `force_${axis}` : "sum",
       colour: `--axis-${axis}`,
       width: axis === "z" ? 2 : 1.5,
+      ...(components === 3 ? dashOf(AXIS_LINES[line] as number) : {}),
     }));
-    const least = components === 3 ? floor / 4 : 1e-6;
-    return new Strip(heading, `${title} over the last 10 s, ${shown}`, series, this.history.span, least);
+    const key = (axis: string, line: number): HTMLElement =>
+      create(
+        "span",
+        { class: `key axis-${axis}` },
+        lineKey(AXIS_LINES[line] as number, `--axis-${axis}`),
+        symbol("F", axis),
+      );
+    const per = newtons ? this.forceUnit.per : value.si_per_unit;
+    const timeline = new Timeline({
+      title,
+      label: title,
+      keys: components === 3 ? axes.map(key) : [],
+      series,
+      signals: "totals",
+      shown: (si) => si / per,
+      floor: components === 3 ? floor / 4 : 1e-6,
+      recent: this.history,
+    });
+    timeline.setUnit(newtons ? this.forceUnit.symbol : value.symbol);
+    return timeline;
   }
 }
 

@@ -27,6 +27,7 @@ const mock = process.env.TAXEL_MOCK === "1";
 const CASES = {
   finger: { source: () => `sim:${script("finger")}`, mock: ["--scene", "all-states"] },
   quiet: { source: () => `sim:${script("quiet")}`, options: ["--no-tare"], mock: ["--scene", "quiet"] },
+  held: { source: () => `sim:${script("held")}` },
   outage: { source: () => `sim:${script("outage")}`, mock: ["--outage", "3:6"] },
   heat: { mock: ["--kind", "3", "--scene", "all-states"], mockOnly: true },
   grey: { mock: ["--kind", "3", "--grayscale"], mockOnly: true },
@@ -291,9 +292,57 @@ test("a tare under a contact is refused, and taken when forced", { skip: mock },
   const entries = byTestId(tab, "tares").locator("ol > li");
   await byTestId(tab, "events").locator("tr").first().waitFor({ state: "attached" });
   await byTestId(tab, "tare").click();
-  await entries.first().getByText(/refused.* contact \d+ presses at row \d, column \d with [\d.]+ mN/).waitFor();
+  await entries.first().getByText(/refused, asked for by the page: contact \d+ presses at row \d, column \d with [\d.]+ mN/).waitFor();
   await entries.first().getByText("Tare anyway").click();
   await tab.waitForFunction(() => document.getElementById("tare-state").textContent !== "tare: none");
+  assert.deepEqual(complaints, []);
+});
+
+test("a zero taken under load is drawn as below zero, with its cause and one way back", { skip: mock }, async (context) => {
+  const { url } = await serve("held", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  await rested(tab);
+  const banner = byTestId(tab, "below-zero");
+  assert.equal(await banner.isVisible(), false);
+  await tab.waitForFunction(() => Number(document.querySelector('[data-testid="image-fz"]').dataset.max) > 14);
+  // The zero is to be that of the resting finger, not of one that still comes.
+  await moreFrames(tab, 30);
+  await byTestId(tab, "tare").click();
+  await byTestId(tab, "tab-tares").click();
+  await byTestId(tab, "tares").getByText("Tare anyway").click();
+  await banner.waitFor();
+  await tab.waitForFunction(() => / taxels read/.test(document.getElementById("below-zero-text").textContent));
+  assert.match(
+    await banner.innerText(),
+    /^\d+ taxels read below zero: the zero was taken under load at \d\d:\d\d\. With nothing on the sensor, tare again\./,
+  );
+  assert.equal(await byTestId(tab, "condition").isVisible(), false, "no channel is accused");
+  await byTestId(tab, "image-fz").focus();
+  for (const key of ["Home", ...Array(3).fill("ArrowDown"), ...Array(3).fill("ArrowRight")]) await tab.keyboard.press(key);
+  await tab.waitForFunction(() => /below zero: /.test(document.querySelector("[data-testid=inspect]").textContent));
+  await drawn(tab);
+  // The ground of the cell beside it is the colour of no value: the low end of the map would say zero.
+  const ground = () =>
+    byTestId(tab, "image-fz").evaluate((canvas) => {
+      const [x, y] = [Math.round((4.16 / 8) * canvas.width), Math.round((3.5 / 8) * canvas.height)];
+      return [...canvas.getContext("2d").getImageData(x, y, 1, 1).data.slice(0, 3)];
+    });
+  assert.deepEqual(await ground(), [242, 163, 223]);
+  for (const [name, media] of [
+    ["light", { colorScheme: "light" }],
+    ["dark", { colorScheme: "dark" }],
+    ["forced", { colorScheme: "dark", forcedColors: "active" }],
+  ]) {
+    await tab.emulateMedia(media);
+    await moreFrames(tab, 2);
+    await drawn(tab);
+    assert.deepEqual(await ground(), [242, 163, 223], name);
+    await moreFrames(tab, 25);
+    await tab.screenshot({ path: join(screenshots, `below-zero-${name}.png`) });
+  }
+  await byTestId(tab, "below-zero-tare").click();
+  await banner.waitFor({ state: "hidden" });
   assert.deepEqual(complaints, []);
 });
 
@@ -357,6 +406,148 @@ test("what is wrong with channels is said in a line, on a map and in words", { s
   await tab.keyboard.press("ArrowRight");
   assert.equal(await byTestId(tab, "tab-events").getAttribute("aria-selected"), "true");
   assert.deepEqual(complaints, []);
+});
+
+/** What the chart shows: ends of the time axis, device time in s, and number of points. */
+const chart = (tab) =>
+  byTestId(tab, "strip").evaluate(({ dataset: { from, to, points } }) => [from, to, points].map(Number));
+
+test("the chart keeps its history over a reload, zooms, pans, reads values and is saved", { skip: mock }, async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context, { acceptDownloads: true });
+  await badge(tab, "live");
+  await byTestId(tab, "events").getByText("release").first().waitFor();
+  await tab.reload();
+  await badge(tab, "live");
+  // The page is some frames old; its chart is not.
+  const reaches = (least) =>
+    tab.waitForFunction((wanted) => Number(document.querySelector("[data-testid=strip]").dataset.points) > wanted, least);
+  await reaches(100);
+  assert.ok((await tab.evaluate(() => window.taxelTest.frames)) < 120);
+
+  // By wheel, by button and by key, following; then back in time.
+  let [from, to] = await chart(tab);
+  assert.ok(Math.abs(to - from - 10) < 0.01);
+  await byTestId(tab, "strip-zoom-out").click();
+  [from, to] = await chart(tab);
+  assert.ok(Math.abs(to - from - 20) < 0.01);
+  await byTestId(tab, "strip-chart").focus();
+  await tab.keyboard.press("+");
+  await tab.keyboard.press("+");
+  [from, to] = await chart(tab);
+  assert.ok(Math.abs(to - from - 5) < 0.01);
+  assert.equal(await byTestId(tab, "strip-live").getAttribute("aria-pressed"), "true");
+  await tab.keyboard.press("Home");
+  await byTestId(tab, "strip-note").getByText(/^mN, \d\d:\d\d:\d\d to \d\d:\d\d:\d\d$/).waitFor();
+  assert.equal(await byTestId(tab, "strip-live").getAttribute("aria-pressed"), "false");
+  [from, to] = await chart(tab);
+  assert.ok(from < 0.1 && Math.abs(to - 5) < 0.2, `from ${from} to ${to}`);
+  const box = await byTestId(tab, "strip-chart").boundingBox();
+  const [x, y] = [box.x + 0.6 * box.width, box.y + 0.5 * box.height];
+  await tab.mouse.move(x, y);
+  await tab.mouse.wheel(0, -200);
+  await tab.waitForFunction((before) => Number(document.querySelector("[data-testid=strip]").dataset.from) > before + 0.3, from);
+  let zoomed = await chart(tab);
+  assert.ok(zoomed[1] < to && zoomed[1] - zoomed[0] < to - from);
+  await tab.mouse.down();
+  await tab.mouse.move(x - 60, y, { steps: 4 });
+  await tab.mouse.up();
+  const panned = await chart(tab);
+  assert.ok(panned[0] > zoomed[0] + 0.2, `${zoomed} to ${panned}`);
+
+  // The cursor says time and values.
+  await tab.mouse.move(x, y);
+  const words = /^\d\d:\d\d:\d\d\.\d \(\d+\.\d s\)\s+F x \S+.*\s+F y \S+.*\s+F z \S+.* mN$/;
+  assert.match(await byTestId(tab, "strip-cursor").innerText(), words);
+  await byTestId(tab, "strip-chart").focus();
+  await tab.keyboard.press("Shift+ArrowRight");
+  assert.match(await byTestId(tab, "strip-cursor").innerText(), words);
+  await tab.screenshot({ path: join(screenshots, "history.png") });
+
+  // What is seen is what is saved, in SI.
+  [from, to] = await chart(tab);
+  const [download] = await Promise.all([tab.waitForEvent("download"), byTestId(tab, "strip-export").click()]);
+  assert.match(download.suggestedFilename(), /^taxel-history-[\dT-]+Z\.csv$/);
+  const lines = readFileSync(await download.path(), "utf8").trim().split("\n");
+  const header = lines.findIndex((line) => !line.startsWith("#"));
+  assert.match(lines[header - 1], /^# history from [\d.]+ s to [\d.]+ s in rows of 0\.1 s$/);
+  assert.match(lines[header], /^time \[s\],clock \[s since 1970\],force_x min \[N\],.*moment_z max \[N m\],contacts min \[1\],.*,events$/);
+  const times = lines.slice(header + 1).map(parseFloat);
+  assert.ok(Math.abs(times[0] - from) < 0.11 && Math.abs(times.at(-1) - to) < 0.11, `${times[0]} to ${times.at(-1)}`);
+
+  await byTestId(tab, "strip-live").click();
+  await byTestId(tab, "strip-note").getByText("mN, last").waitFor();
+  assert.deepEqual(complaints, []);
+});
+
+test("forced colours keep bars, keys and pressed buttons; lines of the axes differ in dashes", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab, complaints } = await open(url, context, { forcedColors: "active", colorScheme: "dark" });
+  await badge(tab, "live");
+  await byTestId(tab, "image-fz").waitFor();
+  await moreFrames(tab, 5);
+  await drawn(tab);
+  const looks = await tab.evaluate(() => {
+    const style = (selector) => [...document.querySelectorAll(selector)].map((element) => getComputedStyle(element));
+    return {
+      bars: style(".panel .bar").map(({ backgroundImage }) => backgroundImage),
+      keys: style(".strip .line-key").map(({ backgroundImage, backgroundColor }) => [backgroundImage, backgroundColor].join(" ")),
+      pressed: style("[data-testid=raw-absolute]")[0].backgroundColor,
+      released: style("[data-testid=raw-change]")[0].backgroundColor,
+      theme: document.documentElement.dataset.theme,
+    };
+  });
+  assert.equal(looks.bars.length, 4);
+  for (const bar of looks.bars) assert.match(bar, /^linear-gradient/);
+  assert.equal(new Set(looks.keys).size, 3, looks.keys.join("\n"));
+  const dashes = looks.keys.map((key) => /\) 0(px|%), .*?(\d+)px/.exec(key)?.[2] ?? "solid");
+  assert.equal(new Set(dashes).size, 3, dashes.join());
+  assert.notEqual(looks.pressed, looks.released);
+  // A theme that was chosen by hand gives way: its lines could lie on their own colour.
+  await byTestId(tab, "theme").click();
+  assert.equal(await byTestId(tab, "theme").innerText(), "Theme: light");
+  assert.equal(await tab.evaluate(() => document.documentElement.dataset.theme), "dark");
+  await tab.screenshot({ path: join(screenshots, "forced-colours.png") });
+  assert.deepEqual(complaints, []);
+});
+
+test("images are large in a low window, and the total force is whole in a narrow one", async (context) => {
+  const { url } = await serve("finger", context);
+  const { tab } = await open(url, context);
+  await badge(tab, "live");
+  await byTestId(tab, "image-fz").waitFor();
+  await tab.setViewportSize({ width: 1024, height: 768 });
+  await moreFrames(tab, 3);
+  await drawn(tab);
+  for (const id of IMAGES) {
+    const { width, height } = await byTestId(tab, id).boundingBox();
+    assert.ok(width >= 190 && height >= 190, `${id} is only ${width} x ${height}`);
+  }
+  assert.ok(await tab.evaluate(() => document.documentElement.scrollHeight <= 768), "it does not fit on the screen");
+  await tab.setViewportSize({ width: 390, height: 844 });
+  await moreFrames(tab, 3);
+  await drawn(tab);
+  const narrow = await tab.evaluate(() => {
+    const parts = [...document.querySelectorAll("[data-testid=total-force] .pair, [data-testid=total-force] .unit")];
+    return { width: document.documentElement.scrollWidth, right: Math.max(...parts.map((part) => part.getBoundingClientRect().right)), parts: parts.length };
+  });
+  assert.ok(narrow.width <= 390 && narrow.right <= 390 && narrow.parts === 4, JSON.stringify(narrow));
+});
+
+test("the history needs the token, and says what is wrong with a request", { skip: mock }, async (context) => {
+  const { url } = await serve("quiet", context);
+  const ask = (change) => {
+    const address = new URL(url);
+    address.pathname = "/history";
+    for (const [key, value] of Object.entries(change)) address.searchParams.set(key, value);
+    return fetch(address);
+  };
+  assert.equal((await ask({ token: "wrong" })).status, 401);
+  const wrong = await ask({ points: "0" });
+  assert.equal(wrong.status, 400);
+  assert.match(await wrong.text(), /points is "0"; use a whole number from 1 to 10000/);
+  const answer = await ask({ signals: "taxels", points: "10" });
+  assert.equal((await answer.json()).signals.length, 64);
 });
 
 test("a source that stops is shown as stale within half a second, then as live again", async (context) => {
@@ -690,7 +881,7 @@ test("every control is reached by key with a visible focus", async (context) => 
   await rested(tab);
   await byTestId(tab, "image-fz").waitFor();
   const reached = new Set();
-  for (let step = 0; step < 44; step++) {
+  for (let step = 0; step < 50; step++) {
     await tab.keyboard.press("Tab");
     const focus = await tab.evaluate(() => {
       const { activeElement } = document;
@@ -704,7 +895,7 @@ test("every control is reached by key with a visible focus", async (context) => 
     assert.notEqual(focus.name, "", `${focus.id} has no name`);
     if (focus.id !== undefined) reached.add(focus.id);
   }
-  const wanted = ["tab-events", "event-filter", "events", "tare", "clear-tare", "pause", "lock", "drawing", "theme", "raw-absolute", "raw-change", ...IMAGES];
+  const wanted = ["strip-zoom-out", "strip-zoom-in", "strip-live", "strip-export", "strip-chart", "tab-events", "event-filter", "events", "tare", "clear-tare", "pause", "lock", "drawing", "theme", "raw-absolute", "raw-change", ...IMAGES];
   const missing = [...wanted, "image-fz-low", "image-fz-high"].filter((id) => !reached.has(id));
   assert.deepEqual(missing, []);
 });

@@ -39,6 +39,7 @@ const STATES = [
   "masked",
   "saturated",
   "ambiguous",
+  "below_zero",
 ];
 const CHANNEL_STATES = ["ok", "closed", "saturated", "faulty", "masked"];
 const STALE_AFTER = 0.3;
@@ -450,12 +451,18 @@ const DRAWING = `<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="20
 const server = createServer(async (request, response) => {
   const url = new URL(request.url, "http://localhost");
   const name = url.pathname === "/" ? "index.html" : url.pathname.slice(1);
-  if ((name === "index.html" || name === "drawing.svg") && url.searchParams.get("token") !== token) {
+  if (["index.html", "drawing.svg", "history"].includes(name) && url.searchParams.get("token") !== token) {
     response.writeHead(401, { "content-type": "text/plain" }).end("wrong token\n");
     return;
   }
   if (name === "drawing.svg" && kind !== 2) {
     response.writeHead(200, { "content-type": "image/svg+xml" }).end(DRAWING);
+    return;
+  }
+  if (name === "history") {
+    const nothing = { from_ns: 0, to_ns: 0, oldest_ns: null, newest_ns: null, width_ns: 1e8, time_ns: [], unix_s: [] };
+    const answer = JSON.stringify({ ...nothing, signals: [], tares: [], events: [] });
+    response.writeHead(200, { "content-type": "application/json" }).end(answer);
     return;
   }
   if (types[name] === undefined) {
@@ -517,6 +524,7 @@ setInterval(() => {
       tare: tare.state,
       tare_time_ns: tare.timeNs,
       message: tare.message,
+      below_zero: null,
     }),
   );
 }, 100);

@@ -25,8 +25,10 @@ const { decodeFrame, decodeHeader, parseMessage, ProtocolError } = await load("p
 const { linkState } = await load("link");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
+const { clockAt, joined, parsePast, pastColumns, View } = await load("past");
 const { eventInWords } = await load("events");
-const { decimalsFor, eventValue, fixed, newtons, parseLimit, stateInWords, withDeviation } = await load("format");
+const { belowZeroInWords, clockTime, decimalsFor, eventValue, fixed, newtons, parseLimit, stateInWords, tareInWords, withDeviation } =
+  await load("format");
 const { colourOf, DIVERGING, GREY, HEAT, SEQUENTIAL } = await load("colour");
 const { marksOfStates } = await load("marks");
 const { RestValues } = await load("rest");
@@ -170,6 +172,24 @@ test("saturated and ambiguous have marks and words of their own", () => {
   assert.match(stateInWords("saturated"), /a bound/);
 });
 
+test("below zero has a mark, words with the moment of the zero, and a way back", () => {
+  const [saturated, belowZero] = marksOfStates(["saturated", "below_zero"]);
+  assert.ok(belowZero > 0 && belowZero !== saturated && belowZero < 2 ** 16);
+  assert.match(stateInWords("below_zero"), /below zero.* the zero is wrong/);
+  const at = new Date(2026, 4, 1, 14, 3, 7).getTime() / 1000;
+  assert.equal(clockTime(at), "14:03");
+  assert.equal(clockTime(at, true), "14:03:07");
+  const words = (taxels, cause, zero_unix_s) => belowZeroInWords({ taxels, cause, zero_unix_s, zero_time_ns: null });
+  const way = "With nothing on the sensor, tare again.";
+  assert.equal(
+    words(3, "the zero was taken under load, or the sensor has changed since", at),
+    `3 taxels read below zero: the zero was taken under load at 14:03, or the sensor has changed since. ${way}`,
+  );
+  assert.equal(words(1, "no zero was taken", null), `1 taxel reads below zero: no zero was taken. ${way}`);
+  assert.equal(tareInWords("loaded"), "tare: from a recording");
+  assert.equal(tareInWords("done"), "tare: done");
+});
+
 test("changes are in per cent, without a rest value to relate to in the unit", async () => {
   const { changeOf } = await load("channels");
   const meaning = { reading: { si_per_unit: 0.5 }, signed: false };
@@ -285,8 +305,72 @@ test("history breaks its line where nothing came and starts anew when the clock 
   const history = new History(1);
   for (const time of [0, 0.1, 3, 3.1]) history.push(time, [1]);
   assert.equal(history.columns(0.5)[1].filter((value) => value === null).length, 1);
+  assert.ok(Math.abs(history.oldest) < 1e-9);
   history.push(1, [5]);
   assert.deepEqual(history.columns(0.5)[1], [5, 5]);
+  assert.ok(Math.abs(history.oldest - 1) < 0.021);
+  assert.ok(Number.isNaN(new History(1).oldest));
+});
+
+const ANSWER = {
+  from_ns: 0,
+  to_ns: 60e9,
+  oldest_ns: 10e9,
+  newest_ns: 42e9,
+  width_ns: 1e9,
+  time_ns: [10e9, 11e9, 40e9, 41e9],
+  unix_s: [1000, 1000.5, 1015, 1015.5],
+  signals: [{ name: "force_z", unit: "N", min: [1, 2, null, 4], mean: [1, 2, null, 4], max: [1.5, 2.5, null, 5] }],
+  tares: [{ time_ns: 11e9, unix_s: 1000.5, kind: "tare" }],
+  events: [],
+};
+
+test("the past is two points for each row; pauses and missing values break the line", () => {
+  const past = parsePast(ANSWER);
+  assert.deepEqual(past.tares, [{ time: 11, kind: "tare" }]);
+  const milli = (value) => 1e3 * value;
+  const [times, values] = pastColumns(past, ["force_z"], milli, 50, 42, 0.5);
+  assert.deepEqual(times, [-40, -39.5, -39, -38.5, -24.5, -10, -9.5, -9, -8.5]);
+  assert.deepEqual(values, [1000, 1500, 2000, 2500, null, null, null, 4000, 5000]);
+  // What the page knows better itself is left to it; a signal that is not kept is a gap.
+  assert.equal(pastColumns(past, ["force_z"], milli, 50, 41.5, 0.5)[0].length, 7);
+  assert.ok(pastColumns(past, ["force_y"], milli, 50, 42, 0.5)[1].every((value) => value === null));
+});
+
+test("joined columns break where the second begins later", () => {
+  assert.deepEqual(joined([[-9, -8], [1, 2]], [[-7.5, -7], [3, 4]], 1), [[-9, -8, -7.5, -7], [1, 2, 3, 4]]);
+  assert.deepEqual(joined([[-9, -8], [1, 2]], [[-4], [3]], 1), [[-9, -8, -6, -4], [1, 2, null, 3]]);
+  assert.deepEqual(joined([[], []], [[-4], [3]], 1), [[-4], [3]]);
+});
+
+test("the clock of a replay at double speed is found between the rows and continued outside", () => {
+  const past = parsePast(ANSWER);
+  assert.equal(clockAt(past, 10.5), 1000.25);
+  assert.equal(clockAt(past, 25.5), 1007.75);
+  assert.equal(clockAt(past, 8), 998);
+  assert.equal(clockAt(past, 43), 1017.5);
+  assert.ok(Number.isNaN(clockAt({ times: [], clock: [] }, 1)));
+});
+
+test("the view follows, zooms about a point, and stays within what there is", () => {
+  const view = new View();
+  assert.deepEqual(view.range(100), [90, 100]);
+  view.zoom(2, 0.1);
+  assert.deepEqual(view.range(100), [80, 100], "now stays where it is while it follows");
+  view.goTo(70, 10, 100);
+  assert.deepEqual([view.live, ...view.range(100)], [false, 50, 70]);
+  view.zoom(0.5, 0.25);
+  assert.deepEqual(view.range(100), [52.5, 62.5], "a quarter of the width stays at 55 s");
+  view.goTo(-1000, 10, 100);
+  assert.deepEqual(view.range(100), [10, 20]);
+  view.goTo(-Infinity, Number.NaN, 100);
+  assert.deepEqual(view.range(100), [0, 10]);
+  view.goTo(150, 10, 100);
+  assert.equal(view.live, true);
+  for (let step = 0; step < 40; step++) view.zoom(2);
+  assert.equal(view.span, 12 * 3600);
+  for (let step = 0; step < 60; step++) view.zoom(0.5);
+  assert.equal(view.span, 2);
 });
 
 test("latency is that of the last second", () => {
