@@ -36,6 +36,10 @@ pub(super) struct Segmentation {
     order: Vec<u32>,
     /// Peak of each cell, later its contact.
     labels: Vec<u32>,
+    /// Contact of each cell in the last frame.
+    before: Vec<u32>,
+    /// Contacts of the last frame that go on.
+    goes_on: Vec<bool>,
     peaks: Vec<Peak>,
     found: Vec<Gathering>,
     /// Regions beyond [`MOST_CONTACTS`], merged with others.
@@ -50,6 +54,8 @@ struct Peak {
     /// Cells of a region, and whether one of them was touched in the last frame.
     cells: u32,
     held: bool,
+    /// No contact after all.
+    left_out: bool,
 }
 
 impl Segmentation {
@@ -65,6 +71,8 @@ impl Segmentation {
             touched: vec![false; count],
             order: Vec::with_capacity(count),
             labels: vec![NONE; count],
+            before: vec![NONE; count],
+            goes_on: Vec::new(),
             peaks: Vec::new(),
             found: Vec::new(),
             merged: 0,
@@ -98,12 +106,15 @@ impl Segmentation {
                 self.find_touched();
                 self.sort();
                 self.flood();
+                self.find_remnants();
+                self.leave_out();
             }
             Division::Regions { least } => {
                 self.find_held();
                 self.sort();
                 self.flood();
-                self.leave_out(least);
+                self.find_slight(least);
+                self.leave_out();
                 self.join_near();
             }
         }
@@ -147,6 +158,7 @@ impl Segmentation {
     }
 
     fn flood(&mut self) {
+        std::mem::swap(&mut self.before, &mut self.labels);
         self.labels.fill(NONE);
         self.peaks.clear();
         for rank in 0..self.order.len() {
@@ -173,6 +185,7 @@ impl Segmentation {
                     into: self.peaks.len() as u32,
                     cells: 0,
                     held: false,
+                    left_out: false,
                 });
             }
         }
@@ -207,9 +220,29 @@ impl Segmentation {
         })
     }
 
-    /// Leaves out regions of less than `least` cells, and those that neither begin in this
-    /// frame nor were there in the last one.
-    fn leave_out(&mut self, least: usize) {
+    /// Finds what is left of a contact beside its higher part: cells that only hold, and
+    /// would not begin a contact of their own.
+    fn find_remnants(&mut self) {
+        self.goes_on.clear();
+        self.goes_on.resize(self.found.len(), false);
+        for (at, peak) in self.peaks.iter_mut().enumerate() {
+            if peak.into as usize != at {
+                continue;
+            }
+            let top = &self.cells[peak.cell as usize];
+            let before = self.before[peak.cell as usize] as usize;
+            let goes_on = self.goes_on.get_mut(before);
+            let begins = top.weight > top.threshold;
+            peak.left_out = !begins && goes_on.as_deref().is_none_or(|goes_on| *goes_on);
+            if let Some(goes_on) = goes_on {
+                *goes_on = true;
+            }
+        }
+    }
+
+    /// Finds regions of less than `least` cells, and those that neither begin in this frame
+    /// nor were there in the last one.
+    fn find_slight(&mut self, least: usize) {
         for rank in 0..self.order.len() {
             let index = self.order[rank] as usize;
             let peak = self.root(self.labels[index]) as usize;
@@ -217,18 +250,27 @@ impl Segmentation {
             self.peaks[peak].held |= self.touched[index];
         }
         self.touched.fill(false);
+        for index in &self.order {
+            self.touched[*index as usize] = true;
+        }
+        for peak in &mut self.peaks {
+            let top = &self.cells[peak.cell as usize];
+            let begins = top.weight > top.threshold;
+            peak.left_out = (peak.cells as usize) < least || !begins && !peak.held;
+        }
+    }
+
+    /// Takes the cells of peaks that are left out for untouched.
+    fn leave_out(&mut self) {
         let mut order = std::mem::take(&mut self.order);
         order.retain(|index| {
             let index = *index as usize;
             let root = self.root(self.labels[index]);
-            let peak = self.peaks[root as usize];
-            let top = &self.cells[peak.cell as usize];
-            let begins = top.weight > top.threshold;
-            self.touched[index] = peak.cells as usize >= least && (begins || peak.held);
-            if !self.touched[index] {
-                self.labels[index] = NONE;
+            let left_out = self.peaks[root as usize].left_out;
+            if left_out {
+                (self.labels[index], self.touched[index]) = (NONE, false);
             }
-            self.touched[index]
+            !left_out
         });
         self.order = order;
     }
@@ -250,8 +292,6 @@ impl Segmentation {
     /// Numbers the peaks that remain and labels the cells with them. Those beyond
     /// [`MOST_CONTACTS`] go to the nearest of the highest.
     fn number(&mut self) {
-        // Peaks without a cell are those of regions that were left out.
-        let regions = matches!(self.division, Division::Regions { .. });
         let mut contacts = 0;
         let mut kept = [0_usize; MOST_CONTACTS];
         self.merged = 0;
@@ -260,7 +300,7 @@ impl Segmentation {
             // A higher peak has its number already.
             self.peaks[peak].into = if into != peak {
                 self.peaks[into].into
-            } else if regions && self.labels[self.peaks[peak].cell as usize] == NONE {
+            } else if self.peaks[peak].left_out {
                 NONE
             } else if contacts < MOST_CONTACTS {
                 kept[contacts] = peak;

@@ -169,6 +169,25 @@ fn stated_covariance_covers_the_grid_for_every_size_and_place() {
     }
 }
 
+#[test]
+fn what_is_left_of_a_contact_is_no_second_one() {
+    let mut segmentation = Segmentation::new(1, 5, [1.0; 2], Division::Peaks);
+    let mut run = |weights: [f64; 5]| {
+        let mut found = Vec::new();
+        let cell = |index: usize| cell(5, index, weights[index], 0.01, 2.0);
+        segmentation.run(&mut (0..5).map(cell).collect(), &mut found);
+        let taxels: Vec<usize> = found.iter().map(|contact| contact.taxels).collect();
+        taxels
+    };
+    assert_eq!(run([5.0, 4.0, 3.0, 0.0, 0.0]), [3]);
+    // The middle has gone: the cell behind it only holds.
+    assert_eq!(run([5.0, 0.0, 1.5, 0.0, 0.0]), [1]);
+    assert_eq!(run([5.0, 0.0, 1.5, 0.0, 0.0]), [1]);
+    // A contact that fades holds, and one that rises again is another.
+    assert_eq!(run([1.5, 0.0, 2.5, 0.0, 0.0]), [1, 1]);
+    assert_eq!(run([1.5, 0.0, 1.5, 0.0, 0.0]), [1, 1]);
+}
+
 /// Cells per contact of a map, one frame after the other; a cell is touched above 2.
 fn regions(columns: usize, least: usize, frames: &[&[f64]]) -> Vec<Vec<usize>> {
     let rows = frames[0].len() / columns;
