@@ -261,6 +261,7 @@ function updateCounts(): void {
   if (header === undefined) return;
   readout?.showCounts({ header, status, latency: latency.summary(performance.now()), live: link === "live" });
   byId("clipped").hidden = !header.clipped;
+  byId("merged").hidden = !header.merged;
   byId("history").hidden = !header.historyUncertain;
 }
 

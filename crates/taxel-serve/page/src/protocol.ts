@@ -201,6 +201,8 @@ export interface FrameHeader {
   tared: boolean;
   tareRunning: boolean;
   clipped: boolean;
+  /** More contacts than a frame can have: some are merged. */
+  merged: boolean;
   /** The history of a creeping device is uncertain after a long pause. */
   historyUncertain: boolean;
   /** Taxels that are not part of totals and contacts. */
@@ -346,6 +348,7 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
     tared: (flags & 1) !== 0,
     tareRunning: (flags & 2) !== 0,
     clipped: (flags & 4) !== 0,
+    merged: (flags & 16) !== 0,
     historyUncertain: (flags & 8) !== 0,
     leftOut: view.getUint32(196, true),
   };

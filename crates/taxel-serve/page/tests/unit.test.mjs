@@ -92,7 +92,7 @@ test("a frame of three components is read field by field", () => {
   assert.deepEqual(header.centre, [7, 8]);
   assert.deepEqual(header.centreCovariance, [9, 10, 11]);
   assert.deepEqual([header.sum, header.leftOut], [12, 1]);
-  assert.deepEqual([header.tared, header.tareRunning, header.clipped, header.historyUncertain], [true, false, true, false]);
+  assert.deepEqual([header.tared, header.tareRunning, header.clipped, header.historyUncertain, header.merged], [true, false, true, false, false]);
   assert.deepEqual(frame.contacts, [
     {
       id: 17,
