@@ -205,6 +205,16 @@ fn rounded(value: f64) -> f64 {
     (value * scale).round() / scale
 }
 
+/// Four decimals, never below `value`: a limit that is itself accepted.
+pub(crate) fn rounded_up(value: f64) -> f64 {
+    (value * 1e4).ceil() / 1e4
+}
+
+/// Four decimals, never above `value`.
+pub(crate) fn rounded_down(value: f64) -> f64 {
+    (value * 1e4).floor() / 1e4
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,14 +231,4 @@ mod tests {
             assert_eq!(micrometres(metres), shown);
         }
     }
-}
-
-/// Four decimals, never below `value`: a limit that is itself accepted.
-pub(crate) fn rounded_up(value: f64) -> f64 {
-    (value * 1e4).ceil() / 1e4
-}
-
-/// Four decimals, never above `value`.
-pub(crate) fn rounded_down(value: f64) -> f64 {
-    (value * 1e4).floor() / 1e4
 }
