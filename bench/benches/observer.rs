@@ -64,7 +64,8 @@ fn segmented(criterion: &mut Criterion) {
         threshold: Some(0.3e-3),
         ..stream
     };
-    let mut estimator = ArrayEstimator::new(Box::new(MapReader::new(&stream, &MapNoise::default())));
+    let mut estimator =
+        ArrayEstimator::new(Box::new(MapReader::new(&stream, &MapNoise::default())));
     let maps: Vec<Frame> = touched(&mut Scene::new())
         .into_iter()
         .map(|(frame, touch)| Frame {

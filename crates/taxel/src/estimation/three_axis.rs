@@ -154,19 +154,19 @@ impl ThreeAxisReader {
         states: &mut [ChannelState; 4],
     ) -> TaxelTouch {
         let masked = self.calibration.masked[taxel];
+        let channel = |i| 4 * taxel + i;
+        let empty: [f64; 4] = std::array::from_fn(|i| capacitance[i] - known.drift(channel(i)));
         let [least, most] = self.bounds[taxel];
         let usable: [bool; 4] = std::array::from_fn(|i| {
-            let sound = capacitance[i] > least[i] && capacitance[i] < most[i];
+            let sound = empty[i] > least[i] && empty[i] < most[i];
             states[i].usable() && sound
         });
         let faulty: [bool; 4] = std::array::from_fn(|i| !masked[i] && !usable[i]);
         let noise = self.calibration.deviation[taxel];
-        let channel = |i| 4 * taxel + i;
         let sigma = std::array::from_fn(|i| {
             let drift = DRIFT_TOGETHER * DRIFT_TOGETHER * known.drift_variance(channel(i));
             (noise[i] * noise[i] + drift).sqrt()
         });
-        let empty = std::array::from_fn(|i| capacitance[i] - known.drift(channel(i)));
         let unit = &self.calibration.units[taxel];
         let mut found = estimate_unit(unit, empty, sigma, usable, &self.options.search);
         let closed = closed(unit, &found);
