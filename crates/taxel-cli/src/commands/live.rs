@@ -615,6 +615,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
 fn conditions_in_words(conditions: &ChannelConditions) -> String {
     let (channels, masked) = (conditions.channels, conditions.masked_channels);
     let found = match conditions.wrong_channels {
+        0 if masked == 0 && channels == 1 => return "the channel is well".into(),
         0 if masked == 0 => return format!("all {channels} channels well"),
         0 => format!("{} of {channels} channels well", channels - masked),
         wrong => format!("{wrong} of {channels} channels wrong"),
