@@ -183,7 +183,7 @@ fn what_cannot_be_read_is_a_state_with_its_limit() {
     // The only taxel does not count: there is no total, not one of zero.
     assert_eq!(total, None);
     let rest = last.model().rest_capacitance();
-    assert_eq!(read(rest + 2e-15).0.state, State::Inconsistent);
+    assert_eq!(read(rest + 2e-15).0.state, State::BelowZero);
     assert_eq!(read(0.3 * rest).0.state, State::Faulty);
     assert_eq!(read(f64::NAN).0.state, State::Faulty);
     // Noise about zero has no bias: as much pull as push.

@@ -201,30 +201,28 @@ struct Held {
     pause: Pause,
     /// The last pause; the level as it was held before the first.
     last: Measured,
-    /// Rate of drift from the pause before to the last one, and its variance over that of
+    /// Rate of drift from the pause before to the last one, and its variances over that of
     /// a reading; until it is learned from.
-    seen: Option<[f64; 2]>,
+    seen: Option<[f64; 3]>,
 }
 
 /// What a pause measured.
 #[derive(Debug, Clone, Copy)]
 struct Measured {
     reading: f64,
-    /// Its variance over that of a reading.
-    noise: f64,
+    /// Its variance over that of a reading, and that of readings whose noise is independent.
+    noise: [f64; 2],
     /// Since then, s.
     age: f64,
 }
 
 impl Measured {
-    /// Rate from then to a later pause, and its variance over that of a reading.
-    fn rate_to(&self, later: &Self) -> [f64; 2] {
+    /// Rate from then to a later pause, and its variances over that of a reading.
+    fn rate_to(&self, later: &Self) -> [f64; 3] {
         let elapsed = self.age - later.age;
-        let noise = self.noise + later.noise;
-        [
-            (later.reading - self.reading) / elapsed,
-            noise / (elapsed * elapsed),
-        ]
+        let noise = |kind: usize| (self.noise[kind] + later.noise[kind]) / (elapsed * elapsed);
+        let rate = (later.reading - self.reading) / elapsed;
+        [rate, noise(0), noise(1)]
     }
 }
 
@@ -370,10 +368,11 @@ impl Baseline {
             let channels = channels.filter(|(_, deviation)| **deviation > 0.0);
             let rates = channels.filter_map(|(channel, deviation)| {
                 if channel.followed > FOLLOWED * options.follow {
-                    return Some([channel.rate / deviation, rate_noise(options)]);
+                    let noise = rate_noise(options);
+                    return Some([channel.rate / deviation, noise, noise]);
                 }
-                let [seen, noise] = channel.held.as_mut()?.seen.take()?;
-                Some([seen / deviation, noise])
+                let [seen, noise, least] = channel.held.as_mut()?.seen.take()?;
+                Some([seen / deviation, noise, least])
             });
             if self.rate.learn(rates, rate_noise(options)) {
                 let begun = self.rate.deviation();
@@ -611,7 +610,7 @@ impl Channel {
         };
         let now = Measured {
             reading: self.level + mean,
-            noise: pause.least_noise(),
+            noise: [noise, pause.least_noise()],
             age: pause.since_middle(),
         };
         held.seen = Some(std::mem::replace(&mut held.last, now).rate_to(&now));
@@ -654,7 +653,7 @@ impl Channel {
             pause: Pause::default(),
             last: Measured {
                 reading: self.level,
-                noise: self.variance(drift, options),
+                noise: [self.variance(drift, options); 2],
                 age: elapsed,
             },
             seen: None,

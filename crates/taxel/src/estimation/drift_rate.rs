@@ -70,18 +70,21 @@ impl DriftRate {
         due
     }
 
-    /// Takes observed rates with the variances of their noise, about `noise` or more. True
-    /// if they show that a drift has begun.
-    pub(super) fn learn(&mut self, rates: impl Iterator<Item = [f64; 2]>, noise: f64) -> bool {
+    /// Takes observed rates with the variances of their noise, about `noise` or more, and the
+    /// least variances that they have. True if they show that a drift has begun.
+    ///
+    /// The larger variance says what a rate may be and what it weighs; the least is taken
+    /// from its square: more would let a drift that goes on be forgotten.
+    pub(super) fn learn(&mut self, rates: impl Iterator<Item = [f64; 3]>, noise: f64) -> bool {
         let known = self.deviation * self.deviation;
         let [mut sum, mut count, mut surprise, mut number] = [0.0; 4];
-        for [rate, variance] in rates {
+        for [rate, variance, least] in rates {
             // Faster is no drift.
             if rate.abs() > self.fastest + LEAST * variance.sqrt() {
                 continue;
             }
             let weight = 2.0 * noise / (noise + variance);
-            sum += weight * (rate * rate - variance);
+            sum += weight * (rate * rate - least);
             count += weight;
             surprise += rate * rate / (known + variance);
             number += 1.0;
