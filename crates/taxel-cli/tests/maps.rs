@@ -120,19 +120,19 @@ fn map(head: &str, side: usize, unit: &str, frames: &[&dyn Fn(usize) -> f64]) ->
     text
 }
 
-fn play(path: &str, more: &[&str]) -> Value {
+/// A run over a recording that must end well: its summary and its messages.
+fn told(path: &str, more: &[&str]) -> (Value, String) {
     let source = format!("replay:{path}");
-    let run = [
-        "live",
-        "--headless",
-        "--speed",
-        "max",
-        "--format",
-        "json",
-        "--source",
-        &source,
-    ];
-    serde_json::from_str(&done(&[&run[..], more].concat())).unwrap()
+    let run = "live --headless --speed max --format json --source";
+    let run: Vec<&str> = run.split(' ').chain([source.as_str()]).collect();
+    let output = taxel(&[&run[..], more].concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let summary = serde_json::from_slice(&output.stdout).unwrap();
+    (summary, String::from_utf8(output.stderr).unwrap())
+}
+
+fn play(path: &str, more: &[&str]) -> Value {
+    told(path, more).0
 }
 
 #[test]
@@ -147,22 +147,9 @@ fn contacts_of_a_frame_are_bounded_and_it_is_said() {
         }
     };
     fs::write(&path, map("", 64, "kPa", &[&peaks as _; 12])).unwrap();
-    let source = format!("replay:{path}");
-    let run = [
-        "live",
-        "--headless",
-        "--speed",
-        "max",
-        "--format",
-        "json",
-        "--source",
-        &source,
-    ];
-    let output = taxel(&run);
-    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (summary, told) = told(&path, &[]);
     assert_eq!(summary["last_contacts"], MOST_CONTACTS);
     assert_eq!(summary["merged_frames"], 12);
-    let told = String::from_utf8(output.stderr).unwrap();
     assert!(
         told.contains("in 12 frames more than 64 regions stand out"),
         "{told}"
