@@ -91,6 +91,7 @@ fn run(load: Load) -> (Vec<f64>, usize) {
         values: (0..SIDE * SIDE)
             .map(|sensel| 1e3 * load(&mut random, at, sensel / SIDE, sensel % SIDE))
             .collect(),
+        ..Frame::default()
     };
     let frames: Vec<Frame> = (0..FRAMES).map(frame).collect();
     let mut noise = MapNoise::default();

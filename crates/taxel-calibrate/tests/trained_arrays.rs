@@ -118,6 +118,7 @@ fn coverage(sensor: &Sensor, gain: f64, seed: u64) -> [f64; 2] {
             sequence,
             time_ns: (time * 1e9) as u64,
             values,
+            ..Frame::default()
         };
         let (touch, ended) = estimator.push(&frame).unwrap();
         assert_ne!(ended.map(|ended| ended.is_ok()), Some(false));
@@ -207,6 +208,7 @@ fn a_slow_touch_during_the_rest_capture_leaves_no_trace() {
             sequence: k as u64,
             time_ns: k as u64 * 40_000_000,
             values: values.collect(),
+            ..Frame::default()
         };
         let (touch, ended) = estimator.push(&frame).unwrap();
         let Some(ended) = ended else { continue };
@@ -249,6 +251,7 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
                 sequence,
                 time_ns: (time * 1e9) as u64,
                 values: values.iter().map(|value| value + DRIFT * time).collect(),
+                ..Frame::default()
             };
             let found = estimator.push(&frame).unwrap().0.pressing_force().unwrap();
             errors.push([found[0] - force, found[1]]);
@@ -302,6 +305,7 @@ fn a_broken_channel_is_faulty_and_so_is_what_needs_it() {
                 sequence,
                 time_ns: (time * 1e9) as u64,
                 values,
+                ..Frame::default()
             };
             ended = estimator.push(&frame).unwrap().1.or(ended);
         }
@@ -326,6 +330,7 @@ fn a_broken_channel_is_faulty_and_so_is_what_needs_it() {
         sequence: 0,
         time_ns: (time * 1e9) as u64,
         values,
+        ..Frame::default()
     };
     let touch = estimator.push(&frame).unwrap().0;
     assert_eq!(touch.taxels[0].state, State::Masked);
@@ -356,6 +361,7 @@ fn a_masked_channel_is_left_out_of_the_maps_and_of_the_frames() {
                 sequence,
                 time_ns: (time * 1e9) as u64,
                 values,
+                ..Frame::default()
             };
             let (touch, captured) = estimator.push(&frame).unwrap();
             ended = captured.or(ended);

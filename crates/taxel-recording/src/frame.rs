@@ -1,7 +1,7 @@
 //! Frames: what any source of readings delivers.
 
 /// One reading of every channel of a device.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Frame {
     /// Running number given by the device; a jump means lost frames.
     pub sequence: u64,
@@ -10,6 +10,45 @@ pub struct Frame {
     /// One value per channel in SI units (see [`Stream::unit`]), taxel by
     /// taxel, row by row; `NaN` where there is no reading.
     pub values: Vec<f64>,
+    /// Arrival of its last byte by the steady clock of this computer, ns since the source was
+    /// opened; `None` for frames that did not come over a link.
+    pub host_ns: Option<u64>,
+    /// What is not certain about the frame.
+    pub flags: FrameFlags,
+}
+
+/// What is not certain about a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FrameFlags(u8);
+
+impl FrameFlags {
+    /// Nothing is uncertain.
+    pub const NONE: Self = Self(0);
+    /// The wire has no check that would show damage of a value.
+    pub const UNCHECKED_WIRE: Self = Self(1);
+    /// The device time is not the device's own: it follows from the counter or from the arrival.
+    pub const INFERRED_TIME: Self = Self(2);
+
+    /// The flags as one number, as recordings hold them.
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// The flags of such a number; unknown bits are kept.
+    pub fn of_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
+    /// These flags and those of `other`.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// True if all flags of `other` are set.
+    pub fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
 }
 
 /// Meaning of the frames of a source.
@@ -76,6 +115,12 @@ pub enum Quantity {
     Counts,
     /// Capacitance, F.
     Capacitance,
+    /// Voltage, V.
+    Voltage,
+    /// Resistance, Ω.
+    Resistance,
+    /// Charge, C.
+    Charge,
     /// Force on each taxel, N.
     Force,
     /// Pressure, Pa.
@@ -86,9 +131,12 @@ pub enum Quantity {
 
 impl Quantity {
     /// All quantities.
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 8] = [
         Self::Counts,
         Self::Capacitance,
+        Self::Voltage,
+        Self::Resistance,
+        Self::Charge,
         Self::Force,
         Self::Pressure,
         Self::Raw,
@@ -99,6 +147,9 @@ impl Quantity {
         match self {
             Self::Counts => "counts",
             Self::Capacitance => "capacitance",
+            Self::Voltage => "voltage",
+            Self::Resistance => "resistance",
+            Self::Charge => "charge",
             Self::Force => "force",
             Self::Pressure => "pressure",
             Self::Raw => "raw",

@@ -46,6 +46,6 @@ mod frame;
 mod input;
 mod recording;
 
-pub use frame::{Frame, Quantity, SignalUnit, Stream};
+pub use frame::{Frame, FrameFlags, Quantity, SignalUnit, Stream};
 pub use input::{InputError, Place, separator_of, text_of};
 pub use recording::{ChannelWriter, Format, Recording, RecordingError};

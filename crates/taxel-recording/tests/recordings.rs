@@ -416,6 +416,7 @@ fn what_cannot_be_read_back_is_not_written() {
         sequence: 0,
         time_ns: 0,
         values,
+        ..Frame::default()
     };
     let mut writer = ChannelWriter::new(Vec::new(), &stream, &[]).unwrap();
     assert!(writer.write(&frame(vec![f64::INFINITY])).is_err());
@@ -501,6 +502,7 @@ fn recordings() -> impl Strategy<Value = (Stream, Vec<Frame>)> {
                 sequence,
                 time_ns,
                 values,
+                ..Frame::default()
             });
         (Just(stream), prop::collection::vec(frame, 0..4))
     })
@@ -530,7 +532,7 @@ proptest! {
     fn any_double_comes_back_within_one_unit_in_the_last_place(value in 1e-18..1e-9_f64) {
         let stream = stream(1, 1, 1, "fF", Quantity::Capacitance, 1e-15);
         let mut writer = ChannelWriter::new(Vec::new(), &stream, &[]).unwrap();
-        writer.write(&Frame { sequence: 0, time_ns: 0, values: vec![value] }).unwrap();
+        writer.write(&Frame { sequence: 0, time_ns: 0, values: vec![value], ..Frame::default() }).unwrap();
         let bytes = writer.into_inner();
         let read = Recording::open("test", bytes.as_slice()).unwrap().next().unwrap().unwrap();
         let near = [value, value.next_up(), value.next_down()];

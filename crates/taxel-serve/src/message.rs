@@ -351,6 +351,7 @@ mod tests {
             sequence: 7,
             time_ns: 8,
             values: vec![1.5, f64::NAN],
+            ..Frame::default()
         };
         let continuity = continuity();
         let observed = session.push(&frame_of).unwrap();
@@ -420,6 +421,7 @@ mod tests {
             sequence: 1,
             time_ns: 2,
             values,
+            ..Frame::default()
         };
         let continuity = continuity();
         let touch = session.push(&frame_of).unwrap().touch.clone();

@@ -81,6 +81,7 @@ impl Bench {
                 sequence: self.sequence,
                 time_ns: (1e9 * self.time) as u64,
                 values: drifted.map(|(v, d)| v + d * self.time).collect(),
+                ..Frame::default()
             };
             let found = pressed(&mut self.estimator, &frame);
             if step + last >= steps {

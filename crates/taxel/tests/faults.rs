@@ -328,6 +328,7 @@ fn a_map_shows_a_missing_sensel_as_faulty_and_an_absent_one_as_masked() {
             sequence,
             time_ns: sequence * 1_000_000,
             values: vec![1e3 + pressed, f64::NAN, f64::NAN, 2e3],
+            ..Frame::default()
         };
         ended = estimator.push(&frame).unwrap().1.or(ended);
     }

@@ -172,6 +172,7 @@ fn what_cannot_be_read_is_a_state_with_its_limit() {
             sequence: 0,
             time_ns: 0,
             values: vec![capacitance],
+            ..Frame::default()
         };
         let touch = found.push(&frame).unwrap().0.clone();
         (touch.taxels[0], touch.pressing_force())
@@ -203,6 +204,7 @@ fn what_cannot_be_read_is_a_state_with_its_limit() {
         sequence: 0,
         time_ns: 0,
         values: vec![capacitance],
+        ..Frame::default()
     };
     let beyond = inverse.last().capacitance - 1e-15;
     let touch = estimator.push(&frame(beyond)).unwrap().0;
@@ -242,6 +244,7 @@ fn frames_of_another_device_are_refused() {
         sequence: 0,
         time_ns: 0,
         values: vec![1.0; 2],
+        ..Frame::default()
     };
     let refused = estimator.push(&frame).unwrap_err();
     assert_eq!(

@@ -398,6 +398,7 @@ fn bad_readings_are_states_and_never_numbers() {
         sequence: 0,
         time_ns: 0,
         values: vec![rest; 8],
+        ..Frame::default()
     };
     estimator.push(&frame).unwrap();
     frame.values[0] = f64::NAN;
@@ -457,6 +458,7 @@ fn a_rest_capture_takes_the_offset_and_refuses_a_moving_device() {
         sequence: 0,
         time_ns: 0,
         values: vec![counts(0.05); 8],
+        ..Frame::default()
     };
     let mut capture = |estimator: &mut ArrayEstimator, slope: f64| {
         estimator.begin_rest_capture(50);
@@ -478,6 +480,7 @@ fn a_rest_capture_takes_the_offset_and_refuses_a_moving_device() {
             sequence: 1,
             time_ns: 1_000_000_000,
             values: vec![counts(0.05); 8],
+            ..Frame::default()
         })
         .unwrap();
     assert!(

@@ -557,6 +557,7 @@ fn two_touches_are_found_or_called_ambiguous() {
                 sequence: 0,
                 time_ns: 0,
                 values: values.collect(),
+                ..Frame::default()
             };
             let (touch, _) = estimator.push(&frame).unwrap();
             let [[r, c], [s, d]] = pressed;

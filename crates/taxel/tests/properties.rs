@@ -262,6 +262,7 @@ fn frame(first: [f64; 4], rest: [f64; 4]) -> Frame {
         sequence: 0,
         time_ns: 0,
         values: taxels.flatten().collect(),
+        ..Frame::default()
     }
 }
 
@@ -367,7 +368,7 @@ proptest! {
         let calibration = sensor.three_axis().unwrap().calibration();
         let reader = ThreeAxisReader::new(calibration, Quantity::Capacitance, options).unwrap();
         let mut estimator = ArrayEstimator::new(Box::new(reader));
-        let frame = Frame { sequence: 0, time_ns: 0, values: readings.to_vec() };
+        let frame = Frame { sequence: 0, time_ns: 0, values: readings.to_vec(), ..Frame::default() };
         let taxel = estimator.push(&frame).unwrap().0.taxels[0];
         let possible = |c: f64| (0.2 * 172.2e-15..1.06 * 638e-15).contains(&c);
         if !readings.iter().all(|c| possible(*c)) {

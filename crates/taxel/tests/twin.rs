@@ -188,6 +188,7 @@ fn one_tile_that_stands_is_inconsistent() {
         sequence: 0,
         time_ns: 0,
         values: taxels.flatten().collect(),
+        ..Frame::default()
     };
     let options = ThreeAxisOptions::default();
     let reader = ThreeAxisReader::new(calibration, Quantity::Capacitance, options).unwrap();

@@ -307,6 +307,7 @@ fn states_at(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
             sequence: index as u64,
             time_ns: index as u64 * 1_000_000,
             values,
+            ..Frame::default()
         };
         estimator.push(&frame).unwrap();
         let reader: &MicrochannelReader = estimator.reader().unwrap();

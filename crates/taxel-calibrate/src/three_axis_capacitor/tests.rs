@@ -555,6 +555,7 @@ fn loops_are_found_along_each_axis_and_undone_live() {
                 sequence: 0,
                 time_ns: 0,
                 values: read.repeat(taxels),
+                ..Frame::default()
             };
             estimator.push(&frame).unwrap().0.taxels[0].value
         };

@@ -113,6 +113,7 @@ impl Decoder {
             sequence: self.row,
             time_ns: 0,
             values: Vec::with_capacity(self.channels),
+            ..Frame::default()
         };
         let fields = dialect.fields(lines.text()).take(1 + self.channels);
         for (at, field) in fields.enumerate() {

@@ -324,6 +324,7 @@ impl Decoder {
             sequence: self.row,
             time_ns: 0,
             values: vec![f64::NAN; self.channels],
+            ..Frame::default()
         };
         let last = self.columns.len() - 1;
         for (at, (column, field)) in self

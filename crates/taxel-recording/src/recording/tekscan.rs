@@ -264,6 +264,7 @@ impl Decoder {
                 sequence,
                 time_ns,
                 values,
+                ..Frame::default()
             }));
         }
     }

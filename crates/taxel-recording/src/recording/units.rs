@@ -18,11 +18,24 @@ const fn unit(quantity: Quantity, symbol: &'static str, si_per_unit: f64) -> Ent
 
 /// Standard gravity is 9.80665 m/s², a pound 0.45359237 kg, an inch 0.0254 m;
 /// mercury and water are the conventional ones.
-const UNITS: [Entry; 32] = [
+const UNITS: [Entry; 45] = [
+    unit(Quantity::Capacitance, "aF", 1e-18),
     unit(Quantity::Capacitance, "fF", 1e-15),
     unit(Quantity::Capacitance, "pF", 1e-12),
     unit(Quantity::Capacitance, "nF", 1e-9),
     unit(Quantity::Capacitance, "F", 1.0),
+    unit(Quantity::Voltage, "V", 1.0),
+    unit(Quantity::Voltage, "mV", 1e-3),
+    unit(Quantity::Voltage, "uV", 1e-6),
+    unit(Quantity::Voltage, "nV", 1e-9),
+    unit(Quantity::Resistance, "ohm", 1.0),
+    unit(Quantity::Resistance, "kohm", 1e3),
+    unit(Quantity::Resistance, "Mohm", 1e6),
+    unit(Quantity::Resistance, "mohm", 1e-3),
+    unit(Quantity::Charge, "C", 1.0),
+    unit(Quantity::Charge, "nC", 1e-9),
+    unit(Quantity::Charge, "pC", 1e-12),
+    unit(Quantity::Charge, "fC", 1e-15),
     unit(Quantity::Counts, "counts", 1.0),
     unit(Quantity::Raw, "raw", 1.0),
     unit(Quantity::Force, "N", 1.0),
@@ -53,13 +66,17 @@ const UNITS: [Entry; 32] = [
     unit(Quantity::Pressure, "lbf/in2", 6894.757293168361),
 ];
 
-/// The unit called `symbol`, whatever the case of its letters; `²` and `^2` are
-/// `2`.
+/// The unit called `symbol`, whatever the case of its letters where that leaves no doubt;
+/// `²` and `^2` are `2`.
 pub(super) fn find(symbol: &str) -> Option<SignalUnit> {
     let symbol = symbol.trim().replace('²', "2").replace('^', "");
-    UNITS
-        .iter()
-        .find(|unit| unit.symbol.eq_ignore_ascii_case(&symbol))
+    let exact = UNITS.iter().find(|unit| unit.symbol == symbol);
+    exact
+        .or_else(|| {
+            UNITS
+                .iter()
+                .find(|unit| unit.symbol.eq_ignore_ascii_case(&symbol))
+        })
         .map(|unit| SignalUnit {
             quantity: unit.quantity,
             symbol: unit.symbol.to_owned(),

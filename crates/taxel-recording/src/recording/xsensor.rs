@@ -232,6 +232,7 @@ impl Decoder {
             sequence,
             time_ns,
             values,
+            ..Frame::default()
         })
     }
 

@@ -5,7 +5,7 @@ mod slider;
 mod stimulus;
 mod twin;
 
-pub use taxel_recording::{Frame, Quantity, SignalUnit, Stream};
+pub use taxel_recording::{Frame, FrameFlags, Quantity, SignalUnit, Stream};
 
 pub use slider::Slider;
 pub use stimulus::{

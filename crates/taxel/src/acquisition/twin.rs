@@ -111,6 +111,7 @@ impl Twin {
             sequence,
             time_ns,
             values,
+            ..Frame::default()
         };
         if nth(link.double_every) {
             self.doubled = Some(frame.clone());

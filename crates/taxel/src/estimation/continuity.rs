@@ -90,6 +90,7 @@ mod tests {
                     sequence: *sequence,
                     time_ns: 0,
                     values: Vec::new(),
+                    ..Frame::default()
                 })
             })
             .collect();
@@ -115,6 +116,7 @@ mod tests {
                     sequence,
                     time_ns,
                     values,
+                    ..Frame::default()
                 })
             })
             .collect();

@@ -30,7 +30,7 @@ const DEVIATIONS: f64 = 3.0;
 /// let mut noise = MapNoise::default();
 /// for sequence in 0..40 {
 ///     let values = vec![0.0, 5.0, if sequence > 30 { 200.0 } else { 0.0 }];
-///     noise.push(&Frame { sequence, time_ns: sequence * 10_000_000, values });
+///     noise.push(&Frame { sequence, time_ns: sequence * 10_000_000, values, ..Frame::default() });
 /// }
 /// // The level that the program suppresses.
 /// assert_eq!(noise.hold(), 5.0);
@@ -151,6 +151,7 @@ mod tests {
                 sequence: at as u64,
                 time_ns: at as u64 * 10_000_000,
                 values: (0..64).map(|sensel| value(at, sensel)).collect(),
+                ..Frame::default()
             });
         }
         noise
