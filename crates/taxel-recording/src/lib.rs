@@ -4,7 +4,7 @@
 //! are. [`Recording`] decodes frames from bytes, [`ChannelWriter`] encodes them.
 //! Nothing here opens a file, reads a clock or knows a device.
 //!
-//! Three formats are read, recognised by content and never by the name of the
+//! Four formats are read, recognised by content and never by the name of the
 //! file:
 //!
 //! | format | begins with | described in |
@@ -12,6 +12,7 @@
 //! | raw channels | `sequence,time [s],r0c0.11 [fF],...` | [`ChannelWriter`] |
 //! | Tekscan I-Scan CSV and F-Scan ASF | `DATA_TYPE MOVIE` | [`Format::Tekscan`] |
 //! | XSENSOR CSV | `File:,"C:\...XSN"` | [`Format::Xsensor`] |
+//! | MCAP of taxel | the bytes `89 4d 43 41 50 30 0d 0a` | [`mcap`] |
 //!
 //! A decoder holds one line and one frame, whatever the length of the file,
 //! and reads from any [`BufRead`](std::io::BufRead).
@@ -44,8 +45,11 @@
 
 mod frame;
 mod input;
+pub mod mcap;
 mod recording;
 
 pub use frame::{Frame, FrameFlags, Quantity, SignalUnit, Stream};
 pub use input::{InputError, Place, separator_of, text_of};
-pub use recording::{ChannelWriter, Format, Recording, RecordingError};
+pub use recording::{
+    ChannelWriter, Format, Recording, RecordingError, described_stream, description_of,
+};

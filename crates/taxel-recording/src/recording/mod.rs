@@ -6,6 +6,8 @@
 
 mod bare;
 mod channels;
+mod chunks;
+mod description;
 mod encoding;
 mod lines;
 mod remarks;
@@ -15,14 +17,18 @@ mod vendors;
 mod writer;
 mod xsensor;
 
+use std::collections::VecDeque;
 use std::fmt;
-use std::io::BufRead;
+use std::io::{BufRead, ErrorKind};
 
 use crate::frame::{Frame, Stream};
 use crate::input::InputError;
+use crate::mcap::{Findings, RestMessage};
+use chunks::Chunks;
 use lines::{Dialect, Lines, quote};
 use remarks::Remarks;
 
+pub use description::{described_stream, description_of};
 pub use writer::ChannelWriter;
 
 /// Most taxels of a recording, rows x columns; more is taken for a damaged
@@ -36,10 +42,7 @@ const MOST_TAXELS: u64 = 1_000_000;
 /// iterator ends.
 #[derive(Debug)]
 pub struct Recording<R> {
-    lines: Lines<R>,
-    stream: Stream,
-    sensors: Vec<String>,
-    decoder: Decoder,
+    body: Body<R>,
     delivered: u64,
     finished: bool,
 }
@@ -78,6 +81,8 @@ pub enum Format {
     /// Times are those of day relative to the first frame; midnight may pass,
     /// frames must be less than 12 h apart.
     Xsensor,
+    /// Recording of [`crate::mcap`]: frames, touch, events and all else of a run.
+    Chunks,
 }
 
 /// Why a recording cannot be read, or not to its end.
@@ -134,6 +139,22 @@ impl RecordingError {
     }
 }
 
+/// Text or chunks.
+#[derive(Debug)]
+enum Body<R> {
+    Text(Box<Text<R>>),
+    Chunks(Box<Chunks<R>>),
+}
+
+/// A recording in lines.
+#[derive(Debug)]
+struct Text<R> {
+    lines: Lines<R>,
+    stream: Stream,
+    sensors: Vec<String>,
+    decoder: Decoder,
+}
+
 #[derive(Debug)]
 enum Decoder {
     Bare(bare::Decoder),
@@ -185,6 +206,40 @@ impl<R: BufRead> Recording<R> {
 
     fn open_any(
         file: &str,
+        mut reader: R,
+        wanted: Option<&str>,
+        bare: bool,
+    ) -> Result<Self, RecordingError> {
+        let in_chunks = loop {
+            match reader.fill_buf() {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                begin => break chunks::recognises(begin?),
+            }
+        };
+        if !in_chunks {
+            return Self::open_text(file, reader, wanted, bare);
+        }
+        let chunks = Chunks::open(file, reader).map_err(|error| error.after(0))?;
+        let own = [chunks.stream().name.clone()];
+        if let Some(wanted) = wanted
+            && own[0] != wanted
+        {
+            return Err(no_such_sensor(file, wanted, &own).into());
+        }
+        Ok(Self {
+            body: Body::Chunks(Box::new(chunks)),
+            delivered: 0,
+            finished: false,
+        })
+    }
+
+    /// Opens raw channels alone.
+    fn open_channels(file: &str, reader: R) -> Result<Self, RecordingError> {
+        Self::open_text(file, reader, None, false)
+    }
+
+    fn open_text(
+        file: &str,
         reader: R,
         wanted: Option<&str>,
         bare: bool,
@@ -196,6 +251,8 @@ impl<R: BufRead> Recording<R> {
             Format::Channels => channels::open(&mut lines, &remarks),
             Format::Tekscan => tekscan::open(&mut lines),
             Format::Xsensor => xsensor::open(&mut lines, wanted),
+            // Never found among lines.
+            Format::Chunks => return Err(unrecognised(&lines).into()),
         }
         .map_err(|error| error.after(0))?;
         if let Some(wanted) = wanted
@@ -204,10 +261,12 @@ impl<R: BufRead> Recording<R> {
             return Err(no_such_sensor(file, wanted, &opened.sensors).into());
         }
         Ok(Self {
-            lines,
-            stream: opened.stream,
-            sensors: opened.sensors,
-            decoder: opened.decoder,
+            body: Body::Text(Box::new(Text {
+                lines,
+                stream: opened.stream,
+                sensors: opened.sensors,
+                decoder: opened.decoder,
+            })),
             delivered: 0,
             finished: false,
         })
@@ -215,31 +274,62 @@ impl<R: BufRead> Recording<R> {
 
     /// Meaning of the frames: shape, unit, pitch (m), period (s), threshold.
     pub fn stream(&self) -> &Stream {
-        &self.stream
+        match &self.body {
+            Body::Text(text) => &text.stream,
+            Body::Chunks(chunks) => chunks.stream(),
+        }
     }
 
     /// The kind of file.
     pub fn format(&self) -> Format {
-        match self.decoder {
-            Decoder::Bare(_) => Format::Bare,
-            Decoder::Channels(_) => Format::Channels,
-            Decoder::Tekscan(_) => Format::Tekscan,
-            Decoder::Xsensor(_) => Format::Xsensor,
+        match &self.body {
+            Body::Chunks(_) => Format::Chunks,
+            Body::Text(text) => match text.decoder {
+                Decoder::Bare(_) => Format::Bare,
+                Decoder::Channels(_) => Format::Channels,
+                Decoder::Tekscan(_) => Format::Tekscan,
+                Decoder::Xsensor(_) => Format::Xsensor,
+            },
         }
     }
 
     /// Names of the sensors in the file, in its order; the one delivered is
     /// [`Stream::name`]. More than one only in [`Format::Xsensor`].
     pub fn sensors(&self) -> &[String] {
-        &self.sensors
+        match &self.body {
+            Body::Text(text) => &text.sensors,
+            Body::Chunks(chunks) => std::slice::from_ref(&chunks.stream().name),
+        }
+    }
+
+    /// Changes of the rest values that stand before the frame that was delivered last, or
+    /// before the end, the oldest first, each once; only a recording in chunks
+    /// ([`Format::Chunks`]) has them.
+    pub fn take_rest_changes(&mut self) -> VecDeque<RestMessage> {
+        match &mut self.body {
+            Body::Text(_) => VecDeque::new(),
+            Body::Chunks(chunks) => chunks.take_rests(),
+        }
+    }
+
+    /// What was found in a recording in chunks so far, with its attachments.
+    pub fn findings(&self) -> Option<&Findings> {
+        match &self.body {
+            Body::Text(_) => None,
+            Body::Chunks(chunks) => Some(chunks.findings()),
+        }
     }
 
     fn read(&mut self) -> Result<Option<Frame>, RecordingError> {
-        match &mut self.decoder {
-            Decoder::Bare(decoder) => decoder.read(&mut self.lines),
-            Decoder::Channels(decoder) => decoder.read(&mut self.lines),
-            Decoder::Tekscan(decoder) => decoder.read(&mut self.lines),
-            Decoder::Xsensor(decoder) => decoder.read(&mut self.lines),
+        let text = match &mut self.body {
+            Body::Chunks(chunks) => return chunks.read(),
+            Body::Text(text) => text,
+        };
+        match &mut text.decoder {
+            Decoder::Bare(decoder) => decoder.read(&mut text.lines),
+            Decoder::Channels(decoder) => decoder.read(&mut text.lines),
+            Decoder::Tekscan(decoder) => decoder.read(&mut text.lines),
+            Decoder::Xsensor(decoder) => decoder.read(&mut text.lines),
         }
     }
 }
@@ -270,6 +360,7 @@ impl fmt::Display for Format {
             Self::Channels => "raw channels (CSV)",
             Self::Tekscan => "Tekscan (I-Scan CSV or F-Scan ASF)",
             Self::Xsensor => "XSENSOR (CSV)",
+            Self::Chunks => "recording of taxel (MCAP)",
         })
     }
 }
@@ -329,7 +420,8 @@ fn recognise<R: BufRead>(
 const KNOWN_FORMATS: &str = "a recording is one of\n  \
      raw channels: a header line such as `time [s],r0c0.11 [fF],r0c0.12 [fF],r0c0.21 [fF],r0c0.22 [fF]` or `time [s],r0c0 [kPa]`, then one line of numbers per frame\n  \
      Tekscan I-Scan CSV or F-Scan ASF: begins with `DATA_TYPE MOVIE`\n  \
-     XSENSOR CSV: begins with `File:,` and the name of the XSN file";
+     XSENSOR CSV: begins with `File:,` and the name of the XSN file\n  \
+     MCAP that taxel live --record has written";
 
 fn unrecognised<R: BufRead>(lines: &Lines<R>) -> InputError {
     let text = lines.text();

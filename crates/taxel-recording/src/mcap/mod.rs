@@ -1,0 +1,34 @@
+//! Recordings that survive: MCAP with small chunks, each with its CRC.
+//!
+//! A [`Writer`] puts the messages of nine channels ([`Channel`]) into chunks and writes each
+//! chunk at once; whatever ends the program, the chunks before are whole. A [`Reader`] believes
+//! only chunks whose lengths and CRC agree, and finds the next one after damage. [`rewrite`]
+//! makes a finished recording of what is whole.
+//!
+//! The files are those of <https://mcap.dev>, which other programs read: the messages are
+//! those of ROS 2 (`ros2msg` schemas, `cdr` encoding). Nothing is compressed: a torn compressed
+//! chunk is lost whole.
+
+mod cdr;
+mod chunk_list;
+mod crc;
+mod message;
+mod order;
+mod reader;
+mod record;
+mod rewrite;
+mod scanner;
+mod schemas;
+mod storage;
+mod writer;
+
+pub use message::{
+    ClockMessage, ContactMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage,
+    MarkMessage, Message, NO_TIME, RestKind, RestMessage, TouchMessage, WireMessage,
+};
+pub use reader::{Damage, Entry, Findings, Reader};
+pub use record::{Attachment, MAGIC, Metadata};
+pub use rewrite::{Rewritten, rewrite};
+pub use schemas::Channel;
+pub use storage::Storage;
+pub use writer::{Head, Writer};
