@@ -97,17 +97,33 @@ fn hang_up_is_ignored() -> bool {
 
 /// The signals that ask for an end.
 #[cfg(not(unix))]
-pub(crate) struct Signals(tokio::signal::windows::CtrlC);
+pub(crate) struct Signals {
+    interrupt: tokio::signal::windows::CtrlC,
+    window_closed: tokio::signal::windows::CtrlClose,
+    logged_off: tokio::signal::windows::CtrlLogoff,
+    shut_down: tokio::signal::windows::CtrlShutdown,
+}
 
 #[cfg(not(unix))]
 impl Signals {
     pub(crate) fn listen() -> std::io::Result<Self> {
-        tokio::signal::windows::ctrl_c().map(Self)
+        use tokio::signal::windows;
+        Ok(Self {
+            interrupt: windows::ctrl_c()?,
+            window_closed: windows::ctrl_close()?,
+            logged_off: windows::ctrl_logoff()?,
+            shut_down: windows::ctrl_shutdown()?,
+        })
     }
 
     /// Number of the next one.
     pub(crate) async fn next(&mut self) -> i32 {
-        self.0.recv().await;
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.window_closed.recv() => {}
+            _ = self.logged_off.recv() => {}
+            _ = self.shut_down.recv() => {}
+        }
         2
     }
 }

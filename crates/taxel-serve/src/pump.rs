@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use bytes::Bytes;
 use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{Continuity, FrameError, RestRefused, State, TaxelTouch, TouchSession};
+use taxel_recording::mcap::{FrameMessage, HealthMessage, RestKind, RestMessage};
 use tokio::sync::broadcast;
 
 use crate::condition::{ChannelConditions, ConditionSender};
@@ -18,12 +19,16 @@ use crate::history::{History, Mark};
 use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
 use crate::message::{self, Health, Tare};
+use crate::record::{
+    Pace, RecordTo, Recorder, RecordingSummary, WhenRecordingFails, event_message, rest_message,
+    rest_of, touch_message,
+};
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineSender, BelowZero, By, TareHistory, unix_s};
 
 /// Options of the pump.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct PumpOptions {
     /// Device seconds per second; infinite means as fast as possible; default 1.
     pub speed: f64,
@@ -39,7 +44,9 @@ pub struct PumpOptions {
     pub save: Option<PathBuf>,
     /// Write the events to this file.
     pub events: Option<EventFile>,
-    /// True if `save` and `events` may replace ordinary files that exist; default false.
+    /// Record the run here.
+    pub record: Option<RecordTo>,
+    /// True if `save`, `events` and `record` may replace ordinary files that exist; default false.
     pub replace_files: bool,
     /// Lines of provenance for the saved file.
     pub provenance: Vec<String>,
@@ -55,6 +62,7 @@ impl Default for PumpOptions {
             rest_from: None,
             save: None,
             events: None,
+            record: None,
             replace_files: false,
             provenance: Vec::new(),
         }
@@ -144,6 +152,10 @@ const BASELINE: usize = 3;
 const QUEUE: usize = 64;
 /// Notice when rest values are to be replaced while others are captured.
 const RUNNING: &str = "a rest capture is running; wait for its end";
+/// Why rest values are those of the recording that is played.
+const RESTORED: &str = "as recorded";
+/// Time from one record of losses and conditions to the next.
+const HEALTH_EVERY: Duration = Duration::from_secs(1);
 /// Longest sleep before commands and the stop flag are looked at again.
 const NAP: Duration = Duration::from_millis(20);
 
@@ -226,6 +238,8 @@ pub struct Summary {
     pub conditions: ChannelConditions,
     /// Touch of the last frame; `None` without any.
     pub last: Option<LastTouch>,
+    /// The recording of the run, if one was made.
+    pub recording: Option<RecordingSummary>,
     /// Why the source failed, if it did.
     pub failure: Option<Failure>,
 }
@@ -242,6 +256,12 @@ pub enum Failure {
     /// The frames could not be saved.
     #[error("{0}")]
     Save(#[from] SaveError),
+    /// The recording failed, and the run was to end with it.
+    #[error("{message}")]
+    Record {
+        /// Why.
+        message: String,
+    },
 }
 
 /// Runs a source through an estimator until it ends, `options.frames` are
@@ -262,6 +282,9 @@ pub(crate) struct Pump {
     last: Option<LastTouch>,
     clock: Clock,
     saver: Option<Saver>,
+    recorder: Option<Recorder>,
+    /// When losses and conditions were recorded last.
+    recorded_health: Option<Instant>,
     events: Events,
     tares: TareHistory,
     below_zero: Option<BelowZero>,
@@ -296,6 +319,23 @@ impl Clock {
     }
 }
 
+/// The recorder that the options ask for.
+fn recorder(options: &PumpOptions, stream: &Stream) -> Result<Option<Recorder>, SaveError> {
+    let pace = if options.speed.is_infinite() {
+        Pace::Waits
+    } else {
+        Pace::Device
+    };
+    Ok(match &options.record {
+        None => None,
+        Some(RecordTo::Messages(receiver)) => Some(Recorder::piped(receiver.clone())),
+        Some(RecordTo::File(file)) => {
+            let replace = options.replace_files;
+            Some(Recorder::create(file, stream, replace, pace)?)
+        }
+    })
+}
+
 impl Pump {
     pub(crate) fn new(
         source: Box<dyn Source>,
@@ -304,6 +344,7 @@ impl Pump {
         shared: Arc<Shared>,
         commands: mpsc::Receiver<Command>,
     ) -> Result<Self, SaveError> {
+        let recorder = recorder(&options, source.stream())?;
         let saver = match &options.save {
             Some(path) => Some(Saver::create(
                 path,
@@ -355,6 +396,8 @@ impl Pump {
             last: None,
             clock,
             saver,
+            recorder,
+            recorded_health: None,
         })
     }
 
@@ -368,8 +411,16 @@ impl Pump {
 
     pub(crate) fn run(mut self) -> Summary {
         self.tell_rest();
+        if let Some(recorder) = &self.recorder {
+            self.source.record_to(recorder);
+        }
+        self.record_rest(RestKind::Begun, By::Start, None, String::new());
         self.tare_at_start();
         let mut failure = self.frames().err();
+        if self.recorder.is_some() {
+            self.record_health();
+        }
+        let recording = self.recorder.take().map(|recorder| recorder.finish());
         if let Some(saver) = self.saver.take()
             && let Err(error) = saver.finish()
         {
@@ -401,19 +452,20 @@ impl Pump {
             events,
             conditions: ChannelConditions::of(&self.session),
             last: self.last,
+            recording: recording.filter(|recording| !recording.path.as_os_str().is_empty()),
             failure,
         }
     }
 
     fn tare_at_start(&mut self) {
-        let frames = self.options.tare_frames;
-        match self.options.start_tare {
+        let kind = match self.options.start_tare {
             StartTare::Automatic if self.session.estimator().rules().rest.at_start => {
-                self.session.begin_unasked_rest_capture(frames);
+                RestKind::StartedUnasked
             }
-            StartTare::Asked => self.session.begin_rest_capture(frames),
+            StartTare::Asked => RestKind::Started,
             StartTare::Automatic | StartTare::Never => return,
-        }
+        };
+        self.begin_capture(kind, self.options.tare_frames, By::Start, None);
         self.tares.begin(By::Start, false);
         self.tell_rest();
     }
@@ -424,6 +476,7 @@ impl Pump {
             match next {
                 Next::End => break,
                 Next::Nothing(time_ns) => self.wait(time_ns),
+                Next::Rest(change) => self.recorded_rest(&change),
                 Next::Frame(frame) => {
                     self.wait(frame.time_ns);
                     if self.shared.stopped() {
@@ -469,7 +522,9 @@ impl Pump {
                 self.tares.begin(by, pressed.is_some());
                 match pressed.filter(|_| !force) {
                     Some(refused) => return self.captured(Err(refused), now),
-                    None => self.session.begin_rest_capture(self.options.tare_frames),
+                    None => {
+                        self.begin_capture(RestKind::Started, self.options.tare_frames, by, now);
+                    }
                 }
             }
             Command::ClearTare | Command::UndoTare { .. } if running => {
@@ -478,11 +533,13 @@ impl Pump {
             Command::ClearTare => {
                 self.session.clear_rest();
                 self.tares.cleared(now, &self.session);
+                self.record_rest(RestKind::Cleared, By::Page, now, String::new());
                 self.forget_below_zero();
                 self.mark("tare cleared", now);
             }
             Command::UndoTare { to } => {
                 if self.tares.undo(to, now, &mut self.session) {
+                    self.record_rest(RestKind::Undone, By::Page, now, String::new());
                     self.forget_below_zero();
                     self.mark("tare undone", now);
                 } else {
@@ -496,6 +553,7 @@ impl Pump {
 
     fn take(&mut self, frame: Frame) -> Result<(), Failure> {
         let arrival = Instant::now();
+        self.record_frame(&frame)?;
         if !self.continuity.accept(&frame) {
             self.shared.status().last_arrival = arrival;
             return self.save(frame);
@@ -532,8 +590,15 @@ impl Pump {
         if shared.history().push(touch, unix_s()) {
             shared.events().restart();
         }
+        let recorder = self.recorder.as_ref();
+        if let Some(recorder) = recorder {
+            recorder.touch(touch_message(touch, self.components));
+        }
         self.events.push(observed.events, &|event| {
             shared.events().push(event);
+            if let Some(recorder) = recorder {
+                recorder.event(event_message(event));
+            }
         })?;
         let (touch, meaning) = (self.session.estimator().touch(), self.session.meaning());
         self.last = Some(LastTouch::new(touch, meaning, self.last.take()));
@@ -579,11 +644,158 @@ impl Pump {
         self.mark(kind, time_ns);
         self.tares
             .captured(time_ns, refused.as_deref(), &self.session);
+        let kind = if refused.is_none() {
+            RestKind::Captured
+        } else {
+            RestKind::Refused
+        };
+        let message = refused.clone().unwrap_or_default();
+        self.record_rest(kind, self.tares.by(), time_ns, message);
         match refused {
             Some(refused) => self.shared.status().notice = refused,
             None => self.forget_below_zero(),
         }
         self.tell_rest();
+    }
+
+    /// Begins a rest capture.
+    fn begin_capture(&mut self, kind: RestKind, frames: usize, by: By, time_ns: Option<u64>) {
+        if let Some(recorder) = &self.recorder {
+            let mut message = rest_message(kind, by.name(), time_ns, &self.session);
+            message.frames = u32::try_from(frames).unwrap_or(u32::MAX);
+            recorder.rest(message);
+        }
+        match kind {
+            RestKind::StartedUnasked => self.session.begin_unasked_rest_capture(frames),
+            _ => self.session.begin_rest_capture(frames),
+        }
+    }
+
+    /// Repeats a change of the rest values that a recording has, so that each frame is
+    /// estimated as it was.
+    fn recorded_rest(&mut self, change: &RestMessage) {
+        if self.options.start_tare == StartTare::Asked || self.options.rest_from.is_some() {
+            // The rest values of this run are others.
+            return;
+        }
+        let now = self.last.as_ref().map(|last| last.time_ns);
+        let by = By::of_name(&change.by);
+        match change.kind {
+            RestKind::Started | RestKind::StartedUnasked => {
+                self.tares.begin(by, false);
+                self.begin_capture(change.kind, change.frames as usize, by, now);
+            }
+            // The frames before have done the same; what they gave counts unless the recording
+            // has other values.
+            RestKind::Captured | RestKind::Refused | RestKind::Begun => {
+                if self.restored(change) {
+                    self.record_rest(RestKind::Undone, by, now, RESTORED.into());
+                }
+            }
+            RestKind::Cleared => {
+                self.session.clear_rest();
+                self.restored(change);
+                self.tares.cleared(now, &self.session);
+                self.record_rest(RestKind::Cleared, by, now, String::new());
+                self.mark("tare cleared", now);
+            }
+            RestKind::Undone => {
+                if let Some(rest) = rest_of(change) {
+                    self.session.restore_rest(&rest);
+                }
+                self.record_rest(RestKind::Undone, by, now, change.message.clone());
+                self.mark("tare undone", now);
+            }
+        }
+        self.forget_below_zero();
+        self.tell_rest();
+    }
+
+    /// Puts the rest values of a recording in force where others are; true if so.
+    fn restored(&mut self, change: &RestMessage) -> bool {
+        let own = rest_message(change.kind, "", None, &self.session);
+        let bits = |message: &RestMessage| -> Vec<u64> {
+            let captured = message.captured.iter().flatten().flatten();
+            let values = message.values.iter().chain(captured);
+            values.map(|value| value.to_bits()).collect()
+        };
+        let known = |message: &RestMessage| -> Vec<bool> {
+            message.captured.iter().map(Option::is_some).collect()
+        };
+        let same = bits(&own) == bits(change)
+            && known(&own) == known(change)
+            && own.at_end == change.at_end;
+        match rest_of(change).filter(|_| !same) {
+            Some(rest) if rest.values().len() == own.values.len() => {
+                self.session.restore_rest(&rest);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn record_rest(&self, kind: RestKind, by: By, time_ns: Option<u64>, message: String) {
+        if let Some(recorder) = &self.recorder {
+            let mut change = rest_message(kind, by.name(), time_ns, &self.session);
+            change.message = message;
+            recorder.rest(change);
+        }
+    }
+
+    /// Records a frame as it came, and notices a recording that has failed.
+    fn record_frame(&mut self, frame: &Frame) -> Result<(), Failure> {
+        let Some(recorder) = &self.recorder else {
+            return Ok(());
+        };
+        if let Some(failure) = recorder.failure() {
+            let message = failure.to_owned();
+            if let Some(RecordTo::File(file)) = &self.options.record
+                && file.when_failing == WhenRecordingFails::Stop
+            {
+                return Err(Failure::Record { message });
+            }
+            let mut status = self.shared.status();
+            if status.notice.is_empty() {
+                status.notice = message;
+            }
+            return Ok(());
+        }
+        recorder.raw(FrameMessage {
+            utc_ns: 0,
+            frame: frame.clone(),
+        });
+        let due = |since: Instant| since.elapsed() >= HEALTH_EVERY;
+        if self.recorded_health.is_none_or(due) {
+            self.record_health();
+        }
+        Ok(())
+    }
+
+    fn record_health(&mut self) {
+        self.recorded_health = Some(Instant::now());
+        let conditions = ChannelConditions::of(&self.session);
+        let counts = &self.continuity;
+        let span = self.recent.front().zip(self.recent.back());
+        let span = span.map_or(0.0, |(a, b)| b.duration_since(*a).as_secs_f64());
+        let wrong = conditions.wrong.into_iter();
+        let (wrong, reasons) = wrong.map(|wrong| (wrong.name, wrong.reason)).unzip();
+        let message = HealthMessage {
+            utc_ns: 0,
+            device_time_ns: self.last.as_ref().map_or(0, |last| last.time_ns),
+            accepted: counts.accepted,
+            lost: counts.lost,
+            late: counts.late,
+            duplicate: counts.duplicate,
+            repeated: counts.repeated,
+            restarts: counts.restarts,
+            clipped: self.clipped_frames,
+            rate: self.recent.len().saturating_sub(1) as f64 / span,
+            wrong,
+            reasons,
+        };
+        if let Some(recorder) = &self.recorder {
+            recorder.health(message);
+        }
     }
 
     /// Notes a change of the rest values in the history; none lies before the first frame.

@@ -1,16 +1,23 @@
 //! Saves the raw frames of a run as a recording of channels.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use taxel::acquisition::{Frame, Stream};
 use taxel_recording::ChannelWriter;
 
 /// Frames that may wait for the disk before the run is ended with an error.
 const WAITING: usize = 1 << 14;
+
+/// Lines are written out after this time, so that no more than 100 ms are lost with the
+/// process.
+const FLUSH: Duration = Duration::from_millis(80);
+/// Longest wait for a frame.
+const IDLE: Duration = Duration::from_secs(3600);
 
 /// Why frames could not be saved.
 #[derive(Debug, thiserror::Error)]
@@ -34,16 +41,31 @@ pub enum SaveError {
 }
 
 /// Opens a new file, or with `replace` an ordinary one that exists: it is written anew in
-/// its place, so that its mode and the links to it stay.
+/// its place, so that its mode and the links to it stay. No other program of this kind
+/// replaces it while it is open.
 pub(crate) fn created(path: &Path, replace: bool) -> std::io::Result<File> {
     if !replace || std::fs::symlink_metadata(path).is_err() {
-        return File::create_new(path);
+        let file = File::create_new(path)?;
+        return locked(file);
     }
     // Opening a pipe would wait for its reader.
     if !std::fs::metadata(path)?.is_file() {
         return Err(std::io::Error::other("it is no ordinary file"));
     }
-    OpenOptions::new().write(true).truncate(true).open(path)
+    let file = locked(OpenOptions::new().write(true).open(path)?)?;
+    file.set_len(0)?;
+    Ok(file)
+}
+
+/// The file, unless another program writes it.
+fn locked(file: File) -> std::io::Result<File> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(std::io::Error::other(
+            "another program is writing it; name another file",
+        )),
+        // Some file systems have no locks.
+        _ => Ok(file),
+    }
 }
 
 /// Writes frames on a thread of its own, so that the disk cannot delay them.
@@ -66,14 +88,30 @@ impl Saver {
             cause,
         };
         let file = created(path, replace).map_err(fail)?;
+        // Who reads a file without the mark at its end knows that it is cut.
+        let comments = [provenance, &["end = marked".to_owned()]].concat();
         let mut writer =
-            ChannelWriter::new(BufWriter::new(file), stream, provenance).map_err(fail)?;
+            ChannelWriter::new(BufWriter::new(file), stream, &comments).map_err(fail)?;
         let (frames, waiting) = mpsc::sync_channel::<Frame>(WAITING);
         let writer = std::thread::spawn(move || {
-            for frame in waiting {
-                writer.write(&frame)?;
+            // When the oldest line came that is not written out.
+            let mut oldest: Option<Instant> = None;
+            loop {
+                let wait = oldest.map_or(IDLE, |oldest| FLUSH.saturating_sub(oldest.elapsed()));
+                match waiting.recv_timeout(wait) {
+                    Ok(frame) => {
+                        writer.write(&frame)?;
+                        oldest.get_or_insert_with(Instant::now);
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => break,
+                }
+                if oldest.is_some_and(|oldest| oldest.elapsed() >= FLUSH) {
+                    writer.flush()?;
+                    oldest = None;
+                }
             }
-            writer.into_inner().into_inner()?.flush()
+            writer.end()?.into_inner()?.flush()
         });
         Ok(Self {
             path: path.to_owned(),

@@ -1,12 +1,16 @@
 //! Sources of frames: the simulated twin and recordings.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
 use taxel::estimation::MapNoise;
+use taxel_recording::mcap::{Findings, RestMessage};
 use taxel_recording::{Recording, RecordingError};
+
+use crate::record::Recorder;
 
 /// Next item of a source.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +19,8 @@ pub enum Next {
     Frame(Frame),
     /// Nothing arrives at this device time, ns.
     Nothing(u64),
+    /// The rest values changed here when this was recorded.
+    Rest(Box<RestMessage>),
     /// The source has ended.
     End,
 }
@@ -30,6 +36,10 @@ pub trait Source: Send {
     /// # Errors
     /// When the source fails; it has ended then.
     fn next(&mut self) -> Result<Next, SourceError>;
+
+    /// Gives the source the recorder of the run, before its first frame: for what only the
+    /// source knows, such as the bytes of the wire, states of the link and relations of clocks.
+    fn record_to(&mut self, _recorder: &Recorder) {}
 }
 
 /// Why a source failed.
@@ -89,6 +99,10 @@ impl Source for TwinSource {
 pub struct ReplaySource {
     recording: Recording<BufReader<File>>,
     stream: Stream,
+    /// Changes of the rest values that come before the frame that is held.
+    rests: VecDeque<RestMessage>,
+    /// A frame, or the end.
+    held: Option<Option<Frame>>,
 }
 
 /// How a recording is opened.
@@ -153,7 +167,15 @@ impl ReplaySource {
         Ok(Self {
             stream: recording.stream().clone(),
             recording,
+            rests: VecDeque::new(),
+            held: None,
         })
+    }
+
+    /// What was found so far in a recording of a whole run (`--record`), with the files that
+    /// are part of it.
+    pub fn findings(&self) -> Option<&Findings> {
+        self.recording.findings()
     }
 
     /// Names of the sensors in the recording; the one played is the name of the stream.
@@ -169,6 +191,7 @@ impl ReplaySource {
         loop {
             let frame = match self.next() {
                 Ok(Next::Frame(frame)) => frame,
+                Ok(Next::Rest(_)) => continue,
                 Ok(_) => return (survey, Ok(())),
                 Err(error) => return (survey, Err(error)),
             };
@@ -212,9 +235,17 @@ impl Source for ReplaySource {
     }
 
     fn next(&mut self) -> Result<Next, SourceError> {
-        match self.recording.next() {
-            Some(frame) => Ok(Next::Frame(frame?)),
-            None => Ok(Next::End),
+        if self.held.is_none() {
+            let frame = self.recording.next().transpose()?;
+            self.rests = self.recording.take_rest_changes();
+            self.held = Some(frame);
         }
+        if let Some(change) = self.rests.pop_front() {
+            return Ok(Next::Rest(Box::new(change)));
+        }
+        Ok(match self.held.take().flatten() {
+            Some(frame) => Next::Frame(frame),
+            None => Next::End,
+        })
     }
 }

@@ -16,6 +16,24 @@ pub enum By {
     Page,
 }
 
+impl By {
+    const ALL: [Self; 2] = [Self::Start, Self::Page];
+
+    /// Name in recordings.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Page => "page",
+        }
+    }
+
+    /// Who is called so in a recording; anyone else is a client.
+    pub(crate) fn of_name(name: &str) -> Self {
+        let found = Self::ALL.into_iter().find(|by| by.name() == name);
+        found.unwrap_or(Self::Page)
+    }
+}
+
 /// Kind of a change of the rest values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -115,6 +133,11 @@ impl TareHistory {
     /// A capture begins, under load or not.
     pub(crate) fn begin(&mut self, by: By, under_load: bool) {
         (self.by, self.under_load) = (by, under_load);
+    }
+
+    /// Who asked for the capture that runs, or ran last.
+    pub(crate) fn by(&self) -> By {
+        self.by
     }
 
     /// Why `taxels` taxels read below zero.

@@ -214,6 +214,18 @@ impl<S: Storage> Writer<S> {
         result
     }
 
+    /// Leaves out the numbers of `messages` messages of a channel that could not be written, so
+    /// that readers know of them.
+    pub fn skip(&mut self, channel: Channel, messages: u32) {
+        let sequence = &mut self.sequences[channel.place()];
+        *sequence = sequence.wrapping_add(messages);
+    }
+
+    /// True if a chunk is open: messages wait for [`Writer::flush`].
+    pub fn is_open(&self) -> bool {
+        !self.records.is_empty()
+    }
+
     /// Appends a message whose bytes and number are known.
     pub(super) fn encoded(&mut self, stamp: Stamp, bytes: &[u8]) -> Result<()> {
         if self.failed {

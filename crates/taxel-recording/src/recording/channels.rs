@@ -6,6 +6,7 @@ use std::io::BufRead;
 
 use super::lines::{Dialect, Field, Lines, quote};
 use super::remarks::Remarks;
+use super::writer::END;
 use super::{MOST_TAXELS, Opened, RecordingError, units};
 use crate::frame::{Frame, SignalUnit, Stream};
 use crate::input::InputError;
@@ -35,6 +36,8 @@ pub(super) struct Decoder {
     columns: Vec<Column>,
     channels: usize,
     row: u64,
+    /// True if a whole file has a mark at its end.
+    end_is_marked: bool,
 }
 
 /// Contents of a column of the file.
@@ -92,6 +95,7 @@ pub(super) fn open<R: BufRead>(
         return Err(lines.truncated("the file ends with its header line"));
     }
     let (mut stream, mut decoder) = read_header(lines)?;
+    decoder.end_is_marked = remarks.end_is_marked;
     let si_per_number = remarks
         .complete(&mut stream)
         .map_err(|message| lines.line_error(message))?;
@@ -179,6 +183,7 @@ fn read_header<R: BufRead>(lines: &Lines<R>) -> Result<(Stream, Decoder), InputE
         columns,
         channels,
         row: 0,
+        end_is_marked: false,
     };
     Ok((stream, decoder))
 }
@@ -317,6 +322,27 @@ impl Decoder {
         lines: &mut Lines<R>,
     ) -> Result<Option<Frame>, RecordingError> {
         if !lines.advance_to_row(&self.dialect)? {
+            if self.end_is_marked {
+                return Err(lines.truncated("the mark of its end is missing"));
+            }
+            return Ok(None);
+        }
+        if let Some(frames) = lines.text().strip_prefix(END) {
+            let said = frames
+                .split_whitespace()
+                .next()
+                .and_then(|n| n.parse().ok());
+            if said != Some(self.row) {
+                let message = format!("{} frames stand before this mark of the end", self.row);
+                let error = lines.line_error(message);
+                return Err(lines.fault(error.help("lines are missing or were added")));
+            }
+            if lines.advance_to_row(&self.dialect)? {
+                return Err(lines
+                    .line_error("this line stands behind the mark of the end")
+                    .help("one file holds one recording; split it")
+                    .into());
+            }
             return Ok(None);
         }
         self.check_shape(lines)?;
@@ -537,6 +563,28 @@ mod tests {
                 "{error}"
             );
         }
+    }
+
+    #[test]
+    fn a_file_whose_end_is_marked_is_whole_or_cut() {
+        let head = "# end = marked\ntime [s],r0c0 [raw]\n0,1\n1,2\n";
+        let whole = format!("{head}# end of the recording: 2 frames\n");
+        assert_eq!(read(&whole).unwrap().len(), 2);
+        let cut = |text: &str| matches!(read(text), Err(RecordingError::Truncated { .. }));
+        for length in head.len() - 4..whole.len() - " frames\n".len() {
+            assert!(cut(&whole[..length]), "{}", &whole[..length]);
+        }
+        let fewer = whole.replace("0,1\n", "");
+        let error = read(&fewer).unwrap_err().to_string();
+        assert!(error.contains("1 frames stand before"), "{error}");
+        let more = format!("{whole}2,3\n");
+        let error = read(&more).unwrap_err().to_string();
+        assert!(error.contains("behind the mark"), "{error}");
+        // Files of older versions announce no mark.
+        assert_eq!(
+            read(&head.replace("# end = marked\n", "")).unwrap().len(),
+            2
+        );
     }
 
     #[test]

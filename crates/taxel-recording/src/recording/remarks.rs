@@ -17,6 +17,8 @@ pub(super) struct Remarks {
     quantity: Option<Quantity>,
     /// A number and its unit.
     threshold: Option<(f64, SignalUnit)>,
+    /// True if a whole file has a mark at its end.
+    pub(super) end_is_marked: bool,
 }
 
 /// Keys of a comment that says something, with what may stand behind them.
@@ -49,6 +51,8 @@ impl Remarks {
         let Some((key, value)) = text.split_once('=') else {
             return Ok(());
         };
+        // Written by this program alone; others may mean something else by it.
+        self.end_is_marked |= key.trim() == "end" && value.trim() == "marked";
         let Some((key, allowed)) = KEYS.iter().find(|(known, _)| *known == key.trim()) else {
             return Ok(());
         };

@@ -61,8 +61,12 @@ pub struct ChannelWriter<W> {
     writer: W,
     si_per_unit: f64,
     channels: usize,
+    frames: u64,
     line: String,
 }
+
+/// Begin of the last line of a file that is whole.
+pub(super) const END: &str = "# end of the recording:";
 
 impl<W: Write> ChannelWriter<W> {
     /// Writes `comments`, one or more lines each, and the header line.
@@ -118,6 +122,7 @@ impl<W: Write> ChannelWriter<W> {
             writer,
             si_per_unit: unit.si_per_unit,
             channels: stream.channels(),
+            frames: 0,
             line,
         };
         this.writer.write_all(this.line.as_bytes())?;
@@ -155,7 +160,9 @@ impl<W: Write> ChannelWriter<W> {
             let _ = write!(self.line, ",{}", Number(shown));
         }
         self.line.push('\n');
-        self.writer.write_all(self.line.as_bytes())
+        self.writer.write_all(self.line.as_bytes())?;
+        self.frames += 1;
+        Ok(())
     }
 
     /// Writes out what the writer below still holds back.
@@ -164,6 +171,20 @@ impl<W: Write> ChannelWriter<W> {
     /// Those of the writer.
     pub fn flush(&mut self) -> Result<()> {
         self.writer.flush()
+    }
+
+    /// Writes the mark of a whole file, `# end` with the number of its frames, and gives the
+    /// writer back, not flushed.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn end(mut self) -> Result<W> {
+        let frames = match self.frames {
+            1 => "1 frame".to_owned(),
+            frames => format!("{frames} frames"),
+        };
+        writeln!(self.writer, "{END} {frames}")?;
+        Ok(self.writer)
     }
 
     /// The writer, as it is: not flushed.

@@ -121,9 +121,35 @@ pub struct Rest {
 }
 
 impl Rest {
+    /// Rest values that [`Rest::values`], [`Rest::captured`] and [`Rest::at_end`] gave before,
+    /// such as those of a recording; `None` if they are not of equally many channels.
+    pub fn of_parts(
+        values: Vec<f64>,
+        captured: Vec<Option<[f64; 2]>>,
+        at_end: Vec<bool>,
+    ) -> Option<Self> {
+        let fit = values.len() == captured.len() && at_end.len() == captured.len();
+        fit.then_some(Self {
+            captured,
+            at_end,
+            values,
+        })
+    }
+
     /// Reading of each channel at rest, SI.
     pub fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// Captured reading of each channel, SI, and the noise that the capture measured; none
+    /// where the channel is as drawn.
+    pub fn captured(&self) -> &[Option<[f64; 2]>] {
+        &self.captured
+    }
+
+    /// True for a channel that read at the high end throughout the capture.
+    pub fn at_end(&self) -> &[bool] {
+        &self.at_end
     }
 }
 

@@ -1,0 +1,103 @@
+//! The thread that writes a recording.
+
+use std::io::Result;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use taxel_recording::mcap::{Channel, Head, Storage, Writer};
+
+use super::disk::{SyncThread, Syncs};
+use super::{Item, Recorded, State};
+
+/// A chunk is written after this time: with what the machine takes to wake the thread and to
+/// write, no more than 100 ms are lost with the process.
+const FLUSH: Duration = Duration::from_millis(80);
+/// The disk is asked to keep what it has after this time.
+const SYNC: Duration = Duration::from_secs(1);
+/// Longest wait for a message.
+const IDLE: Duration = Duration::from_secs(3600);
+
+/// Writes the head, then begins the thread.
+pub(super) fn begin<S: Storage + Syncs + Send + 'static>(
+    disk: S,
+    head: &Head,
+    messages: Receiver<(u64, Item)>,
+    state: Arc<State>,
+) -> Result<JoinHandle<()>> {
+    let syncer = disk.syncer()?;
+    let mut writer = Writer::new(disk, head)?;
+    writer.sync()?;
+    let failed = Arc::clone(&state);
+    let sync = SyncThread::begin(syncer, move |error| failed.fail(error));
+    std::thread::Builder::new()
+        .name("recorder".into())
+        .spawn(move || {
+            let ended = write(writer, &messages, &state, &sync);
+            sync.end();
+            if let Err(error) = ended {
+                state.fail(&error);
+            }
+        })
+}
+
+fn write<S: Storage>(
+    mut writer: Writer<S>,
+    messages: &Receiver<(u64, Item)>,
+    state: &State,
+    sync: &SyncThread,
+) -> Result<()> {
+    let mut skipped = [0; Channel::ALL.len()];
+    let mut opened: Option<Instant> = None;
+    let mut synced = Instant::now();
+    loop {
+        let wait = opened.map_or(IDLE, |opened| FLUSH.saturating_sub(opened.elapsed()));
+        let item = match messages.recv_timeout(wait) {
+            Ok(item) => Some(item),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
+        if state.failure.get().is_some() {
+            // The disk failed where nobody could tell the writer.
+            return Ok(());
+        }
+        match item {
+            Some((_, Item::End)) => break,
+            Some((utc_ns, Item::Message(message))) => {
+                let place = usize::from(message.channel().number()) - 1;
+                let lost = state.lost[place].load(Ordering::Relaxed);
+                writer.skip(message.channel(), (lost - skipped[place]) as u32);
+                skipped[place] = lost;
+                put(&mut writer, utc_ns, &message)?;
+                state.messages.fetch_add(1, Ordering::Relaxed);
+                opened.get_or_insert_with(Instant::now);
+            }
+            None => {}
+        }
+        if opened.is_some_and(|opened| opened.elapsed() >= FLUSH) {
+            writer.flush()?;
+            opened = None;
+            if synced.elapsed() >= SYNC {
+                sync.ask();
+                synced = Instant::now();
+            }
+        }
+    }
+    writer.finish().map(drop)
+}
+
+fn put<S: Storage>(writer: &mut Writer<S>, utc_ns: u64, message: &Recorded) -> Result<()> {
+    match message {
+        Recorded::Wire(message) => writer.message(utc_ns, message),
+        Recorded::Raw(message) => writer.message(utc_ns, message),
+        Recorded::Touch(message) => writer.message(utc_ns, &**message),
+        Recorded::Event(message) => writer.message(utc_ns, &**message),
+        Recorded::Link(message) => writer.message(utc_ns, message),
+        Recorded::Rest(message) => writer.message(utc_ns, &**message),
+        Recorded::Clock(message) => writer.message(utc_ns, message),
+        Recorded::Health(message) => writer.message(utc_ns, &**message),
+        Recorded::Mark(message) => writer.message(utc_ns, message),
+    }
+}
