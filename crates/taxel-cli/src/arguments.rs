@@ -44,7 +44,9 @@ pub(crate) enum Command {
     /// The solver of soft solids against exact solutions and other programs
     Verify(Verify),
     /// Frames to touch, on a page in the browser or as a summary
-    Live(Live),
+    Live(Box<Live>),
+    /// Inspect, repair, cut, export and compare recordings of taxel live --record
+    Recording(Recording),
     /// Print the JSON schema of the sensor file or of the stimulus script, or
     /// the reference of the sensor file
     Schema(Schema),
@@ -217,6 +219,8 @@ pub(crate) struct Live {
     /// come: .csv or .jsonl
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) recording: RecordOptions,
     /// Play the complete frames of a recording that ends in the middle of one
     #[arg(long)]
     pub(crate) salvage: bool,
@@ -236,6 +240,18 @@ impl Live {
         let usual = Path::new("three-axis-8x8");
         self.named_sensor.as_deref().unwrap_or(usual)
     }
+}
+
+/// The recording of the whole run.
+#[derive(Debug, Args)]
+pub(crate) struct RecordOptions {
+    /// Record all of the run to this file (.mcap): frames, touch, events, tares and the files
+    /// it was made with; whatever ends the program, no more than the last 100 ms are lost
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// End the run if the recording fails; without it the measurement goes on
+    #[arg(long, requires = "record")]
+    pub(crate) record_or_stop: bool,
 }
 
 /// What is shown as a map, and how.
@@ -295,6 +311,114 @@ impl FromStr for Rest {
             Err(_) => Ok(Self::Recording(text.into())),
         }
     }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Recording {
+    #[command(subcommand)]
+    pub(crate) command: RecordingCommand,
+}
+
+/// Only what its own CRC confirms is ever taken from a recording. Its file is never changed.
+#[derive(Debug, Subcommand)]
+pub(crate) enum RecordingCommand {
+    /// What is in a recording, what is missing, and whether it ended well
+    ///
+    /// Exit code 3 if something is damaged or missing, or the recording was not finished.
+    Inspect(Inspect),
+    /// Write a finished recording of all that is whole in a damaged or unfinished one
+    ///
+    /// Exit code 3 if something is missing in it.
+    Repair(Repair),
+    /// Forces, deviations, states, contacts, events, readings and marks for other programs
+    Export(Export),
+    /// Write a stretch of time as a recording of its own
+    Cut(Cut),
+    /// Play a recording again and say where touch is no longer the recorded one
+    ///
+    /// With two recordings: where their touch is not the same. Exit code 3 if it is not.
+    Compare(Compare),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Inspect {
+    /// Recording of taxel live --record
+    pub(crate) file: PathBuf,
+    /// Format of the result
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Repair {
+    /// Recording of taxel live --record; it is not changed
+    pub(crate) file: PathBuf,
+    /// Write the whole recording to this file (.mcap)
+    #[arg(short, long, value_name = "NEW")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Export {
+    /// Recording of taxel live --record
+    pub(crate) file: PathBuf,
+    /// Where to: X.csv for one table over time, X.npz for NumPy, or a folder for a table of
+    /// each kind; a folder is made
+    #[arg(short, long, value_name = "FILE|FOLDER")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Cut {
+    /// Recording of taxel live --record; it is not changed
+    pub(crate) file: PathBuf,
+    /// Begin, from the start of the recording on, such as "90 s"
+    #[arg(long, value_name = "TIME", default_value = "0 s", value_parser = seconds)]
+    pub(crate) from: f64,
+    /// End, from the start of the recording on, such as "2 min" [default: the end]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
+    pub(crate) to: Option<f64>,
+    /// Write the stretch to this file (.mcap)
+    #[arg(short, long, value_name = "NEW")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// Recording of taxel live --record
+    pub(crate) file: PathBuf,
+    /// Another one; without it the frames of FILE are estimated again by this program
+    pub(crate) other: Option<PathBuf>,
+}
+
+/// A time with its unit, s.
+fn seconds(text: &str) -> Result<f64, String> {
+    let wrong = || {
+        format!(
+            "\"{text}\" is not a time; write a number of 0 or more with its unit, such as \"90 s\", \"250 ms\", \"2 min\" or \"1 h\""
+        )
+    };
+    let split = text
+        .find(|c: char| c.is_ascii_alphabetic() && c != 'e')
+        .ok_or_else(wrong)?;
+    let (number, unit) = text.split_at(split);
+    let scale = match unit.trim() {
+        "ms" => 1e-3,
+        "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(wrong()),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
+    Some(number * scale)
+        .filter(|seconds| (0.0..1e9).contains(seconds))
+        .ok_or_else(wrong)
 }
 
 #[derive(Debug, Args)]

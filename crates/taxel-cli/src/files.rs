@@ -32,10 +32,15 @@ pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
         Some(text) if !path.exists() => text.to_owned(),
         _ => text(path).map_err(|stop| with_shipped_names(stop, path))?,
     };
-    let sensor = Sensor::parse(&name, &text)?;
+    sensor_of_text(&name, text)
+}
+
+/// The sensor that a text describes.
+pub(crate) fn sensor_of_text(name: &str, text: String) -> Result<NamedSensor, Stop> {
+    let sensor = Sensor::parse(name, &text)?;
     let hash = sha256(text.as_bytes());
     Ok(NamedSensor {
-        name: name.into_owned(),
+        name: name.to_owned(),
         sensor,
         hash,
         text,

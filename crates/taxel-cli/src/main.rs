@@ -17,6 +17,7 @@ mod files;
 mod interrupt;
 mod outputs;
 mod progress;
+mod run_files;
 
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -68,6 +69,7 @@ fn main() -> ExitCode {
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
         Command::Verify(verify) => commands::verify::run(verify),
         Command::Live(live) => commands::live::run(live),
+        Command::Recording(recording) => commands::recording::run(recording),
         Command::Schema(schema) => commands::schema::run(schema),
     };
     match result {

@@ -219,24 +219,41 @@ pub(crate) fn write_pieces(
         })?;
         return print(&whole).map(drop);
     };
-    let failed = |error: std::io::Error| {
-        Stop::Failed(format!("{}: cannot be written: {error}", path.display()))
-    };
+    write_file(path, existing, |file| {
+        give(&mut |piece| {
+            let written = file.write_all(piece.as_bytes());
+            written.map_err(|error| cannot_write(path, &error))
+        })
+    })
+}
+
+/// The end of a command that could not write.
+pub(crate) fn cannot_write(path: &Path, error: &std::io::Error) -> Stop {
+    Stop::Failed(format!("{}: cannot be written: {error}", path.display()))
+}
+
+/// Writes what `give` puts into a file, which appears only when it is whole: it is written
+/// beside its place and then moved there.
+pub(crate) fn write_file<T>(
+    path: &Path,
+    existing: Existing,
+    give: impl FnOnce(&mut File) -> Result<T, Stop>,
+) -> Result<T, Stop> {
+    let failed = |error: std::io::Error| cannot_write(path, &error);
     // Something may have come in its place since the options were checked.
     let place = || {
         let place = Place::new(path).and_then(|place| place.free(existing));
         place.map_err(|message| Stop::WrongInput(format!("{}: {message}", path.display())))
     };
     let (beside, mut file) = unfinished(&place()?.file).map_err(failed)?;
-    let result = give(&mut |piece| file.write_all(piece.as_bytes()).map_err(failed))
-        .and_then(|()| place())
-        .and_then(|place| {
-            place
-                .about
-                .map_or(Ok(()), |about| take_over(&file, &about))
-                .and_then(|()| fs::rename(&beside, &place.file))
-                .map_err(failed)
-        });
+    let result = give(&mut file).and_then(|done| {
+        let place = place()?;
+        let taken = place.about.map_or(Ok(()), |about| take_over(&file, &about));
+        taken
+            .and_then(|()| fs::rename(&beside, &place.file))
+            .map_err(failed)?;
+        Ok(done)
+    });
     if result.is_err() {
         // What is left of the attempt is of no use.
         let _ = fs::remove_file(&beside);

@@ -43,6 +43,8 @@
 //! assert!(recording.next().is_none());
 //! ```
 
+mod check;
+pub mod export;
 mod frame;
 mod input;
 pub mod mcap;

@@ -155,8 +155,18 @@ pub(crate) fn applied(
     let Some(path) = calibration else {
         return Ok(named);
     };
-    let read = read(path)?;
-    let sensor = read.file.apply(&read.name, &named.described())?;
+    let name = path.to_string_lossy();
+    applied_text(named, &name, &files::text(path)?)
+}
+
+/// The sensor with the values of a calibration.
+pub(crate) fn applied_text(
+    named: files::NamedSensor,
+    name: &str,
+    text: &str,
+) -> Result<files::NamedSensor, Stop> {
+    let file = CalibrationFile::parse(name, text)?;
+    let sensor = file.apply(name, &named.described())?;
     Ok(files::NamedSensor { sensor, ..named })
 }
 

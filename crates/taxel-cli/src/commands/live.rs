@@ -20,6 +20,7 @@ use taxel_serve::{
 use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
 use crate::commands::calibrate;
 use crate::outputs::{self, Existing};
+use crate::run_files::{NamedText, RunFiles};
 use crate::{Done, Stop, files};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
@@ -56,7 +57,7 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
     report(arguments, &about, &summary)
 }
 
-fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
+pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
     let speed = match arguments.speed.as_str() {
         "max" => Some(f64::INFINITY),
         text => text
@@ -102,6 +103,7 @@ fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         save: arguments.save.clone(),
         replace_files: arguments.overwrite.existing() == Existing::Replaced,
         events,
+        record: None,
         provenance: Vec::new(),
     })
 }
@@ -128,11 +130,12 @@ fn check_outputs(arguments: &Live) -> Result<(), Stop> {
     let outputs = [
         ("--save", arguments.save.as_ref()),
         ("--events", arguments.events.as_ref()),
+        ("--record", arguments.recording.record.as_ref()),
     ];
     outputs::check(&outputs, &inputs, arguments.overwrite.existing())
 }
 
-fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
+pub(crate) fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
     let (kind, rest) = arguments
         .source
         .split_once(':')
@@ -159,20 +162,49 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
         .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
     let source = TwinSource::new(twin);
+    let run = RunFiles {
+        stimulus: Some(NamedText {
+            name: name.to_owned(),
+            text,
+        }),
+        ..asked(arguments)?
+    };
     if arguments.map.raw {
-        return map_session(source, &MapNoise::default(), options, arguments);
+        return map_session(source, &MapNoise::default(), run, options, arguments);
     }
-    sensed(named, source, options, arguments)
+    sensed(named, source, run, options, arguments)
+}
+
+/// What the command line says of a run.
+fn asked(arguments: &Live) -> Result<RunFiles, Stop> {
+    let calibration = arguments.calibration.as_deref().map(|path| {
+        let name = path.to_string_lossy().into_owned();
+        files::text(path).map(|text| NamedText { name, text })
+    });
+    Ok(RunFiles {
+        calibration: calibration.transpose()?,
+        raw: arguments.map.raw,
+        all_events: arguments.map.all_events,
+        ..RunFiles::default()
+    })
 }
 
 /// A session whose frames mean what the sensor says.
 fn sensed(
     named: files::NamedSensor,
     source: impl Source + 'static,
-    options: PumpOptions,
+    mut run: RunFiles,
+    mut options: PumpOptions,
     arguments: &Live,
 ) -> Result<Session, Stop> {
-    let named = calibrate::applied(named, arguments.calibration.as_deref())?;
+    run.sensor = Some(NamedText {
+        name: named.name.clone(),
+        text: named.text.clone(),
+    });
+    let named = match &run.calibration {
+        Some(NamedText { name, text }) => calibrate::applied_text(named, name, text)?,
+        None => named,
+    };
     let device = files::device(&named.sensor)?;
     let mut touch = touch(
         device.as_ref(),
@@ -188,6 +220,7 @@ fn sensed(
         };
         touch.restore_rest(&rest_of(path, bare, arguments, session)?);
     }
+    options.record = run.record(arguments, touch.meaning());
     let drawing = device.drawing().svg();
     drop(device);
     Ok(Session {
@@ -225,6 +258,18 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     let source = open()
         .map_err(|error| stop_of_source(&error))?
         .paced(&survey);
+    let recorded = source.findings().map(RunFiles::of);
+    let options = PumpOptions {
+        // The changes of the rest values are part of such a recording.
+        start_tare: match options.start_tare {
+            StartTare::Automatic if recorded.is_some() => StartTare::Never,
+            asked => asked,
+        },
+        ..options
+    };
+    if let Some(recorded) = recorded.filter(|_| arguments.named_sensor.is_none()) {
+        return recorded_session(arguments, source, &survey.noise, recorded, options);
+    }
     let stream = source.stream();
     if let parts @ [_, _, ..] = source.parts()
         && arguments.map.part.is_none()
@@ -242,20 +287,56 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         Quantity::Counts => arguments.named_sensor.is_none(),
         _ => true,
     };
+    let run = RunFiles {
+        surveyed: true,
+        ..asked(arguments)?
+    };
     if arguments.map.raw || described {
-        return map_session(source, &survey.noise, options, arguments);
+        return map_session(source, &survey.noise, run, options, arguments);
     }
     let named = files::sensor(arguments.sensor())?;
-    sensed(named, source, options, arguments)
+    sensed(named, source, run, options, arguments)
+}
+
+/// A session of a recording that has its sensor and its calibration with it.
+fn recorded_session(
+    arguments: &Live,
+    source: ReplaySource,
+    noise: &MapNoise,
+    recorded: RunFiles,
+    options: PumpOptions,
+) -> Result<Session, Stop> {
+    let asked = asked(arguments)?;
+    let run = RunFiles {
+        calibration: asked.calibration.or(recorded.calibration),
+        stimulus: recorded.stimulus,
+        raw: asked.raw || recorded.raw,
+        all_events: asked.all_events || recorded.all_events,
+        surveyed: recorded.surveyed || (asked.raw && !recorded.raw),
+        sensor: None,
+    };
+    match recorded.sensor {
+        Some(NamedText { name, text }) if !run.raw => {
+            let named = files::sensor_of_text(&name, text)?;
+            sensed(named, source, run, options, arguments)
+        }
+        _ => {
+            let unknown = MapNoise::default();
+            let noise = if run.surveyed { noise } else { &unknown };
+            map_session(source, noise, run, options, arguments)
+        }
+    }
 }
 
 /// A session whose frames are a map that describes itself.
 fn map_session(
     source: impl Source + 'static,
     noise: &MapNoise,
-    options: PumpOptions,
+    run: RunFiles,
+    mut options: PumpOptions,
     arguments: &Live,
 ) -> Result<Session, Stop> {
+    let all_events = run.all_events;
     let stream = source.stream();
     if let Some(path) = &arguments.calibration {
         let message = format!(
@@ -272,7 +353,7 @@ fn map_session(
     }
     let options_of = |noise: &MapNoise| MapOptions {
         noise: noise.clone(),
-        all_events: arguments.map.all_events,
+        all_events,
     };
     let mut touch = TouchSession::map(stream, &options_of(noise));
     if let Some(path) = recorded_rest(arguments) {
@@ -284,6 +365,7 @@ fn map_session(
             Ok(TouchSession::map(stream, &options_of(&noise)))
         })?);
     }
+    options.record = run.record(arguments, touch.meaning());
     Ok(Session {
         touch,
         drawing: String::new(),
@@ -489,8 +571,23 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
             below.cause
         );
     }
-    let losses =
-        summary.continuity.lost > 0 || summary.continuity.late > 0 || summary.clipped_frames > 0;
+    let recording_lost = summary
+        .recording
+        .as_ref()
+        .is_some_and(|recording| recording.failure.is_some() || recording.lost > 0);
+    if let Some(recording) = &summary.recording
+        && recording.lost > 0
+    {
+        note!(
+            "note: {} messages are missing in {}: the disk did not take them in time",
+            recording.lost,
+            recording.path.display()
+        );
+    }
+    let losses = recording_lost
+        || summary.continuity.lost > 0
+        || summary.continuity.late > 0
+        || summary.clipped_frames > 0;
     match &summary.failure {
         Some(Failure::Source(error)) if arguments.salvage && is_cut(error) => {
             note!("note: {error}");
@@ -560,6 +657,18 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("restarts", Value::from(counts.restarts));
     put("clipped_frames", Value::from(summary.clipped_frames));
     put("merged_frames", Value::from(summary.merged_frames));
+    if let Some(recording) = &summary.recording {
+        put(
+            "recording",
+            json!({
+                "file": recording.path.display().to_string(),
+                "bytes": recording.bytes,
+                "messages": recording.messages,
+                "lost": recording.lost,
+                "failure": recording.failure,
+            }),
+        );
+    }
     put("duration_s", number_or_null(summary.duration));
     put("rate_hz", number_or_null(rate));
     put("latency_s", latency(&summary.latency));

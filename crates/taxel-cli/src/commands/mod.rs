@@ -4,6 +4,7 @@ pub(crate) mod calibrate;
 pub(crate) mod check;
 pub(crate) mod live;
 pub(crate) mod predict;
+pub(crate) mod recording;
 pub(crate) mod reproduce;
 pub(crate) mod schema;
 pub(crate) mod sweep;

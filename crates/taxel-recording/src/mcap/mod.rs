@@ -11,7 +11,6 @@
 
 mod cdr;
 mod chunk_list;
-mod crc;
 mod message;
 mod order;
 mod reader;

@@ -5,8 +5,8 @@
 
 use std::io::{ErrorKind, Read, Result};
 
-use super::crc::crc32;
 use super::record::{Attachment, Fields, HEAD, LARGEST, MAGIC, Metadata, code};
+use crate::check::crc32;
 
 /// Bytes that are read at once.
 const STEP: usize = 1 << 16;

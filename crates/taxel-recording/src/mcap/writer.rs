@@ -4,7 +4,6 @@
 use std::io::{Error, ErrorKind, Result};
 
 use super::chunk_list::{CHANNELS, ChunkList, ChunkPlace};
-use super::crc::crc32;
 use super::message::Message;
 use super::record::{
     Attachment, HEAD, LARGEST, MAGIC, Metadata, code, put, put_map, put_text, put_u16, put_u32,
@@ -12,6 +11,7 @@ use super::record::{
 };
 use super::schemas::Channel;
 use super::storage::Storage;
+use crate::check::crc32;
 
 /// A chunk is written when it has so many bytes.
 const CHUNK: usize = 1 << 18;

@@ -1,4 +1,4 @@
-//! CRC-32/ISO-HDLC, by which chunks and attachments are checked.
+//! CRC-32/ISO-HDLC, by which recordings and archives are checked.
 
 /// Bytes that are taken at once.
 const WIDTH: usize = 8;
@@ -37,7 +37,7 @@ const fn tables() -> [[u32; 256]; WIDTH] {
 }
 
 /// The check value of `bytes`.
-pub(super) fn crc32(bytes: &[u8]) -> u32 {
+pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     let mut remainder = !0_u32;
     let (eights, rest) = bytes.as_chunks::<WIDTH>();
     for eight in eights {

@@ -1,0 +1,491 @@
+//! `taxel recording`: inspect, repair, export, cut and compare recordings.
+//!
+//! `decode --board BOARD` belongs here: the bytes of the wire through the decoder of a board
+//! into a new recording.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read as _, Write};
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use clap::Parser as _;
+use serde_json::{Map, Value, json};
+use taxel::table;
+use taxel_recording::export::{write_csv, write_npz, write_tables};
+use taxel_recording::mcap::{
+    Channel, Findings, LinkMessage, MAGIC, Message, Reader, Storage, rewrite,
+};
+
+use crate::arguments::{
+    Arguments, Command, Compare, Cut, Export, Format, Inspect, Recording, RecordingCommand, Repair,
+};
+use crate::outputs::{self, cannot_write};
+use crate::run_files::{RunFiles, library};
+use crate::{Done, Stop};
+
+mod compare;
+
+pub(crate) fn run(arguments: &Recording) -> Result<Done, Stop> {
+    match &arguments.command {
+        RecordingCommand::Inspect(inspect) => self::inspect(inspect),
+        RecordingCommand::Repair(repair) => self::repair(repair),
+        RecordingCommand::Export(export) => self::export(export),
+        RecordingCommand::Cut(cut) => self::cut(cut),
+        RecordingCommand::Compare(compare) => compare::run(compare),
+    }
+}
+
+/// The file of a recording.
+fn open(path: &Path) -> Result<File, Stop> {
+    let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", path.display()));
+    let unreadable = |error: std::io::Error| wrong(format!("cannot be read: {error}"));
+    // Before it is opened: a pipe would wait for its writer.
+    let about = std::fs::metadata(path).map_err(unreadable)?;
+    if !about.is_file() {
+        return Err(wrong(
+            "is no ordinary file; give a recording of taxel live --record".into(),
+        ));
+    }
+    File::open(path).map_err(unreadable)
+}
+
+fn reader(path: &Path) -> Result<Reader<BufReader<File>>, Stop> {
+    Ok(Reader::new(BufReader::with_capacity(1 << 18, open(path)?)))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Stop {
+    Stop::Failed(format!("{}: cannot be read: {error}", path.display()))
+}
+
+/// Refuses a file that is no recording in chunks.
+fn known(path: &Path, findings: &Findings) -> Result<(), Stop> {
+    let mut begin = [0; MAGIC.len()];
+    let is_mcap = open(path)?.read(&mut begin).is_ok() && begin == MAGIC;
+    let message = match &findings.foreign {
+        Some(foreign) => format!("is an MCAP file, but no recording of taxel: {foreign}"),
+        None if findings.chunks == 0 && !is_mcap => {
+            "is no recording of taxel live --record\nhelp: CSV recordings are played with taxel live --source replay:FILE".into()
+        }
+        None => return Ok(()),
+    };
+    Err(Stop::WrongInput(format!("{}: {message}", path.display())))
+}
+
+/// What a recording has, and what is wrong with it.
+struct Survey {
+    findings: Findings,
+    links: Vec<LinkMessage>,
+    channels: usize,
+    device_times: Option<[u64; 2]>,
+    longest_pause_ns: u64,
+}
+
+fn survey(path: &Path) -> Result<Survey, Stop> {
+    let mut reader = reader(path)?;
+    let (mut links, mut channels) = (Vec::new(), 0);
+    let mut device_times: Option<[u64; 2]> = None;
+    let mut newest = None;
+    let mut longest_pause_ns = 0;
+    while let Some(entry) = reader.next().map_err(|error| unreadable(path, &error))? {
+        match entry.channel {
+            Channel::Raw => {
+                let time = entry.publish_time;
+                let [first, last] = device_times.unwrap_or([time; 2]);
+                device_times = Some([first.min(time), last.max(time)]);
+                let pause = entry
+                    .log_time
+                    .saturating_sub(newest.unwrap_or(entry.log_time));
+                longest_pause_ns = longest_pause_ns.max(pause);
+                newest = Some(entry.log_time);
+                if channels == 0 {
+                    let frame = taxel_recording::mcap::FrameMessage::decode(entry.bytes);
+                    channels = frame.map_or(0, |message| message.frame.values.len());
+                }
+            }
+            Channel::Link => links.extend(LinkMessage::decode(entry.bytes)),
+            _ => {}
+        }
+    }
+    let findings = reader.into_findings();
+    known(path, &findings)?;
+    Ok(Survey {
+        findings,
+        links,
+        channels,
+        device_times,
+        longest_pause_ns,
+    })
+}
+
+impl Survey {
+    fn well(&self) -> bool {
+        let findings = &self.findings;
+        findings.finished
+            && !findings.is_damaged()
+            && findings.missing.iter().all(|missing| *missing == 0)
+            && findings.second.is_none()
+    }
+
+    /// In words.
+    fn state(&self) -> String {
+        let findings = &self.findings;
+        let mut faults = Vec::new();
+        if findings.damage_count > 0 && findings.is_damaged() {
+            faults.push(format!("damaged in {} places", findings.damage_count));
+        }
+        let missing: u64 = findings.missing.iter().sum();
+        if missing > 0 {
+            faults.push(format!("{missing} messages are missing"));
+        }
+        if findings.late_chunks + findings.foreign_chunks > 0 {
+            faults.push("parts are out of order or of another recording".into());
+        }
+        if let Some(at) = findings.second {
+            faults.push(format!("another recording follows at byte {at}"));
+        }
+        if !findings.finished {
+            faults.push("not finished".into());
+        }
+        if faults.is_empty() {
+            return "whole".into();
+        }
+        faults.join("; ")
+    }
+
+    fn fields(&self, path: &Path) -> Map<String, Value> {
+        let findings = &self.findings;
+        let seconds = |ns: u64| json!(ns as f64 * 1e-9);
+        let span = |times: Option<[u64; 2]>| {
+            times.map_or(Value::Null, |[first, last]| {
+                seconds(last.saturating_sub(first))
+            })
+        };
+        let frames = findings.messages(Channel::Raw);
+        let rate = self.device_times.and_then(|[first, last]| {
+            let span = last.saturating_sub(first) as f64 * 1e-9;
+            (frames > 1 && span > 0.0).then(|| (frames - 1) as f64 / span)
+        });
+        let counts = |of: &dyn Fn(Channel) -> u64| -> Value {
+            let known = Channel::ALL.into_iter().filter(|channel| of(*channel) > 0);
+            let counts = known.map(|channel| (channel.topic().to_owned(), json!(of(channel))));
+            counts.collect::<Map<_, _>>().into()
+        };
+        let start = findings.times.map_or(0, |[first, _]| first);
+        let damages = findings.damages.iter().map(|damage| {
+            let after = damage.after_utc_ns;
+            json!({
+                "from_byte": damage.from,
+                "to_byte": damage.to,
+                "after_s": after.map(|after| after.saturating_sub(start) as f64 * 1e-9),
+            })
+        });
+        let segments = self.links.iter().map(|link| link.segment).max();
+        let attachments = findings.attachments.iter();
+        let attachments =
+            attachments.map(|one| json!({ "name": one.name, "bytes": one.bytes.len() }));
+        let pairs = [
+            ("file", json!(path.display().to_string())),
+            ("state", json!(self.state())),
+            ("finished", json!(findings.finished)),
+            ("bytes", json!(findings.bytes)),
+            ("chunks", json!(findings.chunks)),
+            (
+                "begun_utc_ns",
+                findings
+                    .times
+                    .map_or(Value::Null, |[first, _]| json!(first)),
+            ),
+            ("duration_s", span(findings.times)),
+            ("device_duration_s", span(self.device_times)),
+            ("frames", json!(frames)),
+            ("rate_hz", json!(rate)),
+            ("longest_pause_s", seconds(self.longest_pause_ns)),
+            ("channels", json!(self.channels)),
+            ("segments", json!(segments.map_or(1, |segment| segment + 1))),
+            ("messages", counts(&|channel| findings.messages(channel))),
+            ("missing", counts(&|channel| findings.missing(channel))),
+            ("damages", damages.collect()),
+            ("damage_count", json!(findings.damage_count)),
+            ("attachments", attachments.collect()),
+        ];
+        let facts = findings
+            .metadata
+            .iter()
+            .flat_map(|metadata| &metadata.pairs);
+        let listed = [
+            "command",
+            "version",
+            "commit",
+            "source",
+            "sensor",
+            "sensor_sha256",
+        ];
+        let facts = facts.filter(|(key, _)| listed.contains(&key.as_str()));
+        let facts = facts.map(|(key, value)| (format!("recorded_{key}"), json!(value)));
+        let pairs = pairs
+            .into_iter()
+            .map(|(key, value)| (key.to_owned(), value));
+        pairs.chain(facts).collect()
+    }
+}
+
+fn inspect(arguments: &Inspect) -> Result<Done, Stop> {
+    let survey = survey(&arguments.file)?;
+    let fields = survey.fields(&arguments.file);
+    let plain = |value: &Value| match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        value => value.to_string(),
+    };
+    let text = match arguments.format {
+        Format::Json => table::json(&Value::Object(fields)),
+        Format::Csv => {
+            let columns: Vec<_> = fields.keys().map(table::Column::plain).collect();
+            let row = fields.values().map(|value| plain(value).into()).collect();
+            table::render(table::Format::Csv, &Map::new(), &columns, &[row])
+        }
+        Format::Table => fields
+            .iter()
+            .filter(|(_, value)| !value.is_null())
+            .map(|(key, value)| format!("{key:<24} {}\n", plain(value)))
+            .collect(),
+    };
+    outputs::print(&text)?;
+    Ok(if survey.well() {
+        Done::Complete
+    } else {
+        Done::WithLosses
+    })
+}
+
+/// A file that is written.
+struct NewFile<'a>(&'a mut File);
+
+impl Write for NewFile<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Storage for NewFile<'_> {
+    fn sync(&mut self) -> std::io::Result<()> {
+        self.0.sync_data()
+    }
+
+    fn cut(&mut self, length: u64) -> std::io::Result<()> {
+        self.0.set_len(length)
+    }
+}
+
+/// Writes the whole chunks of `file` within `times`, ns of UTC, as a new recording.
+fn rewritten(
+    file: &PathBuf,
+    output: &PathBuf,
+    times: &RangeInclusive<u64>,
+    existing: outputs::Existing,
+) -> Result<u64, Stop> {
+    outputs::write_file(output, existing, |new| {
+        let done = rewrite(open(file)?, times, &library(), NewFile(new));
+        let done = done.map_err(|error| cannot_write(output, &error))?;
+        if done.messages == 0 {
+            let file = file.display();
+            let message = format!("{file}: no whole chunk of a recording of taxel is in it");
+            return Err(Stop::WrongInput(message));
+        }
+        Ok(done.messages)
+    })
+}
+
+fn check_new(file: &PathBuf, output: &PathBuf, existing: outputs::Existing) -> Result<(), Stop> {
+    if outputs::is_standard(output) {
+        let message = "-o -: a recording cannot go to the standard output; name a file";
+        return Err(Stop::WrongInput(message.into()));
+    }
+    outputs::check(&[("-o", Some(output))], &[file], existing)
+}
+
+fn repair(arguments: &Repair) -> Result<Done, Stop> {
+    let Repair { file, output, .. } = arguments;
+    let existing = arguments.overwrite.existing();
+    check_new(file, output, existing)?;
+    let survey = survey(file)?;
+    let messages = rewritten(file, output, &(0..=u64::MAX), existing)?;
+    let findings = &survey.findings;
+    let mut report = format!(
+        "{}: {}\n{}: {messages} messages, {} frames\n",
+        file.display(),
+        survey.state(),
+        output.display(),
+        findings.messages(Channel::Raw)
+    );
+    let start = findings.times.map_or(0, |[first, _]| first);
+    let at = |utc_ns: u64| utc_ns.saturating_sub(start) as f64 * 1e-9;
+    for damage in &findings.damages {
+        let after = damage
+            .after_utc_ns
+            .map_or("before the first message".into(), |utc_ns| {
+                format!("after {:.3} s", at(utc_ns))
+            });
+        report += &format!(
+            "  bytes {} to {} left out, {after}\n",
+            damage.from, damage.to
+        );
+    }
+    for channel in Channel::ALL {
+        let missing = findings.missing(channel);
+        if missing > 0 {
+            report += &format!("  {missing} messages of {} are missing\n", channel.topic());
+        }
+    }
+    outputs::print(&report)?;
+    let whole = findings.missing.iter().all(|missing| *missing == 0) && !findings.is_damaged();
+    Ok(if whole {
+        Done::Complete
+    } else {
+        Done::WithLosses
+    })
+}
+
+fn cut(arguments: &Cut) -> Result<Done, Stop> {
+    let Cut { file, output, .. } = arguments;
+    let existing = arguments.overwrite.existing();
+    check_new(file, output, existing)?;
+    let survey = survey(file)?;
+    let Some([first, last]) = survey.findings.times else {
+        let message = format!("{}: there is no message in it", file.display());
+        return Err(Stop::WrongInput(message));
+    };
+    let duration = (last - first) as f64 * 1e-9;
+    let to = arguments.to.unwrap_or(duration);
+    if arguments.from >= to || arguments.from > duration {
+        return Err(Stop::WrongInput(format!(
+            "--from {} s --to {to} s: must be a stretch of the {duration:.3} s of the recording, from before to",
+            arguments.from
+        )));
+    }
+    let time = |seconds: f64| first + (seconds * 1e9) as u64;
+    let end = if to >= duration { last } else { time(to) };
+    let messages = rewritten(file, output, &(time(arguments.from)..=end), existing)?;
+    let text = format!("{}: {messages} messages\n", output.display());
+    outputs::print(&text)?;
+    Ok(if survey.findings.is_damaged() {
+        note!("note: {} is {}", file.display(), survey.state());
+        Done::WithLosses
+    } else {
+        Done::Complete
+    })
+}
+
+fn export(arguments: &Export) -> Result<Done, Stop> {
+    let Export { file, output, .. } = arguments;
+    let existing = arguments.overwrite.existing();
+    let ending = output.extension().and_then(|ending| ending.to_str());
+    let survey = survey(file)?;
+    let meaning = RunFiles::meaning(&survey.findings, survey.channels);
+    let failed = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::InvalidInput => {
+            Stop::WrongInput(format!("{}: {error}", file.display()))
+        }
+        _ => cannot_write(output, &error),
+    };
+    let text = match ending {
+        Some("csv" | "npz") => {
+            check_new(file, output, existing)?;
+            let frames = outputs::write_file(output, existing, |new| {
+                let out = BufWriter::with_capacity(1 << 16, new);
+                let source = reader(file)?;
+                let frames = if ending == Some("csv") {
+                    write_csv(source, &meaning, out)
+                } else {
+                    write_npz(source, &meaning, out)
+                };
+                frames.map_err(failed)
+            })?;
+            format!("{}: {frames} frames\n", output.display())
+        }
+        Some(other) if !output.is_dir() => {
+            return Err(Stop::WrongInput(format!(
+                "-o {}: \".{other}\" is not written; end the name in .csv or .npz, or name a folder without a point in its name",
+                output.display()
+            )));
+        }
+        _ => {
+            let names = tables(file, output, &survey.findings, &meaning)?;
+            format!("{}: {}\n", output.display(), names.join(", "))
+        }
+    };
+    outputs::print(&text)?;
+    if survey.well() {
+        return Ok(Done::Complete);
+    }
+    note!("note: {} is {}", file.display(), survey.state());
+    Ok(Done::WithLosses)
+}
+
+/// Writes a folder that is new: it is made beside its place and then moved there.
+fn tables(
+    file: &Path,
+    output: &Path,
+    findings: &Findings,
+    meaning: &taxel_recording::export::ExportMeaning,
+) -> Result<Vec<String>, Stop> {
+    let failed = |error: std::io::Error| cannot_write(output, &error);
+    if std::fs::symlink_metadata(output).is_ok() {
+        let output = output.display();
+        let message = format!("-o {output}: the folder exists; name a new one");
+        return Err(Stop::WrongInput(message));
+    }
+    let parent = output
+        .parent()
+        .filter(|parent| !parent.as_os_str().is_empty());
+    let parent = parent.unwrap_or(Path::new("."));
+    let beside = parent.join(format!(".taxel-{}.part", std::process::id()));
+    std::fs::create_dir(&beside).map_err(failed)?;
+    let write = || -> std::io::Result<Vec<String>> {
+        let mut open = |name: &str| -> std::io::Result<Box<dyn Write>> {
+            let file = File::create_new(beside.join(name))?;
+            Ok(Box::new(BufWriter::with_capacity(1 << 16, file)))
+        };
+        let source = Reader::new(BufReader::with_capacity(1 << 18, File::open(file)?));
+        let names = write_tables(source, meaning, &mut open)?;
+        let mut names: Vec<String> = names.into_iter().map(str::to_owned).collect();
+        for (place, attachment) in findings.attachments.iter().enumerate() {
+            // The names in a file are anyone's.
+            let plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+            let is_plain = attachment.name.chars().all(plain)
+                && !attachment.name.starts_with('.')
+                && (1..100).contains(&attachment.name.len())
+                && !names.contains(&attachment.name);
+            let name = if is_plain {
+                attachment.name.clone()
+            } else {
+                format!("attachment-{place}")
+            };
+            File::create_new(beside.join(&name))?.write_all(&attachment.bytes)?;
+            names.push(name);
+        }
+        std::fs::rename(&beside, output)?;
+        Ok(names)
+    };
+    write().map_err(|error| {
+        let _ = std::fs::remove_dir_all(&beside);
+        failed(error)
+    })
+}
+
+/// `taxel live` on the frames of a recording, as fast as possible.
+fn played(file: &Path) -> Result<crate::arguments::Live, Stop> {
+    let source = format!("--source=replay:{}", file.display());
+    let line = ["taxel", "live", "--headless", "--speed", "max", &source];
+    match Arguments::try_parse_from(line).map(|arguments| arguments.command) {
+        Ok(Command::Live(live)) => Ok(*live),
+        _ => Err(Stop::Failed(format!(
+            "{}: cannot be played",
+            file.display()
+        ))),
+    }
+}
