@@ -552,7 +552,12 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
     if arguments.headless || arguments.frames.is_some() {
         outputs::print(&report)?;
     }
-    if !summary.notice.is_empty() && summary.failure.is_none() {
+    // The end of a recording was told at once.
+    let told = summary
+        .recording
+        .as_ref()
+        .is_some_and(|recording| recording.failure.as_ref() == Some(&summary.notice));
+    if !summary.notice.is_empty() && summary.failure.is_none() && !told {
         note!("note: {}", summary.notice);
     }
     if summary.merged_frames > 0 {

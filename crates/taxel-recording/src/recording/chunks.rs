@@ -11,6 +11,9 @@ use crate::mcap::{Channel, Findings, FrameMessage, MAGIC, Message, Reader, RestM
 
 /// What to do with a file that is not whole.
 const REPAIR: &str = "taxel recording repair FILE -o NEW makes a recording of what is whole";
+/// What to do with one that was not finished.
+pub(super) const SALVAGE: &str =
+    "its frames are whole; taxel recording repair FILE -o NEW makes a finished recording of them";
 
 /// The frames of a recording in chunks.
 #[derive(Debug)]
@@ -161,7 +164,7 @@ impl<R: BufRead> Chunks<R> {
             None => "the recording was not finished".to_owned(),
         };
         Err(RecordingError::Truncated {
-            error: InputError::whole(&self.file, message),
+            error: InputError::whole(&self.file, message).help(SALVAGE),
             complete_frames: 0,
         })
     }

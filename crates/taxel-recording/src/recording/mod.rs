@@ -126,6 +126,12 @@ impl RecordingError {
             "the recording is cut off after {complete_frames} complete {frames}: {}",
             error.message
         );
+        if error.help == chunks::SALVAGE {
+            return Self::Truncated {
+                error,
+                complete_frames,
+            };
+        }
         error.help = if complete_frames == 0 {
             "export or copy the recording again".to_owned()
         } else {

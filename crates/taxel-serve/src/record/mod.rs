@@ -148,19 +148,21 @@ struct State {
     since: Instant,
     failure: OnceLock<String>,
     told: fn(&str),
+    when_failing: WhenRecordingFails,
     lost: [AtomicU64; Channel::ALL.len()],
     messages: AtomicU64,
     writer: Mutex<Option<JoinHandle<()>>>,
 }
 
 impl State {
-    fn new(path: &Path, told: fn(&str)) -> Arc<Self> {
+    fn new(path: &Path, told: fn(&str), when_failing: WhenRecordingFails) -> Arc<Self> {
         Arc::new(Self {
             path: path.to_owned(),
             utc_ns: utc_ns(),
             since: Instant::now(),
             failure: OnceLock::new(),
             told,
+            when_failing,
             lost: Default::default(),
             messages: AtomicU64::new(0),
             writer: Mutex::new(None),
@@ -171,7 +173,11 @@ impl State {
     fn fail(&self, cause: &std::io::Error) {
         let path = self.path.display();
         let message = format!(
-            "the recording {path} has ended: {cause}; all before is in it, the run goes on without it"
+            "the recording {path} has ended: {cause}; what came before is in it{}",
+            match self.when_failing {
+                WhenRecordingFails::GoOn => ", the measurement goes on",
+                WhenRecordingFails::Stop => ", and the run ends",
+            }
         );
         if self.failure.set(message).is_ok()
             && let Some(message) = self.failure.get()
@@ -227,7 +233,7 @@ impl Recorder {
         let frames = WAITING_S / period.unwrap_or(USUAL_PERIOD);
         let waiting = ((frames * PER_FRAME) as usize).clamp(LEAST_WAITING, MOST_WAITING);
         let (sender, messages) = mpsc::sync_channel(waiting);
-        let shared = State::new(&file.path, file.told);
+        let shared = State::new(&file.path, file.told, file.when_failing);
         let head = Head {
             library: file.library.clone(),
             utc_ns: shared.utc_ns,
@@ -247,7 +253,7 @@ impl Recorder {
     /// A recorder whose messages go to `receiver` instead of a file.
     pub(crate) fn piped(receiver: SyncSender<Recorded>) -> Self {
         let (sender, messages) = mpsc::sync_channel::<(u64, Item)>(LEAST_WAITING);
-        let shared = State::new(Path::new(""), |_| ());
+        let shared = State::new(Path::new(""), |_| (), WhenRecordingFails::GoOn);
         let piping = std::thread::spawn(move || pipe(&messages, &receiver));
         *shared.writer.lock().unwrap_or_else(PoisonError::into_inner) = Some(piping);
         Self {
