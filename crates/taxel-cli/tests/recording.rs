@@ -550,20 +550,15 @@ fn kills(kills: usize, together: usize) {
         }
         if let Some(python) = &python {
             assert_eq!(read_by_python(python, "unfinished", &files), counts);
-            let repaired: Vec<_> = files
-                .iter()
-                .map(|file| format!("{file}.whole.mcap"))
-                .collect();
-            for (file, new) in files
-                .iter()
-                .zip(&repaired)
-                .filter(|_| kills < 50 || round % 10 == 0)
-            {
-                done(&["recording", "repair", file, "-o", new]);
-                assert_eq!(
-                    read_by_python(python, "finished", std::slice::from_ref(new)),
-                    [counts[files.iter().position(|one| one == file).unwrap()]]
-                );
+            if round % 10 == 0 {
+                let repaired: Vec<_> = files
+                    .iter()
+                    .map(|file| format!("{file}.whole.mcap"))
+                    .collect();
+                for (file, new) in files.iter().zip(&repaired) {
+                    done(&["recording", "repair", file, "-o", new]);
+                }
+                assert_eq!(read_by_python(python, "finished", &repaired), counts);
             }
         }
         for file in files {
@@ -587,7 +582,7 @@ fn kills(kills: usize, together: usize) {
 
 #[test]
 fn a_kill_costs_the_last_tenth_of_a_second() {
-    kills(4, 2);
+    kills(3, 3);
 }
 
 #[test]
