@@ -63,7 +63,7 @@ mod tests {
         assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
         assert_eq!(crc32(b""), 0);
         // The crate that other programs use, over all lengths of a remainder.
-        let bytes: Vec<u8> = (0..2000_u32).map(|at| (at * at >> 3) as u8).collect();
+        let bytes: Vec<u8> = (0..2000_u32).map(|at| ((at * at) >> 3) as u8).collect();
         for length in 0..64 {
             assert_eq!(crc32(&bytes[length..]), crc32fast::hash(&bytes[length..]));
         }

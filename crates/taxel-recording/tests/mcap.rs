@@ -2,13 +2,15 @@
 //!
 //! The long forms are run by `cargo test --release -p taxel-recording --test mcap -- --ignored --nocapture`.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+#![allow(clippy::print_stdout, reason = "the long forms print their figures")]
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result, Write};
 
 use taxel_recording::mcap::{
-    Attachment, Channel, EventMessage, FrameMessage, Head, LinkMessage, MarkMessage, Message,
-    Metadata, Reader, RestMessage, Storage, TouchMessage, WireMessage, Writer, rewrite,
+    Attachment, EventMessage, FrameMessage, LinkMessage, MarkMessage, McapReader, McapWriter,
+    Message, Metadata, RecordingHead, RestMessage, Storage, Topic, TouchMessage, WireMessage,
+    rewrite,
 };
 use taxel_recording::{Format, Frame, Recording, RecordingError, Stream, description_of};
 
@@ -51,8 +53,8 @@ fn stream() -> Stream {
     stream
 }
 
-fn head() -> Head {
-    Head {
+fn head() -> RecordingHead {
+    RecordingHead {
         library: LIBRARY.into(),
         utc_ns: START,
         description: description_of(&stream()).unwrap(),
@@ -71,10 +73,10 @@ fn head() -> Head {
 /// Writes frames from `from` on, a chunk every 100 ms and a sync every second, and gives the
 /// number of the first frame that is not surely kept to `synced`.
 fn record<S: Storage>(
-    writer: &mut Writer<S>,
+    writer: &mut McapWriter<S>,
     run: u64,
     frames: std::ops::Range<u64>,
-    mut synced: impl FnMut(&Writer<S>, u64),
+    mut synced: impl FnMut(&McapWriter<S>, u64),
 ) -> Result<()> {
     for sequence in frames {
         let utc_ns = START + run * 3_600_000_000_000 + sequence * 1_000_000;
@@ -108,25 +110,25 @@ fn record<S: Storage>(
 }
 
 fn recorded(run: u64, frames: u64) -> Vec<u8> {
-    let mut writer = Writer::new(Vec::new(), &head()).unwrap();
+    let mut writer = McapWriter::new(Vec::new(), &head()).unwrap();
     record(&mut writer, run, 0..frames, |_, _| ()).unwrap();
     writer.finish().unwrap()
 }
 
 /// Numbers of the frames that a file gives; every one of them is right.
 fn good(bytes: &[u8], run: u64, about: &str) -> Vec<u64> {
-    let mut reader = Reader::new(bytes);
+    let mut reader = McapReader::new(bytes);
     let mut numbers = Vec::new();
     while let Some(entry) = reader.next().unwrap() {
-        match entry.channel {
-            Channel::Raw => {
+        match entry.topic {
+            Topic::Raw => {
                 let message = FrameMessage::decode(entry.bytes).unwrap();
                 let number = message.frame.sequence;
                 assert_eq!(message.frame, frame(run, number), "wrong frame: {about}");
                 assert_eq!(u64::from(entry.sequence), number, "{about}");
                 numbers.push(number);
             }
-            Channel::Touch => {
+            Topic::Touch => {
                 let touch = TouchMessage::decode(entry.bytes).unwrap();
                 let value = touch.sequence as f32;
                 assert_eq!(touch.values, [value; CHANNELS], "wrong touch: {about}");
@@ -139,7 +141,7 @@ fn good(bytes: &[u8], run: u64, about: &str) -> Vec<u64> {
 
 #[test]
 fn another_program_reads_every_channel() {
-    let mut writer = Writer::new(Vec::new(), &head()).unwrap();
+    let mut writer = McapWriter::new(Vec::new(), &head()).unwrap();
     record(&mut writer, 0, 0..2500, |_, _| ()).unwrap();
     writer.message(START, &WireMessage::default()).unwrap();
     writer.message(START, &EventMessage::default()).unwrap();
@@ -151,8 +153,8 @@ fn another_program_reads_every_channel() {
     for message in mcap::MessageStream::new(&file).unwrap() {
         let message = message.unwrap();
         *counts.entry(message.channel.topic.clone()).or_default() += 1;
-        let known = Channel::of_number(message.channel.id).unwrap();
-        assert_eq!(message.channel.topic, known.topic());
+        let known = Topic::of_number(message.channel.id).unwrap();
+        assert_eq!(message.channel.topic, known.name());
         let schema = message.channel.schema.as_ref().unwrap();
         assert_eq!(
             (&*schema.name, &*schema.encoding),
@@ -304,7 +306,7 @@ fn after_power_cut(steps: &[Step], random: &mut Random) -> Vec<u8> {
 
 fn power_cuts(cases: usize) {
     // The log of 12 s, and how many frames were synced before each step.
-    let mut writer = Writer::new(Log::default(), &head()).unwrap();
+    let mut writer = McapWriter::new(Log::default(), &head()).unwrap();
     record(&mut writer, 0, 0..12_000, |_, _| ()).unwrap();
     let steps = writer.finish().unwrap().0;
     let mut kept = vec![0; steps.len() + 1];
@@ -557,7 +559,7 @@ fn full_disks(rooms: impl Iterator<Item = usize>) {
         count += 1;
         let mut whole = 0;
         // The run goes on: later messages fail, and nothing panics.
-        let Ok(mut writer) = Writer::new(disk, &head()) else {
+        let Ok(mut writer) = McapWriter::new(disk, &head()) else {
             continue;
         };
         // 600 frames, each flushed alone, or as ever.
@@ -599,7 +601,7 @@ fn a_full_disk_keeps_all_whole_chunks_long() {
             cuts: count % 2 == 0,
         };
         let mut whole = 0;
-        if let Ok(mut writer) = Writer::new(disk, &head()) {
+        if let Ok(mut writer) = McapWriter::new(disk, &head()) {
             let ended = record(&mut writer, 0, 0..40_000, |_, _| ());
             assert!(ended.is_err() || writer.written() < room as u64);
             whole = writer.written();
@@ -623,7 +625,7 @@ fn any_bytes_are_read_to_their_end() {
     let file = recorded(0, 120);
     for _ in 0..200 {
         let mut bytes = file.clone();
-        for _ in 0..1 + random.below(200) {
+        for _ in 0..=random.below(200) {
             let at = random.below(bytes.len());
             bytes[at] = random.next() as u8;
         }
@@ -645,14 +647,14 @@ fn a_stretch_of_time_is_cut_out() {
     let bytes = Kept(std::rc::Rc::default());
     let times = START + 300_000_000..=START + 499_000_000;
     let done = rewrite(Cursor::new(&file), &times, LIBRARY, bytes.clone()).unwrap();
-    let mut reader = Reader::new(Cursor::new(bytes.0.borrow().clone()));
+    let mut reader = McapReader::new(Cursor::new(bytes.0.borrow().clone()));
     let mut numbers = Vec::new();
     while let Some(entry) = reader.next().unwrap() {
-        if entry.channel == Channel::Raw {
+        if entry.topic == Topic::Raw {
             numbers.push(FrameMessage::decode(entry.bytes).unwrap().frame.sequence);
         }
     }
     assert!(numbers.into_iter().eq(300..500));
-    assert_eq!(reader.findings().missing(Channel::Raw), 0);
+    assert_eq!(reader.findings().missing(Topic::Raw), 0);
     assert_eq!(done.messages, 400);
 }

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use taxel::table;
 use taxel_recording::export::{write_csv, write_npz, write_tables};
 use taxel_recording::mcap::{
-    Channel, Findings, LinkMessage, MAGIC, Message, Reader, Storage, rewrite,
+    Findings, LinkMessage, MAGIC, McapReader, Message, Storage, Topic, rewrite,
 };
 
 use crate::arguments::{
@@ -49,8 +49,11 @@ fn open(path: &Path) -> Result<File, Stop> {
     File::open(path).map_err(unreadable)
 }
 
-fn reader(path: &Path) -> Result<Reader<BufReader<File>>, Stop> {
-    Ok(Reader::new(BufReader::with_capacity(1 << 18, open(path)?)))
+fn reader(path: &Path) -> Result<McapReader<BufReader<File>>, Stop> {
+    Ok(McapReader::new(BufReader::with_capacity(
+        1 << 18,
+        open(path)?,
+    )))
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Stop {
@@ -87,8 +90,8 @@ fn survey(path: &Path) -> Result<Survey, Stop> {
     let mut newest = None;
     let mut longest_pause_ns = 0;
     while let Some(entry) = reader.next().map_err(|error| unreadable(path, &error))? {
-        match entry.channel {
-            Channel::Raw => {
+        match entry.topic {
+            Topic::Raw => {
                 let time = entry.publish_time;
                 let [first, last] = device_times.unwrap_or([time; 2]);
                 device_times = Some([first.min(time), last.max(time)]);
@@ -102,7 +105,7 @@ fn survey(path: &Path) -> Result<Survey, Stop> {
                     channels = frame.map_or(0, |message| message.frame.values.len());
                 }
             }
-            Channel::Link => links.extend(LinkMessage::decode(entry.bytes)),
+            Topic::Link => links.extend(LinkMessage::decode(entry.bytes)),
             _ => {}
         }
     }
@@ -160,14 +163,14 @@ impl Survey {
                 seconds(last.saturating_sub(first))
             })
         };
-        let frames = findings.messages(Channel::Raw);
+        let frames = findings.messages(Topic::Raw);
         let rate = self.device_times.and_then(|[first, last]| {
             let span = last.saturating_sub(first) as f64 * 1e-9;
             (frames > 1 && span > 0.0).then(|| (frames - 1) as f64 / span)
         });
-        let counts = |of: &dyn Fn(Channel) -> u64| -> Value {
-            let known = Channel::ALL.into_iter().filter(|channel| of(*channel) > 0);
-            let counts = known.map(|channel| (channel.topic().to_owned(), json!(of(channel))));
+        let counts = |of: &dyn Fn(Topic) -> u64| -> Value {
+            let known = Topic::ALL.into_iter().filter(|channel| of(*channel) > 0);
+            let counts = known.map(|channel| (channel.name().to_owned(), json!(of(channel))));
             counts.collect::<Map<_, _>>().into()
         };
         let start = findings.times.map_or(0, |[first, _]| first);
@@ -320,7 +323,7 @@ fn repair(arguments: &Repair) -> Result<Done, Stop> {
         file.display(),
         survey.state(),
         output.display(),
-        findings.messages(Channel::Raw)
+        findings.messages(Topic::Raw)
     );
     let start = findings.times.map_or(0, |[first, _]| first);
     let at = |utc_ns: u64| utc_ns.saturating_sub(start) as f64 * 1e-9;
@@ -335,10 +338,10 @@ fn repair(arguments: &Repair) -> Result<Done, Stop> {
             damage.from, damage.to
         );
     }
-    for channel in Channel::ALL {
+    for channel in Topic::ALL {
         let missing = findings.missing(channel);
         if missing > 0 {
-            report += &format!("  {missing} messages of {} are missing\n", channel.topic());
+            report += &format!("  {missing} messages of {} are missing\n", channel.name());
         }
     }
     outputs::print(&report)?;
@@ -450,7 +453,7 @@ fn tables(
             let file = File::create_new(beside.join(name))?;
             Ok(Box::new(BufWriter::with_capacity(1 << 16, file)))
         };
-        let source = Reader::new(BufReader::with_capacity(1 << 18, File::open(file)?));
+        let source = McapReader::new(BufReader::with_capacity(1 << 18, File::open(file)?));
         let names = write_tables(source, meaning, &mut open)?;
         let mut names: Vec<String> = names.into_iter().map(str::to_owned).collect();
         for (place, attachment) in findings.attachments.iter().enumerate() {

@@ -6,7 +6,7 @@ use std::io::{Error, ErrorKind, Read, Result, Write};
 use super::ExportMeaning;
 use super::zip::{LARGEST, Zip};
 use crate::mcap::{
-    Channel, EventMessage, FrameMessage, MarkMessage, Message, NO_TIME, Reader, RestMessage,
+    EventMessage, FrameMessage, MarkMessage, McapReader, Message, NO_TIME, RestMessage, Topic,
     TouchMessage,
 };
 
@@ -37,6 +37,14 @@ impl Array {
             flat: false,
             rows: 0,
             bytes: Vec::new(),
+        }
+    }
+
+    /// One number a row.
+    fn flat(name: &str, kind: &'static str) -> Self {
+        Self {
+            flat: true,
+            ..Self::new(name, kind)
         }
     }
 
@@ -72,13 +80,7 @@ impl Array {
     }
 
     fn u64(&mut self, value: u64) {
-        self.flat = true;
         self.row([value.to_le_bytes()].into_iter(), [0; 8]);
-    }
-
-    fn f64(&mut self, value: f64) {
-        self.flat = true;
-        self.f64s(&[value]);
     }
 
     fn put<W: Write>(&self, zip: &mut Zip<W>) -> Result<()> {
@@ -123,188 +125,212 @@ fn npy(kind: &str, shape: &str, bytes: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY\x01\x00", &length[..], head.as_bytes(), bytes].concat()
 }
 
+/// The arrays of each kind of message.
+#[derive(Debug)]
+struct Arrays {
+    raw: [Array; 5],
+    touch: [Array; 9],
+    contact: [Array; 6],
+    event: [Array; 4],
+    mark: [Array; 2],
+    rest: [Array; 2],
+    event_kinds: Texts,
+    event_units: Texts,
+    marks: Texts,
+    rest_kinds: Texts,
+}
+
+impl Arrays {
+    fn new(meaning: &ExportMeaning) -> Self {
+        let value = unit_suffix(&meaning.value.1, &meaning.value.0);
+        let reading = match meaning.reading.quantity.name() {
+            "capacitance" => "f",
+            "pressure" => "pa",
+            "force" => "n",
+            "voltage" => "v",
+            "resistance" => "ohm",
+            "charge" => "c",
+            other => other,
+        };
+        let force = unit_suffix(&meaning.force, "");
+        let length = if meaning.length == "m" { "m" } else { "cells" };
+        let (whole, double) = ("<u8", "<f8");
+        Self {
+            raw: [
+                Array::flat("raw_sequence", whole),
+                Array::flat("raw_time_ns", whole),
+                Array::flat("raw_utc_ns", whole),
+                Array::flat("raw_arrival_ns", whole),
+                Array::new(&format!("raw_readings_{reading}"), double),
+            ],
+            touch: [
+                Array::flat("touch_sequence", whole),
+                Array::flat("touch_time_ns", whole),
+                Array::new(&format!("touch_values_{value}"), "<f4"),
+                Array::new(&format!("touch_deviations_{value}"), "<f4"),
+                Array::new("touch_states", "|u1"),
+                Array::new("touch_force_n", double),
+                Array::new("touch_force_deviation_n", double),
+                Array::new("touch_moment_n_m", double),
+                Array::new(&format!("touch_centre_of_pressure_{length}"), double),
+            ],
+            contact: [
+                Array::flat("contact_sequence", whole),
+                Array::flat("contact_time_ns", whole),
+                Array::flat("contact_id", whole),
+                Array::new(&format!("contact_centre_{length}"), double),
+                Array::new(&format!("contact_force_{force}"), double),
+                Array::new(&format!("contact_force_deviation_{force}"), double),
+            ],
+            event: [
+                Array::flat("event_time_ns", whole),
+                Array::flat("event_contact", whole),
+                Array::flat("event_value", double),
+                Array::flat("event_deviation", double),
+            ],
+            mark: [
+                Array::flat("mark_time_ns", whole),
+                Array::flat("mark_utc_ns", whole),
+            ],
+            rest: [
+                Array::flat("rest_time_ns", whole),
+                Array::new(&format!("rest_readings_{reading}"), double),
+            ],
+            event_kinds: Texts::default(),
+            event_units: Texts::default(),
+            marks: Texts::default(),
+            rest_kinds: Texts::default(),
+        }
+    }
+
+    fn push(&mut self, topic: Topic, bytes: &[u8]) {
+        match topic {
+            Topic::Raw => {
+                if let Some(message) = FrameMessage::decode(bytes) {
+                    self.frame(&message);
+                }
+            }
+            Topic::Touch => {
+                if let Some(touch) = TouchMessage::decode(bytes) {
+                    self.touch(&touch);
+                }
+            }
+            Topic::Events => {
+                if let Some(event) = EventMessage::decode(bytes) {
+                    let [time, contact, value, deviation] = &mut self.event;
+                    time.u64(event.device_time_ns);
+                    contact.u64(event.contact);
+                    value.f64s(&[event.value]);
+                    deviation.f64s(&[event.deviation]);
+                    self.event_kinds.0.push(event.kind);
+                    self.event_units.0.push(event.unit);
+                }
+            }
+            Topic::Marks => {
+                if let Some(mark) = MarkMessage::decode(bytes) {
+                    let [time, utc] = &mut self.mark;
+                    time.u64(mark.device_time_ns.unwrap_or(NO_TIME));
+                    utc.u64(mark.utc_ns);
+                    self.marks.0.push(mark.text);
+                }
+            }
+            Topic::Rest => {
+                if let Some(rest) = RestMessage::decode(bytes) {
+                    let [time, readings] = &mut self.rest;
+                    time.u64(rest.device_time_ns.unwrap_or(NO_TIME));
+                    readings.f64s(&rest.values);
+                    self.rest_kinds.0.push(rest.kind.name().into());
+                }
+            }
+            Topic::Wire | Topic::Link | Topic::Clock | Topic::Health => {}
+        }
+    }
+
+    fn frame(&mut self, FrameMessage { utc_ns, frame }: &FrameMessage) {
+        let [sequence, time, utc, arrival, readings] = &mut self.raw;
+        sequence.u64(frame.sequence);
+        time.u64(frame.time_ns);
+        utc.u64(*utc_ns);
+        arrival.u64(frame.host_ns.unwrap_or(NO_TIME));
+        readings.f64s(&frame.values);
+    }
+
+    fn touch(&mut self, touch: &TouchMessage) {
+        let [
+            sequence,
+            time,
+            values,
+            deviations,
+            states,
+            force,
+            force_deviation,
+            moment,
+            centre,
+        ] = &mut self.touch;
+        sequence.u64(touch.sequence);
+        time.u64(touch.device_time_ns);
+        values.f32s(&touch.values);
+        deviations.f32s(&touch.deviations);
+        states.u8s(&touch.states);
+        force.f64s(&touch.force);
+        force_deviation.f64s(&touch.force_deviation);
+        moment.f64s(&touch.moment);
+        centre.f64s(&touch.centre_of_pressure);
+        let [sequence, time, id, centre, force, deviation] = &mut self.contact;
+        for contact in &touch.contacts {
+            sequence.u64(touch.sequence);
+            time.u64(touch.device_time_ns);
+            id.u64(contact.id);
+            centre.f64s(&contact.centre);
+            force.f64s(&contact.force);
+            deviation.f64s(&contact.force_deviation);
+        }
+    }
+
+    fn put(&self, meaning: &ExportMeaning, out: impl Write) -> Result<()> {
+        let mut zip = Zip::new(out);
+        let numbers = self.raw.iter().chain(&self.touch).chain(&self.contact);
+        for array in numbers
+            .chain(&self.event)
+            .chain(&self.mark)
+            .chain(&self.rest)
+        {
+            array.put(&mut zip)?;
+        }
+        self.event_kinds.put("event_kind", &mut zip)?;
+        self.event_units.put("event_unit", &mut zip)?;
+        self.marks.put("mark_text", &mut zip)?;
+        self.rest_kinds.put("rest_kind", &mut zip)?;
+        Texts(meaning.channels.clone()).put("channel_names", &mut zip)?;
+        Texts(meaning.states.clone()).put("state_names", &mut zip)?;
+        zip.finish()
+    }
+}
+
 /// Writes arrays in SI into one archive (`numpy.load`). The number of frames.
 ///
 /// # Errors
 /// Those of the reader and of `out`; [`ErrorKind::InvalidInput`] for a recording that is too
 /// large for one archive.
 pub fn write_npz<R: Read>(
-    mut reader: Reader<R>,
+    mut reader: McapReader<R>,
     meaning: &ExportMeaning,
     out: impl Write,
 ) -> Result<u64> {
-    let value = unit_suffix(&meaning.value.1, &meaning.value.0);
-    let reading = match meaning.reading.quantity.name() {
-        "capacitance" => "f",
-        "pressure" => "pa",
-        "force" => "n",
-        "voltage" => "v",
-        "resistance" => "ohm",
-        "charge" => "c",
-        other => other,
-    };
-    let force = unit_suffix(&meaning.force, "");
-    let length = if meaning.length == "m" { "m" } else { "cells" };
-    let names = [
-        ("raw_sequence".to_owned(), "<u8"),
-        ("raw_time_ns".to_owned(), "<u8"),
-        ("raw_utc_ns".to_owned(), "<u8"),
-        ("raw_arrival_ns".to_owned(), "<u8"),
-        (format!("raw_readings_{reading}"), "<f8"),
-        ("touch_sequence".to_owned(), "<u8"),
-        ("touch_time_ns".to_owned(), "<u8"),
-        (format!("touch_values_{value}"), "<f4"),
-        (format!("touch_deviations_{value}"), "<f4"),
-        ("touch_states".to_owned(), "|u1"),
-        ("touch_force_n".to_owned(), "<f8"),
-        ("touch_force_deviation_n".to_owned(), "<f8"),
-        ("touch_moment_n_m".to_owned(), "<f8"),
-        (format!("touch_centre_of_pressure_{length}"), "<f8"),
-        ("contact_sequence".to_owned(), "<u8"),
-        ("contact_time_ns".to_owned(), "<u8"),
-        ("contact_id".to_owned(), "<u8"),
-        (format!("contact_centre_{length}"), "<f8"),
-        (format!("contact_force_{force}"), "<f8"),
-        (format!("contact_force_deviation_{force}"), "<f8"),
-        ("event_time_ns".to_owned(), "<u8"),
-        ("event_contact".to_owned(), "<u8"),
-        ("event_value".to_owned(), "<f8"),
-        ("event_deviation".to_owned(), "<f8"),
-        ("mark_time_ns".to_owned(), "<u8"),
-        ("mark_utc_ns".to_owned(), "<u8"),
-        ("rest_time_ns".to_owned(), "<u8"),
-        (format!("rest_readings_{reading}"), "<f8"),
-    ];
-    let mut arrays = names.map(|(name, kind)| Array::new(&name, kind));
-    let [
-        raw_sequence,
-        raw_time,
-        raw_utc,
-        raw_arrival,
-        raw_readings,
-        touch_sequence,
-        touch_time,
-        values,
-        deviations,
-        states,
-        forces,
-        force_deviations,
-        moments,
-        centres,
-        contact_sequence,
-        contact_time,
-        contact_id,
-        contact_centre,
-        contact_force,
-        contact_deviation,
-        event_time,
-        event_contact,
-        event_value,
-        event_deviation,
-        mark_time,
-        mark_utc,
-        rest_time,
-        rest_readings,
-    ] = &mut arrays;
-    let (mut kinds, mut units, mut marks, mut rests) = (
-        Texts::default(),
-        Texts::default(),
-        Texts::default(),
-        Texts::default(),
-    );
+    let mut arrays = Arrays::new(meaning);
     let mut size = 0;
     while let Some(entry) = reader.next()? {
         size += entry.bytes.len() as u64;
-        if entry.channel != Channel::Wire && size > LARGEST {
+        if entry.topic != Topic::Wire && size > LARGEST {
             return Err(Error::new(
                 ErrorKind::InvalidInput,
                 "the recording is too large for one archive (4 GiB): cut it, or export a folder",
             ));
         }
-        match entry.channel {
-            Channel::Raw => {
-                if let Some(FrameMessage { utc_ns, frame }) = FrameMessage::decode(entry.bytes) {
-                    raw_sequence.u64(frame.sequence);
-                    raw_time.u64(frame.time_ns);
-                    raw_utc.u64(utc_ns);
-                    raw_arrival.u64(frame.host_ns.unwrap_or(NO_TIME));
-                    raw_readings.f64s(&frame.values);
-                }
-            }
-            Channel::Touch => {
-                let Some(touch) = TouchMessage::decode(entry.bytes) else {
-                    continue;
-                };
-                touch_sequence.u64(touch.sequence);
-                touch_time.u64(touch.device_time_ns);
-                values.f32s(&touch.values);
-                deviations.f32s(&touch.deviations);
-                states.u8s(&touch.states);
-                forces.f64s(&touch.force);
-                force_deviations.f64s(&touch.force_deviation);
-                moments.f64s(&touch.moment);
-                centres.f64s(&touch.centre_of_pressure);
-                for contact in &touch.contacts {
-                    contact_sequence.u64(touch.sequence);
-                    contact_time.u64(touch.device_time_ns);
-                    contact_id.u64(contact.id);
-                    contact_centre.f64s(&contact.centre);
-                    contact_force.f64s(&contact.force);
-                    contact_deviation.f64s(&contact.force_deviation);
-                }
-            }
-            Channel::Events => {
-                if let Some(event) = EventMessage::decode(entry.bytes) {
-                    event_time.u64(event.device_time_ns);
-                    event_contact.u64(event.contact);
-                    event_value.f64(event.value);
-                    event_deviation.f64(event.deviation);
-                    kinds.0.push(event.kind);
-                    units.0.push(event.unit);
-                }
-            }
-            Channel::Marks => {
-                if let Some(mark) = MarkMessage::decode(entry.bytes) {
-                    mark_time.u64(mark.device_time_ns.unwrap_or(NO_TIME));
-                    mark_utc.u64(mark.utc_ns);
-                    marks.0.push(mark.text);
-                }
-            }
-            Channel::Rest => {
-                if let Some(rest) = RestMessage::decode(entry.bytes) {
-                    rest_time.u64(rest.device_time_ns.unwrap_or(NO_TIME));
-                    rest_readings.f64s(&rest.values);
-                    rests.0.push(rest.kind.name().into());
-                }
-            }
-            Channel::Wire | Channel::Link | Channel::Clock | Channel::Health => {}
-        }
+        arrays.push(entry.topic, entry.bytes);
     }
-    let frames = raw_sequence.rows as u64;
-    let mut zip = Zip::new(out);
-    // One number a row, also where there is no row.
-    let flat = [
-        "sequence",
-        "time_ns",
-        "utc_ns",
-        "arrival_ns",
-        "_id",
-        "event_contact",
-        "event_value",
-        "event_deviation",
-    ];
-    for array in &mut arrays {
-        array.flat |= flat.iter().any(|end| array.name.ends_with(end));
-        array.put(&mut zip)?;
-    }
-    kinds.put("event_kind", &mut zip)?;
-    units.put("event_unit", &mut zip)?;
-    marks.put("mark_text", &mut zip)?;
-    rests.put("rest_kind", &mut zip)?;
-    Texts(meaning.channels.clone()).put("channel_names", &mut zip)?;
-    Texts(meaning.states.clone()).put("state_names", &mut zip)?;
-    zip.finish()?;
-    Ok(frames)
+    arrays.put(meaning, out)?;
+    Ok(arrays.raw[0].rows as u64)
 }
 
 /// SI unit as it ends the name of an array.

@@ -4,7 +4,7 @@ use std::io::{Read, Result, Write};
 
 use super::{ExportMeaning, axes, number, text};
 use crate::mcap::{
-    Channel, EventMessage, FrameMessage, MarkMessage, Message, Reader, TouchMessage,
+    EventMessage, FrameMessage, MarkMessage, McapReader, Message, Topic, TouchMessage,
 };
 
 /// What has come since a frame.
@@ -23,7 +23,7 @@ struct Row {
 /// # Errors
 /// Those of the reader and of `out`.
 pub fn write_csv<R: Read>(
-    mut reader: Reader<R>,
+    mut reader: McapReader<R>,
     meaning: &ExportMeaning,
     mut out: impl Write,
 ) -> Result<u64> {
@@ -34,8 +34,8 @@ pub fn write_csv<R: Read>(
     let mut waiting: Vec<Row> = Vec::new();
     let mut lines = 0;
     while let Some(entry) = reader.next()? {
-        match entry.channel {
-            Channel::Raw => {
+        match entry.topic {
+            Topic::Raw => {
                 let Some(frame) = FrameMessage::decode(entry.bytes) else {
                     continue;
                 };
@@ -53,7 +53,7 @@ pub fn write_csv<R: Read>(
                     lines += put_all(&mut waiting, known, lines == 0, meaning, &mut out)?;
                 }
             }
-            Channel::Touch => {
+            Topic::Touch => {
                 let Some(touch) = TouchMessage::decode(entry.bytes) else {
                     continue;
                 };
@@ -62,7 +62,7 @@ pub fn write_csv<R: Read>(
                     row.touch = Some(touch);
                 }
             }
-            Channel::Events => {
+            Topic::Events => {
                 if let (Some(row), Some(event)) = (&mut row, EventMessage::decode(entry.bytes)) {
                     row.events.push(match event.contact {
                         0 => event.kind,
@@ -70,7 +70,7 @@ pub fn write_csv<R: Read>(
                     });
                 }
             }
-            Channel::Marks => {
+            Topic::Marks => {
                 if let Some(mark) = MarkMessage::decode(entry.bytes) {
                     row.as_mut()
                         .map_or(&mut early, |row| &mut row.marks)

@@ -5,8 +5,8 @@ use std::io::{Read, Result, Write};
 use super::join::shortened;
 use super::{ExportMeaning, axes, number, text};
 use crate::mcap::{
-    Channel, ClockMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage, MarkMessage,
-    Message, NO_TIME, Reader, RestMessage, TouchMessage, WireMessage,
+    ClockMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage, MarkMessage, McapReader,
+    Message, NO_TIME, RestMessage, Topic, TouchMessage, WireMessage,
 };
 
 /// Where the tables go.
@@ -33,18 +33,18 @@ const CONTACTS: usize = 9;
 /// # Errors
 /// Those of the reader, of `open` and of the files.
 pub fn write_tables<'a, R: Read>(
-    mut reader: Reader<R>,
+    mut reader: McapReader<R>,
     meaning: &ExportMeaning,
     open: &mut dyn FnMut(&str) -> Result<Box<dyn Write + 'a>>,
 ) -> Result<Vec<&'static str>> {
     let mut sinks: Sinks<'a> = Default::default();
     while let Some(entry) = reader.next()? {
-        let place = usize::from(entry.channel.number()) - 1;
+        let place = usize::from(entry.topic.number()) - 1;
         let new = sinks[place].is_none();
         if new {
             sinks[place] = Some(open(TABLES[place])?);
         }
-        let contacts = entry.channel == Channel::Touch && sinks[CONTACTS].is_none();
+        let contacts = entry.topic == Topic::Touch && sinks[CONTACTS].is_none();
         if contacts {
             let mut out = open(TABLES[CONTACTS])?;
             put_contact_titles(meaning, &mut out)?;
@@ -55,7 +55,7 @@ pub fn write_tables<'a, R: Read>(
             continue;
         };
         put(
-            entry.channel,
+            entry.topic,
             entry.bytes,
             new,
             meaning,
@@ -75,41 +75,43 @@ pub fn write_tables<'a, R: Read>(
 
 /// Writes one message; its titles before, if it is the first.
 fn put(
-    channel: Channel,
+    channel: Topic,
     bytes: &[u8],
     new: bool,
     meaning: &ExportMeaning,
     out: &mut dyn Write,
     contacts: Option<&mut Box<dyn Write + '_>>,
 ) -> Result<()> {
-    let titles = |titles: &str, out: &mut dyn Write| match new {
-        true => writeln!(out, "{titles}"),
-        false => Ok(()),
+    let titles = |titles: &str, out: &mut dyn Write| {
+        if new {
+            return writeln!(out, "{titles}");
+        }
+        Ok(())
     };
     match channel {
-        Channel::Wire => match WireMessage::decode(bytes) {
+        Topic::Wire => match WireMessage::decode(bytes) {
             Some(wire) => out.write_all(&wire.bytes),
             None => Ok(()),
         },
-        Channel::Raw => match FrameMessage::decode(bytes) {
+        Topic::Raw => match FrameMessage::decode(bytes) {
             Some(message) => put_frame(&message, new, meaning, out),
             None => Ok(()),
         },
-        Channel::Touch => match TouchMessage::decode(bytes) {
+        Topic::Touch => match TouchMessage::decode(bytes) {
             Some(touch) => {
                 put_touch(&touch, new, meaning, out)?;
                 contacts.map_or(Ok(()), |out| put_contacts(&touch, meaning, out))
             }
             None => Ok(()),
         },
-        Channel::Events => {
+        Topic::Events => {
             titles(
                 "index,time [ns],contact,event,value,deviation,unit,parent,into,rise_time [s],symmetry,direction_x,direction_y,score",
                 out,
             )?;
             EventMessage::decode(bytes).map_or(Ok(()), |event| put_event(&event, out))
         }
-        Channel::Link => {
+        Topic::Link => {
             titles("utc [ns],host [ns],segment,state,reason", out)?;
             LinkMessage::decode(bytes).map_or(Ok(()), |link| {
                 let LinkMessage {
@@ -122,11 +124,11 @@ fn put(
                 writeln!(out, "{utc_ns},{host_ns},{segment},{state},{reason}")
             })
         }
-        Channel::Rest => match RestMessage::decode(bytes) {
+        Topic::Rest => match RestMessage::decode(bytes) {
             Some(rest) => put_rest(&rest, new, meaning, out),
             None => Ok(()),
         },
-        Channel::Clock => {
+        Topic::Clock => {
             titles(
                 "utc [ns],host [ns],segment,device_time [ns],offset [ns],rate,lower [ns],upper [ns]",
                 out,
@@ -146,35 +148,14 @@ fn put(
                 writeln!(out)
             })
         }
-        Channel::Health => {
+        Topic::Health => {
             titles(
                 "utc [ns],time [ns],accepted,lost,late,duplicate,repeated,restarts,clipped,rate [Hz],wrong,reasons",
                 out,
             )?;
-            HealthMessage::decode(bytes).map_or(Ok(()), |health| {
-                write!(out, "{},{}", health.utc_ns, health.device_time_ns)?;
-                for count in [
-                    health.accepted,
-                    health.lost,
-                    health.late,
-                    health.duplicate,
-                    health.repeated,
-                    health.restarts,
-                    health.clipped,
-                ] {
-                    write!(out, ",{count}")?;
-                }
-                let (wrong, reasons) = (health.wrong.join("; "), health.reasons.join("; "));
-                writeln!(
-                    out,
-                    ",{},{},{}",
-                    number(health.rate),
-                    text(&wrong),
-                    text(&reasons)
-                )
-            })
+            HealthMessage::decode(bytes).map_or(Ok(()), |health| put_health(&health, out))
         }
-        Channel::Marks => {
+        Topic::Marks => {
             titles("utc [ns],time [ns],text,by", out)?;
             MarkMessage::decode(bytes).map_or(Ok(()), |mark| {
                 let (at, words, by) = (time(mark.device_time_ns), text(&mark.text), text(&mark.by));
@@ -182,6 +163,29 @@ fn put(
             })
         }
     }
+}
+
+fn put_health(health: &HealthMessage, out: &mut dyn Write) -> Result<()> {
+    write!(out, "{},{}", health.utc_ns, health.device_time_ns)?;
+    for count in [
+        health.accepted,
+        health.lost,
+        health.late,
+        health.duplicate,
+        health.repeated,
+        health.restarts,
+        health.clipped,
+    ] {
+        write!(out, ",{count}")?;
+    }
+    let (wrong, reasons) = (health.wrong.join("; "), health.reasons.join("; "));
+    writeln!(
+        out,
+        ",{},{},{}",
+        number(health.rate),
+        text(&wrong),
+        text(&reasons)
+    )
 }
 
 fn time(time: Option<u64>) -> String {

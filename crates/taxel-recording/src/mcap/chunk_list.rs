@@ -1,9 +1,9 @@
 //! Where the chunks of a file are, in few bytes each: a recording of a day has a million.
 
-use super::schemas::Channel;
+use super::schemas::Topic;
 
 /// Number of channels.
-pub(super) const CHANNELS: usize = Channel::ALL.len();
+pub(super) const TOPICS: usize = Topic::ALL.len();
 
 /// A chunk that was written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -14,8 +14,8 @@ pub(super) struct ChunkPlace {
     pub(super) length: u64,
     /// First and last time, ns of UTC.
     pub(super) times: [u64; 2],
-    /// Messages of each channel.
-    pub(super) messages: [u64; CHANNELS],
+    /// Messages of each topic.
+    pub(super) messages: [u64; TOPICS],
 }
 
 /// The chunks of a file, packed.
@@ -101,7 +101,7 @@ mod tests {
         let places: Vec<_> = (0..1000)
             .map(|at| {
                 let begin = 1_800_000_000_000_000_000 + at * 100_000_000;
-                let mut messages = [0; CHANNELS];
+                let mut messages = [0; TOPICS];
                 messages[1..3].fill(100);
                 ChunkPlace {
                     offset: 5000 + at * 60_000,

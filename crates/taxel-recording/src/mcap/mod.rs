@@ -1,7 +1,7 @@
 //! Recordings that survive: MCAP with small chunks, each with its CRC.
 //!
-//! A [`Writer`] puts the messages of nine channels ([`Channel`]) into chunks and writes each
-//! chunk at once; whatever ends the program, the chunks before are whole. A [`Reader`] believes
+//! A [`McapWriter`] puts the messages of nine topics ([`Topic`]) into chunks and writes each
+//! chunk at once; whatever ends the program, the chunks before are whole. A [`McapReader`] believes
 //! only chunks whose lengths and CRC agree, and finds the next one after damage. [`rewrite`]
 //! makes a finished recording of what is whole.
 //!
@@ -25,9 +25,9 @@ pub use message::{
     ClockMessage, ContactMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage,
     MarkMessage, Message, NO_TIME, RestKind, RestMessage, TouchMessage, WireMessage,
 };
-pub use reader::{Damage, Entry, Findings, Reader};
+pub use reader::{Damage, Findings, McapReader, StoredMessage};
 pub use record::{Attachment, MAGIC, Metadata};
 pub use rewrite::{Rewritten, rewrite};
-pub use schemas::Channel;
+pub use schemas::Topic;
 pub use storage::Storage;
-pub use writer::{Head, Writer};
+pub use writer::{McapWriter, RecordingHead};

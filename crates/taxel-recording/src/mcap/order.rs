@@ -1,9 +1,9 @@
 //! Which messages have come, by their running numbers: what is missing, and which chunks are
 //! not of this recording.
 
-use super::chunk_list::CHANNELS;
+use super::chunk_list::TOPICS;
 
-/// First and last number of the messages of one channel in a chunk, and how many are missing
+/// First and last number of the messages of one topic in a chunk, and how many are missing
 /// between them.
 pub(super) type Span = Option<([u32; 2], u32)>;
 
@@ -19,7 +19,7 @@ struct Gap {
     times: [u64; 2],
 }
 
-/// Numbers of one channel.
+/// Numbers of one topic.
 #[derive(Debug, Clone, Default)]
 struct Numbers {
     next: u32,
@@ -27,10 +27,10 @@ struct Numbers {
     missing: u64,
 }
 
-/// What has come of all channels.
+/// What has come of all topics.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Order {
-    channels: [Numbers; CHANNELS],
+    channels: [Numbers; TOPICS],
     newest: u64,
 }
 
@@ -47,7 +47,7 @@ pub(super) enum Place {
 
 impl Order {
     /// Takes a chunk with these numbers and times, ns, unless it is foreign.
-    pub(super) fn take(&mut self, spans: &[Span; CHANNELS], times: [u64; 2]) -> Place {
+    pub(super) fn take(&mut self, spans: &[Span; TOPICS], times: [u64; 2]) -> Place {
         let numbers = || {
             let pairs = self.channels.iter().zip(spans);
             pairs.filter_map(|(channel, span)| Some((channel, (*span)?)))
@@ -112,8 +112,8 @@ impl Order {
         Place::Late
     }
 
-    /// Messages of each channel that are missing between others.
-    pub(super) fn missing(&self) -> [u64; CHANNELS] {
+    /// Messages of each topic that are missing between others.
+    pub(super) fn missing(&self) -> [u64; TOPICS] {
         std::array::from_fn(|at| self.channels[at].missing)
     }
 }
@@ -122,8 +122,8 @@ impl Order {
 mod tests {
     use super::*;
 
-    fn chunk(first: u32, last: u32) -> ([Span; CHANNELS], [u64; 2]) {
-        let mut spans = [None; CHANNELS];
+    fn chunk(first: u32, last: u32) -> ([Span; TOPICS], [u64; 2]) {
+        let mut spans = [None; TOPICS];
         spans[1] = Some(([first, last], 0));
         (spans, [u64::from(first) * 10, u64::from(last) * 10])
     }

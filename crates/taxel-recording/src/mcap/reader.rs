@@ -2,11 +2,11 @@
 
 use std::io::{Read, Result};
 
-use super::chunk_list::CHANNELS;
+use super::chunk_list::TOPICS;
 use super::order::{Order, Place, Span};
 use super::record::{Attachment, Fields, Metadata, code};
 use super::scanner::{Part, Scanner};
-use super::schemas::Channel;
+use super::schemas::Topic;
 use super::writer::{DESCRIPTION, DESCRIPTION_KEY};
 
 /// Damages that are listed one by one.
@@ -27,10 +27,10 @@ pub struct Findings {
     pub late_chunks: u64,
     /// Chunks that have come before, or are of another recording; they do not count.
     pub foreign_chunks: u64,
-    /// Messages of each channel, in the order of [`Channel::ALL`].
-    pub messages: [u64; CHANNELS],
-    /// Messages of each channel that are missing between others.
-    pub missing: [u64; CHANNELS],
+    /// Messages of each topic, in the order of [`Topic::ALL`].
+    pub messages: [u64; TOPICS],
+    /// Messages of each topic that are missing between others.
+    pub missing: [u64; TOPICS],
     /// Stretches of bytes that are damaged, the first ones.
     pub damages: Vec<Damage>,
     /// Number of all of them.
@@ -63,14 +63,14 @@ pub struct Damage {
 }
 
 impl Findings {
-    /// Messages of one channel.
-    pub fn messages(&self, channel: Channel) -> u64 {
-        self.messages[channel.place()]
+    /// Messages of one topic.
+    pub fn messages(&self, topic: Topic) -> u64 {
+        self.messages[topic.place()]
     }
 
-    /// Messages of one channel that are missing between others.
-    pub fn missing(&self, channel: Channel) -> u64 {
-        self.missing[channel.place()]
+    /// Messages of one topic that are missing between others.
+    pub fn missing(&self, topic: Topic) -> u64 {
+        self.missing[topic.place()]
     }
 
     /// True if bytes are damaged, but for a torn end of an unfinished recording.
@@ -88,10 +88,10 @@ impl Findings {
 
 /// One message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry<'a> {
-    /// Its channel.
-    pub channel: Channel,
-    /// Running number in the channel.
+pub struct StoredMessage<'a> {
+    /// Its topic.
+    pub topic: Topic,
+    /// Running number in its topic.
     pub sequence: u32,
     /// Time of this computer, ns of UTC.
     pub log_time: u64,
@@ -116,23 +116,23 @@ pub(super) struct ChunkAt {
 ///
 /// # Example
 /// ```
-/// use taxel_recording::mcap::{Channel, Head, MarkMessage, Message, Reader, Writer};
+/// use taxel_recording::mcap::{Topic, RecordingHead, MarkMessage, Message, McapReader, McapWriter};
 ///
-/// let mut writer = Writer::new(Vec::new(), &Head::default())?;
+/// let mut writer = McapWriter::new(Vec::new(), &RecordingHead::default())?;
 /// let mark = MarkMessage { text: "begin".into(), ..MarkMessage::default() };
 /// writer.message(1_800_000_000_000_000_000, &mark)?;
 /// let file = writer.finish()?;
 ///
-/// let mut reader = Reader::new(file.as_slice());
+/// let mut reader = McapReader::new(file.as_slice());
 /// let entry = reader.next()?.expect("one message");
-/// assert_eq!(entry.channel, Channel::Marks);
+/// assert_eq!(entry.topic, Topic::Marks);
 /// assert_eq!(MarkMessage::decode(entry.bytes), Some(mark));
 /// assert!(reader.next()?.is_none());
 /// assert!(reader.findings().finished);
 /// # Ok::<(), std::io::Error>(())
 /// ```
 #[derive(Debug)]
-pub struct Reader<R> {
+pub struct McapReader<R> {
     scanner: Scanner<R>,
     findings: Findings,
     order: Order,
@@ -142,7 +142,7 @@ pub struct Reader<R> {
     kept_bytes: usize,
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read> McapReader<R> {
     /// Reads from the beginning of a file.
     pub fn new(reader: R) -> Self {
         Self {
@@ -166,13 +166,13 @@ impl<R: Read> Reader<R> {
         self.findings
     }
 
-    /// The next message of a known channel; `None` at the end.
+    /// The next message of a known topic; `None` at the end.
     ///
     /// # Errors
     /// Those of the reader.
     // Messages borrow from the reader, which no iterator can do.
     #[allow(clippy::should_implement_trait)]
-    pub fn next(&mut self) -> Result<Option<Entry<'_>>> {
+    pub fn next(&mut self) -> Result<Option<StoredMessage<'_>>> {
         loop {
             while self.at < self.records.len() {
                 let mut rest = Fields(&self.records[self.at..]);
@@ -184,9 +184,9 @@ impl<R: Read> Reader<R> {
                 if code == code::MESSAGE
                     && let Some(stamp) = message_head(&self.records[body..self.at])
                 {
-                    let (channel, sequence, log_time, publish_time) = stamp;
-                    return Ok(Some(Entry {
-                        channel,
+                    let (topic, sequence, log_time, publish_time) = stamp;
+                    return Ok(Some(StoredMessage {
+                        topic,
                         sequence,
                         log_time,
                         publish_time,
@@ -296,10 +296,10 @@ impl<R: Read> Reader<R> {
 /// Bytes of a message before its content.
 const MESSAGE_HEAD: usize = 22;
 
-/// Channel, number, log time and publish time of a message.
-fn message_head(body: &[u8]) -> Option<(Channel, u32, u64, u64)> {
+/// Topic, number, log time and publish time of a message.
+fn message_head(body: &[u8]) -> Option<(Topic, u32, u64, u64)> {
     let mut fields = Fields(body);
-    let channel = Channel::of_number(fields.u16()?)?;
+    let channel = Topic::of_number(fields.u16()?)?;
     Some((channel, fields.u32()?, fields.u64()?, fields.u64()?))
 }
 
@@ -309,12 +309,12 @@ fn each_record(records: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     std::iter::from_fn(move || rest.record())
 }
 
-type Survey = ([Span; CHANNELS], [u64; CHANNELS], [u64; 2]);
+type Survey = ([Span; TOPICS], [u64; TOPICS], [u64; 2]);
 
 /// Numbers, counts and times of the messages of a chunk; `None` without any.
 fn survey(records: &[u8]) -> Option<Survey> {
-    let mut spans: [Option<[u32; 2]>; CHANNELS] = [None; CHANNELS];
-    let mut counts = [0_u64; CHANNELS];
+    let mut spans: [Option<[u32; 2]>; TOPICS] = [None; TOPICS];
+    let mut counts = [0_u64; TOPICS];
     let mut times: Option<[u64; 2]> = None;
     for (_, body) in each_record(records).filter(|(code, _)| *code == code::MESSAGE) {
         let Some((channel, sequence, log_time, _)) = message_head(body) else {
@@ -345,8 +345,8 @@ fn of_others(records: &[u8]) -> Option<String> {
         let number = fields.u16()?;
         fields.u16()?;
         let topic = fields.text()?;
-        let known = Channel::of_number(number);
-        (known.map(Channel::topic) != Some(topic))
+        let known = Topic::of_number(number);
+        (known.map(Topic::name) != Some(topic))
             .then(|| format!("its channel {number} is {topic:?}, which taxel does not write"))
     })
 }
@@ -355,11 +355,12 @@ fn of_others(records: &[u8]) -> Option<String> {
 fn description(records: &[u8]) -> Option<String> {
     each_record(records).find_map(|(code, body)| {
         let mut fields = Fields(body);
-        if code != code::CHANNEL || fields.u16()? != Channel::Raw.number() {
+        if code != code::CHANNEL || fields.u16()? != Topic::Raw.number() {
             return None;
         }
         fields.u16()?;
-        (fields.text()?, fields.text()?);
+        fields.text()?;
+        fields.text()?;
         let pairs = fields.map()?;
         let found = pairs.into_iter().find(|(key, _)| key == DESCRIPTION_KEY);
         found.map(|(_, description)| description)

@@ -3,13 +3,13 @@
 use std::io::{Read, Result, Seek, SeekFrom};
 use std::ops::RangeInclusive;
 
-use super::chunk_list::CHANNELS;
-use super::reader::{ChunkAt, Findings, Reader};
+use super::chunk_list::TOPICS;
+use super::reader::{ChunkAt, Findings, McapReader};
 use super::record::{Fields, code};
 use super::scanner::CHUNK_HEAD;
 use super::storage::Storage;
-use super::writer::{Head, Stamp, Writer};
-use super::{Channel, Message, RestMessage};
+use super::writer::{McapWriter, RecordingHead, Stamp};
+use super::{Message, RestMessage, Topic};
 
 /// What [`rewrite`] did.
 #[derive(Debug, Clone)]
@@ -33,21 +33,21 @@ pub fn rewrite<R: Read + Seek, S: Storage>(
     storage: S,
 ) -> Result<Rewritten> {
     let begin = file.stream_position()?;
-    let mut reader = Reader::new(&mut file);
+    let mut reader = McapReader::new(&mut file);
     let mut chunks: Vec<ChunkAt> = Vec::new();
     while let Some(chunk) = reader.next_chunk()? {
         chunks.push(chunk);
     }
     let findings = reader.into_findings();
     chunks.sort_by_key(|chunk| chunk.begin);
-    let head = Head {
+    let head = RecordingHead {
         library: library.to_owned(),
         utc_ns: findings.times.map_or(0, |[first, _]| first),
         description: findings.description.clone().unwrap_or_default(),
         attachments: findings.attachments.clone(),
         metadata: findings.metadata.clone(),
     };
-    let mut writer = Writer::new(storage, &head)?;
+    let mut writer = McapWriter::new(storage, &head)?;
     let mut messages = 0;
     let mut records = Vec::new();
     // The last rest values before the stretch.
@@ -76,7 +76,7 @@ pub fn rewrite<R: Read + Seek, S: Storage>(
                 messages += 1;
             } else if stamp.log_time < *times.start() {
                 numbers.anew = true;
-                if stamp.channel != Channel::Rest {
+                if stamp.topic != Topic::Rest {
                     continue;
                 }
                 let Some(mut change) = RestMessage::decode(bytes) else {
@@ -99,13 +99,13 @@ pub fn rewrite<R: Read + Seek, S: Storage>(
 #[derive(Debug, Default)]
 struct Numbers {
     anew: bool,
-    first: [Option<u32>; CHANNELS],
+    first: [Option<u32>; TOPICS],
 }
 
 impl Numbers {
     fn count(&mut self, stamp: &mut Stamp) {
         if self.anew {
-            let first = self.first[stamp.channel.place()].get_or_insert(stamp.sequence);
+            let first = self.first[stamp.topic.place()].get_or_insert(stamp.sequence);
             stamp.sequence = stamp.sequence.wrapping_sub(*first);
         }
     }
@@ -114,7 +114,7 @@ impl Numbers {
 fn parts(body: &[u8]) -> Option<(Stamp, &[u8])> {
     let mut fields = Fields(body);
     let stamp = Stamp {
-        channel: Channel::of_number(fields.u16()?)?,
+        topic: Topic::of_number(fields.u16()?)?,
         sequence: fields.u32()?,
         log_time: fields.u64()?,
         publish_time: fields.u64()?,

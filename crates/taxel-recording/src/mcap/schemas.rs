@@ -1,11 +1,11 @@
-//! The channels of a recording: their numbers, which never change, and their types as ROS 2
+//! The topics of a recording: their numbers, which never change, and their types as ROS 2
 //! writes them.
 
-/// A channel of a recording. Its number is fixed for ever, so that a file whose beginning is
+/// A topic of a recording. Its number is fixed for ever, so that a file whose beginning is
 /// destroyed still means something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u16)]
-pub enum Channel {
+pub enum Topic {
     /// Bytes as they came off the wire.
     Wire = 1,
     /// Raw frames.
@@ -26,8 +26,8 @@ pub enum Channel {
     Marks = 9,
 }
 
-impl Channel {
-    /// All channels, in the order of their numbers.
+impl Topic {
+    /// All topics, in the order of their numbers.
     pub const ALL: [Self; 9] = [
         Self::Wire,
         Self::Raw,
@@ -40,7 +40,7 @@ impl Channel {
         Self::Marks,
     ];
 
-    /// The channel of this number.
+    /// The topic of this number.
     pub fn of_number(number: u16) -> Option<Self> {
         Self::ALL.into_iter().find(|one| one.number() == number)
     }
@@ -50,13 +50,13 @@ impl Channel {
         self as u16
     }
 
-    /// Its place in [`Channel::ALL`].
+    /// Its place in [`Topic::ALL`].
     pub(super) fn place(self) -> usize {
         usize::from(self.number()) - 1
     }
 
-    /// Its topic.
-    pub fn topic(self) -> &'static str {
+    /// Its name, such as `/taxel/raw`.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Wire => "/taxel/wire",
             Self::Raw => "/taxel/raw",

@@ -3,13 +3,13 @@
 
 use std::io::{Error, ErrorKind, Result};
 
-use super::chunk_list::{CHANNELS, ChunkList, ChunkPlace};
+use super::chunk_list::{ChunkList, ChunkPlace, TOPICS};
 use super::message::Message;
 use super::record::{
     Attachment, HEAD, LARGEST, MAGIC, Metadata, code, put, put_map, put_text, put_u16, put_u32,
     put_u64,
 };
-use super::schemas::Channel;
+use super::schemas::Topic;
 use super::storage::Storage;
 use crate::check::crc32;
 
@@ -21,7 +21,7 @@ const REPEATED_NS: u64 = 10_000_000_000;
 
 /// What stands at the beginning of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Head {
+pub struct RecordingHead {
     /// Program and version.
     pub library: String,
     /// When it was begun, ns of UTC.
@@ -37,8 +37,8 @@ pub struct Head {
 /// Time and number of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stamp {
-    pub(super) channel: Channel,
-    /// Running number in its channel.
+    pub(super) topic: Topic,
+    /// Running number in its topic.
     pub(super) sequence: u32,
     /// ns of UTC.
     pub(super) log_time: u64,
@@ -52,15 +52,15 @@ pub(super) const DESCRIPTION_KEY: &str = "channels";
 
 /// Writes messages into chunks.
 ///
-/// Nothing of a chunk is written before [`Writer::flush`], which writes all of it at once, or
+/// Nothing of a chunk is written before [`McapWriter::flush`], which writes all of it at once, or
 /// before it has 256 KiB. After an error the file is cut to its last whole chunk, and every
 /// call fails.
 ///
 /// # Example
 /// ```
-/// use taxel_recording::mcap::{Head, MarkMessage, Writer};
+/// use taxel_recording::mcap::{RecordingHead, MarkMessage, McapWriter};
 ///
-/// let mut writer = Writer::new(Vec::new(), &Head::default())?;
+/// let mut writer = McapWriter::new(Vec::new(), &RecordingHead::default())?;
 /// let mark = MarkMessage { text: "begin".into(), ..MarkMessage::default() };
 /// writer.message(1_800_000_000_000_000_000, &mark)?;
 /// let file = writer.finish()?;
@@ -68,7 +68,7 @@ pub(super) const DESCRIPTION_KEY: &str = "channels";
 /// # Ok::<(), std::io::Error>(())
 /// ```
 #[derive(Debug)]
-pub struct Writer<S: Storage> {
+pub struct McapWriter<S: Storage> {
     storage: S,
     /// Bytes that are written and whole.
     written: u64,
@@ -76,13 +76,13 @@ pub struct Writer<S: Storage> {
     /// Records of the chunk that is filled.
     records: Vec<u8>,
     open: ChunkPlace,
-    /// Time and place in the chunk of the messages of each channel.
-    indices: [Vec<(u64, u64)>; CHANNELS],
+    /// Time and place in the chunk of the messages of each topic.
+    indices: [Vec<(u64, u64)>; TOPICS],
     scratch: Vec<u8>,
     out: Vec<u8>,
     chunks: ChunkList,
-    sequences: [u32; CHANNELS],
-    messages: [u64; CHANNELS],
+    sequences: [u32; TOPICS],
+    messages: [u64; TOPICS],
     times: Option<[u64; 2]>,
     description: String,
     described: Option<u64>,
@@ -92,13 +92,13 @@ pub struct Writer<S: Storage> {
     counts: [u32; 2],
 }
 
-impl<S: Storage> Writer<S> {
+impl<S: Storage> McapWriter<S> {
     /// Writes the head of a recording.
     ///
     /// # Errors
     /// Those of `storage`; [`ErrorKind::InvalidInput`] for a file that is too large to be
     /// part of a recording.
-    pub fn new(storage: S, head: &Head) -> Result<Self> {
+    pub fn new(storage: S, head: &RecordingHead) -> Result<Self> {
         let mut writer = Self {
             storage,
             written: 0,
@@ -109,8 +109,8 @@ impl<S: Storage> Writer<S> {
             scratch: Vec::new(),
             out: Vec::new(),
             chunks: ChunkList::default(),
-            sequences: [0; CHANNELS],
-            messages: [0; CHANNELS],
+            sequences: [0; TOPICS],
+            messages: [0; TOPICS],
             times: None,
             description: head.description.clone(),
             described: None,
@@ -204,8 +204,8 @@ impl<S: Storage> Writer<S> {
         let last = self.times.map_or(0, |[_, last]| last);
         let log_time = utc_ns.max(last).max(self.open.times[1]);
         let stamp = Stamp {
-            channel: M::CHANNEL,
-            sequence: self.sequences[M::CHANNEL.place()],
+            topic: M::TOPIC,
+            sequence: self.sequences[M::TOPIC.place()],
             log_time,
             publish_time: message.device_time_ns().unwrap_or(log_time),
         };
@@ -216,12 +216,12 @@ impl<S: Storage> Writer<S> {
 
     /// Leaves out the numbers of `messages` messages of a channel that could not be written, so
     /// that readers know of them.
-    pub fn skip(&mut self, channel: Channel, messages: u32) {
-        let sequence = &mut self.sequences[channel.place()];
+    pub fn skip(&mut self, topic: Topic, messages: u32) {
+        let sequence = &mut self.sequences[topic.place()];
         *sequence = sequence.wrapping_add(messages);
     }
 
-    /// True if a chunk is open: messages wait for [`Writer::flush`].
+    /// True if a chunk is open: messages wait for [`McapWriter::flush`].
     pub fn is_open(&self) -> bool {
         !self.records.is_empty()
     }
@@ -246,18 +246,18 @@ impl<S: Storage> Writer<S> {
             describe(&mut self.records, &self.description);
             self.described = Some(stamp.log_time);
         }
-        let place = stamp.channel.place();
+        let place = stamp.topic.place();
         self.sequences[place] = stamp.sequence.wrapping_add(1);
         let at = self.records.len() as u64;
         put(&mut self.records, code::MESSAGE, |out| {
-            put_u16(out, stamp.channel.number());
+            put_u16(out, stamp.topic.number());
             put_u32(out, stamp.sequence);
             put_u64(out, stamp.log_time);
             put_u64(out, stamp.publish_time);
             out.extend_from_slice(bytes);
         });
         let times = within(
-            (self.open.messages != [0; CHANNELS]).then_some(self.open.times),
+            (self.open.messages != [0; TOPICS]).then_some(self.open.times),
             stamp.log_time,
         );
         self.open.times = times;
@@ -279,7 +279,7 @@ impl<S: Storage> Writer<S> {
         self.checked(flushed)
     }
 
-    /// [`Writer::flush`], then waits until the disk has it.
+    /// [`McapWriter::flush`], then waits until the disk has it.
     ///
     /// # Errors
     /// Those of the storage.
@@ -357,12 +357,12 @@ impl<S: Storage> Writer<S> {
     }
 
     fn statistics(&self, out: &mut Vec<u8>) {
-        let known = || self.messages.iter().zip(Channel::ALL);
+        let known = || self.messages.iter().zip(Topic::ALL);
         let counted = known().filter(|(count, _)| **count > 0);
         put(out, code::STATISTICS, |out| {
             put_u64(out, self.messages.iter().sum());
-            put_u16(out, CHANNELS as u16);
-            put_u32(out, CHANNELS as u32);
+            put_u16(out, TOPICS as u16);
+            put_u32(out, TOPICS as u32);
             put_u32(out, self.counts[0]);
             put_u32(out, self.counts[1]);
             put_u32(out, self.chunks.len());
@@ -399,7 +399,7 @@ impl<S: Storage> Writer<S> {
             out.extend_from_slice(records);
         });
         place.length = length as u64;
-        for (entries, channel) in self.indices.iter_mut().zip(Channel::ALL) {
+        for (entries, channel) in self.indices.iter_mut().zip(Topic::ALL) {
             if entries.is_empty() {
                 continue;
             }
@@ -457,7 +457,7 @@ fn describe(out: &mut Vec<u8>, description: &str) {
 }
 
 fn put_schemas(out: &mut Vec<u8>) {
-    for channel in Channel::ALL {
+    for channel in Topic::ALL {
         put(out, code::SCHEMA, |out| {
             put_u16(out, channel.number());
             put_text(out, channel.type_name());
@@ -468,15 +468,15 @@ fn put_schemas(out: &mut Vec<u8>) {
 }
 
 fn put_channels(out: &mut Vec<u8>, description: &str) {
-    for channel in Channel::ALL {
+    for channel in Topic::ALL {
         let pairs = match channel {
-            Channel::Raw => vec![(DESCRIPTION_KEY.to_owned(), description.to_owned())],
+            Topic::Raw => vec![(DESCRIPTION_KEY.to_owned(), description.to_owned())],
             _ => Vec::new(),
         };
         put(out, code::CHANNEL, |out| {
             put_u16(out, channel.number());
             put_u16(out, channel.number());
-            put_text(out, channel.topic());
+            put_text(out, channel.name());
             put_text(out, "cdr");
             put_map(out, &pairs);
         });
@@ -486,7 +486,7 @@ fn put_channels(out: &mut Vec<u8>, description: &str) {
 /// The index record of a chunk; the records of its messages' places follow it in the file.
 fn index(out: &mut Vec<u8>, chunk: &ChunkPlace) {
     let indexed = || {
-        let pairs = Channel::ALL.into_iter().zip(chunk.messages);
+        let pairs = Topic::ALL.into_iter().zip(chunk.messages);
         pairs.filter(|(_, messages)| *messages > 0)
     };
     let size = |messages: u64| HEAD as u64 + 6 + 16 * messages;
@@ -504,7 +504,7 @@ fn index(out: &mut Vec<u8>, chunk: &ChunkPlace) {
         }
         put_u64(out, at - chunk.offset - chunk.length);
         put_text(out, "");
-        // Head, times, sizes, check and the name of no compression.
+        // RecordingHead, times, sizes, check and the name of no compression.
         let records = chunk.length - HEAD as u64 - 40;
         put_u64(out, records);
         put_u64(out, records);

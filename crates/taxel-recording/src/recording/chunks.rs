@@ -7,7 +7,7 @@ use super::description::described_stream;
 use super::{MOST_TAXELS, RecordingError};
 use crate::frame::{Frame, Stream};
 use crate::input::InputError;
-use crate::mcap::{Channel, Findings, FrameMessage, MAGIC, Message, Reader, RestMessage};
+use crate::mcap::{Findings, FrameMessage, MAGIC, McapReader, Message, RestMessage, Topic};
 
 /// What to do with a file that is not whole.
 const REPAIR: &str = "taxel recording repair FILE -o NEW makes a recording of what is whole";
@@ -19,7 +19,7 @@ pub(super) const SALVAGE: &str =
 #[derive(Debug)]
 pub(super) struct Chunks<R> {
     file: String,
-    reader: Reader<R>,
+    reader: McapReader<R>,
     stream: Stream,
     /// The first frame, which was read to find the description.
     first: Option<Frame>,
@@ -35,7 +35,7 @@ impl<R: BufRead> Chunks<R> {
     pub(super) fn open(file: &str, reader: R) -> Result<Self, RecordingError> {
         let mut this = Self {
             file: file.to_owned(),
-            reader: Reader::new(reader),
+            reader: McapReader::new(reader),
             stream: Stream::of_counts([1, 1], [1e-3; 2], 1, 1.0),
             first: None,
             rests: VecDeque::new(),
@@ -100,15 +100,15 @@ impl<R: BufRead> Chunks<R> {
     /// The next frame as it stands; changes of the rest values before it are kept.
     fn next_frame(&mut self) -> Result<Option<Frame>, RecordingError> {
         while let Some(entry) = self.reader.next()? {
-            match entry.channel {
-                Channel::Raw => {
+            match entry.topic {
+                Topic::Raw => {
                     let message = FrameMessage::decode(entry.bytes);
                     let number = entry.sequence;
                     self.check()?;
                     let message = message.ok_or_else(|| self.unknown("frame", number))?;
                     return Ok(Some(message.frame));
                 }
-                Channel::Rest => {
+                Topic::Rest => {
                     let number = entry.sequence;
                     let change = RestMessage::decode(entry.bytes);
                     let change =
@@ -136,10 +136,10 @@ impl<R: BufRead> Chunks<R> {
             "parts of the file are not in their order".to_owned()
         } else if let Some(at) = findings.second {
             format!("another recording begins at byte {at}")
-        } else if findings.missing(Channel::Raw) > 0 {
+        } else if findings.missing(Topic::Raw) > 0 {
             format!(
                 "{} frames are missing before this place",
-                findings.missing(Channel::Raw)
+                findings.missing(Topic::Raw)
             )
         } else {
             return Ok(());

@@ -13,8 +13,8 @@ use std::thread::JoinHandle;
 use std::time::{Instant, SystemTime};
 
 use taxel_recording::mcap::{
-    Attachment, Channel, ClockMessage, EventMessage, FrameMessage, Head, HealthMessage,
-    LinkMessage, MarkMessage, Metadata, RestMessage, Storage, TouchMessage, WireMessage,
+    Attachment, ClockMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage, MarkMessage,
+    Metadata, RecordingHead, RestMessage, Storage, Topic, TouchMessage, WireMessage,
 };
 use taxel_recording::{Stream, description_of};
 
@@ -83,17 +83,17 @@ pub enum Recorded {
 }
 
 impl Recorded {
-    fn channel(&self) -> Channel {
+    fn channel(&self) -> Topic {
         match self {
-            Self::Wire(_) => Channel::Wire,
-            Self::Raw(_) => Channel::Raw,
-            Self::Touch(_) => Channel::Touch,
-            Self::Event(_) => Channel::Events,
-            Self::Link(_) => Channel::Link,
-            Self::Rest(_) => Channel::Rest,
-            Self::Clock(_) => Channel::Clock,
-            Self::Health(_) => Channel::Health,
-            Self::Mark(_) => Channel::Marks,
+            Self::Wire(_) => Topic::Wire,
+            Self::Raw(_) => Topic::Raw,
+            Self::Touch(_) => Topic::Touch,
+            Self::Event(_) => Topic::Events,
+            Self::Link(_) => Topic::Link,
+            Self::Rest(_) => Topic::Rest,
+            Self::Clock(_) => Topic::Clock,
+            Self::Health(_) => Topic::Health,
+            Self::Mark(_) => Topic::Marks,
         }
     }
 }
@@ -149,7 +149,7 @@ struct State {
     failure: OnceLock<String>,
     told: fn(&str),
     when_failing: WhenRecordingFails,
-    lost: [AtomicU64; Channel::ALL.len()],
+    lost: [AtomicU64; Topic::ALL.len()],
     messages: AtomicU64,
     writer: Mutex<Option<JoinHandle<()>>>,
 }
@@ -234,7 +234,7 @@ impl Recorder {
         let waiting = ((frames * PER_FRAME) as usize).clamp(LEAST_WAITING, MOST_WAITING);
         let (sender, messages) = mpsc::sync_channel(waiting);
         let shared = State::new(&file.path, file.told, file.when_failing);
-        let head = Head {
+        let head = RecordingHead {
             library: file.library.clone(),
             utc_ns: shared.utc_ns,
             description,

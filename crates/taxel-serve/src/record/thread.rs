@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use taxel_recording::mcap::{Channel, Head, Storage, Writer};
+use taxel_recording::mcap::{McapWriter, RecordingHead, Storage, Topic};
 
 use super::disk::{SyncThread, Syncs};
 use super::{Item, Recorded, State};
@@ -23,12 +23,12 @@ const IDLE: Duration = Duration::from_secs(3600);
 /// Writes the head, then begins the thread.
 pub(super) fn begin<S: Storage + Syncs + Send + 'static>(
     disk: S,
-    head: &Head,
+    head: &RecordingHead,
     messages: Receiver<(u64, Item)>,
     state: Arc<State>,
 ) -> Result<JoinHandle<()>> {
     let syncer = disk.syncer()?;
-    let mut writer = Writer::new(disk, head)?;
+    let mut writer = McapWriter::new(disk, head)?;
     writer.sync()?;
     let failed = Arc::clone(&state);
     let sync = SyncThread::begin(syncer, move |error| failed.fail(error));
@@ -44,16 +44,20 @@ pub(super) fn begin<S: Storage + Syncs + Send + 'static>(
 }
 
 fn write<S: Storage>(
-    mut writer: Writer<S>,
+    mut writer: McapWriter<S>,
     messages: &Receiver<(u64, Item)>,
     state: &State,
     sync: &SyncThread,
 ) -> Result<()> {
-    let mut skipped = [0; Channel::ALL.len()];
+    let mut skipped = [0; Topic::ALL.len()];
+    // When the chunk was opened, and when the oldest was written that the disk may not have.
     let mut opened: Option<Instant> = None;
-    let mut synced = Instant::now();
+    let mut unsynced: Option<Instant> = None;
     loop {
-        let wait = opened.map_or(IDLE, |opened| FLUSH.saturating_sub(opened.elapsed()));
+        let left = |since: Option<Instant>, time: Duration| {
+            since.map_or(IDLE, |since| time.saturating_sub(since.elapsed()))
+        };
+        let wait = left(opened, FLUSH).min(left(unsynced, SYNC));
         let item = match messages.recv_timeout(wait) {
             Ok(item) => Some(item),
             Err(RecvTimeoutError::Timeout) => None,
@@ -79,16 +83,17 @@ fn write<S: Storage>(
         if opened.is_some_and(|opened| opened.elapsed() >= FLUSH) {
             writer.flush()?;
             opened = None;
-            if synced.elapsed() >= SYNC {
-                sync.ask();
-                synced = Instant::now();
-            }
+            unsynced.get_or_insert_with(Instant::now);
+        }
+        if unsynced.is_some_and(|unsynced| unsynced.elapsed() >= SYNC) {
+            sync.ask();
+            unsynced = None;
         }
     }
     writer.finish().map(drop)
 }
 
-fn put<S: Storage>(writer: &mut Writer<S>, utc_ns: u64, message: &Recorded) -> Result<()> {
+fn put<S: Storage>(writer: &mut McapWriter<S>, utc_ns: u64, message: &Recorded) -> Result<()> {
     match message {
         Recorded::Wire(message) => writer.message(utc_ns, message),
         Recorded::Raw(message) => writer.message(utc_ns, message),

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::mpsc;
 
-use taxel_recording::mcap::{Channel, Message, TouchMessage};
+use taxel_recording::mcap::{Message, Topic, TouchMessage};
 use taxel_serve::{RecordTo, Recorded, run_headless};
 
 use super::{Compare, known, played, reader, unreadable};
@@ -15,7 +15,7 @@ const WAITING: usize = 256;
 
 /// Touch of the frames of a file, one after the other.
 struct Touches {
-    reader: taxel_recording::mcap::Reader<std::io::BufReader<std::fs::File>>,
+    reader: taxel_recording::mcap::McapReader<std::io::BufReader<std::fs::File>>,
 }
 
 impl Touches {
@@ -27,7 +27,7 @@ impl Touches {
                 .next()
                 .map_err(|error| unreadable(path, &error))?;
             match entry {
-                Some(entry) if entry.channel == Channel::Touch => {
+                Some(entry) if entry.topic == Topic::Touch => {
                     return Ok(Some(entry.bytes.to_vec()));
                 }
                 Some(_) => {}

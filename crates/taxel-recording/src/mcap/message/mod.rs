@@ -9,15 +9,15 @@ pub use readings::{FrameMessage, RestKind, RestMessage, WireMessage};
 pub use touch::{ContactMessage, EventMessage, TouchMessage};
 
 use super::cdr::{Decoder, Encoder};
-use super::schemas::Channel;
+use super::schemas::Topic;
 
 /// Time that is not known.
 pub const NO_TIME: u64 = u64::MAX;
 
-/// A message of one channel.
+/// A message of one topic.
 pub trait Message: Sized {
-    /// The channel that it is written to.
-    const CHANNEL: Channel;
+    /// The topic that it is written to.
+    const TOPIC: Topic;
 
     /// Device time, ns, where the message has one.
     fn device_time_ns(&self) -> Option<u64>;

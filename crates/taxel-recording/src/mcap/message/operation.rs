@@ -1,6 +1,6 @@
 //! How the run went: link, clocks, losses and marks.
 
-use super::{Channel, Decoder, Encoder, Message, known_time, time_or_none};
+use super::{Decoder, Encoder, Message, Topic, known_time, time_or_none};
 
 /// A state of the link.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -18,7 +18,7 @@ pub struct LinkMessage {
 }
 
 impl Message for LinkMessage {
-    const CHANNEL: Channel = Channel::Link;
+    const TOPIC: Topic = Topic::Link;
 
     fn device_time_ns(&self) -> Option<u64> {
         None
@@ -68,7 +68,7 @@ pub struct ClockMessage {
 }
 
 impl Message for ClockMessage {
-    const CHANNEL: Channel = Channel::Clock;
+    const TOPIC: Topic = Topic::Clock;
 
     fn device_time_ns(&self) -> Option<u64> {
         self.device_time_ns
@@ -128,7 +128,7 @@ pub struct HealthMessage {
 }
 
 impl Message for HealthMessage {
-    const CHANNEL: Channel = Channel::Health;
+    const TOPIC: Topic = Topic::Health;
 
     fn device_time_ns(&self) -> Option<u64> {
         Some(self.device_time_ns)
@@ -189,7 +189,7 @@ pub struct MarkMessage {
 }
 
 impl Message for MarkMessage {
-    const CHANNEL: Channel = Channel::Marks;
+    const TOPIC: Topic = Topic::Marks;
 
     fn device_time_ns(&self) -> Option<u64> {
         self.device_time_ns

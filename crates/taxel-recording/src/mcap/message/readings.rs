@@ -1,6 +1,6 @@
 //! Bytes, frames and rest values.
 
-use super::{Channel, Decoder, Encoder, Message, known_time, time_or_none};
+use super::{Decoder, Encoder, Message, Topic, known_time, time_or_none};
 use crate::frame::{Frame, FrameFlags};
 
 /// Bytes as they came off the wire, about 20 ms of them.
@@ -15,7 +15,7 @@ pub struct WireMessage {
 }
 
 impl Message for WireMessage {
-    const CHANNEL: Channel = Channel::Wire;
+    const TOPIC: Topic = Topic::Wire;
 
     fn device_time_ns(&self) -> Option<u64> {
         None
@@ -48,7 +48,7 @@ pub struct FrameMessage {
 }
 
 impl Message for FrameMessage {
-    const CHANNEL: Channel = Channel::Raw;
+    const TOPIC: Topic = Topic::Raw;
 
     fn device_time_ns(&self) -> Option<u64> {
         Some(self.frame.time_ns)
@@ -150,7 +150,7 @@ pub struct RestMessage {
 }
 
 impl Message for RestMessage {
-    const CHANNEL: Channel = Channel::Rest;
+    const TOPIC: Topic = Topic::Rest;
 
     fn device_time_ns(&self) -> Option<u64> {
         self.device_time_ns

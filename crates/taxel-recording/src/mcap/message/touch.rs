@@ -1,6 +1,6 @@
 //! What was estimated: touch, contacts and events.
 
-use super::{Channel, Decoder, Encoder, Message};
+use super::{Decoder, Encoder, Message, Topic};
 
 /// Touch on the whole array in one frame.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -116,7 +116,7 @@ impl ContactMessage {
 }
 
 impl Message for TouchMessage {
-    const CHANNEL: Channel = Channel::Touch;
+    const TOPIC: Topic = Topic::Touch;
 
     fn device_time_ns(&self) -> Option<u64> {
         Some(self.device_time_ns)
@@ -213,7 +213,7 @@ pub struct EventMessage {
 }
 
 impl Message for EventMessage {
-    const CHANNEL: Channel = Channel::Events;
+    const TOPIC: Topic = Topic::Events;
 
     fn device_time_ns(&self) -> Option<u64> {
         Some(self.device_time_ns)
