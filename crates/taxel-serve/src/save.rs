@@ -17,7 +17,7 @@ const WAITING: usize = 1 << 14;
 /// process.
 const FLUSH: Duration = Duration::from_millis(80);
 /// Longest wait for a frame.
-const IDLE: Duration = Duration::from_secs(3600);
+const IDLE: Duration = Duration::from_hours(1);
 
 /// Why frames could not be saved.
 #[derive(Debug, thiserror::Error)]

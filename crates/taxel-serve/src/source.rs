@@ -101,8 +101,8 @@ pub struct ReplaySource {
     stream: Stream,
     /// Changes of the rest values that come before the frame that is held.
     rests: VecDeque<RestMessage>,
-    /// A frame, or the end.
-    held: Option<Option<Frame>>,
+    /// The frame behind them, or the end.
+    held: Option<Next>,
 }
 
 /// How a recording is opened.
@@ -238,14 +238,11 @@ impl Source for ReplaySource {
         if self.held.is_none() {
             let frame = self.recording.next().transpose()?;
             self.rests = self.recording.take_rest_changes();
-            self.held = Some(frame);
+            self.held = Some(frame.map_or(Next::End, Next::Frame));
         }
         if let Some(change) = self.rests.pop_front() {
             return Ok(Next::Rest(Box::new(change)));
         }
-        Ok(match self.held.take().flatten() {
-            Some(frame) => Next::Frame(frame),
-            None => Next::End,
-        })
+        Ok(self.held.take().unwrap_or(Next::End))
     }
 }

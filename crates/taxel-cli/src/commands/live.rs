@@ -170,7 +170,7 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
         ..asked(arguments)?
     };
     if arguments.map.raw {
-        return map_session(source, &MapNoise::default(), run, options, arguments);
+        return map_session(source, &MapNoise::default(), &run, options, arguments);
     }
     sensed(named, source, run, options, arguments)
 }
@@ -292,7 +292,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         ..asked(arguments)?
     };
     if arguments.map.raw || described {
-        return map_session(source, &survey.noise, run, options, arguments);
+        return map_session(source, &survey.noise, &run, options, arguments);
     }
     let named = files::sensor(arguments.sensor())?;
     sensed(named, source, run, options, arguments)
@@ -323,7 +323,7 @@ fn recorded_session(
         _ => {
             let unknown = MapNoise::default();
             let noise = if run.surveyed { noise } else { &unknown };
-            map_session(source, noise, run, options, arguments)
+            map_session(source, noise, &run, options, arguments)
         }
     }
 }
@@ -332,7 +332,7 @@ fn recorded_session(
 fn map_session(
     source: impl Source + 'static,
     noise: &MapNoise,
-    run: RunFiles,
+    run: &RunFiles,
     mut options: PumpOptions,
     arguments: &Live,
 ) -> Result<Session, Stop> {

@@ -3,6 +3,7 @@
 //! `decode --board BOARD` belongs here: the bytes of the wire through the decoder of a board
 //! into a new recording.
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read as _, Write};
 use std::ops::RangeInclusive;
@@ -250,7 +251,7 @@ fn inspect(arguments: &Inspect) -> Result<Done, Stop> {
         Format::Table => fields
             .iter()
             .filter(|(_, value)| !value.is_null())
-            .map(|(key, value)| format!("{key:<24} {}\n", plain(value)))
+            .map(|(key, value)| [&format!("{key:<24} "), &*plain(value), "\n"].concat())
             .collect(),
     };
     outputs::print(&text)?;
@@ -286,8 +287,8 @@ impl Storage for NewFile<'_> {
 
 /// Writes the whole chunks of `file` within `times`, ns of UTC, as a new recording.
 fn rewritten(
-    file: &PathBuf,
-    output: &PathBuf,
+    file: &Path,
+    output: &Path,
     times: &RangeInclusive<u64>,
     existing: outputs::Existing,
 ) -> Result<u64, Stop> {
@@ -333,15 +334,17 @@ fn repair(arguments: &Repair) -> Result<Done, Stop> {
             .map_or("before the first message".into(), |utc_ns| {
                 format!("after {:.3} s", at(utc_ns))
             });
-        report += &format!(
-            "  bytes {} to {} left out, {after}\n",
+        let _ = writeln!(
+            report,
+            "  bytes {} to {} left out, {after}",
             damage.from, damage.to
         );
     }
-    for channel in Topic::ALL {
-        let missing = findings.missing(channel);
+    for topic in Topic::ALL {
+        let missing = findings.missing(topic);
         if missing > 0 {
-            report += &format!("  {missing} messages of {} are missing\n", channel.name());
+            let topic = topic.name();
+            let _ = writeln!(report, "  {missing} messages of {topic} are missing");
         }
     }
     outputs::print(&report)?;

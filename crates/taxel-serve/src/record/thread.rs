@@ -18,7 +18,7 @@ const FLUSH: Duration = Duration::from_millis(80);
 /// The disk is asked to keep what it has after this time.
 const SYNC: Duration = Duration::from_secs(1);
 /// Longest wait for a message.
-const IDLE: Duration = Duration::from_secs(3600);
+const IDLE: Duration = Duration::from_hours(1);
 
 /// Writes the head, then begins the thread.
 pub(super) fn begin<S: Storage + Syncs + Send + 'static>(

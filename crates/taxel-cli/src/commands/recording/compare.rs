@@ -42,38 +42,15 @@ pub(super) fn run(arguments: &Compare) -> Result<Done, Stop> {
     let mut touches = Touches {
         reader: reader(file)?,
     };
-    let (name, outcome) = match &arguments.other {
-        Some(other) => {
-            let mut others = Touches {
-                reader: reader(other)?,
-            };
-            let outcome = compared(&mut touches, file, &mut || others.next(other))?;
-            known(other, others.reader.findings())?;
-            (other.display().to_string(), outcome)
-        }
-        None => {
-            let live = played(file)?;
-            let mut options = live::options(&live)?;
-            let (sender, receiver) = mpsc::sync_channel(WAITING);
-            options.record = None;
-            let mut session = live::session(&live, options)?;
-            session.options.record = Some(RecordTo::Messages(sender));
-            let running = std::thread::spawn(move || run_headless(session));
-            let outcome = compared(&mut touches, file, &mut || {
-                Ok(receiver.iter().find_map(|message| match message {
-                    Recorded::Touch(touch) => Some(bytes_of(&touch)),
-                    _ => None,
-                }))
-            })?;
-            drop(receiver);
-            let ended = running.join();
-            if let Ok(Ok(summary)) = &ended
-                && let Some(failure) = &summary.failure
-            {
-                note!("note: {failure}");
-            }
-            ("this program".into(), outcome)
-        }
+    let (name, outcome) = if let Some(other) = &arguments.other {
+        let mut others = Touches {
+            reader: reader(other)?,
+        };
+        let outcome = compared(&mut touches, file, &mut || others.next(other))?;
+        known(other, others.reader.findings())?;
+        (other.display().to_string(), outcome)
+    } else {
+        ("this program".into(), played_again(&mut touches, file)?)
     };
     known(file, touches.reader.findings())?;
     let (text, done) = match outcome {
@@ -85,6 +62,28 @@ pub(super) fn run(arguments: &Compare) -> Result<Done, Stop> {
     };
     outputs::print(&format!("{} and {name}: {text}", file.display()))?;
     Ok(done)
+}
+
+/// Compares with the touch that this program estimates from the frames of the file.
+fn played_again(touches: &mut Touches, file: &Path) -> Result<Outcome, Stop> {
+    let live = played(file)?;
+    let (sender, receiver) = mpsc::sync_channel(WAITING);
+    let mut session = live::session(&live, live::options(&live)?)?;
+    session.options.record = Some(RecordTo::Messages(sender));
+    let running = std::thread::spawn(move || run_headless(session));
+    let outcome = compared(touches, file, &mut || {
+        Ok(receiver.iter().find_map(|message| match message {
+            Recorded::Touch(touch) => Some(bytes_of(&touch)),
+            _ => None,
+        }))
+    })?;
+    drop(receiver);
+    if let Ok(Ok(summary)) = running.join()
+        && let Some(failure) = summary.failure
+    {
+        note!("note: {failure}");
+    }
+    Ok(outcome)
 }
 
 enum Outcome {
