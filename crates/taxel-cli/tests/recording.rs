@@ -270,6 +270,13 @@ fn damaged_recordings_are_inspected_repaired_and_cut() {
     let (_, found) = inspected(&repaired);
     assert_eq!(found["damage_count"], 0);
     assert_eq!(found["frames"].as_u64().unwrap() + missing, 1200);
+    // It is played; the frames that are missing are lost.
+    let source = format!("replay:{repaired}");
+    let live = ["live", "--headless", "--speed", "max", "--source", &source];
+    let output = taxel(&[&live[..], &["--format", "json"]].concat());
+    assert_eq!(output.status.code(), Some(3));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["lost"].as_u64(), Some(missing));
 
     done(&[
         "recording",

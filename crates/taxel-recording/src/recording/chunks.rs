@@ -126,7 +126,8 @@ impl<R: BufRead> Chunks<R> {
         InputError::whole(&self.file, message).into()
     }
 
-    /// Refuses a file that is damaged before this place.
+    /// Refuses a file that is damaged before this place. Frames that a repaired file lacks are
+    /// lost like any others: their numbers say so.
     fn check(&self) -> Result<(), RecordingError> {
         let findings = self.reader.findings();
         let message = if let Some(damage) = findings.damages.first() {
@@ -136,11 +137,6 @@ impl<R: BufRead> Chunks<R> {
             "parts of the file are not in their order".to_owned()
         } else if let Some(at) = findings.second {
             format!("another recording begins at byte {at}")
-        } else if findings.missing(Topic::Raw) > 0 {
-            format!(
-                "{} frames are missing before this place",
-                findings.missing(Topic::Raw)
-            )
         } else {
             return Ok(());
         };
