@@ -22,6 +22,8 @@ pub(crate) struct NamedText {
 pub(crate) struct RunFiles {
     pub(crate) sensor: Option<NamedText>,
     pub(crate) calibration: Option<NamedText>,
+    /// Of a device on a link.
+    pub(crate) board: Option<NamedText>,
     pub(crate) stimulus: Option<NamedText>,
     /// True for a map of raw readings.
     pub(crate) raw: bool,
@@ -34,6 +36,7 @@ pub(crate) struct RunFiles {
 /// Names of the attachments.
 const SENSOR: &str = "sensor.toml";
 const CALIBRATION: &str = "calibration.toml";
+const BOARD: &str = "board.toml";
 const STIMULUS: &str = "stimulus.toml";
 const RUN: &str = "run.json";
 
@@ -56,6 +59,7 @@ impl RunFiles {
         Self {
             sensor: named(SENSOR, "sensor"),
             calibration: named(CALIBRATION, "calibration"),
+            board: named(BOARD, "board"),
             stimulus: named(STIMULUS, "stimulus"),
             raw: run["raw"] == true,
             all_events: run["all_events"] == true,
@@ -111,6 +115,7 @@ impl RunFiles {
         let files = [
             (SENSOR, "sensor", &self.sensor),
             (CALIBRATION, "calibration", &self.calibration),
+            (BOARD, "board", &self.board),
             (STIMULUS, "stimulus", &self.stimulus),
         ];
         let mut run = json!({

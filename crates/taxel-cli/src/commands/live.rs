@@ -310,6 +310,7 @@ fn recorded_session(
     let run = RunFiles {
         calibration: asked.calibration.or(recorded.calibration),
         stimulus: recorded.stimulus,
+        board: recorded.board,
         raw: asked.raw || recorded.raw,
         all_events: asked.all_events || recorded.all_events,
         surveyed: recorded.surveyed || (asked.raw && !recorded.raw),

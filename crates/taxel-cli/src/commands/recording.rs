@@ -348,7 +348,9 @@ fn repair(arguments: &Repair) -> Result<Done, Stop> {
         }
     }
     outputs::print(&report)?;
-    let whole = findings.missing.iter().all(|missing| *missing == 0) && !findings.is_damaged();
+    let whole = findings.missing.iter().all(|missing| *missing == 0)
+        && !findings.is_damaged()
+        && findings.second.is_none();
     Ok(if whole {
         Done::Complete
     } else {

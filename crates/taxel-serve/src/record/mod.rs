@@ -2,6 +2,8 @@
 //! end of the process.
 
 mod disk;
+#[cfg(test)]
+mod tests;
 mod thread;
 mod touch;
 
