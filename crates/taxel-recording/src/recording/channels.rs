@@ -6,13 +6,15 @@ use std::io::BufRead;
 
 use super::lines::{Dialect, Field, Lines, quote};
 use super::remarks::Remarks;
-use super::writer::END;
 use super::{MOST_TAXELS, Opened, RecordingError, units};
 use crate::frame::{Frame, SignalUnit, Stream};
 use crate::input::InputError;
 
 /// Names of the capacitors of a three-axis taxel, in the order of a frame.
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
+
+/// Begin of the last line of a file that is whole.
+pub(super) const END: &str = "# end of the recording:";
 
 pub(super) fn is_comment(line: &str) -> bool {
     // A spreadsheet puts quotes around a comment that has a separator in it.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{Error, ErrorKind, Result, Write};
 
-use super::channels::CAPACITORS;
+use super::channels::{CAPACITORS, END};
 use super::units;
 use crate::frame::{Frame, SignalUnit, Stream};
 
@@ -64,9 +64,6 @@ pub struct ChannelWriter<W> {
     frames: u64,
     line: String,
 }
-
-/// Begin of the last line of a file that is whole.
-pub(super) const END: &str = "# end of the recording:";
 
 impl<W: Write> ChannelWriter<W> {
     /// Writes `comments`, one or more lines each, and the header line.
