@@ -288,6 +288,8 @@ const SECTOR: usize = 512;
 /// it each sector or not. The length may be that of any of them, with zeros where none came.
 fn after_power_cut(steps: &[Step], random: &mut Random) -> Vec<u8> {
     let synced = steps.iter().rposition(|step| matches!(step, Step::Sync));
+    // From every second sector to one in thousands: whole chunks may follow lost ones.
+    let rarity = [2, 100, 1000, 5000][random.below(4)];
     let mut file = Vec::new();
     for (at, step) in steps.iter().enumerate() {
         let Step::Write(bytes) = step else { continue };
@@ -295,7 +297,7 @@ fn after_power_cut(steps: &[Step], random: &mut Random) -> Vec<u8> {
         file.extend_from_slice(bytes);
         if synced.is_none_or(|synced| at > synced) {
             for sector in file[offset..].chunks_mut(SECTOR) {
-                if random.below(3) == 0 {
+                if random.below(rarity) == 0 {
                     sector.fill(0);
                 }
             }
