@@ -19,7 +19,7 @@ use crate::device_model::{
 };
 use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use taxel::calibration::ChannelScale;
+use taxel::calibration::NumberScale;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
 use taxel::transduction::UnitModel;
@@ -40,7 +40,7 @@ pub(super) struct ThreeAxisCalibrator<'a> {
     named: &'a NamedSensor<'a>,
     drawn: UnitModel,
     made: Vec<UnitModel>,
-    channel: ChannelScale,
+    channel: NumberScale,
     /// Standard deviation of a reading by the board's own figures, F.
     deviation: f64,
 }

@@ -7,6 +7,7 @@ use super::reader::{
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use super::{ChannelFacts, Wiring};
+use crate::calibration::{NumberScale, Position};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::trained::{
     Estimate, ForceEstimator, PositionEstimate, PositionEstimator, Support, TrainedMaps,
@@ -66,6 +67,8 @@ pub struct TrainedReader {
     area: TrainedArea,
     meaning: Meaning,
     channels: Vec<ChannelFacts>,
+    /// Numbers of a frame to readings.
+    scale: NumberScale,
     masked: Vec<bool>,
     position: Option<PositionEstimator>,
     force: Option<ForceEstimator>,
@@ -97,8 +100,8 @@ impl Found {
 }
 
 impl TrainedReader {
-    /// A reader of the device whose channels are called `names` and read in
-    /// `symbol`. `full_scale` is the force at the end of the colours, N.
+    /// A reader of the device whose channels are called `names` and read on the scale
+    /// `reading`. `full_scale` is the force at the end of the colours, N.
     ///
     /// # Errors
     /// [`TrainingError`] for maps that were changed by hand.
@@ -106,7 +109,7 @@ impl TrainedReader {
         maps: TrainedMaps,
         area: TrainedArea,
         names: Vec<String>,
-        symbol: &'static str,
+        reading: Scale,
         full_scale: f64,
     ) -> Result<Self, TrainingError> {
         maps.check()?;
@@ -123,10 +126,11 @@ impl TrainedReader {
         let channels = names.len();
         let rest = maps.rest.as_ref().map(|rest| rest.mean.clone());
         Ok(Self {
-            channels: facts(&maps, channels, symbol),
+            channels: facts(&maps, channels, &reading.symbol),
+            scale: NumberScale::VALUES,
             masked: vec![false; area.rows * area.columns],
             values: vec![f64::NAN; channels],
-            meaning: meaning(&maps, &area, names, symbol, full_scale),
+            meaning: meaning(&maps, &area, names, reading, full_scale),
             position: maps
                 .position
                 .clone()
@@ -149,6 +153,18 @@ impl TrainedReader {
         for (own, masked) in self.channels.iter_mut().zip(channels) {
             own.masked = *masked;
         }
+        self
+    }
+
+    /// Reads the numbers of an instrument, with its range and the `deviation` of one reading.
+    #[must_use]
+    pub fn with_instrument(mut self, scale: NumberScale, deviation: f64) -> Self {
+        for facts in &mut self.channels {
+            facts.deviation = deviation;
+            facts.resolution = scale.step;
+            facts.span = scale.alive();
+        }
+        self.scale = scale;
         self
     }
 
@@ -279,12 +295,20 @@ impl Reader for TrainedReader {
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
         channels.readings.copy_from_slice(values);
+        let mut clipped = 0;
         for (state, value) in channels.states.iter_mut().zip(values) {
-            if !value.is_finite() && *state != ChannelState::Masked {
-                *state = ChannelState::Faulty;
+            let position = self.scale.position(*value);
+            if position == Position::Inside || *state == ChannelState::Masked {
+                continue;
             }
+            clipped += usize::from(value.is_finite());
+            *state = if value.is_finite() && position == Position::AtEnd {
+                ChannelState::Saturated
+            } else {
+                ChannelState::Faulty
+            };
         }
-        0
+        clipped
     }
 
     fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
@@ -406,7 +430,7 @@ fn meaning(
     maps: &TrainedMaps,
     area: &TrainedArea,
     channels: Vec<String>,
-    symbol: &'static str,
+    reading: Scale,
     full_scale: f64,
 ) -> Meaning {
     let force = maps.force.is_some();
@@ -417,7 +441,7 @@ fn meaning(
         wiring: Wiring::Shared {
             taxels: area.rows * area.columns,
         },
-        reading: Scale::new("reading", symbol, 1.0),
+        reading,
         value: if force {
             Scale::new("force", "N", 1.0)
         } else {

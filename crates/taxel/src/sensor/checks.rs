@@ -1,7 +1,7 @@
 //! Rules between the fields of a sensor file.
 
 use super::{Element, Sensor};
-use crate::electronics::Readout;
+use crate::electronics::{Electronics, Measured, Readout};
 use crate::layout::{MOST_LINES, Mount};
 use crate::toml_input;
 use taxel_recording::InputError;
@@ -71,7 +71,7 @@ pub(crate) fn check(sensor: &Sensor) -> Result<(), Broken> {
     if let Element::Microchannel(element) = &sensor.element {
         element.check(sensor.array.pitch)?;
     }
-    Ok(())
+    check_axes(sensor)
 }
 
 fn check_array(sensor: &Sensor) -> Result<(), Broken> {
@@ -106,6 +106,9 @@ fn check_array(sensor: &Sensor) -> Result<(), Broken> {
 }
 
 fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
+    if let Some(measured) = sensor.electronics.measured() {
+        return check_measured(measured, &sensor.electronics);
+    }
     let Some(converter) = &sensor.electronics.converter else {
         let digital = matches!(sensor.electronics.readout, Readout::Digital(_));
         return require(
@@ -132,6 +135,76 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
         "electronics.converter.range",
         || format!("the range from {low} V to {high} V is empty"),
         "write [lowest, highest]",
+    )
+}
+
+/// Noise and range of an instrument are of its own quantity, and it has no converter.
+fn check_measured(measured: &Measured, electronics: &Electronics) -> Result<(), Broken> {
+    let key = |name: &str| format!("electronics.readout.measured.{name}");
+    let unit = &measured.unit;
+    let noises = measured.noise.0.iter().map(|noise| (key("noise"), noise));
+    let ends = measured.range.iter().enumerate();
+    let ends = ends.map(|(index, end)| (key(&format!("range.{index}")), end));
+    for (key, stated) in noises.chain(ends) {
+        require(
+            std::ptr::eq(stated.dimension, unit.dimension),
+            &key,
+            || {
+                format!(
+                    "this is {}; the readings in \"{}\" need {}",
+                    stated.dimension.name, unit.symbol, unit.dimension.name
+                )
+            },
+            &format!("use one of: {}", unit.dimension.symbols()),
+        )?;
+    }
+    let shown = |value: f64| format!("{} {}", rounded(value / unit.si_per_unit), unit.symbol);
+    for noise in measured.deviations() {
+        require(
+            noise > 0.0,
+            &key("noise"),
+            || format!("a noise of {} gives no uncertainty", shown(noise)),
+            &format!(
+                "give the standard deviation of one reading, such as \"0.1 {}\"; with the rounding of its last digit",
+                unit.symbol
+            ),
+        )?;
+    }
+    let [low, high] = measured.ends();
+    require(
+        low < high,
+        &key("range"),
+        || format!("the range from {} to {} is empty", shown(low), shown(high)),
+        "write [lowest, highest]",
+    )?;
+    require(
+        electronics.converter.is_none(),
+        "electronics.converter",
+        || {
+            format!(
+                "an instrument that gives \"{}\" has no converter",
+                unit.symbol
+            )
+        },
+        "leave the table out; the stage before a converter is readout itself",
+    )
+}
+
+/// Noises of three axes need three axes.
+fn check_axes(sensor: &Sensor) -> Result<(), Broken> {
+    let Some(measured) = sensor.electronics.measured() else {
+        return Ok(());
+    };
+    let axes = match &sensor.element {
+        Element::MeasuredForce(element) => element.axes.count(),
+        _ => 1,
+    };
+    let [x, y, z] = measured.deviations();
+    require(
+        axes == 3 || (x == z && y == z),
+        "electronics.readout.measured.noise",
+        || "a list of noises is of taxels with three axes".into(),
+        "give one value; a list [x, y, z] belongs to element.measured_force with axes = \"xyz\"",
     )
 }
 

@@ -1,6 +1,6 @@
 //! The channels of a press at a position, from the surface that was learned.
 
-use crate::electronics::DigitalUnit;
+use super::ReadingUnit;
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::LENGTH;
 use crate::table::{Cell, Column};
@@ -35,7 +35,7 @@ pub struct TrainedPredictor {
 
 impl TrainedPredictor {
     /// `None` where no positions were learned.
-    pub(crate) fn new(names: &[String], maps: &TrainedMaps, unit: DigitalUnit) -> Option<Self> {
+    pub(crate) fn new(names: &[String], maps: &TrainedMaps, unit: ReadingUnit) -> Option<Self> {
         let map = maps.position.clone()?;
         let used: Vec<String> = map
             .standard
@@ -43,7 +43,7 @@ impl TrainedPredictor {
             .iter()
             .map(|channel| names.get(*channel).map(|name| name.replace(' ', "_")))
             .collect::<Option<_>>()?;
-        let column = |name: String| Column::new(name, unit.symbol(), 1.0, "", 1);
+        let column = |name: String| Column::new(name, unit.symbol, unit.si_per_unit, unit.key, 1);
         let deviations = used.iter().map(|name| column(format!("{name}_deviation")));
         Some(Self {
             columns: used.iter().cloned().map(column).chain(deviations).collect(),
