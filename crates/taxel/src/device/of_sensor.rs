@@ -7,7 +7,9 @@ use super::{
     ThreeAxisArray, TrainedArray, check_masked_channels,
 };
 use crate::quantity::{CAPACITANCE, CHARGE, Dimension, FORCE, RESISTANCE, STRESS, VOLTAGE};
-use crate::sensor::{Broken, Element, Sensor, Unreadable, check_keys, renamed_key};
+use crate::sensor::{
+    Broken, Element, Sensor, Unreadable, check_instrument, check_keys, renamed_key,
+};
 use crate::toml_input;
 
 impl Sensor {
@@ -47,6 +49,7 @@ impl Sensor {
         let device = self.device().map_err(|unreadable| {
             Broken::new(unreadable.key(), unreadable.to_string(), &unreadable.help())
         })?;
+        check_instrument(self)?;
         device.check()?;
         check_masked_channels(self, device.as_ref())
     }

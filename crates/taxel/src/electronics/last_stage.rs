@@ -42,8 +42,13 @@ impl LastStage {
             }
             Self::Instrument(measured) => {
                 let [low, high] = measured.ends();
+                let number = match input {
+                    _ if input <= low => low,
+                    _ if input >= high => high,
+                    _ => input,
+                };
                 Delivered {
-                    number: input.clamp(low, high),
+                    number,
                     clipped: !(input > low && input < high),
                 }
             }

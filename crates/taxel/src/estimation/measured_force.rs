@@ -121,7 +121,11 @@ impl Reader for MeasuredForceReader {
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
         let [low, high] = self.model.channel.ends;
         for (bounded, value) in self.bounded.iter_mut().zip(values) {
-            *bounded = value.clamp(low, high);
+            *bounded = match *value {
+                value if value < low => low,
+                value if value > high => high,
+                value => value,
+            };
         }
         convert_within(&self.model.channel, values, channels)
     }

@@ -1,7 +1,7 @@
 //! Rules between the fields of a sensor file.
 
 use super::{Element, Sensor};
-use crate::electronics::{Electronics, Measured, Readout};
+use crate::electronics::Readout;
 use crate::layout::{MOST_LINES, Mount};
 use crate::toml_input;
 use taxel_recording::InputError;
@@ -71,7 +71,7 @@ pub(crate) fn check(sensor: &Sensor) -> Result<(), Broken> {
     if let Element::Microchannel(element) = &sensor.element {
         element.check(sensor.array.pitch)?;
     }
-    check_axes(sensor)
+    Ok(())
 }
 
 fn check_array(sensor: &Sensor) -> Result<(), Broken> {
@@ -106,8 +106,9 @@ fn check_array(sensor: &Sensor) -> Result<(), Broken> {
 }
 
 fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
-    if let Some(measured) = sensor.electronics.measured() {
-        return check_measured(measured, &sensor.electronics);
+    if sensor.electronics.measured().is_some() {
+        // Which unit its element has comes first.
+        return Ok(());
     }
     let Some(converter) = &sensor.electronics.converter else {
         let digital = matches!(sensor.electronics.readout, Readout::Digital(_));
@@ -139,7 +140,11 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
 }
 
 /// Noise and range of an instrument are of its own quantity, and it has no converter.
-fn check_measured(measured: &Measured, electronics: &Electronics) -> Result<(), Broken> {
+pub(crate) fn check_instrument(sensor: &Sensor) -> Result<(), Broken> {
+    let electronics = &sensor.electronics;
+    let Some(measured) = electronics.measured() else {
+        return Ok(());
+    };
     let key = |name: &str| format!("electronics.readout.measured.{name}");
     let unit = &measured.unit;
     let noises = measured.noise.0.iter().map(|noise| (key("noise"), noise));
@@ -187,7 +192,8 @@ fn check_measured(measured: &Measured, electronics: &Electronics) -> Result<(), 
             )
         },
         "leave the table out; the stage before a converter is readout itself",
-    )
+    )?;
+    check_axes(sensor)
 }
 
 /// Noises of three axes need three axes.

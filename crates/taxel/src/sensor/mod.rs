@@ -36,8 +36,8 @@ pub use trained_body::{ChannelGroup, MOST_CHANNELS, TrainedBody};
 
 pub use checks::Broken;
 pub(crate) use checks::{
-    SAME_LENGTH, check as check_keys, check_scan_time, micrometres, require, rounded_down,
-    rounded_up,
+    SAME_LENGTH, check as check_keys, check_instrument, check_scan_time, micrometres, require,
+    rounded_down, rounded_up,
 };
 pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
