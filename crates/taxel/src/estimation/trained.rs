@@ -156,7 +156,8 @@ impl TrainedReader {
         self
     }
 
-    /// Reads the numbers of an instrument, with its range and the `deviation` of one reading.
+    /// Reads the numbers of an instrument by `scale`, with its range; `deviation` is that of
+    /// one number.
     #[must_use]
     pub fn with_instrument(mut self, scale: NumberScale, deviation: f64) -> Self {
         for facts in &mut self.channels {
@@ -294,7 +295,9 @@ impl Reader for TrainedReader {
     }
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
-        channels.readings.copy_from_slice(values);
+        for (reading, value) in channels.readings.iter_mut().zip(values) {
+            *reading = self.scale.input(*value);
+        }
         let mut clipped = 0;
         for (state, value) in channels.states.iter_mut().zip(values) {
             let position = self.scale.position(*value);

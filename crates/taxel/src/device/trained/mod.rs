@@ -6,6 +6,7 @@ mod predict;
 
 use super::{Device, check_mask};
 use crate::acquisition::{Quantity, SignalUnit, Simulated, Stream};
+use crate::calibration::NumberScale;
 use crate::drawing::Drawing;
 use crate::electronics::{LastStage, Readout};
 use crate::estimation::{FrameError, ObserverOptions, Reader, Scale, TrainedArea, TrainedReader};
@@ -144,8 +145,9 @@ impl Device for TrainedArray<'_> {
             return Err(FrameError::Channels { found, expected });
         }
         let quantity = stream.unit.quantity;
-        let counts = self.unit.quantity == Quantity::Counts;
-        if quantity != self.unit.quantity && !(counts && quantity == Quantity::Raw) {
+        // Recordings without a header are numbers in the unit of the sensor file.
+        let bare = matches!(quantity, Quantity::Counts | Quantity::Raw);
+        if quantity != self.unit.quantity && !bare {
             return Err(FrameError::quantity(quantity, &self.unit.signal()));
         }
         let maps = self.body.maps.clone().ok_or(FrameError::Untrained)?;
@@ -162,14 +164,29 @@ impl Device for TrainedArray<'_> {
             maps,
             self.area(),
             names,
-            Scale::new("reading", self.unit.symbol, self.unit.si_per_unit),
+            Scale::new("reading", self.unit.symbol, 1.0),
             self.body.full_scale,
         )
         .map_err(|_| FrameError::Untrained)?;
         let reader = match self.sensor.electronics.measured() {
             Some(measured) => {
+                // The maps know the numbers as people read them.
                 let numbers = LastStage::Instrument(*measured).scale();
-                reader.with_instrument(numbers, measured.deviation())
+                let si = self.unit.si_per_unit;
+                if bare {
+                    let numbers = NumberScale {
+                        ends: numbers.ends.map(|end| end / si),
+                        step: numbers.step / si,
+                        ..numbers
+                    };
+                    reader.with_instrument(numbers, measured.deviation() / si)
+                } else {
+                    let numbers = NumberScale {
+                        per_number: 1.0 / si,
+                        ..numbers
+                    };
+                    reader.with_instrument(numbers, measured.deviation())
+                }
             }
             None => reader,
         };

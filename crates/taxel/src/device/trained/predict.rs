@@ -31,6 +31,8 @@ pub struct TrainedPredictor {
     /// Standard deviation of each channel in use.
     deviation: Vec<f64>,
     columns: Vec<Column>,
+    /// SI value of the unit of a channel.
+    si_per_unit: f64,
 }
 
 impl TrainedPredictor {
@@ -48,6 +50,7 @@ impl TrainedPredictor {
         Some(Self {
             columns: used.iter().cloned().map(column).chain(deviations).collect(),
             deviation: map.deviation(),
+            si_per_unit: unit.si_per_unit,
             map,
         })
     }
@@ -76,8 +79,10 @@ impl Predictor for TrainedPredictor {
                 help: "give a position among them, or train on a larger area".into(),
             });
         }
-        row.extend(self.map.answer(position).into_iter().map(Cell::Number));
-        row.extend(self.deviation.iter().copied().map(Cell::Number));
+        // The map knows the numbers as people read them.
+        let si = |number: f64| Cell::Number(number * self.si_per_unit);
+        row.extend(self.map.answer(position).into_iter().map(si));
+        row.extend(self.deviation.iter().copied().map(si));
         Ok(())
     }
 
