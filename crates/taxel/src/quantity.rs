@@ -99,6 +99,12 @@ pub fn dimensions() -> impl Iterator<Item = &'static Dimension> {
     ALL.iter().copied()
 }
 
+impl PartialEq for Dimension {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
 impl Dimension {
     /// SI value of one `symbol`, if it is a unit of this dimension.
     pub fn unit(&self, symbol: &str) -> Option<f64> {

@@ -1,6 +1,7 @@
 //! Boards that give the physical value in place of counts: every element read by an
 //! instrument, and taxels whose board gives forces.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+#![allow(clippy::too_many_lines, reason = "a table of mistakes is read as one")]
 
 use std::fmt::Write as _;
 
@@ -154,8 +155,8 @@ fn the_twin_reads_what_is_predicted() {
                 // Six deviations of the noise.
                 assert!((value - expected).abs() < 6e-21, "{value} {expected}");
             }
-            for axis in 0..3 {
-                let off = touch.taxels[0].value[axis] - truth[0][axis];
+            for (axis, truth) in truth[0].iter().enumerate() {
+                let off = touch.taxels[0].value[axis] - truth;
                 assert!(off.abs() < 1e-8, "{axis}: {off}");
             }
         },
@@ -188,12 +189,13 @@ fn intervals_follow_from_the_stated_noise() {
             |_, touch, truth| {
                 let taxels = touch.taxels.iter().zip(truth);
                 for (taxel, truth) in taxels.take(if pressed_alone { 1 } else { usize::MAX }) {
-                    let newtons = match pressed_alone {
-                        true => sensor.array.pitch[0] * sensor.array.pitch[1],
-                        false => 1.0,
+                    let newtons = if pressed_alone {
+                        sensor.array.pitch[0] * sensor.array.pitch[1]
+                    } else {
+                        1.0
                     };
-                    for axis in 0..3 {
-                        let off = taxel.value[axis] * newtons - truth[axis];
+                    for (axis, truth) in truth.iter().enumerate() {
+                        let off = taxel.value[axis] * newtons - truth;
                         let deviation = taxel.deviation()[axis] * newtons;
                         if off.is_finite() && deviation > 0.0 {
                             held += usize::from(off.abs() < 1.959_964 * deviation);
@@ -718,9 +720,9 @@ fn two_fingers_on_measured_forces_are_two_contacts_with_their_forces() {
                 contact.force
             );
             if axes == "xyz" {
-                for axis in 0..2 {
+                for (axis, expected) in expected.iter().take(2).enumerate() {
                     assert!(
-                        (contact.force[axis] - expected[axis]).abs() < 0.03,
+                        (contact.force[axis] - expected).abs() < 0.03,
                         "{:?}",
                         contact.force
                     );

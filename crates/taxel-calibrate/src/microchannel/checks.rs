@@ -14,7 +14,7 @@ use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, by_series, series_of};
 use crate::table_checks::{at_rest, of_this_device, pressing};
-use taxel::calibration::ResistanceSignal;
+use taxel::signal::ResistanceSignal;
 use taxel_recording::InputError;
 
 /// Least readings of a channel.

@@ -1,8 +1,8 @@
 //! The readings of crossing channels as a least-squares problem.
 
 use crate::split::OfSeries;
-use taxel::calibration::ResistanceSignal;
 use taxel::mechanics::{ClosingState, PressureLaw, Stretch};
+use taxel::signal::ResistanceSignal;
 use taxel::transduction::{MicrochannelLayer, mean_inverse_area_ratio};
 use taxel_numerics::least_squares::{Parameter, Problem};
 

@@ -7,7 +7,7 @@ use crate::device_model::Judged;
 use crate::outcome::Constants;
 use crate::remark::Remark;
 use crate::split::series_of;
-use taxel::calibration::ResistanceSignal;
+use taxel::signal::ResistanceSignal;
 use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
 /// Name of the parameter behind that of its channel.

@@ -19,9 +19,9 @@ use crate::device_model::{
 };
 use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use taxel::calibration::NumberScale;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
+use taxel::signal::NumberScale;
 use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::{Fit, FitError, FitOptions, Parameter, Problem, fit};
 

@@ -1,8 +1,8 @@
 //! Model of an array of in-plane capacitive sensors for estimation.
 
-use super::NumberScale;
 use crate::layout::Layout;
 use crate::mechanics::ForceHysteresis;
+use crate::signal::NumberScale;
 use crate::transduction::InPlaneModel;
 use taxel_recording::SignalUnit;
 

@@ -1,8 +1,8 @@
 //! Model of taxels whose board gives forces, for estimation.
 
-use super::NumberScale;
 use crate::layout::Layout;
 use crate::mechanics::ForceAxes;
+use crate::signal::NumberScale;
 use taxel_recording::SignalUnit;
 
 /// All that estimation needs to know of taxels whose board gives forces.

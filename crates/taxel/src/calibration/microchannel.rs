@@ -1,8 +1,8 @@
 //! Model of an array of crossing microchannels for estimation.
 
-use super::{NumberScale, Position, ResistanceSignal};
 use crate::layout::Layout;
 use crate::mechanics::{ClosingState, ForceHysteresis, MicrochannelError, Stretch};
+use crate::signal::{NumberScale, Position, ResistanceSignal};
 use crate::transduction::MicrochannelLayer;
 use taxel_numerics::{MonotoneCurve, OnCurve};
 use taxel_recording::SignalUnit;

@@ -3,11 +3,10 @@
 mod in_plane;
 mod measured_force;
 mod microchannel;
-mod number_scale;
-mod resistance_signal;
 
 use crate::layout::Layout;
 use crate::mechanics::{ForceHysteresis, RelaxationTerm};
+use crate::signal::NumberScale;
 use crate::transduction::UnitModel;
 use taxel_recording::SignalUnit;
 
@@ -16,8 +15,6 @@ pub use measured_force::ForceModel;
 pub use microchannel::{
     ChannelScale, MicrochannelCalibration, MicrochannelModel, MicrochannelSignal,
 };
-pub use number_scale::{NumberScale, Position};
-pub use resistance_signal::ResistanceSignal;
 
 /// All that estimation needs to know of an array of three-axis units.
 #[derive(Debug, Clone, PartialEq)]

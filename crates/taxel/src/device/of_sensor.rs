@@ -152,9 +152,9 @@ impl Sensor {
             };
         };
         let unit = &measured.unit;
-        let here = |dimension: &&Dimension| std::ptr::eq(*dimension, unit.dimension);
+        let here = readings.measured.contains(&unit.dimension);
         if let Some(stage) = &measured.stage
-            && (readings.measured.iter().any(|one| here(&one)) || here(&&VOLTAGE))
+            && (here || *unit.dimension == VOLTAGE)
         {
             let help = match readings.stages {
                 [] => "leave the stage out".into(),
@@ -175,7 +175,7 @@ impl Sensor {
             all.collect::<Vec<_>>()
         };
         let mut units = each(Dimension::symbols).join(", ");
-        if !readings.stages.is_empty() && !readings.measured.iter().any(|one| here(&one)) {
+        if !readings.stages.is_empty() && !here {
             let stages = readings.stages.join(", ");
             let volts = format!("; or V with electronics.readout.measured.stage: {stages}");
             units.push_str(&volts);

@@ -1,8 +1,8 @@
 //! The board of channels: what reads their resistances, scan, last stage.
 
 use super::{Delivered, Electronics, LastStage, Scan, Stage};
-use crate::calibration::ResistanceSignal;
 use crate::quantity::{RESISTANCE, VOLTAGE};
+use crate::signal::ResistanceSignal;
 
 /// One reading of resistance for each channel, in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,8 +7,8 @@ use super::{
     ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Measured, Scan, VoltageAmplifier,
     VoltageDivider,
 };
-use crate::calibration::NumberScale;
 use crate::quantity::{self, CAPACITANCE, Checked, FrameRate, VOLTAGE};
+use crate::signal::NumberScale;
 
 /// The electronics as a sensor file gives them.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

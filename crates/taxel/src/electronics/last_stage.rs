@@ -2,8 +2,8 @@
 //! where counts and physical values differ; nothing else of a device knows which it has.
 
 use super::{Converter, Measured};
-use crate::calibration::NumberScale;
 use crate::quantity::{Dimension, VOLTAGE};
+use crate::signal::NumberScale;
 use taxel_recording::{Quantity, SignalUnit};
 
 /// Largest step that the digits of an instrument have, over the noise that its sensor file
@@ -129,8 +129,8 @@ impl LastStage {
     /// True if a quantity of this dimension can stand at the input.
     pub(crate) fn takes(&self, dimension: &Dimension) -> bool {
         match self {
-            Self::Converter(_) => std::ptr::eq(dimension, &VOLTAGE),
-            Self::Instrument(measured) => std::ptr::eq(measured.unit.dimension, dimension),
+            Self::Converter(_) => *dimension == VOLTAGE,
+            Self::Instrument(measured) => measured.unit.dimension == dimension,
         }
     }
 

@@ -136,18 +136,12 @@ impl JsonSchema for MeasuredUnit {
 }
 
 /// A value of any dimension that an instrument can have, as a file states it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stated {
     /// SI.
     pub value: f64,
     /// Its dimension.
     pub dimension: &'static Dimension,
-}
-
-impl PartialEq for Stated {
-    fn eq(&self, other: &Self) -> bool {
-        self.value == other.value && self.dimension.name == other.dimension.name
-    }
 }
 
 impl Stated {

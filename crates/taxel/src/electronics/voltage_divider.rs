@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::calibration::ResistanceSignal;
 use crate::quantity::{
     self, Checked, NonNegativeResistance, NonNegativeVoltage, PositiveResistance, PositiveVoltage,
 };
+use crate::signal::ResistanceSignal;
 
 /// A divider whose lower arm is a channel with its leads:
 /// V = V_S R/(R_ref + R), R = channel + leads (P4 Eq. 3).

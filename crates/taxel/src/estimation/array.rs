@@ -12,6 +12,7 @@ use super::segmentation::Segmentation;
 use super::touch::{ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use crate::acquisition::{Frame, Quantity, SignalUnit};
 use crate::layout::{Mount, Wrench};
+use crate::signal::board_of;
 
 /// End of a rest capture, if a frame was its last.
 pub type Captured = Option<Result<(), RestRefused>>;
@@ -59,17 +60,7 @@ impl FrameError {
             Quantity::Counts | Quantity::Raw => name.to_owned(),
             _ => format!("{name} in {}", expected.symbol),
         };
-        let advice = match found {
-            Quantity::Counts => {
-                "; a board that gives counts has electronics.converter and the stage before it in its sensor file"
-            }
-            Quantity::Raw => {
-                "; numbers without a unit are read by electronics.readout.digital alone"
-            }
-            _ => {
-                "; a board that gives a physical value is described by electronics.readout.measured, with its unit"
-            }
-        };
+        let advice = board_of(found);
         Self::Quantity {
             found,
             expected,

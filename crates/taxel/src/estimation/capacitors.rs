@@ -3,7 +3,7 @@
 use super::FrameError;
 use super::health::ChannelFacts;
 use crate::acquisition::{Quantity, SignalUnit};
-use crate::calibration::NumberScale;
+use crate::signal::NumberScale;
 
 /// Capacitances that were recorded in the place of counts: without steps and a largest value.
 const CAPACITANCES: NumberScale = NumberScale {

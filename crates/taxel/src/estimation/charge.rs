@@ -11,8 +11,8 @@ use super::reader::{
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
-use crate::calibration::{NumberScale, Position};
 use crate::layout::Layout;
+use crate::signal::{NumberScale, Position};
 use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 
 /// Model of an array of elements whose signal is V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).

@@ -8,8 +8,9 @@ use super::reader::{
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, FrameError, Wiring};
 use crate::acquisition::Quantity;
-use crate::calibration::{InPlaneCalibration, NumberScale};
+use crate::calibration::InPlaneCalibration;
 use crate::mechanics::LoadHistory;
+use crate::signal::NumberScale;
 use crate::transduction::{InPlaneError, InPlaneInverse, InPlaneModel};
 
 /// A reading below this share of the least capacitance of the model, or above

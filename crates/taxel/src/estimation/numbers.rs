@@ -1,7 +1,7 @@
 //! Numbers of a frame to readings, as every board's ends of its range say.
 
 use super::touch::{ChannelReadings, ChannelState};
-use crate::calibration::{NumberScale, Position};
+use crate::signal::{NumberScale, Position};
 
 /// Readings of a frame, SI, as [`super::Reader::convert`] asks for them.
 ///

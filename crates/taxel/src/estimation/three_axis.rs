@@ -12,8 +12,9 @@ use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use super::{ChannelFacts, FrameError, Wiring};
 use crate::acquisition::Quantity;
-use crate::calibration::{Calibration, NumberScale};
+use crate::calibration::Calibration;
 use crate::mechanics::{LoadHistory, Relaxation};
+use crate::signal::NumberScale;
 use crate::transduction::UnitModel;
 
 /// Options of the reader of three-axis units.

@@ -7,8 +7,8 @@ use super::reader::{
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use super::{ChannelFacts, Wiring};
-use crate::calibration::{NumberScale, Position};
 use crate::layout::{ArrayDescription, Layout, Mount};
+use crate::signal::{NumberScale, Position};
 use crate::trained::{
     Estimate, ForceEstimator, PositionEstimate, PositionEstimator, Support, TrainedMaps,
     TrainingError,

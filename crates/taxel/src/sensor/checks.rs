@@ -152,7 +152,7 @@ pub(crate) fn check_instrument(sensor: &Sensor) -> Result<(), Broken> {
     let ends = ends.map(|(index, end)| (key(&format!("range.{index}")), end));
     for (key, stated) in noises.chain(ends) {
         require(
-            std::ptr::eq(stated.dimension, unit.dimension),
+            stated.dimension == unit.dimension,
             &key,
             || {
                 format!(

@@ -35,7 +35,7 @@ impl<'a> MeasuredForceArray<'a> {
     /// `None` when the board gives no forces.
     pub(crate) fn new(sensor: &'a Sensor, element: &'a MeasuredForce) -> Option<Self> {
         let board = *sensor.electronics.measured()?;
-        let forces = std::ptr::eq(board.unit.dimension, &FORCE) && board.stage.is_none();
+        let forces = *board.unit.dimension == FORCE && board.stage.is_none();
         forces.then_some(Self {
             sensor,
             element,

@@ -1,9 +1,9 @@
 //! Rules between the keys of an array of crossing channels.
 
 use super::MicrochannelArray;
-use crate::calibration::ResistanceSignal;
 use crate::device::check_mask;
 use crate::sensor::{Broken, SAME_LENGTH, check_scan_time, micrometres, require};
+use crate::signal::ResistanceSignal;
 
 pub(super) fn check(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     check_stack(array)?;

@@ -1,11 +1,11 @@
 //! Quantities derived from the drawing of crossing microchannels.
 
 use super::{LAYERS, MicrochannelArray};
-use crate::calibration::ResistanceSignal;
 use crate::device::timing;
 use crate::electronics::LastStage;
 use crate::estimation::MicrochannelOptions;
 use crate::mechanics::{ClosingState, Stretch};
+use crate::signal::ResistanceSignal;
 use crate::summary::{Fact, Value, fact, number, text};
 use crate::transduction::MicrochannelLayer;
 

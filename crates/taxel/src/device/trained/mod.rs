@@ -6,13 +6,13 @@ mod predict;
 
 use super::{Device, check_mask};
 use crate::acquisition::{Quantity, SignalUnit, Simulated, Stream};
-use crate::calibration::NumberScale;
 use crate::drawing::Drawing;
 use crate::electronics::{LastStage, Readout};
 use crate::estimation::{FrameError, ObserverOptions, Reader, Scale, TrainedArea, TrainedReader};
 use crate::layout::Mount;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, TrainedBody, masked_capacitors, require};
+use crate::signal::NumberScale;
 use crate::summary::Fact;
 
 pub use predict::TrainedPredictor;
