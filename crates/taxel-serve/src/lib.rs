@@ -7,7 +7,10 @@ mod history;
 mod interrupt;
 mod last_touch;
 mod latency;
+pub mod link;
+mod link_source;
 mod message;
+mod moved_rest;
 mod pump;
 mod save;
 mod server;
@@ -25,6 +28,7 @@ pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;
 pub use last_touch::LastTouch;
 pub use latency::Latencies;
+pub use link_source::LinkSource;
 pub use message::{Provenance, Tare};
 pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
 pub use save::SaveError;
@@ -34,6 +38,7 @@ pub use tare::{BelowZero, By};
 use history::History;
 use pump::{Pump, Shared};
 use server::Site;
+use taxel::acquisition::Stream;
 use taxel::estimation::TouchSession;
 
 /// Why the service could not run.
@@ -78,6 +83,11 @@ pub struct Session {
 /// Silence after which a source counts as stale, s, unless its own frames are
 /// further apart.
 const STALE_AFTER: f64 = 0.35;
+
+/// Silence after which a source of these frames counts as stale, s.
+pub(crate) fn stale_after(stream: &Stream) -> f64 {
+    STALE_AFTER.max(2.5 * stream.period.unwrap_or(0.0))
+}
 
 /// Runs a session without a page until it ends or the process is interrupted.
 ///
@@ -129,7 +139,7 @@ pub fn run_with_page(
             commands,
         )?;
         *shared.history() = History::new(pump.session().meaning());
-        let stale_after = STALE_AFTER.max(2.5 * pump.stream().period.unwrap_or(0.0));
+        let stale_after = stale_after(pump.stream());
         let token = random_token()?;
         let site = Arc::new(Site {
             hello: message::hello(

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
 use bytes::Bytes;
@@ -17,7 +17,9 @@ use crate::events::{EventFile, EventLog, EventSummary, EventWriter, Events};
 use crate::history::{History, Mark};
 use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
+use crate::link::{LinkHandle, LinkStatus};
 use crate::message::{self, Health, Tare};
+use crate::moved_rest::MovedRest;
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineSender, BelowZero, By, TareHistory, unix_s};
@@ -73,7 +75,7 @@ pub enum StartTare {
 }
 
 /// Commands while it runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Command {
     /// Take a rest capture from the next frames.
     Tare {
@@ -88,6 +90,11 @@ pub enum Command {
     UndoTare {
         /// Number of the entry.
         to: u64,
+    },
+    /// Note something at the newest frame.
+    Mark {
+        /// What, in the words of whoever notes it.
+        text: String,
     },
 }
 
@@ -105,6 +112,8 @@ pub(crate) struct Shared {
     pub(crate) messages: broadcast::Sender<Outgoing>,
     pub(crate) stop: AtomicBool,
     pub(crate) clients: AtomicUsize,
+    /// Of a source that reads a link.
+    pub(crate) link: OnceLock<LinkHandle>,
     status: Mutex<StatusNow>,
     events: Mutex<EventLog>,
     /// Empty without a page: nobody could ask for it.
@@ -140,8 +149,8 @@ const TARES: usize = 1;
 const CONDITION: usize = 2;
 const BASELINE: usize = 3;
 
-/// Messages that a slow client may be behind before it loses the oldest.
-const QUEUE: usize = 64;
+/// Messages that a slow subscriber may be behind before it loses the oldest.
+const QUEUE: usize = 1024;
 /// Notice when rest values are to be replaced while others are captured.
 const RUNNING: &str = "a rest capture is running; wait for its end";
 /// Longest sleep before commands and the stop flag are looked at again.
@@ -153,6 +162,7 @@ impl Shared {
             messages: broadcast::channel(QUEUE).0,
             stop: AtomicBool::new(false),
             clients: AtomicUsize::new(0),
+            link: OnceLock::new(),
             status: Mutex::new(StatusNow {
                 last_arrival: Instant::now(),
                 ended: false,
@@ -210,6 +220,8 @@ pub struct Summary {
     pub merged_frames: u64,
     /// From the first to the last new frame by the host's clock, s.
     pub duration: f64,
+    /// From a frame's arrival to the pump, s; of sources that read a link.
+    pub waited: Latencies,
     /// From a frame's arrival to its message, s.
     pub latency: Latencies,
     /// From a frame's arrival to the end of its sending to each client, s.
@@ -226,6 +238,8 @@ pub struct Summary {
     pub conditions: ChannelConditions,
     /// Touch of the last frame; `None` without any.
     pub last: Option<LastTouch>,
+    /// The link at the end, of a source that reads one.
+    pub link: Option<LinkStatus>,
     /// Why the source failed, if it did.
     pub failure: Option<Failure>,
 }
@@ -256,7 +270,9 @@ pub(crate) struct Pump {
     continuity: Continuity,
     clipped_frames: u64,
     merged_frames: u64,
+    waited: Latencies,
     latency: Latencies,
+    moved_rest: MovedRest,
     recent: VecDeque<Instant>,
     first: Option<Instant>,
     last: Option<LastTouch>,
@@ -324,8 +340,16 @@ impl Pump {
                 let _ = std::fs::remove_file(path);
             }
         })?;
+        if let Some(link) = source.link() {
+            // There is one source to a run.
+            let _ = shared.link.set(link);
+        }
         let clock = Clock {
-            speed: options.speed,
+            // The frames of a link come when they come.
+            speed: match shared.link.get() {
+                Some(_) => f64::INFINITY,
+                None => options.speed,
+            },
             origin: None,
         };
         Ok(Self {
@@ -349,7 +373,9 @@ impl Pump {
             continuity: Continuity::default(),
             clipped_frames: 0,
             merged_frames: 0,
+            waited: Latencies::default(),
             latency: Latencies::default(),
+            moved_rest: MovedRest::default(),
             recent: VecDeque::new(),
             first: None,
             last: None,
@@ -393,6 +419,7 @@ impl Pump {
             clipped_frames: self.clipped_frames,
             merged_frames: self.merged_frames,
             duration,
+            waited: self.waited,
             latency: self.latency,
             sent: self.shared.sent().clone(),
             tare: status.tare,
@@ -401,6 +428,7 @@ impl Pump {
             events,
             conditions: ChannelConditions::of(&self.session),
             last: self.last,
+            link: self.shared.link.get().map(LinkHandle::now),
             failure,
         }
     }
@@ -423,6 +451,7 @@ impl Pump {
             let next = self.source.next()?;
             match next {
                 Next::End => break,
+                Next::Reconnected => self.reconnected(),
                 Next::Nothing(time_ns) => self.wait(time_ns),
                 Next::Frame(frame) => {
                     self.wait(frame.time_ns);
@@ -472,6 +501,7 @@ impl Pump {
                     None => self.session.begin_rest_capture(self.options.tare_frames),
                 }
             }
+            Command::Mark { text } => return self.note(text, now),
             Command::ClearTare | Command::UndoTare { .. } if running => {
                 self.shared.status().notice = RUNNING.into();
             }
@@ -494,8 +524,32 @@ impl Pump {
         self.tell_rest();
     }
 
+    /// Notes what a person or a program says, at the newest frame.
+    fn note(&mut self, text: String, time_ns: Option<u64>) {
+        let shared = Arc::clone(&self.shared);
+        let noted = self.events.mark(text, time_ns.unwrap_or(0), &|event| {
+            shared.events().push(event);
+        });
+        if let Err(error) = noted {
+            // The next event meets the same failure and ends the run.
+            self.shared.status().notice = error.to_string();
+        }
+    }
+
+    /// The link is open again: numbers and times begin anew, the rest values stay.
+    fn reconnected(&mut self) {
+        self.continuity.begin_segment();
+        self.tares.reconnected();
+        self.moved_rest.reconnected();
+        self.tell_rest();
+    }
+
     fn take(&mut self, frame: Frame) -> Result<(), Failure> {
-        let arrival = Instant::now();
+        let arrived = self.source.arrival(&frame);
+        if let Some(arrived) = arrived {
+            self.waited.push(arrived.elapsed().as_secs_f64());
+        }
+        let arrival = arrived.unwrap_or_else(Instant::now);
         if !self.continuity.accept(&frame) {
             self.shared.status().last_arrival = arrival;
             return self.save(frame);
@@ -507,6 +561,9 @@ impl Pump {
             return self.save(frame);
         }
         self.shared.status().last_arrival = arrival;
+        if let Some(advice) = self.moved_rest.push(&frame.values) {
+            self.shared.status().notice = advice;
+        }
         let rate = self.rate(arrival);
         let tared = self.session.estimator().is_tared();
         let capturing = self.session.capturing();
@@ -520,6 +577,8 @@ impl Pump {
             latency: arrival.elapsed().as_secs_f64(),
             tared,
             capturing,
+            host_ns: frame.host_ns,
+            flags: frame.flags,
         };
         let shared = &self.shared;
         if shared.messages.receiver_count() > 0 {
