@@ -2,6 +2,7 @@
 
 mod condition;
 mod connection;
+pub mod device;
 mod events;
 mod history;
 mod interrupt;

@@ -136,7 +136,10 @@ mod tests {
         assert_eq!((bytes.clone(), done.clone()), damaged(text, 3));
         assert_ne!(bytes, damaged(text, 4).0);
         // Five standard deviations of the counts, 10 and 14.
-        assert!(done.flipped.abs_diff(100) < 50 && done.inserted.abs_diff(100) < 50, "{done:?}");
+        assert!(
+            done.flipped.abs_diff(100) < 50 && done.inserted.abs_diff(100) < 50,
+            "{done:?}"
+        );
         assert!(done.dropped.abs_diff(200) < 70, "{done:?}");
         assert_eq!(bytes.len() as u32, 10_000 - done.dropped + done.inserted);
         let (bytes, done) = damaged("", 3);
@@ -153,7 +156,17 @@ mod tests {
         let mut damage = Damage::new(&faults, 1);
         let fates: Vec<_> = (0..1000).map(|_| damage.fate()).collect();
         let count = |fate| fates.iter().filter(|one| **one == fate).count();
-        assert!(count(Fate::Lost).abs_diff(250) < 70, "{}", count(Fate::Lost));
-        assert!((0..1000).filter_map(|n| damage.counter(n)).count().abs_diff(500) < 80);
+        assert!(
+            count(Fate::Lost).abs_diff(250) < 70,
+            "{}",
+            count(Fate::Lost)
+        );
+        assert!(
+            (0..1000)
+                .filter_map(|n| damage.counter(n))
+                .count()
+                .abs_diff(500)
+                < 80
+        );
     }
 }

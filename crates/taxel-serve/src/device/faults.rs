@@ -172,8 +172,13 @@ impl Faults {
         if let Some([from, to]) = self.time.pause.map(|pause| pause.of)
             && from > to
         {
-            let message = format!("the shortest pause, {from} s, is longer than the longest, {to} s");
-            return Some(("time.pause.of".into(), message, "give the shorter one first"));
+            let message =
+                format!("the shortest pause, {from} s, is longer than the longest, {to} s");
+            return Some((
+                "time.pause.of".into(),
+                message,
+                "give the shorter one first",
+            ));
         }
         if self.link.banner.len() > LONGEST_BANNER {
             let message = format!(
@@ -238,7 +243,9 @@ fn some_bytes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Er
     }
 }
 
-fn some_bytes_or_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<usize>, D::Error> {
+fn some_bytes_or_none<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<usize>, D::Error> {
     some_bytes(deserializer).map(Some)
 }
 
@@ -287,13 +294,20 @@ stuck = { at = "20 s" }
             ("flip = 1e-4", "flop = 2.0", "flop"),
             ("\"1/30 Hz\"", "\"1/30\"", "1/30 Hz"),
             ("\"0.1 Hz\"", "\"0.1 s\"", "frequency"),
-            ("[\"50 ms\", \"500 ms\"]", "[\"5 s\", \"500 ms\"]", "shorter one first"),
+            (
+                "[\"50 ms\", \"500 ms\"]",
+                "[\"5 s\", \"500 ms\"]",
+                "shorter one first",
+            ),
             ("chunks = 62", "chunks = 0", "1 to 1048576"),
             ("{ usb = \"1 ms\" }", "{ bus = \"1 ms\" }", "usb"),
         ] {
             let text = ALL.replace(from, to);
             let message = Faults::parse("faults.toml", &text).unwrap_err().to_string();
-            assert!(message.contains(expected) && message.contains('^'), "{message}");
+            assert!(
+                message.contains(expected) && message.contains('^'),
+                "{message}"
+            );
         }
     }
 }

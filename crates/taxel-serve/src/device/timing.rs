@@ -62,9 +62,8 @@ impl Timing {
             let long = from + (to - from) * self.random.random::<f64>();
             self.held_until = self.held_until.max(time + long);
         }
-        let exponential = |mean: f64, random: &mut ChaCha12Rng| {
-            -mean * (1.0 - random.random::<f64>()).ln()
-        };
+        let exponential =
+            |mean: f64, random: &mut ChaCha12Rng| -mean * (1.0 - random.random::<f64>()).ln();
         let leaves = match self.faults.jitter {
             None => time,
             Some(Jitter::Usb(every)) => (time / every).ceil() * every,
@@ -104,7 +103,9 @@ mod tests {
     #[test]
     fn the_clock_runs_fast_by_what_is_stated() {
         let mut timing = timing("[time]\nrate_error = 1e-3\n");
-        (0..=1000).for_each(|i| drop(timing.device_time_ns(f64::from(i))));
+        (0..=1000).for_each(|i| {
+            timing.device_time_ns(f64::from(i));
+        });
         assert_eq!(timing.device_time_ns(1000.0), 1_001_000_000_000);
     }
 

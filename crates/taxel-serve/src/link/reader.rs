@@ -233,6 +233,7 @@ impl Reader {
         for observer in &mut self.observers {
             observer.wire(host_ns, bytes);
         }
+        self.status.lock().bytes += bytes.len() as u64;
         self.decoder.push(bytes, host_ns);
         let (mut frames, mut overrun) = (0, 0);
         while let Some(frame) = self.decoder.next() {
@@ -245,7 +246,6 @@ impl Reader {
         }
         let changed = tracker.received(host_ns, bytes, frames);
         let mut status = self.status.lock();
-        status.bytes += bytes.len() as u64;
         status.overrun += overrun;
         status.wire = self.decoder.counts();
         drop(status);
