@@ -190,9 +190,13 @@ pub(crate) struct Live {
     #[command(flatten)]
     pub(crate) map: Maps,
     /// Where frames come from: sim: (the twin under a shipped script that fits
-    /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING
+    /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING; with --board
+    /// serial:PORT, serial:auto, tcp:HOST:PORT, udp:PORT[@GROUP], -, a named pipe, or
+    /// exec:"PROGRAM ARGUMENTS"
     #[arg(long, default_value = "sim:")]
     pub(crate) source: String,
+    #[command(flatten)]
+    pub(crate) link: Hardware,
     /// Device seconds per second; "max" is as fast as possible
     #[arg(long, default_value = "1")]
     pub(crate) speed: String,
@@ -217,6 +221,8 @@ pub(crate) struct Live {
     /// come: .csv or .jsonl
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
     /// Play the complete frames of a recording that ends in the middle of one
     #[arg(long)]
     pub(crate) salvage: bool,
@@ -236,6 +242,29 @@ impl Live {
         let usual = Path::new("three-axis-8x8");
         self.named_sensor.as_deref().unwrap_or(usual)
     }
+}
+
+/// A board and its link.
+#[derive(Debug, Args)]
+pub(crate) struct Hardware {
+    /// Board file (TOML), or the name of a shipped one: what the bytes of the link mean
+    #[arg(long, value_name = "BOARD")]
+    pub(crate) board: Option<PathBuf>,
+    /// End when the link is lost; without it the link is opened again for ever
+    #[arg(long)]
+    pub(crate) once: bool,
+}
+
+/// What goes to other programs while it runs, and what comes in.
+#[derive(Debug, Args)]
+pub(crate) struct Outputs {
+    /// A line for each frame to other programs: jsonl or csv on the standard output, or
+    /// jsonl:FILE, csv:FILE; may be repeated
+    #[arg(long, value_name = "FORMAT[:FILE]")]
+    pub(crate) out: Vec<String>,
+    /// Take each line of the standard input as a mark (-)
+    #[arg(long, value_name = "-", value_parser = ["-"])]
+    pub(crate) marks: Option<String>,
 }
 
 /// What is shown as a map, and how.

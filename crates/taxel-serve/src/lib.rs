@@ -10,8 +10,11 @@ mod last_touch;
 mod latency;
 pub mod link;
 mod link_source;
+mod marks;
 mod message;
 mod moved_rest;
+mod out;
+mod outgoing;
 mod pump;
 mod save;
 mod server;
@@ -31,6 +34,7 @@ pub use last_touch::LastTouch;
 pub use latency::Latencies;
 pub use link_source::LinkSource;
 pub use message::{Provenance, Tare};
+pub use out::{LineFormat, LineOutput, LineOutputError, LineSummary};
 pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
 pub use save::SaveError;
 pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
@@ -75,10 +79,31 @@ pub struct Session {
     pub touch: TouchSession,
     /// Options of the run.
     pub options: PumpOptions,
+    /// Whether lines of the standard input are marks.
+    pub marks: Marks,
     /// Program and device as reported to clients.
     pub provenance: Provenance,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub drawing: String,
+}
+
+/// Where marks come from beside the clients.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Marks {
+    /// From clients alone.
+    #[default]
+    Clients,
+    /// From lines of the standard input, too.
+    StandardInput,
+}
+
+impl Marks {
+    fn listen(self, commands: &mpsc::SyncSender<Command>) {
+        if self == Self::StandardInput {
+            let input = std::io::BufReader::new(std::io::stdin());
+            marks::listen(input, commands.clone());
+        }
+    }
 }
 
 /// Silence after which a source counts as stale, s, unless its own frames are
@@ -96,7 +121,8 @@ pub(crate) fn stale_after(stream: &Stream) -> f64 {
 /// [`ServeError`] when it cannot begin; failures of the source are part of the
 /// summary.
 pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
-    let (_, commands) = mpsc::sync_channel(1);
+    let (sender, commands) = mpsc::sync_channel(16);
+    session.marks.listen(&sender);
     let shared = Shared::new();
     let pump = Pump::new(
         session.source,
@@ -123,6 +149,7 @@ pub fn run_with_page(
     ready: impl FnOnce(&str) -> std::io::Result<()>,
 ) -> Result<Summary, ServeError> {
     let (sender, commands) = mpsc::sync_channel(16);
+    session.marks.listen(&sender);
     let shared = Shared::new();
     let ends = session.options.frames.is_some();
     let provenance = session.provenance;

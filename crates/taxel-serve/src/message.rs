@@ -34,8 +34,8 @@ pub(crate) struct Health<'a> {
 /// More contacts than fit a u16 cannot be drawn anyway.
 const MOST_CONTACTS: usize = u16::MAX as usize;
 /// Bytes before the contacts, and of one contact.
-const HEADER: usize = 216;
-const CONTACT: usize = 8 * 19;
+pub(crate) const HEADER: usize = 216;
+pub(crate) const CONTACT: usize = 8 * 19;
 
 /// Encodes one frame of a device whose values have so many components.
 pub(crate) fn frame(touch: &Touch, components: usize, health: &Health<'_>) -> Bytes {

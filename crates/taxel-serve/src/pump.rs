@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
-use bytes::Bytes;
 use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{Continuity, FrameError, RestRefused, State, TaxelTouch, TouchSession};
 use tokio::sync::broadcast;
@@ -20,6 +19,8 @@ use crate::latency::Latencies;
 use crate::link::{LinkHandle, LinkStatus};
 use crate::message::{self, Health, Tare};
 use crate::moved_rest::MovedRest;
+use crate::out::{LineOutput, LineSummary, Lines};
+use crate::outgoing::Outgoing;
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineSender, BelowZero, By, TareHistory, unix_s};
@@ -41,7 +42,9 @@ pub struct PumpOptions {
     pub save: Option<PathBuf>,
     /// Write the events to this file.
     pub events: Option<EventFile>,
-    /// True if `save` and `events` may replace ordinary files that exist; default false.
+    /// Lines for other programs.
+    pub outputs: Vec<LineOutput>,
+    /// True if `save`, `events` and `outputs` may replace ordinary files that exist; default false.
     pub replace_files: bool,
     /// Lines of provenance for the saved file.
     pub provenance: Vec<String>,
@@ -57,6 +60,7 @@ impl Default for PumpOptions {
             rest_from: None,
             save: None,
             events: None,
+            outputs: Vec::new(),
             replace_files: false,
             provenance: Vec::new(),
         }
@@ -96,13 +100,6 @@ pub enum Command {
         /// What, in the words of whoever notes it.
         text: String,
     },
-}
-
-/// A message with the moment its frame arrived.
-#[derive(Debug, Clone)]
-pub(crate) struct Outgoing {
-    pub(crate) arrival: Instant,
-    pub(crate) bytes: Bytes,
 }
 
 /// State of the pump that others see.
@@ -238,6 +235,8 @@ pub struct Summary {
     pub conditions: ChannelConditions,
     /// Touch of the last frame; `None` without any.
     pub last: Option<LastTouch>,
+    /// What the outputs have written.
+    pub outputs: Vec<LineSummary>,
     /// The link at the end, of a source that reads one.
     pub link: Option<LinkStatus>,
     /// Why the source failed, if it did.
@@ -273,6 +272,7 @@ pub(crate) struct Pump {
     waited: Latencies,
     latency: Latencies,
     moved_rest: MovedRest,
+    outputs: Vec<Lines>,
     recent: VecDeque<Instant>,
     first: Option<Instant>,
     last: Option<LastTouch>,
@@ -283,6 +283,26 @@ pub(crate) struct Pump {
     below_zero: Option<BelowZero>,
     conditions: ConditionSender,
     baselines: BaselineSender,
+}
+
+/// Opens the outputs; a run whose reader of the standard output goes ends.
+fn outputs(
+    options: &PumpOptions,
+    session: &TouchSession,
+    shared: &Arc<Shared>,
+) -> Result<Vec<Lines>, SaveError> {
+    let start = |output: &LineOutput| {
+        let ending = Arc::clone(shared);
+        Lines::start(
+            output,
+            options.replace_files,
+            session.meaning(),
+            shared.link.get().cloned(),
+            shared.messages.subscribe(),
+            Arc::new(move || ending.stop.store(true, Ordering::Relaxed)),
+        )
+    };
+    options.outputs.iter().map(start).collect()
 }
 
 /// Device time against host time.
@@ -344,6 +364,7 @@ impl Pump {
             // There is one source to a run.
             let _ = shared.link.set(link);
         }
+        let outputs = outputs(&options, &session, &shared)?;
         let clock = Clock {
             // The frames of a link come when they come.
             speed: match shared.link.get() {
@@ -376,6 +397,7 @@ impl Pump {
             waited: Latencies::default(),
             latency: Latencies::default(),
             moved_rest: MovedRest::default(),
+            outputs,
             recent: VecDeque::new(),
             first: None,
             last: None,
@@ -405,6 +427,16 @@ impl Pump {
         if let Err(error) = written {
             failure.get_or_insert(error.into());
         }
+        // An error means that nobody listens any more.
+        let _ = self.shared.messages.send(Outgoing::end());
+        let mut outputs = Vec::new();
+        for output in self.outputs {
+            let (summary, written) = output.finish();
+            outputs.push(summary);
+            if let Err(error) = written {
+                failure.get_or_insert(error.into());
+            }
+        }
         if let Some(failure) = &failure {
             self.shared.status().notice = failure.to_string();
         }
@@ -428,6 +460,7 @@ impl Pump {
             events,
             conditions: ChannelConditions::of(&self.session),
             last: self.last,
+            outputs,
             link: self.shared.link.get().map(LinkHandle::now),
             failure,
         }

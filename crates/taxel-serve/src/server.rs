@@ -21,6 +21,7 @@ use tokio::sync::broadcast::error::RecvError;
 use crate::connection::Limited;
 use crate::history::{Gathered, HistoryQuery, Reply};
 use crate::link::LinkHandle;
+use crate::marks::LONGEST_MARK;
 use crate::message::{Provenance, Status};
 use crate::pump::{Command, POSTS, Shared, StatusNow};
 use crate::tare::By;
@@ -38,8 +39,6 @@ const STATUS_EVERY: Duration = Duration::from_millis(100);
 const LONGEST_SILENCE: Duration = Duration::from_secs(30);
 /// Messages that a client may be behind before it loses the oldest.
 const MOST_BEHIND: usize = 64;
-/// Longest mark of a client, characters; what follows is cut.
-const LONGEST_MARK: usize = 500;
 /// Largest command of a client, bytes.
 const LARGEST_COMMAND: usize = 4096;
 
@@ -283,7 +282,7 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
             message = messages.recv() => match message {
                 // A client that is behind gets what is new.
                 Ok(_) if messages.len() > MOST_BEHIND => dropped += 1,
-                Ok(outgoing) if outgoing.bytes.is_empty() => {}
+                Ok(outgoing) if outgoing.is_end() => {}
                 Ok(outgoing) => {
                     alive = socket.send(Message::Binary(outgoing.bytes)).await.is_ok();
                     shared.sent().push(outgoing.arrival.elapsed().as_secs_f64());

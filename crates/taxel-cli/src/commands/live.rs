@@ -12,9 +12,9 @@ use taxel::sensor::{Element, Sensor};
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
 use taxel_serve::{
-    ChannelConditions, EventFile, Failure, Next, Provenance, PumpOptions, ReplayOptions,
-    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey, TwinSource,
-    run_headless, run_with_page,
+    ChannelConditions, EventFile, Failure, LineOutput, Marks, Next, Provenance, PumpOptions,
+    ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
+    Survey, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
@@ -38,7 +38,11 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
             );
         }
         run_with_page(session, address, |page| {
-            writeln!(std::io::stdout(), "{page}")?;
+            if lines_on_standard_output(arguments) {
+                writeln!(std::io::stderr(), "{page}")?;
+            } else {
+                writeln!(std::io::stdout(), "{page}")?;
+            }
             if !ends {
                 note!("open the address above in a browser; Ctrl-C ends");
             }
@@ -54,6 +58,36 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
         Err(error) => return Err(stop_of_serving(&error)),
     };
     report(arguments, &about, &summary)
+}
+
+/// True if the standard output is taken by lines for other programs.
+fn lines_on_standard_output(arguments: &Live) -> bool {
+    let outputs = arguments.outputs.out.iter();
+    let mut outputs = outputs.filter_map(|text| LineOutput::parse(text).ok());
+    outputs.any(|output| output.file().is_none())
+}
+
+/// The outputs; two on the standard output would mix their lines.
+fn line_outputs(arguments: &Live) -> Result<Vec<LineOutput>, Stop> {
+    let wrong = |message: String| Stop::WrongInput(message);
+    let outputs = arguments
+        .outputs
+        .out
+        .iter()
+        .map(|text| LineOutput::parse(text));
+    let outputs: Vec<_> = outputs
+        .collect::<Result<_, _>>()
+        .map_err(|error| wrong(error.to_string()))?;
+    let on_standard = outputs.iter().filter(|output| output.file().is_none());
+    if on_standard.count() > 1 {
+        let message = "--out: only one output can have the standard output; give the others a file, such as csv:FILE";
+        return Err(wrong(message.into()));
+    }
+    if arguments.outputs.marks.is_some() && arguments.source == "-" {
+        let message = "--marks -: the standard input already is the source";
+        return Err(wrong(message.into()));
+    }
+    Ok(outputs)
 }
 
 fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
@@ -84,6 +118,7 @@ fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         return Err(Stop::WrongInput(message.into()));
     }
     check_outputs(arguments)?;
+    let outputs = line_outputs(arguments)?;
     let events = arguments.events.as_deref().map(EventFile::new).transpose();
     let events = events.map_err(|error| Stop::WrongInput(format!("--events {error}")))?;
     Ok(PumpOptions {
@@ -102,6 +137,7 @@ fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         save: arguments.save.clone(),
         replace_files: arguments.overwrite.existing() == Existing::Replaced,
         events,
+        outputs,
         provenance: Vec::new(),
     })
 }
@@ -125,10 +161,15 @@ fn check_outputs(arguments: &Live) -> Result<(), Stop> {
         .chain(&arguments.calibration)
         .chain(&rest)
         .collect();
-    let outputs = [
+    let files: Vec<PathBuf> = line_outputs(arguments)?
+        .iter()
+        .filter_map(|output| output.file().map(Path::to_owned))
+        .collect();
+    let mut outputs = vec![
         ("--save", arguments.save.as_ref()),
         ("--events", arguments.events.as_ref()),
     ];
+    outputs.extend(files.iter().map(|file| ("--out", Some(file))));
     outputs::check(&outputs, &inputs, arguments.overwrite.existing())
 }
 
@@ -194,6 +235,7 @@ fn sensed(
         touch,
         drawing,
         source: Box::new(source),
+        marks: marks(arguments),
         options,
         provenance: provenance(arguments, named.sensor.name, named.hash),
     })
@@ -289,6 +331,7 @@ fn map_session(
         drawing: String::new(),
         provenance: provenance(arguments, stream.name.clone(), String::new()),
         source: Box::new(source),
+        marks: marks(arguments),
         options,
     })
 }
@@ -398,6 +441,13 @@ fn stop_of_serving(error: &ServeError) -> Stop {
     }
 }
 
+fn marks(arguments: &Live) -> Marks {
+    match arguments.outputs.marks {
+        Some(_) => Marks::StandardInput,
+        None => Marks::Clients,
+    }
+}
+
 fn provenance(arguments: &Live, device: String, sensor_hash: String) -> Provenance {
     Provenance {
         device,
@@ -468,10 +518,18 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
         }
     };
     if arguments.headless || arguments.frames.is_some() {
-        outputs::print(&report)?;
+        let beside = lines_on_standard_output(arguments).then_some(Path::new("-"));
+        outputs::print_beside(beside, &report)?;
     }
     if !summary.notice.is_empty() && summary.failure.is_none() {
         note!("note: {}", summary.notice);
+    }
+    for output in summary.outputs.iter().filter(|output| output.dropped > 0) {
+        note!(
+            "note: --out {}: {} frames are missing in it: its reader is too slow",
+            output.output,
+            output.dropped
+        );
     }
     if summary.merged_frames > 0 {
         note!(
@@ -562,9 +620,21 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("merged_frames", Value::from(summary.merged_frames));
     put("duration_s", number_or_null(summary.duration));
     put("rate_hz", number_or_null(rate));
+    if summary.waited.count() > 0 {
+        put("arrival_to_pump_s", latency(&summary.waited));
+    }
     put("latency_s", latency(&summary.latency));
     if summary.sent.count() > 0 {
         put("sent_latency_s", latency(&summary.sent));
+    }
+    if let Some(link) = &summary.link {
+        put("link", json!(link));
+    }
+    if !summary.outputs.is_empty() {
+        let outputs = summary.outputs.iter().map(|output| {
+            json!({ "out": output.output, "lines": output.lines, "dropped": output.dropped })
+        });
+        put("outputs", outputs.collect());
     }
     put("tare", json!(summary.tare));
     put("notice", Value::from(summary.notice.clone()));

@@ -28,6 +28,14 @@ pub enum LinkState {
 }
 
 impl LinkState {
+    /// Name in messages and lines.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::InStep => "in_step",
+            other => other.name(),
+        }
+    }
+
     /// Name for people.
     pub fn name(self) -> &'static str {
         match self {

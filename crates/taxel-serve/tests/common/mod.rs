@@ -21,12 +21,12 @@ use taxel_serve::{Interrupt, LinkSource, Next, Source, SourceError};
 
 const MARK: [u8; 4] = [0xa5, 0x5a, 0x0f, 0xf0];
 
-pub fn stream(channels: usize, period: f64) -> Stream {
+pub(crate) fn stream(channels: usize, period: f64) -> Stream {
     Stream::of_counts([1, channels], [1e-3; 2], 1, period)
 }
 
 /// Values of a frame follow from its number.
-pub fn frame(sequence: u64, channels: usize) -> Frame {
+pub(crate) fn frame(sequence: u64, channels: usize) -> Frame {
     Frame {
         sequence,
         values: (0..channels)
@@ -36,7 +36,7 @@ pub fn frame(sequence: u64, channels: usize) -> Frame {
     }
 }
 
-pub struct Encoder;
+pub(crate) struct Encoder;
 
 impl Encode for Encoder {
     fn encode(&mut self, frame: &Frame, bytes: &mut Vec<u8>) {
@@ -58,7 +58,7 @@ fn sum(bytes: &[u8]) -> u32 {
     })
 }
 
-pub struct Decoder {
+pub(crate) struct Decoder {
     channels: usize,
     bytes: VecDeque<u8>,
     host_ns: u64,
@@ -66,7 +66,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    pub fn new(channels: usize) -> Self {
+    pub(crate) fn new(channels: usize) -> Self {
         Self {
             channels,
             bytes: VecDeque::new(),
@@ -127,9 +127,9 @@ impl Decode for Decoder {
 }
 
 /// Frames without an end.
-pub struct Endless {
-    pub stream: Stream,
-    pub next: u64,
+pub(crate) struct Endless {
+    pub(crate) stream: Stream,
+    pub(crate) next: u64,
 }
 
 impl Source for Endless {
@@ -145,14 +145,14 @@ impl Source for Endless {
 }
 
 /// A device that plays in a thread of its own.
-pub struct Playing {
-    pub name: String,
+pub(crate) struct Playing {
+    pub(crate) name: String,
     interrupt: Interrupt,
     thread: std::thread::JoinHandle<DeviceSummary>,
 }
 
 impl Playing {
-    pub fn start(
+    pub(crate) fn start(
         place: DevicePlace,
         channels: usize,
         rate: f64,
@@ -190,7 +190,7 @@ impl Playing {
         }
     }
 
-    pub fn stop(self) -> DeviceSummary {
+    pub(crate) fn stop(self) -> DeviceSummary {
         self.interrupt.ask();
         self.thread.join().unwrap()
     }
@@ -198,14 +198,14 @@ impl Playing {
 
 /// Remembers the states of a link.
 #[derive(Clone, Default)]
-pub struct States(Arc<Mutex<Vec<LinkStatus>>>);
+pub(crate) struct States(Arc<Mutex<Vec<LinkStatus>>>);
 
 impl States {
-    pub fn all(&self) -> Vec<LinkStatus> {
+    pub(crate) fn all(&self) -> Vec<LinkStatus> {
         self.0.lock().unwrap().clone()
     }
 
-    pub fn names(&self) -> Vec<LinkState> {
+    pub(crate) fn names(&self) -> Vec<LinkState> {
         self.all().iter().map(|status| status.state).collect()
     }
 }
@@ -218,14 +218,14 @@ impl LinkObserver for States {
     }
 }
 
-pub fn link(address: &str, channels: usize, rate: f64, options: LinkOptions) -> LinkSource {
+pub(crate) fn link(address: &str, channels: usize, rate: f64, options: LinkOptions) -> LinkSource {
     let address = LinkAddress::parse(address).unwrap();
     let decoder = Box::new(Decoder::new(channels));
     LinkSource::start(address, stream(channels, rate.recip()), decoder, options).unwrap()
 }
 
 /// Options, and the states that the link will go through.
-pub fn observed() -> (LinkOptions, States) {
+pub(crate) fn observed() -> (LinkOptions, States) {
     let states = States::default();
     let options = LinkOptions {
         observers: vec![Box::new(states.clone())],
@@ -235,7 +235,7 @@ pub fn observed() -> (LinkOptions, States) {
 }
 
 /// Numbers of the frames that come until `enough`, or for 20 s.
-pub fn numbers(source: &mut LinkSource, mut enough: impl FnMut(&[u64]) -> bool) -> Vec<u64> {
+pub(crate) fn numbers(source: &mut LinkSource, mut enough: impl FnMut(&[u64]) -> bool) -> Vec<u64> {
     let deadline = Instant::now() + Duration::from_secs(20);
     let mut numbers = Vec::new();
     while !enough(&numbers) && Instant::now() < deadline {
@@ -255,12 +255,12 @@ pub fn numbers(source: &mut LinkSource, mut enough: impl FnMut(&[u64]) -> bool) 
 }
 
 /// Numbers that are missing between the first and the last.
-pub fn missing(numbers: &[u64]) -> u64 {
+pub(crate) fn missing(numbers: &[u64]) -> u64 {
     numbers.windows(2).map(|pair| pair[1] - pair[0] - 1).sum()
 }
 
 /// A name in the temporary folder that nobody has.
-pub fn temporary(name: &str) -> PathBuf {
+pub(crate) fn temporary(name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("taxel-{name}-{}", std::process::id()));
     let _ = std::fs::remove_file(&path);
     path
