@@ -39,6 +39,10 @@ impl Link for Program {
         format!("exec:{}", self.program())
     }
 
+    fn waits(&self) -> bool {
+        true
+    }
+
     fn open(&mut self) -> Result<Box<dyn Port>, LinkError> {
         let mut command = Command::new(self.program());
         command

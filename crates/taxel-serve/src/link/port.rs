@@ -35,6 +35,11 @@ pub(crate) trait Link: Send {
     /// Opens it.
     fn open(&mut self) -> Result<Box<dyn Port>, LinkError>;
 
+    /// True if the other side waits while nobody reads, so that nothing need be dropped.
+    fn waits(&self) -> bool {
+        false
+    }
+
     /// True if something suggests that it can be opened now and could not before.
     fn appeared(&mut self) -> bool {
         false

@@ -222,7 +222,11 @@ impl Reader {
                 Ok(Received::End) => {
                     return Ended::Lost("the other side closed the connection".into());
                 }
-                Ok(Received::Done) => return Ended::Done,
+                Ok(Received::Done) => {
+                    self.decoder.finish();
+                    self.hand_out();
+                    return Ended::Done;
+                }
                 Err(error) => return Ended::Lost(lost(&error)),
             }
         }
@@ -235,22 +239,42 @@ impl Reader {
         }
         self.status.lock().bytes += bytes.len() as u64;
         self.decoder.push(bytes, host_ns);
+        let Some(frames) = self.hand_out() else {
+            return false;
+        };
+        let changed = tracker.received(host_ns, bytes, frames);
+        self.changed(changed, tracker);
+        true
+    }
+
+    /// Hands the decoded frames to the source: how many; `None` if nobody takes them any more.
+    fn hand_out(&mut self) -> Option<usize> {
         let (mut frames, mut overrun) = (0, 0);
         while let Some(frame) = self.decoder.next() {
             frames += 1;
-            match self.items.try_send(Item::Frame(frame)) {
+            match self.send(Item::Frame(frame)) {
                 Ok(()) => {}
                 Err(TrySendError::Full(_)) => overrun += 1,
-                Err(TrySendError::Disconnected(_)) => return false,
+                Err(TrySendError::Disconnected(_)) => return None,
             }
         }
-        let changed = tracker.received(host_ns, bytes, frames);
         let mut status = self.status.lock();
         status.overrun += overrun;
         status.wire = self.decoder.counts();
-        drop(status);
-        self.changed(changed, tracker);
-        true
+        Some(frames)
+    }
+
+    /// Hands an item on; where the other side waits, so does this one.
+    fn send(&self, mut item: Item) -> Result<(), TrySendError<Item>> {
+        loop {
+            match self.items.try_send(item) {
+                Err(TrySendError::Full(back)) if self.link.waits() && !self.stopped() => {
+                    item = back;
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                other => return other,
+            }
+        }
     }
 
     fn changed(&mut self, state: Option<LinkState>, tracker: &Tracker) {

@@ -16,6 +16,10 @@ impl Link for StandardInput {
         "standard input".into()
     }
 
+    fn waits(&self) -> bool {
+        true
+    }
+
     fn open(&mut self) -> Result<Box<dyn Port>, LinkError> {
         Ok(Box::new(Once(io::stdin())))
     }
@@ -27,6 +31,10 @@ pub(crate) struct Pipe(pub(crate) PathBuf);
 impl Link for Pipe {
     fn name(&self) -> String {
         self.0.display().to_string()
+    }
+
+    fn waits(&self) -> bool {
+        true
     }
 
     fn open(&mut self) -> Result<Box<dyn Port>, LinkError> {

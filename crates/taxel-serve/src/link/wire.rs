@@ -11,6 +11,9 @@ pub trait Decode: Send {
     /// The next whole frame of what was taken.
     fn next(&mut self) -> Option<Frame>;
 
+    /// There is no more: what was held back comes now.
+    fn finish(&mut self) {}
+
     /// A new connection begins: nothing continues what came before.
     fn reconnected(&mut self);
 
@@ -29,24 +32,32 @@ pub trait Decode: Send {
 pub struct WireCounts {
     /// Frames delivered.
     pub delivered: u64,
-    /// Frames that never came; `None` where the wire cannot tell.
+    /// Frames that the board numbered and that did not come; `None` where the wire cannot tell.
     pub lost: Option<u64>,
-    /// Packets that failed a check.
+    /// Frames that are missing by rate and silence, where no counter says it: an estimate.
+    pub missing_estimate: u64,
+    /// Stretches of the wire with a damaged packet.
     pub damaged: u64,
     /// Bytes that belong to no packet.
     pub passed_over_bytes: u64,
-    /// Lines that are no packet.
-    pub other_lines: u64,
+    /// Whole packets or lines that hold no reading.
+    pub other: u64,
     /// Packets whose status is not good.
     pub bad_status: u64,
+    /// Frames whose number does not fit those around it.
+    pub wrong_number: u64,
+    /// Frames with a large step that the next one did not confirm.
+    pub unconfirmed: u64,
+    /// Frames of several packets of which some did not come.
+    pub incomplete: u64,
     /// Frames older than the newest.
     pub late: u64,
     /// Frames that came twice.
     pub duplicate: u64,
-    /// Frames that repeat the readings of the one before.
-    pub repeated: u64,
     /// Gaps whose length the counter cannot tell.
     pub ambiguous: u64,
+    /// Times that counter or clock of the board began again.
+    pub restarts: u64,
 }
 
 /// What is said to a board.
