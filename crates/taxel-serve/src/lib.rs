@@ -1,5 +1,6 @@
 //! Live sources, HTTP and WebSocket service, and the page.
 
+mod board;
 mod condition;
 mod connection;
 pub mod device;
@@ -27,6 +28,7 @@ use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
+pub use board::{BoardDecoder, BoardEncoder, greeting, serial_settings};
 pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;

@@ -3,6 +3,7 @@
 use std::io::{ErrorKind, Write as _};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 use taxel::acquisition::{Quantity, Stimulus, Stream, Twin};
@@ -11,8 +12,9 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
+use taxel_serve::link::{LinkAddress, LinkError, LinkOptions, Reconnect};
 use taxel_serve::{
-    ChannelConditions, EventFile, Failure, LineOutput, Marks, Next, Provenance, PumpOptions,
+    BoardDecoder, ChannelConditions, EventFile, Failure, LineOutput, LinkSource, Marks, Next, Provenance, PumpOptions,
     ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
     Survey, TwinSource, run_headless, run_with_page,
 };
@@ -20,7 +22,7 @@ use taxel_serve::{
 use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
 use crate::commands::calibrate;
 use crate::outputs::{self, Existing};
-use crate::{Done, Stop, files};
+use crate::{Done, Stop, boards, files};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
     let options = options(arguments)?;
@@ -174,6 +176,16 @@ fn check_outputs(arguments: &Live) -> Result<(), Stop> {
 }
 
 fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
+    if LinkAddress::is_one(&arguments.source) {
+        return link_session(arguments, options);
+    }
+    if let Some(board) = &arguments.link.board {
+        return Err(Stop::WrongInput(format!(
+            "--board {}: --source \"{}\" is no link; use serial:PORT, tcp:HOST:PORT, udp:PORT, - or exec:\"PROGRAM\"",
+            board.display(),
+            arguments.source
+        )));
+    }
     let (kind, rest) = arguments
         .source
         .split_once(':')
@@ -182,9 +194,54 @@ fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
         "sim" => twin_session(arguments, rest, options),
         "replay" if !rest.is_empty() => replay_session(arguments, &PathBuf::from(rest), options),
         _ => Err(Stop::WrongInput(format!(
-            "--source \"{}\" is no source\nhelp: use sim:, sim:SCRIPT.toml or replay:RECORDING",
+            "--source \"{}\" is no source\nhelp: use sim:, sim:SCRIPT.toml or replay:RECORDING; of hardware serial:PORT, tcp:HOST:PORT, udp:PORT, - or exec:\"PROGRAM\", with --board",
             arguments.source
         ))),
+    }
+}
+
+/// A session whose frames come over a link.
+fn link_session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
+    let wrong = |error: LinkError| Stop::WrongInput(error.to_string());
+    let address = LinkAddress::parse(&arguments.source).map_err(wrong)?;
+    let Some(path) = &arguments.link.board else {
+        return Err(Stop::WrongInput(format!(
+            "--source {}: what its bytes mean is not known; give --board with a board file or a shipped board: {}",
+            arguments.source,
+            boards::shipped()
+        )));
+    };
+    let named = boards::board(path)?;
+    let sensor = match &arguments.named_sensor {
+        _ if arguments.map.raw => None,
+        Some(sensor) => Some(files::sensor(sensor)?),
+        None => {
+            return Err(Stop::WrongInput(format!(
+                "--board {}: of which sensor? name its file, or give --raw for a map of the readings",
+                named.name
+            )));
+        }
+    };
+    let stream = match &sensor {
+        Some(sensor) => boards::fit(&named, &sensor.sensor, arguments.sensor())?,
+        None => named.board.stream(),
+    };
+    let decoder = Box::new(BoardDecoder::new(&named.board, &address));
+    let link = LinkOptions {
+        serial: serial_settings(&named.board),
+        greeting: greeting(&named.board, &address),
+        reconnect: if arguments.link.once {
+            Reconnect::Once
+        } else {
+            Reconnect::ForEver
+        },
+        observers: Vec::new(),
+        tell: Arc::new(|line| note!("{line}")),
+    };
+    let source = LinkSource::start(address, stream, decoder, link).map_err(wrong)?;
+    match sensor {
+        Some(sensor) => sensed(sensor, source, options, arguments),
+        None => map_session(source, &MapNoise::default(), options, arguments),
     }
 }
 
