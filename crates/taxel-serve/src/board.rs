@@ -31,7 +31,7 @@ impl BoardDecoder {
             decoder: Decoder::new(board, begin),
             begin,
             name: board.name.clone(),
-            text: board.is_text(),
+            text: board.carries_text(),
         }
     }
 }
@@ -132,7 +132,8 @@ fn usb_match(usb: &Usb) -> UsbMatch {
         Some(UsbName::Name(name)) => (None, Some(name.clone())),
         Some(UsbName::Number(number)) => (Some(*number), None),
     };
-    let ((vendor, vendor_name), (product, product_name)) = (split(&usb.vendor), split(&usb.product));
+    let ((vendor, vendor_name), (product, product_name)) =
+        (split(&usb.vendor), split(&usb.product));
     UsbMatch {
         vendor,
         vendor_name,
@@ -157,13 +158,15 @@ pub fn greeting(board: &Board, address: &LinkAddress) -> Greeting {
             stop: bytes(&serial.stop),
             poll: poll(&serial.poll),
         },
-        (LinkAddress::Tcp(_) | LinkAddress::Udp { .. } | LinkAddress::Program(_), _, Some(network)) => {
-            Greeting {
-                start: bytes(&network.start),
-                stop: bytes(&network.stop),
-                poll: poll(&network.poll),
-            }
-        }
+        (
+            LinkAddress::Tcp(_) | LinkAddress::Udp { .. } | LinkAddress::Program(_),
+            _,
+            Some(network),
+        ) => Greeting {
+            start: bytes(&network.start),
+            stop: bytes(&network.stop),
+            poll: poll(&network.poll),
+        },
         // A serial board behind a bridge is greeted as at its port.
         (LinkAddress::Tcp(_), Some(serial), None) => Greeting {
             start: bytes(&serial.start),

@@ -198,6 +198,11 @@ impl Board {
         }
     }
 
+    /// True if the wire carries lines of text.
+    pub fn carries_text(&self) -> bool {
+        matches!(self.format, Format::Lines(_))
+    }
+
     /// Bytes of one frame on the wire, where they are always as many.
     pub fn bytes_per_frame(&self) -> Option<usize> {
         match &self.format {

@@ -86,14 +86,18 @@ fn paragraph(port: &FoundPort) -> String {
     let group = port.group().unwrap_or_else(|| "-".into());
     line(
         "access",
-        port.not_permitted().unwrap_or_else(|| format!("you may open it (group {group})")),
+        port.not_permitted()
+            .unwrap_or_else(|| format!("you may open it (group {group})")),
     );
     match boards(port).as_slice() {
         [] => {}
         boards => line("board", format!("--board {}", boards.join(" or --board "))),
     }
     for holder in port.holders() {
-        line("open in", format!("{} (process {})", holder.name, holder.process));
+        line(
+            "open in",
+            format!("{} (process {})", holder.name, holder.process),
+        );
     }
     lines.join("\n") + "\n"
 }

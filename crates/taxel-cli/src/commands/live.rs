@@ -14,9 +14,9 @@ use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
 use taxel_serve::link::{LinkAddress, LinkError, LinkOptions, Reconnect};
 use taxel_serve::{
-    BoardDecoder, ChannelConditions, EventFile, Failure, LineOutput, LinkSource, Marks, Next, Provenance, PumpOptions,
-    ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
-    Survey, TwinSource, run_headless, run_with_page,
+    BoardDecoder, ChannelConditions, EventFile, Failure, LineOutput, LinkSource, Marks, Next,
+    Provenance, PumpOptions, ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError,
+    StartTare, Summary, Survey, TwinSource, greeting, run_headless, run_with_page, serial_settings,
 };
 
 use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
