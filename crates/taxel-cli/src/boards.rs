@@ -13,8 +13,6 @@ pub(crate) struct NamedBoard {
     /// Name of the file, or of a shipped board.
     pub(crate) name: String,
     pub(crate) board: Board,
-    /// SHA-256 of the text.
-    pub(crate) hash: String,
 }
 
 /// The shipped boards, for messages.
@@ -37,7 +35,6 @@ pub(crate) fn board(path: &Path) -> Result<NamedBoard, Stop> {
     };
     let board = Board::parse(&name, &text)?;
     Ok(NamedBoard {
-        hash: files::sha256(text.as_bytes()),
         name: name.into_owned(),
         board,
     })

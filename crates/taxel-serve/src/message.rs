@@ -29,6 +29,8 @@ pub(crate) struct Health<'a> {
     /// Arrival of the frame by the steady clock, ns since the source was opened.
     pub(crate) host_ns: Option<u64>,
     pub(crate) flags: FrameFlags,
+    /// False where the wire cannot tell how many frames were lost.
+    pub(crate) loss_known: bool,
 }
 
 /// More contacts than fit a u16 cannot be drawn anyway.
@@ -96,7 +98,11 @@ fn header(
     out.put_u16_le(contacts as u16);
     out.put_u64_le(touch.sequence);
     out.put_u64_le(touch.time_ns);
-    out.put_u64_le(health.continuity.lost);
+    out.put_u64_le(if health.loss_known {
+        health.continuity.lost
+    } else {
+        u64::MAX
+    });
     out.put_u64_le(health.continuity.late);
     out.put_u64_le(health.continuity.duplicate + health.continuity.repeated);
     let (centre, covariance) = touch
@@ -343,6 +349,7 @@ mod tests {
             capturing: false,
             host_ns: Some(9),
             flags: FrameFlags::UNCHECKED_WIRE,
+            loss_known: true,
         }
     }
 

@@ -612,6 +612,7 @@ impl Pump {
             capturing,
             host_ns: frame.host_ns,
             flags: frame.flags,
+            loss_known: self.shared.link.get().is_none_or(LinkHandle::loss_known),
         };
         let shared = &self.shared;
         if shared.messages.receiver_count() > 0 {

@@ -604,8 +604,14 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
             below.cause
         );
     }
-    let losses =
-        summary.continuity.lost > 0 || summary.continuity.late > 0 || summary.clipped_frames > 0;
+    let wire_losses = summary.link.as_ref().is_some_and(|link| {
+        let wire = &link.wire;
+        link.overrun + wire.damaged + wire.bad_status + wire.missing_estimate > 0
+    });
+    let losses = summary.continuity.lost > 0
+        || summary.continuity.late > 0
+        || summary.clipped_frames > 0
+        || wire_losses;
     match &summary.failure {
         Some(Failure::Source(error)) if arguments.salvage && is_cut(error) => {
             note!("note: {error}");
@@ -624,6 +630,7 @@ const LISTS: [&str; 3] = ["last_taxel_forces_n", "last_events", "wrong_channels"
 
 fn line((key, value): (&String, &Value)) -> String {
     match value {
+        Value::Null if key == "lost" => format!("{key:<24} not known\n"),
         Value::Null => String::new(),
         value => format!("{key:<24} {}\n", text(value)),
     }
@@ -668,7 +675,12 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     };
     let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
     put("frames", Value::from(counts.accepted));
-    put("lost", Value::from(counts.lost));
+    let unknown = summary
+        .link
+        .as_ref()
+        .is_some_and(|link| link.wire.lost.is_none());
+    let lost = Value::from(counts.lost);
+    put("lost", if unknown { Value::Null } else { lost });
     put("late", Value::from(counts.late));
     put("duplicate", Value::from(counts.duplicate));
     put("repeated", Value::from(counts.repeated));

@@ -102,6 +102,11 @@ impl LinkHandle {
         self.lock().state
     }
 
+    /// False where the wire cannot tell how many frames were lost.
+    pub fn loss_known(&self) -> bool {
+        self.lock().wire.lost.is_some()
+    }
+
     pub(crate) fn lock(&self) -> MutexGuard<'_, LinkStatus> {
         // A poisoned lock still holds a whole value.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)

@@ -147,6 +147,10 @@ impl FrameMessage<'_> {
         Some(self.u64(200)).filter(|host_ns| *host_ns != u64::MAX)
     }
 
+    fn lost(&self) -> Option<u64> {
+        Some(self.u64(24)).filter(|lost| *lost != u64::MAX)
+    }
+
     /// Adds the frame as one object of JSON, and the end of the line.
     pub(super) fn json(&self, columns: &Columns, link: &str, out: &mut String) {
         let _ = write!(
@@ -159,12 +163,11 @@ impl FrameMessage<'_> {
             Some(host_ns) => drop(write!(out, ",\"host_ns\":{host_ns}")),
             None => out.push_str(",\"host_ns\":null"),
         }
-        let _ = write!(
-            out,
-            ",\"flags\":{},\"lost\":{}",
-            self.u32(208),
-            self.u64(24)
-        );
+        let _ = write!(out, ",\"flags\":{}", self.u32(208));
+        match self.lost() {
+            Some(lost) => drop(write!(out, ",\"lost\":{lost}")),
+            None => out.push_str(",\"lost\":null"),
+        }
         match link {
             "" => out.push_str(",\"link\":null"),
             link => drop(write!(out, ",\"link\":\"{link}\"")),
@@ -227,7 +230,11 @@ impl FrameMessage<'_> {
         if let Some(host_ns) = self.arrival() {
             let _ = write!(out, "{host_ns}");
         }
-        let _ = write!(out, ",{},{},{link}", self.u32(208), self.u64(24));
+        let _ = write!(out, ",{},", self.u32(208));
+        if let Some(lost) = self.lost() {
+            let _ = write!(out, "{lost}");
+        }
+        let _ = write!(out, ",{link}");
         let mut number = Number::new();
         let totals = [64, 72, 80, 112, 120, 128, 136, 144, 176].map(|at| self.f64(at));
         for value in totals {
