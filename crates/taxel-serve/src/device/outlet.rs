@@ -65,7 +65,7 @@ pub(super) fn server_address(text: &str) -> Result<String, String> {
     }
 }
 
-/// An open place; what cannot be sent at once is dropped, as a board without handshake does.
+/// An open place. What cannot be sent at once waits, up to a limit.
 pub(super) trait Outlet {
     /// Name that leads to it.
     fn name(&self) -> String;
@@ -177,7 +177,8 @@ impl Outlet for Server {
     }
 
     fn connections(&mut self) -> io::Result<usize> {
-        self.clients.retain_mut(Client::alive);
+        self.clients
+            .retain_mut(|client| client.alive() && client.send(&[]).is_ok());
         let Some(listener) = &self.listener else {
             return Ok(0);
         };
@@ -342,6 +343,7 @@ mod terminal {
         pair: Option<Pair>,
         link: Option<PathBuf>,
         open: bool,
+        waiting: Vec<u8>,
     }
 
     impl Terminal {
@@ -356,6 +358,7 @@ mod terminal {
                 pair: None,
                 link,
                 open: false,
+                waiting: Vec::new(),
             };
             terminal.come_back()?;
             Ok(terminal)
@@ -379,6 +382,7 @@ mod terminal {
                 let mut heard = [0; 256];
                 while matches!(rustix::io::read(&pair.board, &mut heard), Ok(1..)) {}
             }
+            self.send(&[])?;
             Ok(new.into())
         }
 
@@ -388,17 +392,23 @@ mod terminal {
 
         fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
             let Some(pair) = self.pair.as_ref().filter(|_| self.open) else {
+                self.waiting.clear();
                 return Ok(());
             };
-            let mut left = bytes;
-            while !left.is_empty() {
-                match rustix::io::write(&pair.board, left) {
-                    Ok(sent) => left = &left[sent..],
-                    // The computer does not read: the rest is lost, as with a real board.
-                    Err(rustix::io::Errno::AGAIN | rustix::io::Errno::IO) => return Ok(()),
+            self.waiting.extend_from_slice(bytes);
+            let mut sent = 0;
+            while sent < self.waiting.len() {
+                match rustix::io::write(&pair.board, &self.waiting[sent..]) {
+                    Ok(bytes) => sent += bytes,
+                    Err(rustix::io::Errno::AGAIN | rustix::io::Errno::IO) => break,
                     Err(rustix::io::Errno::INTR) => {}
                     Err(error) => return Err(error.into()),
                 }
+            }
+            self.waiting.drain(..sent);
+            if self.waiting.len() > super::WAITING {
+                // The computer does not read: what waits is lost, as with a real board.
+                self.waiting.clear();
             }
             Ok(())
         }
