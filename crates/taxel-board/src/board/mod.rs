@@ -53,6 +53,7 @@ shipped!(
     "optoforce-22",
     "papillarray-2",
     "taxel-wire-1",
+    "taxel-wire-1-256",
     "touch-board-mpr121",
 );
 
