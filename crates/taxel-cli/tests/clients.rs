@@ -3,6 +3,7 @@
 #![cfg(unix)]
 #![allow(
     clippy::unwrap_used,
+    clippy::print_stderr,
     dead_code,
     reason = "a panic is how a test fails, and not every test needs all helpers"
 )]

@@ -1,6 +1,10 @@
 //! `taxel live` on links, `taxel device` and `taxel devices`, at the border of the process.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic is how a test fails, and figures are printed"
+)]
 
 #[path = "common/board.rs"]
 mod board;

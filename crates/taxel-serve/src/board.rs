@@ -152,12 +152,8 @@ pub fn greeting(board: &Board, address: &LinkAddress) -> Greeting {
             every: poll.every,
         })
     };
-    match (address, &board.link.serial, &board.link.network) {
-        (LinkAddress::Serial(_), Some(serial), _) => Greeting {
-            start: bytes(&serial.start),
-            stop: bytes(&serial.stop),
-            poll: poll(&serial.poll),
-        },
+    let (serial, network) = (&board.link.serial, &board.link.network);
+    match (address, serial, network) {
         (
             LinkAddress::Tcp(_) | LinkAddress::Udp { .. } | LinkAddress::Program(_),
             _,
@@ -168,7 +164,7 @@ pub fn greeting(board: &Board, address: &LinkAddress) -> Greeting {
             poll: poll(&network.poll),
         },
         // A serial board behind a bridge is greeted as at its port.
-        (LinkAddress::Tcp(_), Some(serial), None) => Greeting {
+        (LinkAddress::Serial(_) | LinkAddress::Tcp(_), Some(serial), _) => Greeting {
             start: bytes(&serial.start),
             stop: bytes(&serial.stop),
             poll: poll(&serial.poll),

@@ -1,6 +1,10 @@
 //! Links against virtual devices: what is sent arrives, and what comes back is found again.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic is how a test fails, and figures are printed"
+)]
 
 mod common;
 

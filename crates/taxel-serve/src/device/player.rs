@@ -163,7 +163,7 @@ impl Device {
         let mut next_look = 0.0;
         let mut taken = 0_u64;
         let mut ended = false;
-        while !(ended && self.waiting.is_empty()) && !interrupt.asked() {
+        while !(interrupt.asked() || ended && self.waiting.is_empty()) {
             let time = now();
             if time >= next_look {
                 next_look = time + LOOK;

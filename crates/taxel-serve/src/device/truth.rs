@@ -11,6 +11,10 @@ use crate::save::created;
 
 /// What was done to one frame.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "what was done is independent of each other"
+)]
 pub(super) struct Done {
     /// Its number.
     pub(super) sequence: u64,

@@ -225,11 +225,10 @@ impl Writer {
     fn write(&mut self, message: &[u8]) -> io::Result<()> {
         let link = self.link.as_ref().map_or("", |link| link.state().key());
         self.line.clear();
+        let frame = FrameMessage(message);
         match self.format {
-            LineFormat::JsonLines => {
-                FrameMessage(message).json(&self.columns, link, &mut self.line)
-            }
-            LineFormat::Csv => FrameMessage(message).csv(link, &mut self.line),
+            LineFormat::JsonLines => frame.json(&self.columns, link, &mut self.line),
+            LineFormat::Csv => frame.csv(link, &mut self.line),
         }
         self.summary.lines += 1;
         self.out.write_all(self.line.as_bytes())
