@@ -54,6 +54,7 @@ shipped!(
     "optoforce-22",
     "papillarray-2",
     "taxel-wire-1",
+    "taxel-wire-1-256",
     "touch-board-mpr121",
 );
 
@@ -197,6 +198,11 @@ impl Board {
             threshold: None,
             present: vec![true; channels],
         }
+    }
+
+    /// True if the wire carries lines of text.
+    pub fn carries_text(&self) -> bool {
+        matches!(self.format, Format::Lines(_))
     }
 
     /// Bytes of one frame on the wire, where they are always as many.
