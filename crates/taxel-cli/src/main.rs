@@ -12,6 +12,7 @@ macro_rules! note {
 }
 
 mod arguments;
+mod boards;
 mod commands;
 mod files;
 mod interrupt;
@@ -70,6 +71,8 @@ fn main() -> ExitCode {
         Command::Verify(verify) => commands::verify::run(verify),
         Command::Live(live) => commands::live::run(live),
         Command::Recording(recording) => commands::recording::run(recording),
+        Command::Device(device) => commands::device::run(device),
+        Command::Devices(devices) => commands::devices::run(devices),
         Command::Schema(schema) => commands::schema::run(schema),
     };
     match result {

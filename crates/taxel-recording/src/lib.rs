@@ -53,5 +53,5 @@ mod recording;
 pub use frame::{Frame, FrameFlags, Quantity, SignalUnit, Stream};
 pub use input::{InputError, Place, separator_of, text_of};
 pub use recording::{
-    ChannelWriter, Format, Recording, RecordingError, described_stream, description_of,
+    Change, ChannelWriter, Format, Recording, RecordingError, described_stream, description_of,
 };

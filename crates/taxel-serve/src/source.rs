@@ -4,12 +4,14 @@ use std::collections::VecDeque;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
 use taxel::estimation::MapNoise;
 use taxel_recording::mcap::{Findings, RestMessage};
-use taxel_recording::{Recording, RecordingError};
+use taxel_recording::{Change, Recording, RecordingError};
 
+use crate::link::{LinkError, LinkHandle};
 use crate::record::Recorder;
 
 /// Next item of a source.
@@ -21,6 +23,8 @@ pub enum Next {
     Nothing(u64),
     /// The rest values changed here when this was recorded.
     Rest(Box<RestMessage>),
+    /// The link was lost and is open again: the frames that follow begin a new segment.
+    Reconnected,
     /// The source has ended.
     End,
 }
@@ -40,6 +44,16 @@ pub trait Source: Send {
     /// Gives the source the recorder of the run, before its first frame: for what only the
     /// source knows, such as the bytes of the wire, states of the link and relations of clocks.
     fn record_to(&mut self, _recorder: &Recorder) {}
+    /// When the last byte of `frame` arrived, for sources that read a link.
+    fn arrival(&self, frame: &Frame) -> Option<Instant> {
+        let _ = frame;
+        None
+    }
+
+    /// The status of the link that it reads, if it reads one.
+    fn link(&self) -> Option<LinkHandle> {
+        None
+    }
 }
 
 /// Why a source failed.
@@ -49,6 +63,9 @@ pub enum SourceError {
     /// The recording is malformed, cut or unreadable.
     #[error("{0}")]
     Recording(Box<RecordingError>),
+    /// The link ended.
+    #[error("{0}")]
+    Link(#[from] LinkError),
     /// The file cannot be opened.
     #[error("{}: cannot be opened: {cause}", path.display())]
     Open {
@@ -99,8 +116,8 @@ impl Source for TwinSource {
 pub struct ReplaySource {
     recording: Recording<BufReader<File>>,
     stream: Stream,
-    /// Changes of the rest values that come before the frame that is held.
-    rests: VecDeque<RestMessage>,
+    /// What comes before the frame that is held.
+    changes: VecDeque<Change>,
     /// The frame behind them, or the end.
     held: Option<Next>,
 }
@@ -167,7 +184,7 @@ impl ReplaySource {
         Ok(Self {
             stream: recording.stream().clone(),
             recording,
-            rests: VecDeque::new(),
+            changes: VecDeque::new(),
             held: None,
         })
     }
@@ -191,7 +208,7 @@ impl ReplaySource {
         loop {
             let frame = match self.next() {
                 Ok(Next::Frame(frame)) => frame,
-                Ok(Next::Rest(_)) => continue,
+                Ok(Next::Rest(_) | Next::Reconnected) => continue,
                 Ok(_) => return (survey, Ok(())),
                 Err(error) => return (survey, Err(error)),
             };
@@ -237,11 +254,13 @@ impl Source for ReplaySource {
     fn next(&mut self) -> Result<Next, SourceError> {
         if self.held.is_none() {
             let frame = self.recording.next().transpose()?;
-            self.rests = self.recording.take_rest_changes();
+            self.changes = self.recording.take_changes();
             self.held = Some(frame.map_or(Next::End, Next::Frame));
         }
-        if let Some(change) = self.rests.pop_front() {
-            return Ok(Next::Rest(Box::new(change)));
+        match self.changes.pop_front() {
+            Some(Change::Rest(change)) => return Ok(Next::Rest(change)),
+            Some(Change::Reconnected) => return Ok(Next::Reconnected),
+            _ => {}
         }
         Ok(self.held.take().unwrap_or(Next::End))
     }

@@ -367,7 +367,7 @@ impl LineFormat {
         if token.is_empty() {
             return self.empty.map(|Empty::Missing| f64::NAN);
         }
-        if token.eq_ignore_ascii_case("nan") {
+        if token.eq_ignore_ascii_case("nan") || token == "null" {
             return Some(f64::NAN);
         }
         if token.len() > LONGEST_NUMBER

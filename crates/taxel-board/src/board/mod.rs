@@ -2,6 +2,7 @@
 
 mod class;
 mod description;
+mod facts;
 mod field;
 pub(crate) mod layout;
 pub(crate) mod line;
@@ -53,6 +54,7 @@ shipped!(
     "optoforce-22",
     "papillarray-2",
     "taxel-wire-1",
+    "taxel-wire-1-256",
     "touch-board-mpr121",
 );
 
@@ -196,6 +198,11 @@ impl Board {
             threshold: None,
             present: vec![true; channels],
         }
+    }
+
+    /// True if the wire carries lines of text.
+    pub fn carries_text(&self) -> bool {
+        matches!(self.format, Format::Lines(_))
     }
 
     /// Bytes of one frame on the wire, where they are always as many.

@@ -25,25 +25,33 @@ pub(crate) enum Part {
 }
 
 impl Template {
-    /// Reads `Capacitance (pF):{value c1..c4}`.
+    /// Reads `Capacitance (pF):{value c1..c4}`; `{{` and `}}` are braces of the line itself.
     ///
     /// # Errors
     /// A message for people.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let mut parts = Vec::new();
         let mut rest = text;
+        let mut words = String::new();
         while let Some(open) = rest.find('{') {
-            let (words, inner) = rest.split_at(open);
+            let (before, inner) = rest.split_at(open);
+            words.push_str(&before.replace("}}", "}"));
+            if let Some(behind) = inner.strip_prefix("{{") {
+                words.push('{');
+                rest = behind;
+                continue;
+            }
             if !words.is_empty() {
-                parts.push(Part::Words(words.to_owned()));
+                parts.push(Part::Words(std::mem::take(&mut words)));
             }
             let close = closing(inner)
                 .ok_or_else(|| format!("\"{text}\" has a brace that is not closed"))?;
             parts.push(part(&inner[1..close])?);
             rest = &inner[close + 1..];
         }
-        if !rest.is_empty() {
-            parts.push(Part::Words(rest.to_owned()));
+        words.push_str(&rest.replace("}}", "}"));
+        if !words.is_empty() {
+            parts.push(Part::Words(words));
         }
         if parts.is_empty() {
             return Err("a template cannot be empty".into());
@@ -104,5 +112,27 @@ fn part(inside: &str) -> Result<Part, String> {
         _ => Err(format!(
             "{{{inside}}} is none of {{value NAME}}, {{value NAME UNIT}}, {{sequence}}, {{time UNIT}}, {{skip}}"
         )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn doubled_braces_are_braces_of_the_line() {
+        let template = Template::parse("{{\"n\":{sequence},\"v\":[{value c{1..2}}]}}").unwrap();
+        let words = |text: &str| Part::Words(text.to_owned());
+        let names = vec!["c1".to_owned(), "c2".to_owned()];
+        assert_eq!(
+            template.parts,
+            [
+                words("{\"n\":"),
+                Part::Sequence,
+                words(",\"v\":["),
+                Part::Values(names, None),
+                words("]}"),
+            ]
+        );
     }
 }

@@ -23,7 +23,7 @@ mod writer;
 
 pub use message::{
     ClockMessage, ContactMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage,
-    MarkMessage, Message, NO_TIME, RestKind, RestMessage, TouchMessage, WireMessage,
+    MarkMessage, Message, NO_TIME, RECONNECTED, RestKind, RestMessage, TouchMessage, WireMessage,
 };
 pub use reader::{Damage, Findings, McapReader, StoredMessage};
 pub use record::{Attachment, MAGIC, Metadata};

@@ -239,7 +239,8 @@ builtin_interfaces/Time stamp
 uint64 host_ns
 # From one connection to the next.
 uint32 segment
-# absent, opening, connected, in_step, silent, garbled
+# absent, opening, connected, in_step, silent, garbled; reconnected stands between the frames
+# before and after a new connection
 string state
 string reason
 ";

@@ -7,13 +7,26 @@ use super::description::described_stream;
 use super::{MOST_TAXELS, RecordingError};
 use crate::frame::{Frame, Stream};
 use crate::input::InputError;
-use crate::mcap::{Findings, FrameMessage, MAGIC, McapReader, Message, RestMessage, Topic};
+use crate::mcap::{
+    Findings, FrameMessage, LinkMessage, MAGIC, McapReader, Message, RECONNECTED, RestMessage,
+    Topic,
+};
 
 /// What to do with a file that is not whole.
 const REPAIR: &str = "taxel recording repair FILE -o NEW makes a recording of what is whole";
 /// What to do with one that was not finished.
 pub(super) const SALVAGE: &str =
     "its frames are whole; taxel recording repair FILE -o NEW makes a finished recording of them";
+
+/// What came between the frames of a run, as far as it changes their meaning.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Change {
+    /// The rest values changed.
+    Rest(Box<RestMessage>),
+    /// The link was lost and is open again: numbers and times begin anew.
+    Reconnected,
+}
 
 /// The frames of a recording in chunks.
 #[derive(Debug)]
@@ -23,7 +36,7 @@ pub(super) struct Chunks<R> {
     stream: Stream,
     /// The first frame, which was read to find the description.
     first: Option<Frame>,
-    rests: VecDeque<RestMessage>,
+    changes: VecDeque<Change>,
 }
 
 /// True if a file begins as one, or as one whose first bytes are damaged.
@@ -38,7 +51,7 @@ impl<R: BufRead> Chunks<R> {
             reader: McapReader::new(reader),
             stream: Stream::of_counts([1, 1], [1e-3; 2], 1, 1.0),
             first: None,
-            rests: VecDeque::new(),
+            changes: VecDeque::new(),
         };
         this.first = this.next_frame()?;
         let findings = this.reader.findings();
@@ -73,8 +86,8 @@ impl<R: BufRead> Chunks<R> {
         self.reader.findings()
     }
 
-    pub(super) fn take_rests(&mut self) -> VecDeque<RestMessage> {
-        std::mem::take(&mut self.rests)
+    pub(super) fn take_changes(&mut self) -> VecDeque<Change> {
+        std::mem::take(&mut self.changes)
     }
 
     pub(super) fn read(&mut self) -> Result<Option<Frame>, RecordingError> {
@@ -113,7 +126,14 @@ impl<R: BufRead> Chunks<R> {
                     let change = RestMessage::decode(entry.bytes);
                     let change =
                         change.ok_or_else(|| self.unknown("change of the rest values", number))?;
-                    self.rests.push_back(change);
+                    self.changes.push_back(Change::Rest(Box::new(change)));
+                }
+                Topic::Link => {
+                    // The pump writes it in its place between the frames.
+                    let link = LinkMessage::decode(entry.bytes);
+                    if link.is_some_and(|link| link.state == RECONNECTED) {
+                        self.changes.push_back(Change::Reconnected);
+                    }
                 }
                 _ => {}
             }

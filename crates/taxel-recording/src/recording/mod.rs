@@ -23,11 +23,12 @@ use std::io::{BufRead, ErrorKind};
 
 use crate::frame::{Frame, Stream};
 use crate::input::InputError;
-use crate::mcap::{Findings, RestMessage};
+use crate::mcap::Findings;
 use chunks::Chunks;
 use lines::{Dialect, Lines, quote};
 use remarks::Remarks;
 
+pub use chunks::Change;
 pub use description::{described_stream, description_of};
 pub use writer::ChannelWriter;
 
@@ -308,13 +309,12 @@ impl<R: BufRead> Recording<R> {
         }
     }
 
-    /// Changes of the rest values that stand before the frame that was delivered last, or
-    /// before the end, the oldest first, each once; only a recording in chunks
-    /// ([`Format::Chunks`]) has them.
-    pub fn take_rest_changes(&mut self) -> VecDeque<RestMessage> {
+    /// What stands before the frame that was delivered last, or before the end, the oldest
+    /// first, each once; only a recording in chunks ([`Format::Chunks`]) has it.
+    pub fn take_changes(&mut self) -> VecDeque<Change> {
         match &mut self.body {
             Body::Text(_) => VecDeque::new(),
-            Body::Chunks(chunks) => chunks.take_rests(),
+            Body::Chunks(chunks) => chunks.take_changes(),
         }
     }
 

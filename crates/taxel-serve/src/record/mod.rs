@@ -2,6 +2,7 @@
 //! end of the process.
 
 mod disk;
+mod link;
 #[cfg(test)]
 mod tests;
 mod thread;
@@ -23,6 +24,7 @@ use taxel_recording::{Stream, description_of};
 use crate::save::SaveError;
 
 pub(crate) use disk::DiskFile;
+pub(crate) use link::{LinkRecorder, RecorderSlot};
 pub(crate) use touch::{event_message, rest_message, rest_of, touch_message};
 
 /// What becomes of the run when its recording fails.

@@ -4,7 +4,7 @@ mod operation;
 mod readings;
 mod touch;
 
-pub use operation::{ClockMessage, HealthMessage, LinkMessage, MarkMessage};
+pub use operation::{ClockMessage, HealthMessage, LinkMessage, MarkMessage, RECONNECTED};
 pub use readings::{FrameMessage, RestKind, RestMessage, WireMessage};
 pub use touch::{ContactMessage, EventMessage, TouchMessage};
 

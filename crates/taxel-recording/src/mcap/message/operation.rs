@@ -2,6 +2,9 @@
 
 use super::{Decoder, Encoder, Message, Topic, known_time, time_or_none};
 
+/// State of the message that stands between the frames before and after a new connection.
+pub const RECONNECTED: &str = "reconnected";
+
 /// A state of the link.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LinkMessage {

@@ -1,0 +1,107 @@
+//! What only the link knows, on its way into the recording.
+
+use std::sync::{Arc, OnceLock};
+
+use taxel_recording::mcap::{ClockMessage, LinkMessage, WireMessage};
+
+use super::Recorder;
+use crate::link::{LinkObserver, LinkStatus};
+
+/// Bytes of the wire are one message after so much time, ns, or so many of them.
+const TOGETHER_NS: u64 = 20_000_000;
+const MOST_TOGETHER: usize = 1 << 16;
+/// Bytes that are kept until the recorder is there.
+const MOST_EARLY: usize = 1 << 20;
+/// Time from one pair of the steady clock and UTC to the next, ns.
+const CLOCK_EVERY_NS: u64 = 60_000_000_000;
+
+/// The recorder of a run, as soon as there is one.
+pub(crate) type RecorderSlot = Arc<OnceLock<Recorder>>;
+
+/// Hears a link for the recording of its run.
+#[derive(Debug)]
+pub(crate) struct LinkRecorder {
+    recorder: RecorderSlot,
+    bytes: Vec<u8>,
+    first_ns: u64,
+    last_ns: u64,
+    clock_ns: Option<u64>,
+    /// States before the recorder was there.
+    early: Vec<LinkMessage>,
+}
+
+impl LinkRecorder {
+    pub(crate) fn new(recorder: RecorderSlot) -> Self {
+        Self {
+            recorder,
+            bytes: Vec::new(),
+            first_ns: 0,
+            last_ns: 0,
+            clock_ns: None,
+            early: Vec::new(),
+        }
+    }
+
+    /// Hands over what has come so far.
+    fn hand_over(&mut self) {
+        let Some(recorder) = self.recorder.get() else {
+            if self.bytes.len() > MOST_EARLY {
+                self.bytes.clear();
+            }
+            return;
+        };
+        for message in self.early.drain(..) {
+            recorder.link(message);
+        }
+        if !self.bytes.is_empty() {
+            recorder.wire(WireMessage {
+                host_ns: self.last_ns,
+                bytes: std::mem::take(&mut self.bytes),
+                ..WireMessage::default()
+            });
+        }
+    }
+}
+
+impl LinkObserver for LinkRecorder {
+    fn wire(&mut self, host_ns: u64, bytes: &[u8]) {
+        if self.bytes.is_empty() {
+            self.first_ns = host_ns;
+        }
+        self.bytes.extend_from_slice(bytes);
+        self.last_ns = host_ns;
+        let due = |since: u64| host_ns.saturating_sub(since) >= CLOCK_EVERY_NS;
+        if self.clock_ns.is_none_or(due)
+            && let Some(recorder) = self.recorder.get()
+        {
+            self.clock_ns = Some(host_ns);
+            recorder.clock(ClockMessage {
+                host_ns,
+                offset_ns: f64::NAN,
+                rate: f64::NAN,
+                lower_ns: f64::NAN,
+                upper_ns: f64::NAN,
+                ..ClockMessage::default()
+            });
+        }
+        let old = host_ns.saturating_sub(self.first_ns) >= TOGETHER_NS;
+        if old || self.bytes.len() >= MOST_TOGETHER {
+            self.hand_over();
+        }
+    }
+
+    fn link(&mut self, status: &LinkStatus) {
+        self.early.push(LinkMessage {
+            host_ns: status.since_ns,
+            segment: u32::try_from(status.connects.saturating_sub(1)).unwrap_or(u32::MAX),
+            state: status.state.name().into(),
+            reason: status.reason.clone(),
+            ..LinkMessage::default()
+        });
+        // A link that never opens has no recorder either.
+        if self.early.len() > 1000 {
+            self.early.remove(0);
+        }
+        self.hand_over();
+    }
+}
