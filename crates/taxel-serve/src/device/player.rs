@@ -252,10 +252,14 @@ impl Device {
                 Delivery::Frame(frame) => Some(frame),
                 Delivery::Nothing(_) => None,
             },
-            Player::Source(source) => match source.next()? {
-                Next::Frame(frame) => Some(frame),
-                Next::Nothing(_) | Next::Reconnected | Next::Rest(_) => None,
-                Next::End => return Ok(false),
+            Player::Source(source) => loop {
+                match source.next()? {
+                    Next::Frame(frame) => break Some(frame),
+                    Next::Nothing(_) => break None,
+                    // They lie between two frames.
+                    Next::Reconnected | Next::Rest(_) => {}
+                    Next::End => return Ok(false),
+                }
             },
         };
         let time = taken as f64 * period;
