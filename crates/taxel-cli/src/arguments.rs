@@ -45,6 +45,10 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Frames to touch, on a page in the browser or as a summary
     Live(Live),
+    /// Play a virtual device on a wire: the twin or a recording as a board sends it
+    Device(Device),
+    /// Serial ports that are plugged in, who may open them, and which board fits
+    Devices(Devices),
     /// Print the JSON schema of the sensor file or of the stimulus script, or
     /// the reference of the sensor file
     Schema(Schema),
@@ -190,9 +194,13 @@ pub(crate) struct Live {
     #[command(flatten)]
     pub(crate) map: Maps,
     /// Where frames come from: sim: (the twin under a shipped script that fits
-    /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING
+    /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING; with --board
+    /// serial:PORT, serial:auto, tcp:HOST:PORT, udp:PORT[@GROUP], -, a named pipe, or
+    /// exec:"PROGRAM ARGUMENTS"
     #[arg(long, default_value = "sim:")]
     pub(crate) source: String,
+    #[command(flatten)]
+    pub(crate) link: Hardware,
     /// Device seconds per second; "max" is as fast as possible
     #[arg(long, default_value = "1")]
     pub(crate) speed: String,
@@ -217,6 +225,8 @@ pub(crate) struct Live {
     /// come: .csv or .jsonl
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
     /// Play the complete frames of a recording that ends in the middle of one
     #[arg(long)]
     pub(crate) salvage: bool,
@@ -236,6 +246,85 @@ impl Live {
         let usual = Path::new("three-axis-8x8");
         self.named_sensor.as_deref().unwrap_or(usual)
     }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Device {
+    /// Sensor file, or the name of a shipped one
+    pub(crate) sensor: PathBuf,
+    /// Board file (TOML), or the name of a shipped one: how the frames become bytes
+    #[arg(long, value_name = "BOARD")]
+    pub(crate) board: PathBuf,
+    /// Where the bytes go: pty (its name is printed), pty:LINK (a link that leads to it),
+    /// tcp:PORT, tcp:HOST:PORT, udp:HOST:PORT, or - for the standard output
+    #[arg(long, value_name = "PLACE")]
+    pub(crate) on: String,
+    /// Script of what presses on the twin, or the name of a shipped one; without it the usual
+    /// one of the sensor
+    #[arg(long, value_name = "SCRIPT", conflicts_with = "replay")]
+    pub(crate) script: Option<PathBuf>,
+    /// Play this recording in place of the twin
+    #[arg(long, value_name = "FILE")]
+    pub(crate) replay: Option<PathBuf>,
+    /// Frames a second, such as "1 kHz"; without it what the board file says, or the sensor file
+    #[arg(long, value_name = "RATE")]
+    pub(crate) rate: Option<String>,
+    /// File of what goes wrong (TOML)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) faults: Option<PathBuf>,
+    /// Seed of the noise and of what goes wrong
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write what was done to each frame to this file, one line of JSON each
+    #[arg(long, value_name = "FILE")]
+    pub(crate) truth: Option<PathBuf>,
+    /// Take commands that move what presses: tcp:PORT, or - for lines of the standard input
+    #[arg(long, value_name = "PLACE")]
+    pub(crate) control: Option<String>,
+    /// End after this many frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) frames: Option<u64>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Devices {
+    /// Format of the result
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: DeviceFormat,
+}
+
+/// Format of the list of devices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DeviceFormat {
+    /// For people
+    Table,
+    /// For programs
+    Json,
+}
+
+/// A board and its link.
+#[derive(Debug, Args)]
+pub(crate) struct Hardware {
+    /// Board file (TOML), or the name of a shipped one: what the bytes of the link mean
+    #[arg(long, value_name = "BOARD")]
+    pub(crate) board: Option<PathBuf>,
+    /// End when the link is lost; without it the link is opened again for ever
+    #[arg(long)]
+    pub(crate) once: bool,
+}
+
+/// What goes to other programs while it runs, and what comes in.
+#[derive(Debug, Args)]
+pub(crate) struct Outputs {
+    /// A line for each frame to other programs: jsonl or csv on the standard output, or
+    /// jsonl:FILE, csv:FILE; may be repeated
+    #[arg(long, value_name = "FORMAT[:FILE]")]
+    pub(crate) out: Vec<String>,
+    /// Take each line of the standard input as a mark (-)
+    #[arg(long, value_name = "-", value_parser = ["-"])]
+    pub(crate) marks: Option<String>,
 }
 
 /// What is shown as a map, and how.

@@ -16,6 +16,11 @@ impl Interrupt {
         Self(taxel_serve::Interrupt::listen(first))
     }
 
+    /// The request itself.
+    pub(crate) fn flag(&self) -> &taxel_serve::Interrupt {
+        &self.0
+    }
+
     pub(crate) fn asked(&self) -> bool {
         self.0.asked()
     }

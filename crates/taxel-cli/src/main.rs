@@ -12,6 +12,7 @@ macro_rules! note {
 }
 
 mod arguments;
+mod boards;
 mod commands;
 mod files;
 mod interrupt;
@@ -68,6 +69,8 @@ fn main() -> ExitCode {
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
         Command::Verify(verify) => commands::verify::run(verify),
         Command::Live(live) => commands::live::run(live),
+        Command::Device(device) => commands::device::run(device),
+        Command::Devices(devices) => commands::devices::run(devices),
         Command::Schema(schema) => commands::schema::run(schema),
     };
     match result {

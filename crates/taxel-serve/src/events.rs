@@ -28,6 +28,9 @@ pub struct EventRecord {
     pub deviation: f64,
     /// Unit of the value.
     pub unit: &'static str,
+    /// Words of a mark.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
     /// Contact that a split one came off.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parent: Option<u64>,
@@ -50,7 +53,7 @@ pub struct EventRecord {
 
 /// First line of a CSV file of events.
 const COLUMNS: &str = "time [ns],contact,event,value,deviation,unit,parent,into,rise_time [s],symmetry,\
-                       direction_x,direction_y,score";
+                       direction_x,direction_y,score,text";
 
 impl EventRecord {
     fn new(index: u64, event: &TouchEvent, [force, speed]: [&'static str; 2]) -> Self {
@@ -62,6 +65,7 @@ impl EventRecord {
             value: event.value,
             deviation: event.deviation,
             unit: force,
+            text: None,
             parent: None,
             into: None,
             rise_time_s: None,
@@ -85,6 +89,25 @@ impl EventRecord {
             _ => {}
         }
         record
+    }
+
+    fn mark(index: u64, text: String, time_ns: u64) -> Self {
+        Self {
+            index,
+            time_ns,
+            contact: 0,
+            kind: "mark",
+            value: f64::NAN,
+            deviation: f64::NAN,
+            unit: "",
+            text: Some(text),
+            parent: None,
+            into: None,
+            rise_time_s: None,
+            symmetry: None,
+            direction: None,
+            score: None,
+        }
     }
 
     fn json(&self) -> String {
@@ -111,9 +134,16 @@ impl EventRecord {
             number(self.direction.map(|[x, _]| x)),
             number(self.direction.map(|[_, y]| y)),
             number(self.score),
+            self.text.as_deref().map_or(String::new(), quoted),
         ]
         .join(",")
     }
+}
+
+/// A field of a CSV file with any characters, on one line.
+fn quoted(text: &str) -> String {
+    let line = text.replace(['\r', '\n'], " ");
+    format!("\"{}\"", line.replace('"', "\"\""))
 }
 
 /// A file for events.
@@ -248,6 +278,10 @@ impl From<&EventRecord> for LoggedEvent {
         Self {
             time_ns: record.time_ns,
             label: match record.contact {
+                0 if record.text.is_some() => {
+                    let text = record.text.as_deref().unwrap_or_default();
+                    format!("mark: {text}").into()
+                }
                 0 => record.kind.into(),
                 contact => format!("{} {contact}", record.kind).into(),
             },
@@ -339,18 +373,32 @@ impl Events {
         log: &dyn Fn(&EventRecord),
     ) -> Result<(), SaveError> {
         for event in events {
-            let record = EventRecord::new(self.next, event, self.units);
-            self.next += 1;
-            *self.summary.counts.entry(record.kind).or_default() += 1;
-            log(&record);
-            if let Some(writer) = &self.writer {
-                writer.push(&record)?;
-            }
-            if self.summary.last.len() == REPORTED {
-                self.summary.last.pop_front();
-            }
-            self.summary.last.push_back(record);
+            self.take(EventRecord::new(self.next, event, self.units), log)?;
         }
+        Ok(())
+    }
+
+    /// Notes `text` at a device time, ns.
+    pub(crate) fn mark(
+        &mut self,
+        text: String,
+        time_ns: u64,
+        log: &dyn Fn(&EventRecord),
+    ) -> Result<(), SaveError> {
+        self.take(EventRecord::mark(self.next, text, time_ns), log)
+    }
+
+    fn take(&mut self, record: EventRecord, log: &dyn Fn(&EventRecord)) -> Result<(), SaveError> {
+        self.next += 1;
+        *self.summary.counts.entry(record.kind).or_default() += 1;
+        log(&record);
+        if let Some(writer) = &self.writer {
+            writer.push(&record)?;
+        }
+        if self.summary.last.len() == REPORTED {
+            self.summary.last.pop_front();
+        }
+        self.summary.last.push_back(record);
         Ok(())
     }
 
@@ -385,7 +433,7 @@ mod tests {
             r#"{"index":2,"time_ns":10,"contact":3,"kind":"slip","value":0.02,"deviation":null,"unit":"m/s","direction":[-1.0,0.0],"score":0.75}"#
         );
         let csv = record(2).csv();
-        assert_eq!(csv, "10,3,slip,0.02,,m/s,,,,,-1,0,0.75");
+        assert_eq!(csv, "10,3,slip,0.02,,m/s,,,,,-1,0,0.75,");
         assert_eq!(csv.split(',').count(), COLUMNS.split(',').count());
     }
 
@@ -447,7 +495,7 @@ mod tests {
         assert_eq!(summary.counts["touch"], 2);
         let text = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines, [COLUMNS, "7,1,touch,0.5,0.25,N,,,,,,,", lines[1]]);
+        assert_eq!(lines, [COLUMNS, "7,1,touch,0.5,0.25,N,,,,,,,,", lines[1]]);
         assert!(matches!(
             EventWriter::create(&file, false),
             Err(SaveError::Create { .. })

@@ -36,6 +36,11 @@ impl Interrupt {
         interrupt
     }
 
+    /// Asks for the end, as a signal would.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
     /// True if an end was asked for.
     pub fn asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)

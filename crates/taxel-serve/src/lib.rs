@@ -1,13 +1,21 @@
 //! Live sources, HTTP and WebSocket service, and the page.
 
+mod board;
 mod condition;
 mod connection;
+pub mod device;
 mod events;
 mod history;
 mod interrupt;
 mod last_touch;
 mod latency;
+pub mod link;
+mod link_source;
+mod marks;
 mod message;
+mod moved_rest;
+mod out;
+mod outgoing;
 mod pump;
 mod save;
 mod server;
@@ -20,12 +28,15 @@ use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
+pub use board::{BoardDecoder, BoardEncoder, greeting, serial_settings};
 pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;
 pub use last_touch::LastTouch;
 pub use latency::Latencies;
+pub use link_source::LinkSource;
 pub use message::{Provenance, Tare};
+pub use out::{LineFormat, LineOutput, LineOutputError, LineSummary};
 pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
 pub use save::SaveError;
 pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
@@ -34,6 +45,7 @@ pub use tare::{BelowZero, By};
 use history::History;
 use pump::{Pump, Shared};
 use server::Site;
+use taxel::acquisition::Stream;
 use taxel::estimation::TouchSession;
 
 /// Why the service could not run.
@@ -69,15 +81,41 @@ pub struct Session {
     pub touch: TouchSession,
     /// Options of the run.
     pub options: PumpOptions,
+    /// Whether lines of the standard input are marks.
+    pub marks: Marks,
     /// Program and device as reported to clients.
     pub provenance: Provenance,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub drawing: String,
 }
 
+/// Where marks come from beside the clients.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Marks {
+    /// From clients alone.
+    #[default]
+    Clients,
+    /// From lines of the standard input, too.
+    StandardInput,
+}
+
+impl Marks {
+    fn listen(self, commands: &mpsc::SyncSender<Command>) {
+        if self == Self::StandardInput {
+            let input = std::io::BufReader::new(std::io::stdin());
+            marks::listen(input, commands.clone());
+        }
+    }
+}
+
 /// Silence after which a source counts as stale, s, unless its own frames are
 /// further apart.
 const STALE_AFTER: f64 = 0.35;
+
+/// Silence after which a source of these frames counts as stale, s.
+pub(crate) fn stale_after(stream: &Stream) -> f64 {
+    STALE_AFTER.max(2.5 * stream.period.unwrap_or(0.0))
+}
 
 /// Runs a session without a page until it ends or the process is interrupted.
 ///
@@ -85,7 +123,8 @@ const STALE_AFTER: f64 = 0.35;
 /// [`ServeError`] when it cannot begin; failures of the source are part of the
 /// summary.
 pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
-    let (_, commands) = mpsc::sync_channel(1);
+    let (sender, commands) = mpsc::sync_channel(16);
+    session.marks.listen(&sender);
     let shared = Shared::new();
     let pump = Pump::new(
         session.source,
@@ -112,6 +151,7 @@ pub fn run_with_page(
     ready: impl FnOnce(&str) -> std::io::Result<()>,
 ) -> Result<Summary, ServeError> {
     let (sender, commands) = mpsc::sync_channel(16);
+    session.marks.listen(&sender);
     let shared = Shared::new();
     let ends = session.options.frames.is_some();
     let provenance = session.provenance;
@@ -129,7 +169,7 @@ pub fn run_with_page(
             commands,
         )?;
         *shared.history() = History::new(pump.session().meaning());
-        let stale_after = STALE_AFTER.max(2.5 * pump.stream().period.unwrap_or(0.0));
+        let stale_after = stale_after(pump.stream());
         let token = random_token()?;
         let site = Arc::new(Site {
             hello: message::hello(

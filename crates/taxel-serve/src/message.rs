@@ -2,18 +2,19 @@
 
 use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
-use taxel::acquisition::Stream;
+use taxel::acquisition::{FrameFlags, Stream};
 use taxel::estimation::{
     ChannelState, Contact, Continuity, Meaning, Scale, State, TaxelTouch, Touch, Wiring,
 };
 use taxel::layout::Mount;
 
+use crate::link::LinkStatus;
 use crate::tare::BelowZero;
 
-/// The bytes `TXL3`.
-const MAGIC: u32 = 0x334C_5854;
+/// The bytes `TXL4`.
+const MAGIC: u32 = 0x344C_5854;
 /// Version of the protocol.
-const PROTOCOL: u32 = 3;
+const PROTOCOL: u32 = 4;
 
 /// Facts about the stream of frames that go with each message.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,13 +26,18 @@ pub(crate) struct Health<'a> {
     pub(crate) latency: f64,
     pub(crate) tared: bool,
     pub(crate) capturing: bool,
+    /// Arrival of the frame by the steady clock, ns since the source was opened.
+    pub(crate) host_ns: Option<u64>,
+    pub(crate) flags: FrameFlags,
+    /// False where the wire cannot tell how many frames were lost.
+    pub(crate) loss_known: bool,
 }
 
 /// More contacts than fit a u16 cannot be drawn anyway.
 const MOST_CONTACTS: usize = u16::MAX as usize;
 /// Bytes before the contacts, and of one contact.
-const HEADER: usize = 200;
-const CONTACT: usize = 8 * 19;
+pub(crate) const HEADER: usize = 216;
+pub(crate) const CONTACT: usize = 8 * 19;
 
 /// Encodes one frame of a device whose values have so many components.
 pub(crate) fn frame(touch: &Touch, components: usize, health: &Health<'_>) -> Bytes {
@@ -92,7 +98,11 @@ fn header(
     out.put_u16_le(contacts as u16);
     out.put_u64_le(touch.sequence);
     out.put_u64_le(touch.time_ns);
-    out.put_u64_le(health.continuity.lost);
+    out.put_u64_le(if health.loss_known {
+        health.continuity.lost
+    } else {
+        u64::MAX
+    });
     out.put_u64_le(health.continuity.late);
     out.put_u64_le(health.continuity.duplicate + health.continuity.repeated);
     let (centre, covariance) = touch
@@ -119,6 +129,9 @@ fn header(
     let bits = flags.iter().enumerate();
     out.put_u32_le(bits.map(|(bit, flag)| u32::from(*flag) << bit).sum());
     out.put_u32_le(touch.left_out as u32);
+    out.put_u64_le(health.host_ns.unwrap_or(u64::MAX));
+    out.put_u32_le(health.flags.bits().into());
+    out.put_u32_le(0);
 }
 
 fn put_contact(out: &mut BytesMut, contact: &Contact) {
@@ -300,6 +313,7 @@ pub(crate) struct Status<'a> {
     pub(crate) tare_time_ns: Option<u64>,
     pub(crate) message: &'a str,
     pub(crate) below_zero: Option<&'a BelowZero>,
+    pub(crate) link: Option<LinkStatus>,
 }
 
 #[cfg(test)]
@@ -333,6 +347,9 @@ mod tests {
             latency: 1e-3,
             tared: true,
             capturing: false,
+            host_ns: Some(9),
+            flags: FrameFlags::UNCHECKED_WIRE,
+            loss_known: true,
         }
     }
 
@@ -358,7 +375,7 @@ mod tests {
         let bytes = frame(observed.touch, 1, &health(&continuity));
         let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let f64_at = |at: usize| f64::from_bits(u64_at(at));
-        assert_eq!(&bytes[..8], b"TXL3\x01\x00\x01\x00");
+        assert_eq!(&bytes[..8], b"TXL4\x01\x00\x01\x00");
         assert_eq!([8, 16, 24, 32, 40].map(u64_at), [7, 8, 1, 2, 3]);
         // Of raw values the total force is not known, their sum is.
         assert_eq!([48, 56].map(f64_at), [60.0, 1e-3]);
@@ -373,12 +390,14 @@ mod tests {
             bytes[184..200],
             [2, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]
         );
+        assert_eq!(u64_at(200), 9);
+        assert_eq!(bytes[208..216], [1, 0, 0, 0, 0, 0, 0, 0]);
         // The contact: number, taxels, centre, force z, peak and its taxel.
-        assert_eq!([200, 208, 216, 224].map(f64_at), [1.0, 1.0, -0.5, 0.0]);
-        assert_eq!([288, 328, 336].map(f64_at), [1.5, 1.5, 0.0]);
-        assert!(f64_at(344).is_nan());
+        assert_eq!([216, 224, 232, 240].map(f64_at), [1.0, 1.0, -0.5, 0.0]);
+        assert_eq!([304, 344, 352].map(f64_at), [1.5, 1.5, 0.0]);
+        assert!(f64_at(360).is_nan());
         let arrays = HEADER + CONTACT;
-        assert_eq!(arrays, 352);
+        assert_eq!(arrays, 368);
         // Readings, values, deviations and residuals of two cells.
         assert_eq!(bytes[arrays..arrays + 4], 1.5_f32.to_le_bytes());
         assert_eq!(bytes[arrays + 8..arrays + 12], 1.5_f32.to_le_bytes());
@@ -429,14 +448,14 @@ mod tests {
         assert_eq!(bytes[4], 3);
         assert_eq!(bytes.len(), HEADER + 5 * 4 + 8 * 3 + 6);
         let f32_at = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-        assert!(f32_at(200).is_nan());
-        assert_eq!(f32_at(204), rest[1] as f32);
+        assert!(f32_at(216).is_nan());
+        assert_eq!(f32_at(220), rest[1] as f32);
         let value = touch.taxels[0].value.map(|value| value as f32);
-        assert_eq!([216, 220, 224].map(f32_at), value);
+        assert_eq!([232, 236, 240].map(f32_at), value);
         let deviation = touch.taxels[0].deviation().map(|value| value as f32);
-        assert_eq!([228, 232, 236].map(f32_at), deviation);
+        assert_eq!([244, 248, 252].map(f32_at), deviation);
         let faulty = [ChannelState::Faulty as u8, 0, 0, 0];
-        assert_eq!(bytes[244..248], faulty);
-        assert_eq!(bytes[248..], [State::Faulty as u8, 1]);
+        assert_eq!(bytes[260..264], faulty);
+        assert_eq!(bytes[264..], [State::Faulty as u8, 1]);
     }
 }

@@ -4,10 +4,9 @@
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
-use bytes::Bytes;
 use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{Continuity, FrameError, RestRefused, State, TaxelTouch, TouchSession};
 use tokio::sync::broadcast;
@@ -17,7 +16,11 @@ use crate::events::{EventFile, EventLog, EventSummary, EventWriter, Events};
 use crate::history::{History, Mark};
 use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
+use crate::link::{LinkHandle, LinkStatus};
 use crate::message::{self, Health, Tare};
+use crate::moved_rest::MovedRest;
+use crate::out::{LineOutput, LineSummary, Lines};
+use crate::outgoing::Outgoing;
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineSender, BelowZero, By, TareHistory, unix_s};
@@ -39,7 +42,9 @@ pub struct PumpOptions {
     pub save: Option<PathBuf>,
     /// Write the events to this file.
     pub events: Option<EventFile>,
-    /// True if `save` and `events` may replace ordinary files that exist; default false.
+    /// Lines for other programs.
+    pub outputs: Vec<LineOutput>,
+    /// True if `save`, `events` and `outputs` may replace ordinary files that exist; default false.
     pub replace_files: bool,
     /// Lines of provenance for the saved file.
     pub provenance: Vec<String>,
@@ -55,6 +60,7 @@ impl Default for PumpOptions {
             rest_from: None,
             save: None,
             events: None,
+            outputs: Vec::new(),
             replace_files: false,
             provenance: Vec::new(),
         }
@@ -73,7 +79,7 @@ pub enum StartTare {
 }
 
 /// Commands while it runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Command {
     /// Take a rest capture from the next frames.
     Tare {
@@ -89,13 +95,11 @@ pub enum Command {
         /// Number of the entry.
         to: u64,
     },
-}
-
-/// A message with the moment its frame arrived.
-#[derive(Debug, Clone)]
-pub(crate) struct Outgoing {
-    pub(crate) arrival: Instant,
-    pub(crate) bytes: Bytes,
+    /// Note something at the newest frame.
+    Mark {
+        /// What, in the words of whoever notes it.
+        text: String,
+    },
 }
 
 /// State of the pump that others see.
@@ -105,6 +109,8 @@ pub(crate) struct Shared {
     pub(crate) messages: broadcast::Sender<Outgoing>,
     pub(crate) stop: AtomicBool,
     pub(crate) clients: AtomicUsize,
+    /// Of a source that reads a link.
+    pub(crate) link: OnceLock<LinkHandle>,
     status: Mutex<StatusNow>,
     events: Mutex<EventLog>,
     /// Empty without a page: nobody could ask for it.
@@ -140,8 +146,8 @@ const TARES: usize = 1;
 const CONDITION: usize = 2;
 const BASELINE: usize = 3;
 
-/// Messages that a slow client may be behind before it loses the oldest.
-const QUEUE: usize = 64;
+/// Messages that a slow subscriber may be behind before it loses the oldest.
+const QUEUE: usize = 1024;
 /// Notice when rest values are to be replaced while others are captured.
 const RUNNING: &str = "a rest capture is running; wait for its end";
 /// Longest sleep before commands and the stop flag are looked at again.
@@ -153,6 +159,7 @@ impl Shared {
             messages: broadcast::channel(QUEUE).0,
             stop: AtomicBool::new(false),
             clients: AtomicUsize::new(0),
+            link: OnceLock::new(),
             status: Mutex::new(StatusNow {
                 last_arrival: Instant::now(),
                 ended: false,
@@ -210,6 +217,8 @@ pub struct Summary {
     pub merged_frames: u64,
     /// From the first to the last new frame by the host's clock, s.
     pub duration: f64,
+    /// From a frame's arrival to the pump, s; of sources that read a link.
+    pub waited: Latencies,
     /// From a frame's arrival to its message, s.
     pub latency: Latencies,
     /// From a frame's arrival to the end of its sending to each client, s.
@@ -226,6 +235,10 @@ pub struct Summary {
     pub conditions: ChannelConditions,
     /// Touch of the last frame; `None` without any.
     pub last: Option<LastTouch>,
+    /// What the outputs have written.
+    pub outputs: Vec<LineSummary>,
+    /// The link at the end, of a source that reads one.
+    pub link: Option<LinkStatus>,
     /// Why the source failed, if it did.
     pub failure: Option<Failure>,
 }
@@ -256,7 +269,10 @@ pub(crate) struct Pump {
     continuity: Continuity,
     clipped_frames: u64,
     merged_frames: u64,
+    waited: Latencies,
     latency: Latencies,
+    moved_rest: MovedRest,
+    outputs: Vec<Lines>,
     recent: VecDeque<Instant>,
     first: Option<Instant>,
     last: Option<LastTouch>,
@@ -267,6 +283,26 @@ pub(crate) struct Pump {
     below_zero: Option<BelowZero>,
     conditions: ConditionSender,
     baselines: BaselineSender,
+}
+
+/// Opens the outputs; a run whose reader of the standard output goes ends.
+fn outputs(
+    options: &PumpOptions,
+    session: &TouchSession,
+    shared: &Arc<Shared>,
+) -> Result<Vec<Lines>, SaveError> {
+    let start = |output: &LineOutput| {
+        let ending = Arc::clone(shared);
+        Lines::start(
+            output,
+            options.replace_files,
+            session.meaning(),
+            shared.link.get().cloned(),
+            shared.messages.subscribe(),
+            Arc::new(move || ending.stop.store(true, Ordering::Relaxed)),
+        )
+    };
+    options.outputs.iter().map(start).collect()
 }
 
 /// Device time against host time.
@@ -324,8 +360,17 @@ impl Pump {
                 let _ = std::fs::remove_file(path);
             }
         })?;
+        if let Some(link) = source.link() {
+            // There is one source to a run.
+            let _ = shared.link.set(link);
+        }
+        let outputs = outputs(&options, &session, &shared)?;
         let clock = Clock {
-            speed: options.speed,
+            // The frames of a link come when they come.
+            speed: match shared.link.get() {
+                Some(_) => f64::INFINITY,
+                None => options.speed,
+            },
             origin: None,
         };
         Ok(Self {
@@ -349,7 +394,10 @@ impl Pump {
             continuity: Continuity::default(),
             clipped_frames: 0,
             merged_frames: 0,
+            waited: Latencies::default(),
             latency: Latencies::default(),
+            moved_rest: MovedRest::default(),
+            outputs,
             recent: VecDeque::new(),
             first: None,
             last: None,
@@ -379,6 +427,16 @@ impl Pump {
         if let Err(error) = written {
             failure.get_or_insert(error.into());
         }
+        // An error means that nobody listens any more.
+        let _ = self.shared.messages.send(Outgoing::end());
+        let mut outputs = Vec::new();
+        for output in self.outputs {
+            let (summary, written) = output.finish();
+            outputs.push(summary);
+            if let Err(error) = written {
+                failure.get_or_insert(error.into());
+            }
+        }
         if let Some(failure) = &failure {
             self.shared.status().notice = failure.to_string();
         }
@@ -393,6 +451,7 @@ impl Pump {
             clipped_frames: self.clipped_frames,
             merged_frames: self.merged_frames,
             duration,
+            waited: self.waited,
             latency: self.latency,
             sent: self.shared.sent().clone(),
             tare: status.tare,
@@ -401,6 +460,8 @@ impl Pump {
             events,
             conditions: ChannelConditions::of(&self.session),
             last: self.last,
+            outputs,
+            link: self.shared.link.get().map(LinkHandle::now),
             failure,
         }
     }
@@ -423,6 +484,7 @@ impl Pump {
             let next = self.source.next()?;
             match next {
                 Next::End => break,
+                Next::Reconnected => self.reconnected(),
                 Next::Nothing(time_ns) => self.wait(time_ns),
                 Next::Frame(frame) => {
                     self.wait(frame.time_ns);
@@ -472,6 +534,7 @@ impl Pump {
                     None => self.session.begin_rest_capture(self.options.tare_frames),
                 }
             }
+            Command::Mark { text } => return self.note(text, now),
             Command::ClearTare | Command::UndoTare { .. } if running => {
                 self.shared.status().notice = RUNNING.into();
             }
@@ -494,8 +557,32 @@ impl Pump {
         self.tell_rest();
     }
 
+    /// Notes what a person or a program says, at the newest frame.
+    fn note(&mut self, text: String, time_ns: Option<u64>) {
+        let shared = Arc::clone(&self.shared);
+        let noted = self.events.mark(text, time_ns.unwrap_or(0), &|event| {
+            shared.events().push(event);
+        });
+        if let Err(error) = noted {
+            // The next event meets the same failure and ends the run.
+            self.shared.status().notice = error.to_string();
+        }
+    }
+
+    /// The link is open again: numbers and times begin anew, the rest values stay.
+    fn reconnected(&mut self) {
+        self.continuity.begin_segment();
+        self.tares.reconnected();
+        self.moved_rest.reconnected();
+        self.tell_rest();
+    }
+
     fn take(&mut self, frame: Frame) -> Result<(), Failure> {
-        let arrival = Instant::now();
+        let arrived = self.source.arrival(&frame);
+        if let Some(arrived) = arrived {
+            self.waited.push(arrived.elapsed().as_secs_f64());
+        }
+        let arrival = arrived.unwrap_or_else(Instant::now);
         if !self.continuity.accept(&frame) {
             self.shared.status().last_arrival = arrival;
             return self.save(frame);
@@ -507,6 +594,9 @@ impl Pump {
             return self.save(frame);
         }
         self.shared.status().last_arrival = arrival;
+        if let Some(advice) = self.moved_rest.push(&frame.values) {
+            self.shared.status().notice = advice;
+        }
         let rate = self.rate(arrival);
         let tared = self.session.estimator().is_tared();
         let capturing = self.session.capturing();
@@ -520,6 +610,9 @@ impl Pump {
             latency: arrival.elapsed().as_secs_f64(),
             tared,
             capturing,
+            host_ns: frame.host_ns,
+            flags: frame.flags,
+            loss_known: self.shared.link.get().is_none_or(LinkHandle::loss_known),
         };
         let shared = &self.shared;
         if shared.messages.receiver_count() > 0 {

@@ -20,6 +20,8 @@ use tokio::sync::broadcast::error::RecvError;
 
 use crate::connection::Limited;
 use crate::history::{Gathered, HistoryQuery, Reply};
+use crate::link::LinkHandle;
+use crate::marks::LONGEST_MARK;
 use crate::message::{Provenance, Status};
 use crate::pump::{Command, POSTS, Shared, StatusNow};
 use crate::tare::By;
@@ -35,6 +37,8 @@ const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-
 const STATUS_EVERY: Duration = Duration::from_millis(100);
 /// A connection to which nothing could be sent for so long is dropped.
 const LONGEST_SILENCE: Duration = Duration::from_secs(30);
+/// Messages that a client may be behind before it loses the oldest.
+const MOST_BEHIND: usize = 64;
 /// Largest command of a client, bytes.
 const LARGEST_COMMAND: usize = 4096;
 
@@ -69,6 +73,9 @@ enum Request {
     ClearTare {},
     UndoTare {
         to: u64,
+    },
+    Mark {
+        text: String,
     },
 }
 
@@ -273,6 +280,9 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
     while alive && !shared.stopped() {
         tokio::select! {
             message = messages.recv() => match message {
+                // A client that is behind gets what is new.
+                Ok(_) if messages.len() > MOST_BEHIND => dropped += 1,
+                Ok(outgoing) if outgoing.is_end() => {}
                 Ok(outgoing) => {
                     alive = socket.send(Message::Binary(outgoing.bytes)).await.is_ok();
                     shared.sent().push(outgoing.arrival.elapsed().as_secs_f64());
@@ -315,6 +325,9 @@ fn obey(site: &Site, text: &str) {
             },
             Request::ClearTare {} => Command::ClearTare,
             Request::UndoTare { to } => Command::UndoTare { to },
+            Request::Mark { text } => Command::Mark {
+                text: text.chars().take(LONGEST_MARK).collect(),
+            },
         });
     }
 }
@@ -333,6 +346,7 @@ fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
         tare_time_ns: now.tare_time_ns,
         message: &now.notice,
         below_zero: now.below_zero.as_ref(),
+        link: site.shared.link.get().map(LinkHandle::now),
     };
     serde_json::to_string(&status).unwrap_or_default()
 }

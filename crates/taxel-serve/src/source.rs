@@ -3,10 +3,13 @@
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
 use taxel::estimation::MapNoise;
 use taxel_recording::{Recording, RecordingError};
+
+use crate::link::{LinkError, LinkHandle};
 
 /// Next item of a source.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +18,8 @@ pub enum Next {
     Frame(Frame),
     /// Nothing arrives at this device time, ns.
     Nothing(u64),
+    /// The link was lost and is open again: the frames that follow begin a new segment.
+    Reconnected,
     /// The source has ended.
     End,
 }
@@ -30,6 +35,17 @@ pub trait Source: Send {
     /// # Errors
     /// When the source fails; it has ended then.
     fn next(&mut self) -> Result<Next, SourceError>;
+
+    /// When the last byte of `frame` arrived, for sources that read a link.
+    fn arrival(&self, frame: &Frame) -> Option<Instant> {
+        let _ = frame;
+        None
+    }
+
+    /// The status of the link that it reads, if it reads one.
+    fn link(&self) -> Option<LinkHandle> {
+        None
+    }
 }
 
 /// Why a source failed.
@@ -39,6 +55,9 @@ pub enum SourceError {
     /// The recording is malformed, cut or unreadable.
     #[error("{0}")]
     Recording(Box<RecordingError>),
+    /// The link ended.
+    #[error("{0}")]
+    Link(#[from] LinkError),
     /// The file cannot be opened.
     #[error("{}: cannot be opened: {cause}", path.display())]
     Open {

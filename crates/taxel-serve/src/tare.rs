@@ -54,6 +54,8 @@ struct Entry {
     to: Option<u64>,
     /// Why it was refused, or where the first rest values are from.
     message: String,
+    /// True if the link was lost and opened again since.
+    before_reconnect: bool,
     /// True if something pressed while they were captured.
     #[serde(skip)]
     under_load: bool,
@@ -115,6 +117,13 @@ impl TareHistory {
     /// A capture begins, under load or not.
     pub(crate) fn begin(&mut self, by: By, under_load: bool) {
         (self.by, self.under_load) = (by, under_load);
+    }
+
+    /// The link is open again: what was captured is from before.
+    pub(crate) fn reconnected(&mut self) {
+        for entry in &mut self.entries {
+            entry.before_reconnect = true;
+        }
     }
 
     /// Why `taxels` taxels read below zero.
@@ -215,6 +224,7 @@ impl TareHistory {
             largest_change,
             to: None,
             message: String::new(),
+            before_reconnect: false,
             captured_ns: before.and_then(|before| before.captured_ns),
             under_load: before.is_some_and(|before| before.under_load),
             unix_s: before.map_or(f64::NAN, |before| before.unix_s),

@@ -3,6 +3,7 @@
 use std::io::{ErrorKind, Write as _};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 use taxel::acquisition::{Quantity, Stimulus, Stream, Twin};
@@ -11,16 +12,17 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
+use taxel_serve::link::{LinkAddress, LinkError, LinkOptions, Reconnect};
 use taxel_serve::{
-    ChannelConditions, EventFile, Failure, Next, Provenance, PumpOptions, ReplayOptions,
-    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey, TwinSource,
-    run_headless, run_with_page,
+    BoardDecoder, ChannelConditions, EventFile, Failure, LineOutput, LinkSource, Marks, Next,
+    Provenance, PumpOptions, ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError,
+    StartTare, Summary, Survey, TwinSource, greeting, run_headless, run_with_page, serial_settings,
 };
 
 use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
 use crate::commands::calibrate;
 use crate::outputs::{self, Existing};
-use crate::{Done, Stop, files};
+use crate::{Done, Stop, boards, files};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
     let options = options(arguments)?;
@@ -38,7 +40,11 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
             );
         }
         run_with_page(session, address, |page| {
-            writeln!(std::io::stdout(), "{page}")?;
+            if lines_on_standard_output(arguments) {
+                writeln!(std::io::stderr(), "{page}")?;
+            } else {
+                writeln!(std::io::stdout(), "{page}")?;
+            }
             if !ends {
                 note!("open the address above in a browser; Ctrl-C ends");
             }
@@ -54,6 +60,36 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
         Err(error) => return Err(stop_of_serving(&error)),
     };
     report(arguments, &about, &summary)
+}
+
+/// True if the standard output is taken by lines for other programs.
+fn lines_on_standard_output(arguments: &Live) -> bool {
+    let outputs = arguments.outputs.out.iter();
+    let mut outputs = outputs.filter_map(|text| LineOutput::parse(text).ok());
+    outputs.any(|output| output.file().is_none())
+}
+
+/// The outputs; two on the standard output would mix their lines.
+fn line_outputs(arguments: &Live) -> Result<Vec<LineOutput>, Stop> {
+    let wrong = |message: String| Stop::WrongInput(message);
+    let outputs = arguments
+        .outputs
+        .out
+        .iter()
+        .map(|text| LineOutput::parse(text));
+    let outputs: Vec<_> = outputs
+        .collect::<Result<_, _>>()
+        .map_err(|error| wrong(error.to_string()))?;
+    let on_standard = outputs.iter().filter(|output| output.file().is_none());
+    if on_standard.count() > 1 {
+        let message = "--out: only one output can have the standard output; give the others a file, such as csv:FILE";
+        return Err(wrong(message.into()));
+    }
+    if arguments.outputs.marks.is_some() && arguments.source == "-" {
+        let message = "--marks -: the standard input already is the source";
+        return Err(wrong(message.into()));
+    }
+    Ok(outputs)
 }
 
 fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
@@ -84,6 +120,7 @@ fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         return Err(Stop::WrongInput(message.into()));
     }
     check_outputs(arguments)?;
+    let outputs = line_outputs(arguments)?;
     let events = arguments.events.as_deref().map(EventFile::new).transpose();
     let events = events.map_err(|error| Stop::WrongInput(format!("--events {error}")))?;
     Ok(PumpOptions {
@@ -102,6 +139,7 @@ fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         save: arguments.save.clone(),
         replace_files: arguments.overwrite.existing() == Existing::Replaced,
         events,
+        outputs,
         provenance: Vec::new(),
     })
 }
@@ -125,14 +163,29 @@ fn check_outputs(arguments: &Live) -> Result<(), Stop> {
         .chain(&arguments.calibration)
         .chain(&rest)
         .collect();
-    let outputs = [
+    let files: Vec<PathBuf> = line_outputs(arguments)?
+        .iter()
+        .filter_map(|output| output.file().map(Path::to_owned))
+        .collect();
+    let mut outputs = vec![
         ("--save", arguments.save.as_ref()),
         ("--events", arguments.events.as_ref()),
     ];
+    outputs.extend(files.iter().map(|file| ("--out", Some(file))));
     outputs::check(&outputs, &inputs, arguments.overwrite.existing())
 }
 
 fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
+    if LinkAddress::is_one(&arguments.source) {
+        return link_session(arguments, options);
+    }
+    if let Some(board) = &arguments.link.board {
+        return Err(Stop::WrongInput(format!(
+            "--board {}: --source \"{}\" is no link; use serial:PORT, tcp:HOST:PORT, udp:PORT, - or exec:\"PROGRAM\"",
+            board.display(),
+            arguments.source
+        )));
+    }
     let (kind, rest) = arguments
         .source
         .split_once(':')
@@ -141,9 +194,54 @@ fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
         "sim" => twin_session(arguments, rest, options),
         "replay" if !rest.is_empty() => replay_session(arguments, &PathBuf::from(rest), options),
         _ => Err(Stop::WrongInput(format!(
-            "--source \"{}\" is no source\nhelp: use sim:, sim:SCRIPT.toml or replay:RECORDING",
+            "--source \"{}\" is no source\nhelp: use sim:, sim:SCRIPT.toml or replay:RECORDING; of hardware serial:PORT, tcp:HOST:PORT, udp:PORT, - or exec:\"PROGRAM\", with --board",
             arguments.source
         ))),
+    }
+}
+
+/// A session whose frames come over a link.
+fn link_session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
+    let wrong = |error: LinkError| Stop::WrongInput(error.to_string());
+    let address = LinkAddress::parse(&arguments.source).map_err(wrong)?;
+    let Some(path) = &arguments.link.board else {
+        return Err(Stop::WrongInput(format!(
+            "--source {}: what its bytes mean is not known; give --board with a board file or a shipped board: {}",
+            arguments.source,
+            boards::shipped()
+        )));
+    };
+    let named = boards::board(path)?;
+    let sensor = match &arguments.named_sensor {
+        _ if arguments.map.raw => None,
+        Some(sensor) => Some(files::sensor(sensor)?),
+        None => {
+            return Err(Stop::WrongInput(format!(
+                "--board {}: of which sensor? name its file, or give --raw for a map of the readings",
+                named.name
+            )));
+        }
+    };
+    let stream = match &sensor {
+        Some(sensor) => boards::fit(&named, &sensor.sensor, arguments.sensor())?,
+        None => named.board.stream(),
+    };
+    let decoder = Box::new(BoardDecoder::new(&named.board, &address));
+    let link = LinkOptions {
+        serial: serial_settings(&named.board),
+        greeting: greeting(&named.board, &address),
+        reconnect: if arguments.link.once {
+            Reconnect::Once
+        } else {
+            Reconnect::ForEver
+        },
+        observers: Vec::new(),
+        tell: Arc::new(|line| note!("{line}")),
+    };
+    let source = LinkSource::start(address, stream, decoder, link).map_err(wrong)?;
+    match sensor {
+        Some(sensor) => sensed(sensor, source, options, arguments),
+        None => map_session(source, &MapNoise::default(), options, arguments),
     }
 }
 
@@ -194,6 +292,7 @@ fn sensed(
         touch,
         drawing,
         source: Box::new(source),
+        marks: marks(arguments),
         options,
         provenance: provenance(arguments, named.sensor.name, named.hash),
     })
@@ -300,6 +399,7 @@ fn map_session(
         drawing: String::new(),
         provenance: provenance(arguments, stream.name.clone(), String::new()),
         source: Box::new(source),
+        marks: marks(arguments),
         options,
     })
 }
@@ -409,6 +509,13 @@ fn stop_of_serving(error: &ServeError) -> Stop {
     }
 }
 
+fn marks(arguments: &Live) -> Marks {
+    match arguments.outputs.marks {
+        Some(_) => Marks::StandardInput,
+        None => Marks::Clients,
+    }
+}
+
 fn provenance(arguments: &Live, device: String, sensor_hash: String) -> Provenance {
     Provenance {
         device,
@@ -479,10 +586,18 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
         }
     };
     if arguments.headless || arguments.frames.is_some() {
-        outputs::print(&report)?;
+        let beside = lines_on_standard_output(arguments).then_some(Path::new("-"));
+        outputs::print_beside(beside, &report)?;
     }
     if !summary.notice.is_empty() && summary.failure.is_none() {
         note!("note: {}", summary.notice);
+    }
+    for output in summary.outputs.iter().filter(|output| output.dropped > 0) {
+        note!(
+            "note: --out {}: {} frames are missing in it: its reader is too slow",
+            output.output,
+            output.dropped
+        );
     }
     if summary.merged_frames > 0 {
         note!(
@@ -500,8 +615,14 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
             below.cause
         );
     }
-    let losses =
-        summary.continuity.lost > 0 || summary.continuity.late > 0 || summary.clipped_frames > 0;
+    let wire_losses = summary.link.as_ref().is_some_and(|link| {
+        let wire = &link.wire;
+        link.overrun + wire.damaged + wire.bad_status + wire.missing_estimate > 0
+    });
+    let losses = summary.continuity.lost > 0
+        || summary.continuity.late > 0
+        || summary.clipped_frames > 0
+        || wire_losses;
     match &summary.failure {
         Some(Failure::Source(error)) if arguments.salvage && is_cut(error) => {
             note!("note: {error}");
@@ -520,6 +641,7 @@ const LISTS: [&str; 3] = ["last_taxel_forces_n", "last_events", "wrong_channels"
 
 fn line((key, value): (&String, &Value)) -> String {
     match value {
+        Value::Null if key == "lost" => format!("{key:<24} not known\n"),
         Value::Null => String::new(),
         value => format!("{key:<24} {}\n", text(value)),
     }
@@ -564,7 +686,12 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     };
     let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
     put("frames", Value::from(counts.accepted));
-    put("lost", Value::from(counts.lost));
+    let unknown = summary
+        .link
+        .as_ref()
+        .is_some_and(|link| link.wire.lost.is_none());
+    let lost = Value::from(counts.lost);
+    put("lost", if unknown { Value::Null } else { lost });
     put("late", Value::from(counts.late));
     put("duplicate", Value::from(counts.duplicate));
     put("repeated", Value::from(counts.repeated));
@@ -573,9 +700,21 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("merged_frames", Value::from(summary.merged_frames));
     put("duration_s", number_or_null(summary.duration));
     put("rate_hz", number_or_null(rate));
+    if summary.waited.count() > 0 {
+        put("arrival_to_pump_s", latency(&summary.waited));
+    }
     put("latency_s", latency(&summary.latency));
     if summary.sent.count() > 0 {
         put("sent_latency_s", latency(&summary.sent));
+    }
+    if let Some(link) = &summary.link {
+        put("link", json!(link));
+    }
+    if !summary.outputs.is_empty() {
+        let outputs = summary.outputs.iter().map(|output| {
+            json!({ "out": output.output, "lines": output.lines, "dropped": output.dropped })
+        });
+        put("outputs", outputs.collect());
     }
     put("tare", json!(summary.tare));
     put("notice", Value::from(summary.notice.clone()));

@@ -2,6 +2,8 @@
 
 pub(crate) mod calibrate;
 pub(crate) mod check;
+pub(crate) mod device;
+pub(crate) mod devices;
 pub(crate) mod live;
 pub(crate) mod predict;
 pub(crate) mod reproduce;

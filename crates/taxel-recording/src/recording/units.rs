@@ -87,8 +87,28 @@ pub(super) fn find(symbol: &str) -> Option<SignalUnit> {
         })
 }
 
+impl SignalUnit {
+    /// The unit that recordings call `symbol`, whatever the case of its letters where that
+    /// leaves no doubt.
+    ///
+    /// ```
+    /// use taxel_recording::SignalUnit;
+    ///
+    /// let unit = SignalUnit::named("pF");
+    /// assert_eq!(unit.map(|unit| unit.si_per_unit), Some(1e-12));
+    /// ```
+    pub fn named(symbol: &str) -> Option<Self> {
+        find(symbol)
+    }
+
+    /// The units that recordings know, for messages: `aF, fF, pF, …`.
+    pub fn symbols() -> String {
+        list(|_| true)
+    }
+}
+
 /// The units of the quantities for which `wanted` is true, for messages.
-pub(super) fn list(wanted: impl Fn(Quantity) -> bool) -> String {
+pub(crate) fn list(wanted: impl Fn(Quantity) -> bool) -> String {
     let symbols: Vec<_> = UNITS
         .iter()
         .filter(|unit| wanted(unit.quantity))

@@ -6,7 +6,7 @@ import type { TouchEvent } from "./protocol";
 
 /** Rows of the list; older events are dropped. */
 const MOST_ROWS = 200;
-const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed"];
+const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed", "mark"];
 
 export class EventList {
   readonly root: HTMLElement;
@@ -64,6 +64,7 @@ function row(event: TouchEvent): HTMLTableRowElement {
 
 /** What happened, with what belongs to it beside its value. */
 export function eventInWords(event: TouchEvent): string {
+  if (event.text !== undefined) return `mark: ${event.text}`;
   const { kind, parent, into, rise_time_s: rise, symmetry, direction, score } = event;
   if (parent !== undefined) return `split from ${parent}`;
   if (into !== undefined) return `merged into ${into}`;

@@ -1,6 +1,6 @@
 // What the badge says about source and connection.
 
-import type { Status } from "./protocol";
+import type { Link, Status } from "./protocol";
 
 export type LinkState = "connecting" | "waiting" | "live" | "stale" | "ended" | "disconnected" | "refused";
 
@@ -53,4 +53,11 @@ export function linkInWords(state: LinkState, frameAge: number, hadHello: boolea
     default:
       return "";
   }
+}
+
+/** What is to be said of the link to the board; empty while it is in step. */
+export function boardLinkInWords(link: Link | null | undefined): string {
+  if (link === null || link === undefined || link.state === "in_step") return "";
+  const state = `${link.name} is ${link.state}`;
+  return link.reason === "" ? state : `${state}: ${link.reason}`;
 }

@@ -8,7 +8,8 @@ import { belowZeroInWords, tareInWords } from "./format";
 import { LastSecond } from "./history";
 import { Journal } from "./journal";
 import type { LinkState, Socket } from "./link";
-import { linkInWords, linkState } from "./link";
+import { boardLinkInWords, linkInWords, linkState } from "./link";
+import { MarkDialog } from "./mark";
 import type { Cell, PanelListener } from "./panel";
 import type { Frame, FrameHeader, Hello, Status } from "./protocol";
 import { decodeFrame, ProtocolError } from "./protocol";
@@ -165,6 +166,8 @@ const connection = new Connection(location, {
   },
 });
 
+const mark = new MarkDialog((text) => connection.send({ command: "mark", text }));
+
 /** Begins anew for a device; keeps scales, chart and selection if it is the same one again. */
 function greet(message: Hello): void {
   const identity = ({ protocol, source, version, commit, ...device }: Hello): string => JSON.stringify(device);
@@ -262,6 +265,7 @@ function updateCounts(): void {
   readout?.showCounts({ header, status, latency: latency.summary(performance.now()), live: link === "live" });
   byId("clipped").hidden = !header.clipped;
   byId("merged").hidden = !header.merged;
+  byId("unchecked").hidden = !header.uncheckedWire;
   byId("history").hidden = !header.historyUncertain;
 }
 
@@ -275,7 +279,9 @@ function updateLink(): void {
     frameAge,
     staleAfter: hello?.stale_after_s ?? Number.POSITIVE_INFINITY,
   });
-  setText(byId("detail"), linkInWords(state, frameAge, hello !== null));
+  const board = socket === "open" ? boardLinkInWords(status?.link) : "";
+  const detail = [linkInWords(state, frameAge, hello !== null), board].filter((words) => words !== "").join("; ");
+  setText(byId("detail"), detail);
   if (state === link) return;
   link = state;
   hooks.badge = state;
@@ -375,11 +381,12 @@ document.addEventListener("keydown", (event) => {
   if (target instanceof HTMLInputElement) return;
   const key = event.key.toLowerCase();
   // Over the drawing, keys do nothing to the images behind it.
-  if (drawing.open && key !== "d") return;
+  if (mark.open || (drawing.open && key !== "d")) return;
   // On a button, space presses that button.
   if (key === "p" || (key === " " && !(target instanceof HTMLButtonElement))) controls.pause.click();
   else if (key === "t") controls.tare.click();
   else if (key === "l") controls.lock.click();
+  else if (key === "m") mark.show();
   else if (key === "d" && drawing.exists) drawing.toggle();
   else return;
   event.preventDefault();

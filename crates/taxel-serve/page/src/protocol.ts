@@ -1,4 +1,4 @@
-// The live protocol, version 3 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
+// The live protocol, version 4 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
 
 /** A quantity and the unit in which it is shown: shown = SI / `si_per_unit`. */
 export interface Unit {
@@ -61,6 +61,21 @@ export interface Status {
   tare_time_ns: number | null;
   message: string;
   below_zero: BelowZero | null;
+  /** Null for a source without a link. */
+  link: Link | null;
+}
+
+/** The link to a board. */
+export interface Link {
+  name: string;
+  state: "absent" | "opening" | "connected" | "in_step" | "silent" | "garbled" | "ended";
+  since_unix_s: number;
+  /** Why, with advice; empty where the state says all. */
+  reason: string;
+  connects: number;
+  bytes: number;
+  overrun: number;
+  wire: { delivered: number; lost: number | null; damaged: number; passed_over_bytes: number };
 }
 
 /** Taxels that read below zero, and why. */
@@ -85,6 +100,8 @@ export interface TouchEvent {
   value: number | null;
   deviation: number | null;
   unit: string;
+  /** Words of a mark. */
+  text?: string;
   parent?: number;
   into?: number;
   rise_time_s?: number;
@@ -107,6 +124,8 @@ export interface TareEntry {
   to: number | null;
   /** Why it was refused. */
   message: string;
+  /** The link was lost and opened again since. */
+  before_reconnect: boolean;
 }
 
 /** Changes that the baseline made itself. */
@@ -148,7 +167,11 @@ export type Message =
   | { type: "health"; health: Health }
   | { type: "unknown" };
 
-export type Command = { command: "tare"; force?: true } | { command: "clear_tare" } | { command: "undo_tare"; to: number };
+export type Command =
+  | { command: "tare"; force?: true }
+  | { command: "clear_tare" }
+  | { command: "undo_tare"; to: number }
+  | { command: "mark"; text: string };
 
 /** One region of touch. */
 export interface Contact {
@@ -179,6 +202,7 @@ export interface FrameHeader {
   sequence: bigint;
   /** Device time, s. */
   time: number;
+  /** NaN where the wire cannot tell. */
   lost: number;
   late: number;
   duplicate: number;
@@ -207,6 +231,12 @@ export interface FrameHeader {
   historyUncertain: boolean;
   /** Taxels that are not part of totals and contacts. */
   leftOut: number;
+  /** By the steady clock of the server, s since the source was opened; NaN without a link. */
+  arrival: number;
+  /** The wire has no check that would show damage of a value. */
+  uncheckedWire: boolean;
+  /** The device time is not the device's own. */
+  inferredTime: boolean;
 }
 
 /** One frame of any device. Values of several components stand taxel by taxel: x, y, z. */
@@ -233,9 +263,11 @@ export interface Frame {
 export class ProtocolError extends Error {}
 
 /** Version of the protocol that this page speaks. */
-const PROTOCOL = 3;
-const MAGIC = 0x334c5854;
-const HEADER_LENGTH = 200;
+const PROTOCOL = 4;
+const MAGIC = 0x344c5854;
+const HEADER_LENGTH = 216;
+/** Stands for a number that is not known. */
+const NOT_KNOWN = 2n ** 64n - 1n;
 const CONTACT_LENGTH = 19 * 8;
 /** Bytes of a channel: reading and state. */
 const CHANNEL_LENGTH = 4 + 1;
@@ -308,7 +340,7 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
   }
   const view = new DataView(bytes);
   const magic = view.getUint32(0, true);
-  if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL3`);
+  if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL4`);
   const components = view.getUint16(4, true);
   if (components !== 1 && components !== 3) {
     throw new ProtocolError(`a frame has values of ${components} components; known are 1 and 3`);
@@ -332,7 +364,7 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
     contacts,
     sequence: view.getBigUint64(8, true),
     time: Number(view.getBigUint64(16, true)) / 1e9,
-    lost: Number(view.getBigUint64(24, true)),
+    lost: known(view.getBigUint64(24, true)),
     late: Number(view.getBigUint64(32, true)),
     duplicate: Number(view.getBigUint64(40, true)),
     rate: view.getFloat64(48, true),
@@ -351,6 +383,9 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
     merged: (flags & 16) !== 0,
     historyUncertain: (flags & 8) !== 0,
     leftOut: view.getUint32(196, true),
+    arrival: known(view.getBigUint64(200, true)) / 1e9,
+    uncheckedWire: (view.getUint32(208, true) & 1) !== 0,
+    inferredTime: (view.getUint32(208, true) & 2) !== 0,
   };
 }
 
@@ -405,6 +440,10 @@ function decodeContacts(bytes: ArrayBuffer, count: number): Contact[] {
     });
   }
   return contacts;
+}
+
+function known(value: bigint): number {
+  return value === NOT_KNOWN ? Number.NaN : Number(value);
 }
 
 function triple(view: DataView, offset: number): [number, number, number] {

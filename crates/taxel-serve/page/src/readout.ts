@@ -78,7 +78,7 @@ export class Readout {
   }
 
   private count(name: string, value: number): void {
-    this.set(`${name} `, String(value));
+    this.set(`${name} `, Number.isNaN(value) ? "not known" : String(value));
     this.cells.get(`${name} `)?.closest(".values")?.classList.toggle("nonzero", value > 0);
   }
 

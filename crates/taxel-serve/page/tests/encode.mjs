@@ -8,7 +8,7 @@ export function encodeFrame(frame) {
   const n = frame.state.length;
   const channels = frame.reading.length;
   const components = frame.components ?? 1;
-  const length = 200 + 8 * CONTACT_NUMBERS * contacts.length + 5 * channels + n * (6 + 8 * components);
+  const length = 216 + 8 * CONTACT_NUMBERS * contacts.length + 5 * channels + n * (6 + 8 * components);
   const view = new DataView(new ArrayBuffer(length));
   let offset = 0;
   const put = (method, size, value) => {
@@ -19,7 +19,7 @@ export function encodeFrame(frame) {
   const floats = (values) => values.forEach((value) => put("setFloat32", 4, value));
   const octets = (values) => values.forEach((value) => put("setUint8", 1, value));
   const unknown = [Number.NaN, Number.NaN, Number.NaN];
-  put("setUint32", 4, 0x334c5854);
+  put("setUint32", 4, 0x344c5854);
   put("setUint16", 2, components);
   put("setUint16", 2, contacts.length);
   put("setBigUint64", 8, frame.sequence ?? 0n);
@@ -38,6 +38,9 @@ export function encodeFrame(frame) {
   put("setUint32", 4, channels);
   put("setUint32", 4, frame.flags ?? 0);
   put("setUint32", 4, frame.leftOut ?? 0);
+  put("setBigUint64", 8, frame.hostNs ?? 2n ** 64n - 1n);
+  put("setUint32", 4, frame.uncertain ?? 0);
+  put("setUint32", 4, 0);
   for (const contact of contacts) {
     if (contact.length !== CONTACT_NUMBERS) {
       throw new Error(`a contact has ${contact.length} numbers, not ${CONTACT_NUMBERS}`);

@@ -337,7 +337,7 @@ const MEANINGS = {
 
 const hello = {
   type: "hello",
-  protocol: 3,
+  protocol: 4,
   name: { 1: "three-axis capacitive array 8x8", 2: "fingertip map 28x28", 3: "one component 2x4" }[kind],
   source: kind === 2 ? "replay:fingertip.csv" : "sim:finger.toml",
   version: "0.0.0",
@@ -525,6 +525,7 @@ setInterval(() => {
       tare_time_ns: tare.timeNs,
       message: tare.message,
       below_zero: null,
+      link: null,
     }),
   );
 }, 100);

@@ -22,11 +22,11 @@ async function load(name) {
 }
 
 const { decodeFrame, decodeHeader, parseMessage, ProtocolError } = await load("protocol");
-const { linkState } = await load("link");
+const { boardLinkInWords, linkState } = await load("link");
+const { eventInWords } = await load("events");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
 const { clockAt, joined, parsePast, pastColumns, View } = await load("past");
-const { eventInWords } = await load("events");
 const { belowZeroInWords, clockTime, decimalsFor, eventValue, fixed, newtons, parseLimit, stateInWords, tareInWords, withDeviation } =
   await load("format");
 const { colourOf, DIVERGING, GREY, HEAT, SEQUENTIAL } = await load("colour");
@@ -36,7 +36,7 @@ const { RestValues } = await load("rest");
 const UNIT = { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 };
 const HELLO = {
   type: "hello",
-  protocol: 3,
+  protocol: 4,
   name: "array",
   source: "sim:",
   rows: 1,
@@ -141,9 +141,9 @@ test("a frame of one component is read: channels, then taxels", () => {
 
 test("frames of a wrong length are refused, also when a count does not fit", () => {
   const bytes = encodeFrame(ONE_COMPONENT);
-  assert.equal(bytes.byteLength, 200 + 152 + 3 * 5 + 4 * 14);
-  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /422 bytes; 3 channels, 4 taxels and 1 contacts need 423/);
-  assert.throws(() => decodeFrame(bytes.slice(0, 200 + 152)), ProtocolError);
+  assert.equal(bytes.byteLength, 216 + 152 + 3 * 5 + 4 * 14);
+  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /438 bytes; 3 channels, 4 taxels and 1 contacts need 439/);
+  assert.throws(() => decodeFrame(bytes.slice(0, 216 + 152)), ProtocolError);
   for (const place of [184, 188]) {
     for (const count of [2, 5, 2 ** 32 - 1]) {
       const other = bytes.slice(0);
@@ -212,11 +212,11 @@ test("a force is in millinewtons below one newton, a dash where it is not known"
 
 test("a frame that is cut short or too long is refused with both lengths", () => {
   const bytes = encodeFrame(THREE_COMPONENTS);
-  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /451 bytes.*need 452/);
+  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /467 bytes.*need 468/);
   const longer = new Uint8Array(bytes.byteLength + 1);
   longer.set(new Uint8Array(bytes));
   assert.throws(() => decodeFrame(longer.buffer), ProtocolError);
-  assert.throws(() => decodeHeader(bytes.slice(0, 100)), /100 bytes.*200/);
+  assert.throws(() => decodeHeader(bytes.slice(0, 100)), /100 bytes.*216/);
 });
 
 test("a foreign magic and another number of components are refused", () => {
@@ -224,7 +224,7 @@ test("a foreign magic and another number of components are refused", () => {
   new DataView(bytes).setUint16(4, 2, true);
   assert.throws(() => decodeFrame(bytes), /2 components/);
   new DataView(bytes).setUint32(0, 0, true);
-  assert.throws(() => decodeFrame(bytes), /TXL3/);
+  assert.throws(() => decodeFrame(bytes), /TXL4/);
 });
 
 test("hello and status are read, other protocols refused", () => {
@@ -437,4 +437,19 @@ test("an event is reported in words and with its value, deviation and unit", () 
   assert.equal(eventValue(2.857, 0.01, "Hz"), "2.857 ± 0.010 Hz");
   assert.equal(eventValue(295, null, "1"), "295.0");
   assert.equal(eventValue(null, null, "N"), "–");
+});
+
+test("the link to a board is said while it is not in step, and marks are events", () => {
+  const link = { name: "/dev/ttyACM0", state: "in_step", reason: "" };
+  assert.equal(boardLinkInWords(null), "");
+  assert.equal(boardLinkInWords(link), "");
+  assert.equal(boardLinkInWords({ ...link, state: "garbled", reason: "wrong baud" }), "/dev/ttyACM0 is garbled: wrong baud");
+  assert.equal(eventInWords({ kind: "mark", text: "grasp", contact: 0 }), "mark: grasp");
+});
+
+test("a loss that the wire cannot tell, an arrival and uncertain flags are read", () => {
+  const header = decodeHeader(encodeFrame({ ...THREE_COMPONENTS, lost: 2n ** 64n - 1n, hostNs: 2_500_000_000n, uncertain: 3 }));
+  assert.ok(Number.isNaN(header.lost));
+  assert.deepEqual([header.arrival, header.uncheckedWire, header.inferredTime], [2.5, true, true]);
+  assert.ok(Number.isNaN(decodeHeader(encodeFrame(THREE_COMPONENTS)).arrival));
 });

@@ -12,4 +12,4 @@ pub use stimulus::{
     Fault, FaultReading, Finger, FingerPoint, Link, Outage, Patch, Probe, ProbePoint, Script,
     Stimulus, Stuck,
 };
-pub use twin::{Delivery, Simulated, TrueForces, Twin};
+pub use twin::{Delivery, Press, Simulated, TrueForces, Twin};

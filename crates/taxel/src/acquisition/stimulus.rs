@@ -6,12 +6,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::slider::Slider;
-use crate::editor_schema;
 use crate::layout::Layout;
 use crate::quantity::{
     self, AnyForce, AnyLength, Checked, NonNegativeCapacitance, NonNegativeTime, PositiveLength,
     PositiveTime,
 };
+use crate::schema;
 use crate::sensor::CapacitorName;
 use crate::toml_input;
 use taxel_recording::InputError;
@@ -231,7 +231,7 @@ impl Stimulus {
 
     /// The JSON schema of the script.
     pub fn json_schema() -> String {
-        editor_schema::text::<Self>()
+        schema::json_schema::<Self>()
     }
 
     fn check(&self, file: &str, text: &str) -> Result<(), InputError> {

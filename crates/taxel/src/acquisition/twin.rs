@@ -1,7 +1,7 @@
 //! The simulated twin: stimulus -> device -> front end -> frames. An ordinary
 //! source of frames.
 
-use super::stimulus::Script;
+use super::stimulus::{Finger, FingerPoint, Script};
 use super::{Frame, Stimulus, Stream};
 use crate::layout::Layout;
 use crate::sensor::NoModel;
@@ -48,6 +48,17 @@ pub enum Delivery {
 /// x, y, pressing, N.
 pub type TrueForces = Vec<[f64; 3]>;
 
+/// Something round that presses on the twin from now on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Press {
+    /// Centre on the developed surface, m.
+    pub at: [f64; 2],
+    /// Total force x, y, pressing, N.
+    pub force: [f64; 3],
+    /// Radius of the patch, m.
+    pub radius: f64,
+}
+
 impl Twin {
     /// The device that `sensor` describes, as one piece of its fabrication,
     /// under `stimulus`. `seed` is the seed of the noise.
@@ -89,6 +100,26 @@ impl Twin {
     pub fn true_forces(&self, time_ns: u64) -> TrueForces {
         let script = Script::new(&self.stimulus, &self.layout);
         self.piece.true_forces(&script, time_ns as f64 * 1e-9)
+    }
+
+    /// Number of the next frame.
+    pub fn next_sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// From the next frame on `press` is in force, and nothing else, until the next one.
+    pub fn press(&mut self, press: &Press) {
+        self.stimulus.probe.clear();
+        self.stimulus.slider.clear();
+        let point = |time: f64| FingerPoint {
+            time,
+            at: press.at,
+            force: press.force,
+        };
+        self.stimulus.finger = vec![Finger {
+            radius: press.radius,
+            path: vec![point(0.0), point(self.stimulus.duration)],
+        }];
     }
 
     /// Takes the next frame.

@@ -55,6 +55,14 @@ impl Continuity {
         true
     }
 
+    /// The frames that follow continue nothing: their numbers and times begin anew, as after
+    /// a new connection.
+    pub fn begin_segment(&mut self) {
+        self.newest = None;
+        self.newest_ns = 0;
+        self.behind = 0;
+    }
+
     /// Counts a frame that is behind the newest; `false` when so many were that
     /// the device has begun anew.
     fn is_late(&mut self) -> bool {

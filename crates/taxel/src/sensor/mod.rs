@@ -6,17 +6,16 @@ mod mask;
 mod measured_force;
 mod microchannel;
 mod piezoelectric;
-mod reference;
 mod three_axis_capacitor;
 mod trained_body;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::editor_schema;
 use crate::electronics::Electronics;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
+use crate::schema;
 use crate::toml_input;
 use taxel_recording::InputError;
 
@@ -85,6 +84,18 @@ const SHIPPED: &[(&str, &str)] = &[
         include_str!("../../sensors/eflesh-lattice.toml"),
     ),
 ];
+
+const REFERENCE_HEAD: &str = "\
+# Sensor-file reference
+
+Every key of a sensor file. `taxel schema reference` prints this page from the types that read the file, so it is
+current. [The guide](first-sensor-file.md) explains how to write one, [another](which-model.md) which model to choose.
+
+Each section is a table of the file; its title is the path of the table, and the path of a key is that title, a dot and
+the key. A table may also be written in braces behind its key: `mount = { cylinder = { radius = \"4 mm\" } }`; keys
+that belong to one value of several, such as `mount.cylinder.radius`, are required where that value is chosen. `[]` in
+a path stands for each entry of a list. A required key has no default. Any other key is refused.
+";
 
 /// A device as its file describes it.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -263,12 +274,12 @@ impl Sensor {
     /// The JSON schema of the sensor file, as committed beside the shipped
     /// files; editors complete and check with it.
     pub fn json_schema() -> String {
-        editor_schema::text::<Self>()
+        schema::json_schema::<Self>()
     }
 
     /// The reference of the sensor file, Markdown: every key with its meaning,
     /// unit and range, from the same types as [`Self::json_schema`].
     pub fn reference() -> String {
-        reference::page(schemars::schema_for!(Self).as_value())
+        schema::reference::<Self>(REFERENCE_HEAD)
     }
 }

@@ -4,14 +4,14 @@
 //! whole choice, once for every variant. Most keywords bind values of one type only, so a
 //! choice is written without it: names as an enumeration or a pattern of text, tables as the
 //! properties of one object that holds exactly one of them. [The
-//! reference](crate::sensor::Sensor::reference) is written from the types' own schema.
+//! reference](super::reference) is written from the types' own schema.
 
 use std::mem::take;
 
 use serde_json::{Map, Value, json};
 
 /// The schema of `T` as text that ends with a line feed.
-pub(crate) fn text<T: schemars::JsonSchema>() -> String {
+pub(super) fn text<T: schemars::JsonSchema>() -> String {
     let mut schema = schemars::schema_for!(T).to_value();
     flatten(&mut schema);
     let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The reference of the sensor file, written from its schema.
+//! The reference of a file, written from its schema.
 
 use std::fmt::Write as _;
 
@@ -13,18 +13,6 @@ const MOST_INLINE: usize = 3;
 /// Deepest level that the contents name.
 const CONTENTS_LEVEL: usize = 2;
 
-const HEAD: &str = "\
-# Sensor-file reference
-
-Every key of a sensor file. `taxel schema reference` prints this page from the types that read the file, so it is
-current. [The guide](first-sensor-file.md) explains how to write one, [another](which-model.md) which model to choose.
-
-Each section is a table of the file; its title is the path of the table, and the path of a key is that title, a dot and
-the key. A table may also be written in braces behind its key: `mount = { cylinder = { radius = \"4 mm\" } }`; keys
-that belong to one value of several, such as `mount.cylinder.radius`, are required where that value is chosen. `[]` in
-a path stands for each entry of a list. A required key has no default. Any other key is refused.
-";
-
 const QUANTITIES: &str = "
 A quantity is text, a number and a unit: `\"400 um\"`. The unit after the comma of a description is the SI unit of
 its value inside the program and in its JSON. A value that is not zero has a size between the two of its quantity, in
@@ -35,7 +23,7 @@ the SI unit.
 ";
 
 /// The page, from a schema as `schemars` writes it.
-pub(super) fn page(schema: &Value) -> String {
+pub(super) fn page(head: &str, schema: &Value) -> String {
     let mut page = Page {
         definitions: &schema["$defs"],
         text: String::new(),
@@ -52,7 +40,7 @@ pub(super) fn page(schema: &Value) -> String {
     }
     page.section("", 1, schema);
     let contents = page.contents.join(" ·\n");
-    format!("{HEAD}\nTables: {contents}\n{QUANTITIES}{}", page.text)
+    format!("{head}\nTables: {contents}\n{QUANTITIES}{}", page.text)
 }
 
 struct Page<'a> {

@@ -1,0 +1,217 @@
+//! Fields of a packet.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer};
+
+use super::description::Order;
+use super::one_or_several::{self, Amount};
+use crate::pattern::BytePattern;
+
+/// One field of a packet, or several of one kind.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Field {
+    /// What it is.
+    pub is: Is,
+    /// Its name; a pattern such as `m{1..5}.{x,y,z}` or `c1..c4` stands for several fields.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// Type of its number.
+    #[serde(default, rename = "type")]
+    pub kind: Option<Type>,
+    /// Its bytes, for a mark or what is skipped.
+    #[serde(default)]
+    pub bytes: Option<usize>,
+    /// Place of its first byte in the packet; default behind the field before.
+    #[serde(default)]
+    pub at: Option<usize>,
+    /// Its first bit, counted from the first byte of the fields of bits beside it; default
+    /// behind the field before.
+    #[serde(default)]
+    pub bit: Option<usize>,
+    /// Order of its bytes; default that of the packet.
+    #[serde(default)]
+    pub order: Option<Order>,
+    /// Value of one step of the number, in `unit`; default 1.
+    #[serde(default)]
+    pub scale: Option<f64>,
+    /// Value of the number 0, in `unit`; default 0.
+    #[serde(default)]
+    pub offset: Option<f64>,
+    /// Unit of the value; default counts. For a time s, ms, us or ns.
+    #[serde(default)]
+    pub unit: Option<String>,
+    /// Bits of the number that count.
+    #[serde(default, deserialize_with = "one_or_several::whole")]
+    #[schemars(with = "Option<one_or_several::Whole>")]
+    pub mask: Option<u64>,
+    /// The number is shifted right by so many bits, after the mask.
+    #[serde(default)]
+    pub shift: Option<u32>,
+    /// The number is this less what stands there.
+    #[serde(default)]
+    pub invert_from: Option<f64>,
+    /// Least and largest value, in `unit`; outside, the packet is damaged.
+    #[serde(default)]
+    #[schemars(with = "Option<[Amount; 2]>")]
+    pub range: Option<[Amount; 2]>,
+    /// The number that stands where there is no reading.
+    #[serde(default)]
+    pub missing: Option<f64>,
+    /// Status that is good, or several; a packet with another is not delivered.
+    #[serde(default, deserialize_with = "one_or_several::wholes")]
+    #[schemars(with = "Option<one_or_several::Wholes>")]
+    pub good: Vec<u64>,
+    /// Names of the bits of a status.
+    #[serde(default)]
+    pub bits: BTreeMap<String, u32>,
+    /// Bytes of a mark, where head and tail do not say them.
+    #[serde(default)]
+    pub equals: Option<BytePattern>,
+    /// Number of packets that make a frame, for an address.
+    #[serde(default)]
+    pub count: Option<usize>,
+    /// First address; default 0.
+    #[serde(default)]
+    pub first: Option<i64>,
+}
+
+/// What a field is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Is {
+    /// A reading.
+    Value,
+    /// Running number of the frame.
+    Sequence,
+    /// Time of the board.
+    Time,
+    /// Status: looked at, not delivered.
+    Status,
+    /// Bytes that stand in every packet.
+    Mark,
+    /// Nothing that matters.
+    Skip,
+    /// Which of the packets of a frame it is.
+    Address,
+    /// The check.
+    Check,
+}
+
+/// Type of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Type {
+    /// Whole number without sign, bytes.
+    Unsigned(usize),
+    /// Whole number with sign (two's complement), bytes.
+    Signed(usize),
+    /// Floating point, 4 bytes.
+    F32,
+    /// Floating point, 8 bytes.
+    F64,
+    /// Whole number without sign, bits.
+    Bits(u32),
+    /// Whole number with sign, bits.
+    SignedBits(u32),
+}
+
+impl Type {
+    /// Names of the types.
+    const NAMES: [(&'static str, Self); 12] = [
+        ("u8", Self::Unsigned(1)),
+        ("i8", Self::Signed(1)),
+        ("u16", Self::Unsigned(2)),
+        ("i16", Self::Signed(2)),
+        ("u24", Self::Unsigned(3)),
+        ("i24", Self::Signed(3)),
+        ("u32", Self::Unsigned(4)),
+        ("i32", Self::Signed(4)),
+        ("u64", Self::Unsigned(8)),
+        ("i64", Self::Signed(8)),
+        ("f32", Self::F32),
+        ("f64", Self::F64),
+    ];
+
+    /// Its size in bits.
+    pub fn bits(self) -> usize {
+        match self {
+            Self::Unsigned(bytes) | Self::Signed(bytes) => 8 * bytes,
+            Self::F32 => 32,
+            Self::F64 => 64,
+            Self::Bits(bits) | Self::SignedBits(bits) => bits as usize,
+        }
+    }
+
+    /// True for a type that is packed bit by bit.
+    pub fn is_bits(self) -> bool {
+        matches!(self, Self::Bits(_) | Self::SignedBits(_))
+    }
+
+    /// True for whole numbers without sign.
+    pub fn is_unsigned(self) -> bool {
+        matches!(self, Self::Unsigned(_) | Self::Bits(_))
+    }
+
+    /// True for floating point.
+    pub fn is_float(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        if let Some((_, kind)) = Self::NAMES.iter().find(|(name, _)| *name == text) {
+            return Some(*kind);
+        }
+        let bits = |prefix: &str| {
+            let bits = text.strip_prefix(prefix)?.strip_suffix(')')?.trim();
+            bits.parse().ok().filter(|bits| (1..=32).contains(bits))
+        };
+        bits("bits(")
+            .map(Self::Bits)
+            .or_else(|| bits("signed_bits(").map(Self::SignedBits))
+    }
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bits(bits) => write!(f, "bits({bits})"),
+            Self::SignedBits(bits) => write!(f, "signed_bits({bits})"),
+            kind => {
+                let name = Self::NAMES.iter().find(|(_, other)| other == kind);
+                f.write_str(name.map_or("", |(name, _)| name))
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Type {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Self::parse(&text).ok_or_else(|| {
+            let names: Vec<_> = Self::NAMES.iter().map(|(name, _)| *name).collect();
+            serde::de::Error::custom(format!(
+                "\"{text}\" is no type; use one of: {}, bits(1) to bits(32), signed_bits(1) to signed_bits(32)",
+                names.join(", ")
+            ))
+        })
+    }
+}
+
+impl JsonSchema for Type {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Type".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"type": "string", "pattern": r"^([ui](8|16|24|32|64)|f32|f64|(signed_)?bits\([0-9]+\))$",
+            "description": "u8, i8, u16, i16, u24, i24, u32, i32, u64, i64, f32, f64, bits(n) or signed_bits(n)"})
+    }
+}

@@ -1,0 +1,273 @@
+//! A packet of bytes: where each number stands and what it means.
+
+use std::collections::BTreeMap;
+
+use super::description::Order;
+use super::field::Type;
+use crate::check::CheckKind;
+use crate::pattern::BytePattern;
+
+/// A packet of bytes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PacketLayout {
+    /// Its bytes.
+    pub(crate) length: usize,
+    pub(crate) fields: Vec<PlacedField>,
+    pub(crate) check: Option<PlacedCheck>,
+    /// Values of one packet.
+    pub(crate) values: usize,
+    /// The packets of a frame, where it has several.
+    pub(crate) address: Option<AddressRange>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct AddressRange {
+    pub(crate) first: i64,
+    pub(crate) count: usize,
+}
+
+/// A check at its place.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PlacedCheck {
+    pub(crate) kind: CheckKind,
+    pub(crate) over: [usize; 2],
+    /// Bytes from the end of the packet to the first of the check.
+    pub(crate) from_end: usize,
+    pub(crate) order: Order,
+}
+
+/// A number at its place.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PlacedField {
+    /// First bit from the beginning of the packet.
+    pub(crate) bit: usize,
+    pub(crate) kind: Type,
+    pub(crate) order: Order,
+    pub(crate) role: Role,
+}
+
+/// What a number is.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Role {
+    /// The value of this place.
+    Value(usize, Conversion),
+    Sequence,
+    /// Time; nanoseconds of one step.
+    Time(f64),
+    Status(Status),
+    Address,
+    /// Bytes that stand there.
+    Mark(BytePattern),
+}
+
+/// Number to value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Conversion {
+    pub(crate) mask: Option<u64>,
+    pub(crate) shift: u32,
+    pub(crate) invert_from: Option<f64>,
+    pub(crate) missing: Option<f64>,
+    /// SI value of one step.
+    pub(crate) scale: f64,
+    /// SI value of 0.
+    pub(crate) offset: f64,
+    /// SI.
+    pub(crate) range: Option<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Status {
+    pub(crate) name: String,
+    pub(crate) good: Vec<u64>,
+    pub(crate) bits: BTreeMap<String, u32>,
+}
+
+impl Conversion {
+    /// Counts as they are.
+    pub(crate) fn plain() -> Self {
+        Self {
+            mask: None,
+            shift: 0,
+            invert_from: None,
+            missing: None,
+            scale: 1.0,
+            offset: 0.0,
+            range: None,
+        }
+    }
+
+    /// The value of a number, SI; NaN where it is missing; `None` outside its range.
+    pub(crate) fn value(&self, number: f64) -> Option<f64> {
+        if self.missing == Some(number) {
+            return Some(f64::NAN);
+        }
+        let number = match self.mask {
+            Some(mask) => (number as u64 & mask) as f64,
+            None => number,
+        };
+        let number = match self.shift {
+            0 => number,
+            shift => (number / f64::from(shift).exp2()).floor(),
+        };
+        let number = self.invert_from.map_or(number, |from| from - number);
+        let value = number * self.scale + self.offset;
+        if !value.is_finite() {
+            return None;
+        }
+        match self.range {
+            Some([low, high]) if value < low || value > high => None,
+            _ => Some(value),
+        }
+    }
+
+    /// The number of a value, the inverse of [`Self::value`] up to rounding.
+    pub(crate) fn number(&self, value: f64) -> f64 {
+        if value.is_nan() {
+            return self.missing.unwrap_or(f64::NAN);
+        }
+        let number = (value - self.offset) / self.scale;
+        let number = self.invert_from.map_or(number, |from| from - number);
+        number * f64::from(self.shift).exp2()
+    }
+}
+
+impl PlacedField {
+    /// Its number in `packet`, which holds it; a whole number of 64 bits is rounded.
+    pub(crate) fn number(&self, packet: &[u8]) -> f64 {
+        match self.kind {
+            Type::F32 => f64::from(f32::from_bits(self.whole(packet) as u32)),
+            Type::F64 => f64::from_bits(self.whole(packet)),
+            Type::Signed(_) | Type::SignedBits(_) => {
+                let bits = self.kind.bits() as u32;
+                let whole = self.whole(packet);
+                // The sign bit is moved to the top and back.
+                let shift = 64 - bits;
+                ((whole << shift).cast_signed() >> shift) as f64
+            }
+            Type::Unsigned(_) | Type::Bits(_) => self.whole(packet) as f64,
+        }
+    }
+
+    /// Its bits as a whole number without sign.
+    pub(crate) fn whole(&self, packet: &[u8]) -> u64 {
+        let bits = self.kind.bits();
+        if self.kind.is_bits() {
+            return (0..bits).fold(0, |whole, n| {
+                let place = self.bit + n;
+                let byte = u64::from(packet[place / 8]);
+                match self.order {
+                    Order::Big => whole << 1 | byte >> (7 - place % 8) & 1,
+                    Order::Little => whole | (byte >> (place % 8) & 1) << n,
+                }
+            });
+        }
+        let bytes = &packet[self.bit / 8..][..bits / 8];
+        let join = |whole: u64, byte: &u8| whole << 8 | u64::from(*byte);
+        match self.order {
+            Order::Big => bytes.iter().fold(0, join),
+            Order::Little => bytes.iter().rev().fold(0, join),
+        }
+    }
+
+    /// Writes its bits.
+    pub(crate) fn put_whole(&self, whole: u64, packet: &mut [u8]) {
+        let bits = self.kind.bits();
+        if self.kind.is_bits() {
+            for n in 0..bits {
+                let place = self.bit + n;
+                let (bit, mask) = match self.order {
+                    Order::Big => (whole >> (bits - 1 - n) & 1, 7 - place % 8),
+                    Order::Little => (whole >> n & 1, place % 8),
+                };
+                let byte = &mut packet[place / 8];
+                *byte = *byte & !(1 << mask) | (bit as u8) << mask;
+            }
+            return;
+        }
+        let bytes = &mut packet[self.bit / 8..][..bits / 8];
+        let count = bytes.len();
+        for (place, byte) in bytes.iter_mut().enumerate() {
+            let low = match self.order {
+                Order::Little => place,
+                Order::Big => count - 1 - place,
+            };
+            *byte = (whole >> (8 * low)) as u8;
+        }
+    }
+
+    /// Writes a number; one that the type does not hold is its nearest. A missing number of a
+    /// whole type is 0.
+    pub(crate) fn put_number(&self, number: f64, packet: &mut [u8]) {
+        let bits = self.kind.bits() as f64;
+        let whole = match self.kind {
+            Type::F32 => u64::from((number as f32).to_bits()),
+            Type::F64 => number.to_bits(),
+            Type::Signed(_) | Type::SignedBits(_) => {
+                let top = (bits - 1.0).exp2();
+                let within = number.round().clamp(-top, top - 1.0);
+                (within as i64).cast_unsigned()
+            }
+            Type::Unsigned(_) | Type::Bits(_) => {
+                number.round().clamp(0.0, bits.exp2() - 1.0) as u64
+            }
+        };
+        self.put_whole(whole, packet);
+    }
+}
+
+impl PlacedCheck {
+    /// Place of its first byte in a packet of `length` bytes.
+    fn at(&self, length: usize) -> Option<usize> {
+        length.checked_sub(self.from_end)
+    }
+
+    /// True if it holds in `packet`.
+    pub(crate) fn holds(&self, packet: &[u8], layout_length: usize) -> bool {
+        let Some(at) = self.at(packet.len()) else {
+            return false;
+        };
+        // In a packet of another length, what it covers ends as far from its end.
+        let cut = layout_length.saturating_sub(self.over[1]);
+        let Some(end) = packet.len().checked_sub(cut) else {
+            return false;
+        };
+        let Some(covered) = packet.get(self.over[0]..end) else {
+            return false;
+        };
+        match self.kind.bytes() {
+            0 => self.kind.of(covered) == 0,
+            bytes => packet.get(at..at + bytes).is_some_and(|found| {
+                let join = |whole: u32, byte: &u8| whole << 8 | u32::from(*byte);
+                let found = match self.order {
+                    Order::Big => found.iter().fold(0, join),
+                    Order::Little => found.iter().rev().fold(0, join),
+                };
+                found == self.kind.of(covered)
+            }),
+        }
+    }
+
+    /// Writes it.
+    pub(crate) fn put(&self, packet: &mut [u8]) {
+        let Some(at) = self.at(packet.len()) else {
+            return;
+        };
+        let [from, to] = self.over;
+        let bytes = self.kind.bytes();
+        if bytes == 0 {
+            for byte in &mut packet[from..to] {
+                *byte &= 0x7f;
+                *byte |= ((byte.count_ones() % 2) as u8) << 7;
+            }
+            return;
+        }
+        let check = self.kind.of(&packet[from..to]);
+        for place in 0..bytes {
+            let low = match self.order {
+                Order::Little => place,
+                Order::Big => bytes - 1 - place,
+            };
+            packet[at + place] = (check >> (8 * low)) as u8;
+        }
+    }
+}

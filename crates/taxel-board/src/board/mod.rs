@@ -1,0 +1,303 @@
+//! The board file: what the bytes of one board mean.
+
+mod class;
+mod description;
+mod facts;
+mod field;
+pub(crate) mod layout;
+pub(crate) mod line;
+mod link;
+mod one_or_several;
+mod resolve;
+mod template;
+mod unit;
+
+use taxel::toml_input;
+use taxel_recording::{InputError, Quantity, SignalUnit, Stream};
+
+pub use class::{Class, Detection};
+pub use description::{
+    BoardFile, BuiltIn, Check, Counted, Decimal, Empty, Fixed, FrameEnd, Framing, Length, Lines,
+    Marked, Order, Packet, Stuffed,
+};
+pub use field::{Field, Is, Type};
+pub use link::{Link, Network, Poll, Serial, Usb, UsbName};
+pub use one_or_several::{Amount, Texts, Whole, Wholes};
+
+pub(crate) use resolve::counted;
+
+use layout::{AddressRange, PacketLayout, Role};
+use line::LineFormat;
+
+/// The version of the board file that this program reads.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Longest packet and line, bytes, where the file does not say it.
+pub(crate) const LONGEST_PACKET: usize = 4096;
+pub(crate) const LONGEST_LINE: usize = 65536;
+/// Longest packet or line that a file may name, bytes.
+pub(crate) const MOST_LONGEST: usize = 1 << 20;
+
+macro_rules! shipped {
+    ($($name:literal),+ $(,)?) => {
+        /// Shipped board files: name and text.
+        const SHIPPED: &[(&str, &str)] =
+            &[$(($name, include_str!(concat!("../../boards/", $name, ".toml")))),+];
+    };
+}
+
+shipped!(
+    "anyskin-5x",
+    "fdc1004-facebook",
+    "openbci-cyton",
+    "optoforce-16",
+    "optoforce-22",
+    "papillarray-2",
+    "taxel-wire-1",
+    "taxel-wire-1-256",
+    "touch-board-mpr121",
+);
+
+/// A board: how its bytes are cut into packets, and what a packet holds.
+///
+/// ```
+/// use taxel_board::Board;
+///
+/// let board = Board::shipped("optoforce-16").expect("shipped files are right");
+/// assert_eq!(board.names().collect::<Vec<_>>(), ["fx", "fy", "fz"]);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Board {
+    /// Its name.
+    pub name: String,
+    /// Nominal rate of frames, Hz.
+    pub rate: Option<f64>,
+    /// How it is connected.
+    pub link: Link,
+    pub(crate) framing: Framing,
+    pub(crate) format: Format,
+    /// Values of a frame in the order of the wire.
+    pub(crate) values: Vec<ValueOfBoard>,
+    /// Places of the values that are channels; empty for all.
+    wired: Vec<usize>,
+    /// Largest step that is believed at once, SI, value by value; `None` where it is learned.
+    pub(crate) step_limit: Option<f64>,
+}
+
+/// One value of a board.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ValueOfBoard {
+    /// Its name.
+    pub name: String,
+    /// Quantity and unit.
+    pub unit: SignalUnit,
+}
+
+/// What packets hold.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Format {
+    Packet(PacketLayout),
+    Lines(LineFormat),
+    BuiltIn(BuiltIn),
+}
+
+impl Board {
+    /// Reads a board file.
+    ///
+    /// # Errors
+    /// The first mistake at its word: of the TOML, of a key, and of rules between keys, such as
+    /// two fields over the same bytes.
+    pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
+        let description: BoardFile = toml_input::parse(file, text)?;
+        resolve::board(&description).map_err(|broken| {
+            let path: Vec<&str> = broken.path.iter().map(String::as_str).collect();
+            toml_input::at_key(file, text, &path, &broken.message, &broken.help)
+        })
+    }
+
+    /// Names of the shipped board files.
+    pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+        SHIPPED.iter().map(|(name, _)| *name)
+    }
+
+    /// Text of a shipped board file.
+    pub fn shipped_text(name: &str) -> Option<&'static str> {
+        let (_, text) = SHIPPED.iter().find(|(shipped, _)| *shipped == name)?;
+        Some(text)
+    }
+
+    /// A shipped board.
+    pub fn shipped(name: &str) -> Option<Self> {
+        Self::shipped_text(name).and_then(|text| Self::parse(name, text).ok())
+    }
+
+    /// The JSON schema of the board file; editors complete and check with it.
+    pub fn json_schema() -> String {
+        taxel::schema::json_schema::<BoardFile>()
+    }
+
+    /// The reference of the board file, Markdown: every key with its meaning and values, from
+    /// the same types as [`Self::json_schema`].
+    pub fn reference() -> String {
+        taxel::schema::reference::<BoardFile>(REFERENCE_HEAD)
+    }
+
+    /// All values of a frame of the board, in the order of the wire.
+    pub fn values(&self) -> &[ValueOfBoard] {
+        &self.values
+    }
+
+    /// The values that are channels, in the order of the channels.
+    pub fn channels(&self) -> impl ExactSizeIterator<Item = &ValueOfBoard> {
+        self.wired().into_iter().map(|place| &self.values[place])
+    }
+
+    /// Names of the channels in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.channels().map(|value| value.name.as_str())
+    }
+
+    /// Places of the channels among the values.
+    pub(crate) fn wired(&self) -> Vec<usize> {
+        if self.wired.is_empty() {
+            (0..self.values.len()).collect()
+        } else {
+            self.wired.clone()
+        }
+    }
+
+    /// The same board with channels of these names, in this order.
+    ///
+    /// # Errors
+    /// The first name that the board does not have.
+    pub fn wire(mut self, names: &[String]) -> Result<Self, String> {
+        self.wired = resolve::places(&self.values, names)?;
+        Ok(self)
+    }
+
+    /// Meaning of the frames: one row of channels, in SI.
+    pub fn stream(&self) -> Stream {
+        let channels = self.channels().len();
+        let mut units = self.channels().map(|value| &value.unit);
+        let first = units.next().cloned();
+        let unit = first
+            .filter(|first| units.all(|unit| unit.quantity == first.quantity))
+            .unwrap_or_else(|| SignalUnit {
+                quantity: Quantity::Raw,
+                symbol: "raw".into(),
+                si_per_unit: 1.0,
+            });
+        Stream {
+            name: self.name.clone(),
+            rows: 1,
+            columns: channels,
+            channels_per_taxel: 1,
+            unit,
+            pitch: None,
+            period: self.rate.map(f64::recip),
+            threshold: None,
+            present: vec![true; channels],
+        }
+    }
+
+    /// True if the wire carries lines of text.
+    pub fn carries_text(&self) -> bool {
+        matches!(self.format, Format::Lines(_))
+    }
+
+    /// Bytes of one frame on the wire, where they are always as many.
+    pub fn bytes_per_frame(&self) -> Option<usize> {
+        match &self.format {
+            Format::Packet(layout) => {
+                let packets = layout.address.map_or(1, |address| address.count);
+                // Stuffing adds one byte in 254, and the end.
+                let stuffed = match self.framing {
+                    Framing::Cobs(_) => layout.length / 254 + 2,
+                    Framing::Slip(_) => 2,
+                    _ => 0,
+                };
+                Some(packets * (layout.length + stuffed))
+            }
+            Format::Lines(_) | Format::BuiltIn(_) => None,
+        }
+    }
+
+    /// Numbers of the counter before it begins again; `None` without a counter, and for one
+    /// that is text.
+    pub(crate) fn counter(&self) -> Counter {
+        match &self.format {
+            Format::Packet(layout) => {
+                let sequence = layout
+                    .fields
+                    .iter()
+                    .find(|field| field.role == Role::Sequence);
+                sequence.map_or(Counter::None, |field| Counter::Wraps(modulus(field.kind)))
+            }
+            Format::Lines(lines) if lines.has_sequence() => Counter::Endless,
+            Format::Lines(_) => Counter::None,
+            Format::BuiltIn(BuiltIn::Papillarray) => Counter::Wraps(1 << 32),
+        }
+    }
+
+    /// Nanoseconds of one step of the board's clock, and the steps before it begins again.
+    pub(crate) fn clock(&self) -> Option<DeviceClock> {
+        match &self.format {
+            Format::Packet(layout) => layout.fields.iter().find_map(|field| match field.role {
+                Role::Time(step_ns) => Some(DeviceClock {
+                    step_ns,
+                    modulus: (!field.kind.is_float()).then(|| modulus(field.kind)),
+                }),
+                _ => None,
+            }),
+            Format::Lines(lines) => lines.time_step_ns().map(|step_ns| DeviceClock {
+                step_ns,
+                modulus: None,
+            }),
+            Format::BuiltIn(BuiltIn::Papillarray) => Some(DeviceClock {
+                step_ns: 1e3,
+                modulus: None,
+            }),
+        }
+    }
+
+    pub(crate) fn address(&self) -> Option<AddressRange> {
+        match &self.format {
+            Format::Packet(layout) => layout.address,
+            _ => None,
+        }
+    }
+}
+
+/// Counter of a board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Counter {
+    None,
+    /// Begins again after so many.
+    Wraps(u64),
+    Endless,
+}
+
+/// Clock of a board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DeviceClock {
+    pub(crate) step_ns: f64,
+    pub(crate) modulus: Option<u64>,
+}
+
+/// Numbers of a whole type; a counter of 64 bits never comes to its end.
+fn modulus(kind: Type) -> u64 {
+    match kind.bits() {
+        bits @ 0..=62 => 1 << bits,
+        _ => 1 << 62,
+    }
+}
+
+const REFERENCE_HEAD: &str = "\
+# Board-file reference
+
+Every key of a board file. `taxel schema board-reference` prints this page from the types that read the file, so it is
+current. [The guide](board-file.md) explains how to write one.
+
+Each section is a table of the file; its title is the path of the table, and the path of a key is that title, a dot and
+the key. `[]` in a path stands for each entry of a list. A required key has no default. Any other key is refused.
+";

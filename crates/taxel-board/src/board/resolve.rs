@@ -1,0 +1,806 @@
+//! From the board file as it is written to places and conversions; rules between keys.
+
+use taxel_recording::{Quantity, SignalUnit};
+
+use super::description::{BoardFile, Check, Counted, Framing, Order, Packet};
+use super::field::{Field, Is, Type};
+use super::layout::{
+    AddressRange, Conversion, PacketLayout, PlacedCheck, PlacedField, Role, Status,
+};
+use super::line;
+use super::one_or_several::Amount;
+use super::{Board, Format, LONGEST_PACKET, MOST_LONGEST, SCHEMA_VERSION, ValueOfBoard, unit};
+use crate::names::{self, MOST_VALUES};
+use crate::pattern::BytePattern;
+
+/// A broken rule: where, what, and what to do.
+#[derive(Debug)]
+pub(super) struct Broken {
+    pub(super) path: Vec<String>,
+    pub(super) message: String,
+    pub(super) help: String,
+}
+
+/// A broken rule at `path`, whose segments are keys and places in lists.
+pub(super) fn broken(
+    path: &[&dyn std::fmt::Display],
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Broken {
+    Broken {
+        path: path.iter().map(ToString::to_string).collect(),
+        message: message.into(),
+        help: help.into(),
+    }
+}
+
+pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
+    if file.schema != SCHEMA_VERSION {
+        let message = format!("schema {} is not known", file.schema);
+        let help = format!("this program reads schema = {SCHEMA_VERSION}");
+        return Err(broken(&[&"schema"], message, help));
+    }
+    if file.name.trim().is_empty() || file.name.len() > 200 {
+        let help = "give the name of the board";
+        return Err(broken(&[&"name"], "the name has 1 to 200 characters", help));
+    }
+    check_serial(file)?;
+    let (format, values) = match (&file.framing, file.decoder) {
+        (Framing::Lines(lines), None) => line::resolve(lines, &file.packet)?,
+        (Framing::Lines(_), Some(_)) => {
+            let help = "leave out `decoder`, or describe framing.marked";
+            let message = "the decoder reads packets, not lines";
+            return Err(broken(&[&"decoder"], message, help));
+        }
+        (_, Some(decoder)) => {
+            if !file.packet.fields.is_empty() {
+                let message = "a built-in decoder knows the fields itself";
+                return Err(broken(&[&"packet", &"fields"], message, "leave them out"));
+            }
+            let values = crate::papillarray::values()
+                .into_iter()
+                .map(|(name, symbol)| value_of_board(name, Some(symbol)))
+                .collect::<Result<_, String>>()
+                .map_err(|message| broken(&[&"decoder"], message, ""))?;
+            (Format::BuiltIn(decoder), values)
+        }
+        (framing, None) => packet(framing, &file.packet)?,
+    };
+    if values.is_empty() {
+        let help = "add a field such as { is = \"value\", name = \"c{1..4}\", type = \"u16\" }";
+        return Err(broken(&[&"packet"], "no field is a value", help));
+    }
+    let wired = places(&values, &file.wiring).map_err(|message| {
+        let names: Vec<_> = values.iter().map(|value| value.name.as_str()).collect();
+        let help = format!("the board has: {}", shortened(&names));
+        broken(&[&"wiring"], message, help)
+    })?;
+    if let (Some(rate), Some(serial)) = (file.rate, &file.link.serial)
+        && !serial.native_usb
+    {
+        let probe = Board {
+            name: String::new(),
+            rate: None,
+            link: file.link.clone(),
+            framing: file.framing.clone(),
+            format: format.clone(),
+            values: values.clone(),
+            wired: Vec::new(),
+            step_limit: None,
+        };
+        let carried = f64::from(serial.baud) / 10.0;
+        if let Some(bytes) = probe.bytes_per_frame()
+            && bytes as f64 * rate > carried
+        {
+            let message = format!(
+                "{rate} frames of {bytes} bytes are {:.0} bytes in a second; {} baud carry {carried:.0}",
+                bytes as f64 * rate,
+                serial.baud
+            );
+            let help = "raise link.serial.baud, lower the rate, or say native_usb = true where the port is USB itself";
+            return Err(broken(&[&"rate"], message, help));
+        }
+    }
+    Ok(Board {
+        name: file.name.clone(),
+        rate: file.rate,
+        link: file.link.clone(),
+        framing: file.framing.clone(),
+        format,
+        values,
+        wired,
+        step_limit: file.packet.step_limit,
+    })
+}
+
+fn check_serial(file: &BoardFile) -> Result<(), Broken> {
+    let serial = file.link.serial.iter().flat_map(|serial| &serial.usb);
+    for (place, usb) in serial.enumerate() {
+        if usb.vendor.is_none() && usb.product.is_none() && usb.serial.is_none() {
+            let message = "an entry without a key fits every device";
+            let help = "give vendor, product or serial; `taxel devices` shows them";
+            return Err(broken(&[&"link", &"serial", &"usb", &place], message, help));
+        }
+    }
+    Ok(())
+}
+
+/// Places of the values of these names; none for none.
+pub(super) fn places(values: &[ValueOfBoard], patterns: &[String]) -> Result<Vec<usize>, String> {
+    let mut places = Vec::new();
+    for pattern in patterns {
+        for name in names::expanded(pattern)? {
+            let place = values.iter().position(|value| value.name == name);
+            let place = place.ok_or_else(|| format!("no value is called \"{name}\""))?;
+            if places.contains(&place) {
+                return Err(format!("\"{name}\" is named twice"));
+            }
+            places.push(place);
+        }
+    }
+    Ok(places)
+}
+
+/// `a, b, … z`
+pub(crate) fn shortened(names: &[&str]) -> String {
+    match names {
+        [first @ .., last] if names.len() > 12 => {
+            format!("{}, … {last}", first[..8].join(", "))
+        }
+        _ => names.join(", "),
+    }
+}
+
+/// A value of this name, in counts without a unit.
+pub(super) fn value_of_board(name: String, symbol: Option<&str>) -> Result<ValueOfBoard, String> {
+    let unit = match symbol {
+        None => SignalUnit {
+            quantity: Quantity::Counts,
+            symbol: "counts".into(),
+            si_per_unit: 1.0,
+        },
+        Some(symbol) => unit::of_value(symbol)?,
+    };
+    Ok(ValueOfBoard { name, unit })
+}
+
+/// The longest packet of a framing, checked.
+pub(crate) fn longest(given: Option<usize>, default: usize, kind: &str) -> Result<usize, Broken> {
+    match given {
+        None => Ok(default),
+        Some(longest @ 1..=MOST_LONGEST) => Ok(longest),
+        Some(longest) => Err(broken(
+            &[&"framing", &kind, &"longest"],
+            format!("{longest} is out of range: must be at least 1 and at most {MOST_LONGEST}"),
+            "",
+        )),
+    }
+}
+
+fn packet(framing: &Framing, packet: &Packet) -> Result<(Format, Vec<ValueOfBoard>), Broken> {
+    let (head, tail) = marks(framing);
+    let mut places = Placement {
+        packet,
+        head,
+        next_bit: 0,
+        bits_begin: None,
+        taken: Vec::new(),
+        fields: Vec::new(),
+        values: Vec::new(),
+        address: None,
+        check_at: None,
+    };
+    // A head needs no field of its own.
+    let begins_with_mark = packet
+        .fields
+        .first()
+        .is_some_and(|field| field.is == Is::Mark || field.at.is_some());
+    if !begins_with_mark {
+        places.next_bit = 8 * head.map_or(0, BytePattern::len);
+    }
+    for place in 0..packet.fields.len() {
+        places.add(place)?;
+    }
+    let (layout, values) = places.finish(framing, tail)?;
+    check_framing(framing, &layout)?;
+    Ok((Format::Packet(layout), values))
+}
+
+fn marks(framing: &Framing) -> (Option<&BytePattern>, Option<&BytePattern>) {
+    match framing {
+        Framing::Fixed(fixed) => (fixed.head.as_ref(), fixed.tail.as_ref()),
+        Framing::Marked(marked) => (Some(&marked.head), Some(&marked.tail)),
+        Framing::Length(length) => (Some(&length.head), None),
+        Framing::Lines(_) | Framing::Cobs(_) | Framing::Slip(_) => (None, None),
+    }
+}
+
+/// Fields put one behind the other.
+struct Placement<'a> {
+    packet: &'a Packet,
+    head: Option<&'a BytePattern>,
+    next_bit: usize,
+    /// First bit of the fields of bits that are beside each other.
+    bits_begin: Option<usize>,
+    /// First bit, bit behind the last, and field.
+    taken: Vec<(usize, usize, usize)>,
+    fields: Vec<PlacedField>,
+    values: Vec<ValueOfBoard>,
+    address: Option<AddressRange>,
+    check_at: Option<usize>,
+}
+
+impl Placement<'_> {
+    fn add(&mut self, place: usize) -> Result<(), Broken> {
+        let field = &self.packet.fields[place];
+        let at = |key: &'static str, message: String, help: &str| {
+            broken(&[&"packet", &"fields", &place, &key], message, help)
+        };
+        self.check_keys(place)?;
+        let names = match &field.name {
+            Some(pattern) => names::expanded(pattern).map_err(|message| at("name", message, ""))?,
+            None => Vec::new(),
+        };
+        let count = match field.is {
+            Is::Value | Is::Status => names.len().max(1),
+            _ => 1,
+        };
+        for number in 0..count {
+            let kind = field.kind;
+            let bits = match (kind, field.bytes, field.is) {
+                (_, _, Is::Check) => {
+                    8 * self
+                        .packet
+                        .check
+                        .as_ref()
+                        .map_or(0, |check| check.kind.bytes())
+                }
+                (Some(kind), _, _) => kind.bits(),
+                (None, Some(bytes), _) => 8 * bytes,
+                (None, None, _) => 8 * field.equals.as_ref().map_or(0, BytePattern::len),
+            };
+            let begin = self.begin(field, number, bits);
+            let end = begin + bits;
+            if let Some((_, _, other)) = self
+                .taken
+                .iter()
+                .find(|(from, to, _)| begin < *to && *from < end)
+            {
+                let message = format!(
+                    "the field lies over bytes {} to {}, which field {} has",
+                    begin / 8,
+                    end.div_ceil(8).saturating_sub(1),
+                    other + 1
+                );
+                let key = if field.at.is_some() { "at" } else { "is" };
+                return Err(at(key, message, "move one of the two"));
+            }
+            if end > 8 * MOST_LONGEST {
+                let message = format!("the packet is longer than {MOST_LONGEST} bytes");
+                return Err(at("is", message, "shorten it"));
+            }
+            self.taken.push((begin, end, place));
+            self.next_bit = end;
+            let name = names.get(number).cloned();
+            self.role(place, field, name, begin)?;
+        }
+        Ok(())
+    }
+
+    /// First bit of the field, or of its entry `number`.
+    fn begin(&mut self, field: &Field, number: usize, bits: usize) -> usize {
+        let packed = field.kind.is_some_and(Type::is_bits);
+        let next = if packed {
+            let begin = *self
+                .bits_begin
+                .get_or_insert_with(|| self.next_bit.next_multiple_of(8));
+            match field.bit {
+                Some(bit) => begin + bit + number * bits,
+                None => self.next_bit.max(begin),
+            }
+        } else {
+            self.bits_begin = None;
+            self.next_bit.next_multiple_of(8)
+        };
+        match field.at {
+            Some(at) if packed => {
+                self.bits_begin = Some(8 * at);
+                8 * at + field.bit.unwrap_or(0) + number * bits
+            }
+            Some(at) => 8 * at + number * bits,
+            None => next,
+        }
+    }
+
+    /// Keys that do not belong to what the field is, and those that it needs.
+    fn check_keys(&self, place: usize) -> Result<(), Broken> {
+        let field = &self.packet.fields[place];
+        let at = |key: &'static str, message: &str, help: &str| {
+            Err(broken(&[&"packet", &"fields", &place, &key], message, help))
+        };
+        let numeric = matches!(
+            field.is,
+            Is::Value | Is::Sequence | Is::Time | Is::Status | Is::Address
+        );
+        if numeric && field.kind.is_none() {
+            return at(
+                "is",
+                "the field has no type",
+                "add one, such as type = \"u16\" or \"f32\"",
+            );
+        }
+        let wrong_type = match (field.is, field.kind) {
+            (Is::Sequence, Some(kind)) => !kind.is_unsigned(),
+            (Is::Address | Is::Status, Some(kind)) => {
+                kind.is_float() && (field.is == Is::Address || !field.good.is_empty())
+            }
+            _ => false,
+        };
+        if wrong_type {
+            return at(
+                "type",
+                "a whole number without sign is needed here",
+                "use u8, u16 or u32",
+            );
+        }
+        if field.bits.values().any(|bit| *bit > 63) {
+            return at("bits", "a bit is a number from 0 to 63", "");
+        }
+        if field.is == Is::Skip && field.bytes.is_none() && field.kind.is_none() {
+            return at("is", "how much is skipped?", "add bytes = 2, or a type");
+        }
+        if field.is == Is::Mark && field.bytes.is_none() && field.equals.is_none() {
+            return at(
+                "is",
+                "the mark has no bytes",
+                "add bytes = 2, or equals = \"aa 07\"",
+            );
+        }
+        if field.is == Is::Mark && place > 0 && field.equals.is_none() && field.kind.is_none() {
+            let last = place + 1 == self.packet.fields.len();
+            if !last {
+                return at(
+                    "is",
+                    "nothing says what bytes stand there",
+                    "add equals = \"aa 07\", or use is = \"skip\"",
+                );
+            }
+        }
+        if field.is == Is::Value && field.name.is_none() {
+            return at(
+                "is",
+                "the value has no name",
+                "add one, such as name = \"c{1..4}\"",
+            );
+        }
+        if field.is == Is::Address && !matches!(field.count, Some(2..=MOST_VALUES)) {
+            return at(
+                "is",
+                "how many packets make a frame?",
+                "add count, from 2 to 4096, such as count = 8; and first where it is not 0",
+            );
+        }
+        if field
+            .bytes
+            .is_some_and(|bytes| bytes == 0 || bytes > MOST_LONGEST)
+        {
+            return at(
+                "bytes",
+                "out of range: must be at least 1 and at most 1048576",
+                "",
+            );
+        }
+        if field.shift.is_some_and(|shift| shift > 63) {
+            return at("shift", "out of range: must be at most 63", "");
+        }
+        if field.bit.is_some() && !field.kind.is_some_and(Type::is_bits) {
+            return at(
+                "bit",
+                "only fields of type bits(n) have a first bit",
+                "use `at` for bytes",
+            );
+        }
+        if field.at.is_some_and(|at| at > MOST_LONGEST) || field.bit.is_some_and(|bit| bit > 4096) {
+            return at("at", "lies behind the longest packet", "");
+        }
+        Ok(())
+    }
+
+    fn role(
+        &mut self,
+        place: usize,
+        field: &Field,
+        name: Option<String>,
+        bit: usize,
+    ) -> Result<(), Broken> {
+        let at = |key: &'static str, message: String, help: String| {
+            broken(&[&"packet", &"fields", &place, &key], message, help)
+        };
+        let only = |roles: &[PlacedField], is: &str, found: fn(&Role) -> bool| {
+            if roles.iter().any(|field| found(&field.role)) {
+                let message = format!("a second {is}; a packet has one");
+                Err(broken(&[&"packet", &"fields", &place, &"is"], message, ""))
+            } else {
+                Ok(())
+            }
+        };
+        let kind = field.kind.unwrap_or(Type::Unsigned(1));
+        let role = match field.is {
+            Is::Value => {
+                let name = name.unwrap_or_default();
+                if self.values.iter().any(|value| value.name == name) {
+                    let message = format!("a second value is called \"{name}\"");
+                    return Err(at("name", message, "give each its own name".into()));
+                }
+                let value = value_of_board(name, field.unit.as_deref()).map_err(|message| {
+                    let help = format!("use counts or one of: {}", unit::symbols());
+                    at("unit", message, help)
+                })?;
+                let conversion = conversion(field, value.unit.si_per_unit, place)?;
+                self.values.push(value);
+                if self.values.len() > MOST_VALUES {
+                    let message = format!("more than {MOST_VALUES} values");
+                    return Err(at("name", message, String::new()));
+                }
+                Role::Value(self.values.len() - 1, conversion)
+            }
+            Is::Sequence => {
+                only(&self.fields, "sequence", |role| *role == Role::Sequence)?;
+                Role::Sequence
+            }
+            Is::Time => {
+                only(&self.fields, "time", |role| matches!(role, Role::Time(_)))?;
+                let step = field.unit.as_deref().and_then(unit::of_time);
+                let step = step.ok_or_else(|| {
+                    let message = "a time needs its unit".to_owned();
+                    at("unit", message, "use one of: s, ms, us, ns".into())
+                })?;
+                let scale = field.scale.unwrap_or(1.0);
+                if !(scale > 0.0 && scale.is_finite()) {
+                    let message = format!("{scale} is out of range: must be greater than 0");
+                    return Err(at("scale", message, String::new()));
+                }
+                Role::Time(step * scale)
+            }
+            Is::Status => Role::Status(Status {
+                name: name.unwrap_or_else(|| "status".into()),
+                good: field.good.clone(),
+                bits: field.bits.clone(),
+            }),
+            Is::Address => {
+                only(&self.fields, "address", |role| *role == Role::Address)?;
+                self.address = Some(AddressRange {
+                    first: field.first.unwrap_or(0),
+                    count: field.count.unwrap_or(1),
+                });
+                Role::Address
+            }
+            Is::Mark => match &field.equals {
+                Some(bytes) => Role::Mark(bytes.clone()),
+                None => return Ok(()),
+            },
+            Is::Skip => return Ok(()),
+            Is::Check => {
+                if self.packet.check.is_none() {
+                    let message = "what kind of check is it?".to_owned();
+                    let help = "add packet.check, such as check = { kind = \"sum16\" }";
+                    return Err(at("is", message, help.into()));
+                }
+                self.check_at = Some(bit / 8);
+                return Ok(());
+            }
+        };
+        self.fields.push(PlacedField {
+            bit,
+            kind,
+            order: field.order.or(self.packet.order).unwrap_or_default(),
+            role,
+        });
+        Ok(())
+    }
+
+    fn finish(
+        mut self,
+        framing: &Framing,
+        tail: Option<&BytePattern>,
+    ) -> Result<(PacketLayout, Vec<ValueOfBoard>), Broken> {
+        let mut end = self
+            .taken
+            .iter()
+            .map(|(_, to, _)| to.div_ceil(8))
+            .max()
+            .unwrap_or(8 * self.head.map_or(0, BytePattern::len) / 8);
+        let check = match &self.packet.check {
+            None => None,
+            Some(check) => {
+                let (placed, at) = self.check(check, &mut end)?;
+                Some((placed, at))
+            }
+        };
+        // A tail needs no field of its own.
+        let with_mark = self
+            .packet
+            .fields
+            .last()
+            .is_some_and(|field| field.is == Is::Mark && self.packet.fields.len() > 1)
+            && check.as_ref().is_none_or(|(_, at)| *at < end);
+        let tail_bytes = tail.map_or(0, BytePattern::len);
+        let mut length = end;
+        if tail_bytes > 0 && !with_mark {
+            length += tail_bytes;
+        }
+        if let Framing::Fixed(fixed) = framing {
+            // Without its own field the tail may lie over what the fields leave free.
+            if length != fixed.length && end != fixed.length {
+                let message = format!(
+                    "fields, check and tail cover {length} bytes of {}",
+                    fixed.length
+                );
+                let help = "add { is = \"skip\", bytes = … } for what does not matter";
+                return Err(broken(&[&"framing", &"fixed", &"length"], message, help));
+            }
+            length = fixed.length;
+        }
+        let values = self.values.len();
+        let check = check.map(|(mut placed, at)| {
+            placed.from_end = length - at;
+            placed
+        });
+        let values_of_board = match self.address {
+            None => std::mem::take(&mut self.values),
+            Some(address) => (0..address.count)
+                .flat_map(|packet| {
+                    let number = address.first + packet.cast_signed() as i64;
+                    self.values.iter().map(move |value| ValueOfBoard {
+                        name: format!("{}.{number}", value.name),
+                        unit: value.unit.clone(),
+                    })
+                })
+                .collect(),
+        };
+        if values_of_board.len() > MOST_VALUES {
+            let message = format!("a frame has more than {MOST_VALUES} values");
+            return Err(broken(&[&"packet", &"fields"], message, ""));
+        }
+        Ok((
+            PacketLayout {
+                length,
+                fields: self.fields,
+                check,
+                values,
+                address: self.address,
+            },
+            values_of_board,
+        ))
+    }
+
+    /// The check and the place of its first byte; `end` is moved behind it.
+    fn check(&self, check: &Check, end: &mut usize) -> Result<(PlacedCheck, usize), Broken> {
+        let at = |key: &'static str, message: String, help: &str| {
+            broken(&[&"packet", &"check", &key], message, help)
+        };
+        let bytes = check.kind.bytes();
+        let place = match (check.at, self.check_at) {
+            (Some(_), Some(_)) => {
+                let message = "the place of the check is given twice".to_owned();
+                return Err(at("at", message, "leave out `at`, or the field"));
+            }
+            (Some(at), None) | (None, Some(at)) => at,
+            (None, None) => *end,
+        };
+        if place > MOST_LONGEST {
+            return Err(at("at", "lies behind the longest packet".into(), ""));
+        }
+        if self.check_at.is_none()
+            && let Some((_, _, field)) = self
+                .taken
+                .iter()
+                .find(|(from, to, _)| 8 * place < *to && *from < 8 * (place + bytes))
+        {
+            let message = format!("the check lies over the bytes of field {}", field + 1);
+            return Err(at("at", message, "move one of the two"));
+        }
+        *end = (*end).max(place + bytes);
+        let over = check
+            .over
+            .unwrap_or([0, if bytes == 0 { *end } else { place }]);
+        let [from, to] = over;
+        if from >= to || to > *end {
+            let message = format!("[{from}, {to}] is no stretch of the {end} bytes of the packet");
+            return Err(at(
+                "over",
+                message,
+                "give its first byte and the one behind its last",
+            ));
+        }
+        if bytes > 0 && from < place + bytes && place < to {
+            let message = format!(
+                "the check stands at bytes {place} to {} and covers itself",
+                place + bytes - 1
+            );
+            return Err(at("over", message, "end it before its own bytes"));
+        }
+        let placed = PlacedCheck {
+            kind: check.kind,
+            over,
+            from_end: 0,
+            order: check.order.or(self.packet.order).unwrap_or_default(),
+        };
+        Ok((placed, place))
+    }
+}
+
+/// Number to value of a field whose unit has `si` in SI.
+pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Conversion, Broken> {
+    let at = |key: &'static str, message: String, help: &str| {
+        broken(&[&"packet", &"fields", &place, &key], message, help)
+    };
+    let scale = field.scale.unwrap_or(1.0);
+    if scale == 0.0 || !scale.is_finite() || !(1e-30..=1e30).contains(&scale.abs()) {
+        let message = format!("{scale} is out of range: its size must be from 1e-30 to 1e30");
+        return Err(at("scale", message, ""));
+    }
+    for (key, number) in [
+        ("offset", field.offset),
+        ("invert_from", field.invert_from),
+        ("missing", field.missing),
+    ] {
+        if number.is_some_and(|number| !number.is_finite() || number.abs() > 1e30) {
+            return Err(at(key, "must be a number of at most 1e30".into(), ""));
+        }
+    }
+    if (field.mask.is_some() || field.shift.is_some())
+        && field.kind.is_some_and(|kind| !kind.is_unsigned())
+    {
+        let key = if field.mask.is_some() {
+            "mask"
+        } else {
+            "shift"
+        };
+        let message = "only whole numbers without sign are masked and shifted".to_owned();
+        return Err(at(key, message, "use type = \"u16\" or the like"));
+    }
+    let range = match &field.range {
+        None => None,
+        Some([low, high]) => {
+            let bound = |amount: &Amount| match amount {
+                Amount::Number(number) => Ok(number * si),
+                Amount::Text(text) => of_text(text, field.unit.as_deref()),
+            };
+            let bounds = [bound(low), bound(high)];
+            let [Ok(low), Ok(high)] = bounds else {
+                let [low, high] = bounds;
+                let message = low.err().or(high.err()).unwrap_or_default();
+                return Err(at(
+                    "range",
+                    message,
+                    "write numbers in the unit of the field",
+                ));
+            };
+            if low.is_nan() || high.is_nan() || low >= high {
+                let message = "the range is empty: its second value must be the larger".to_owned();
+                return Err(at("range", message, ""));
+            }
+            Some([low, high])
+        }
+    };
+    Ok(Conversion {
+        mask: field.mask,
+        shift: field.shift.unwrap_or(0),
+        invert_from: field.invert_from,
+        missing: field.missing,
+        scale: scale * si,
+        offset: field.offset.unwrap_or(0.0) * si,
+        range,
+    })
+}
+
+/// SI value of `2.5 pF` in a field with the unit `symbol`.
+fn of_text(text: &str, symbol: Option<&str>) -> Result<f64, String> {
+    let (number, unit) = text.trim().split_once(' ').unwrap_or((text, ""));
+    let wrong = || format!("\"{text}\" is no number with its unit");
+    let number: f64 = number.parse().map_err(|_| wrong())?;
+    let found = value_of_board(String::new(), Some(unit.trim()))?.unit;
+    let own = value_of_board(String::new(), symbol)?.unit;
+    let same = found.quantity == own.quantity
+        && (found.quantity != Quantity::Raw || found.symbol == own.symbol);
+    if same {
+        Ok(number * found.si_per_unit)
+    } else {
+        Err(format!(
+            "\"{text}\" is in {}; the field is in {}",
+            found.symbol, own.symbol
+        ))
+    }
+}
+
+/// What a framing needs to be decided.
+fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken> {
+    let too_long = |longest: usize, kind: &str| {
+        if layout.length > longest {
+            let message = format!(
+                "the packet has {} bytes, more than {longest}",
+                layout.length
+            );
+            Err(broken(
+                &[&"framing", &kind, &"longest"],
+                message,
+                "raise it",
+            ))
+        } else {
+            Ok(())
+        }
+    };
+    match framing {
+        Framing::Fixed(fixed) => {
+            if fixed.length == 0 || fixed.length > MOST_LONGEST {
+                let message = format!(
+                    "{} is out of range: must be at least 1 and at most {MOST_LONGEST}",
+                    fixed.length
+                );
+                return Err(broken(&[&"framing", &"fixed", &"length"], message, ""));
+            }
+            let marked = layout
+                .fields
+                .iter()
+                .any(|field| matches!(field.role, Role::Mark(_)));
+            if fixed.head.is_none() && fixed.tail.is_none() && layout.check.is_none() && !marked {
+                let message = "where a packet begins cannot be decided without a mark and a check";
+                let help = "add head, tail or packet.check; `taxel check` says what they show";
+                return Err(broken(&[&"framing", &"fixed"], message, help));
+            }
+            Ok(())
+        }
+        Framing::Marked(marked) => {
+            too_long(longest(marked.longest, LONGEST_PACKET, "marked")?, "marked")
+        }
+        Framing::Length(length) => {
+            let whole = matches!(length.kind, Type::Unsigned(1..=4));
+            if !whole {
+                let message = format!("{} cannot be a length", length.kind);
+                let help = "use u8, u16, u24 or u32";
+                return Err(broken(&[&"framing", &"length", &"type"], message, help));
+            }
+            if length.at < length.head.len() || length.at > LONGEST_PACKET {
+                let message = "the length stands behind the head".to_owned();
+                return Err(broken(&[&"framing", &"length", &"at"], message, ""));
+            }
+            let counted = counted(length.counts, layout, length.at + length.kind.bits() / 8);
+            let bits = length.kind.bits() as f64;
+            if counted.is_none_or(|counted| counted as f64 >= bits.exp2()) {
+                let message = "the fields end before the length, or are longer than it can say";
+                return Err(broken(&[&"framing", &"length", &"counts"], message, ""));
+            }
+            too_long(longest(length.longest, LONGEST_PACKET, "length")?, "length")
+        }
+        Framing::Cobs(stuffed) => {
+            too_long(longest(stuffed.longest, LONGEST_PACKET, "cobs")?, "cobs")
+        }
+        Framing::Slip(stuffed) => {
+            too_long(longest(stuffed.longest, LONGEST_PACKET, "slip")?, "slip")
+        }
+        Framing::Lines(_) => Ok(()),
+    }
+}
+
+/// What the length of a packet of this layout says, where its first byte behind the length
+/// is `behind`.
+pub(crate) fn counted(counts: Counted, layout: &PacketLayout, behind: usize) -> Option<usize> {
+    let check = layout.check.as_ref().map_or(0, |check| check.from_end);
+    match counts {
+        Counted::All => Some(layout.length),
+        Counted::Rest => layout.length.checked_sub(behind),
+        Counted::Payload => layout.length.checked_sub(behind + check),
+    }
+}
+
+impl Order {
+    /// Reads a whole number.
+    pub(crate) fn join(self, bytes: &[u8]) -> u64 {
+        let join = |whole: u64, byte: &u8| whole << 8 | u64::from(*byte);
+        match self {
+            Self::Big => bytes.iter().fold(0, join),
+            Self::Little => bytes.iter().rev().fold(0, join),
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! Where a packet begins and ends.
+
+use super::packet::{self, Reading, Verdict};
+use super::stuffing;
+use crate::board::layout::PacketLayout;
+use crate::board::{
+    Board, BuiltIn, Counted, Fixed, Format, Framing, LONGEST_PACKET, Length, Marked, Order,
+};
+use crate::papillarray;
+use crate::pattern::BytePattern;
+
+/// What stands at a place of the buffer.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Candidate {
+    /// It cannot be said before more bytes have come.
+    More,
+    /// No packet begins there; go on after so many bytes.
+    None(usize),
+    /// So many bytes: a packet with a reading.
+    Reading(usize, Reading),
+    /// A whole packet or line without one.
+    Other(usize),
+    /// A stretch between two ends that is no packet.
+    Damaged(usize),
+}
+
+/// What lies around a candidate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Around<'a> {
+    /// Bytes from the candidate on.
+    pub(super) bytes: &'a [u8],
+    /// The bytes before it that are still there.
+    pub(super) before: &'a [u8],
+    /// Bytes since the end of the last packet; `None` before the first.
+    pub(super) since_packet: Option<u64>,
+    /// True if no more bytes will come.
+    pub(super) last: bool,
+}
+
+/// Cuts packets of bytes; lines have their own way.
+#[derive(Debug, Clone)]
+pub(super) struct Cutter {
+    framing: Framing,
+    format: Format,
+    scratch: Vec<u8>,
+}
+
+impl Cutter {
+    pub(super) fn new(board: &Board) -> Self {
+        Self {
+            framing: board.framing.clone(),
+            format: board.format.clone(),
+            scratch: Vec::new(),
+        }
+    }
+
+    /// Longest packet on the wire, bytes.
+    pub(super) fn longest(&self) -> usize {
+        match &self.framing {
+            Framing::Fixed(fixed) => fixed.length,
+            Framing::Marked(marked) => marked.longest.unwrap_or(LONGEST_PACKET),
+            Framing::Length(length) => length.longest.unwrap_or(LONGEST_PACKET),
+            Framing::Cobs(stuffed) | Framing::Slip(stuffed) => {
+                stuffed.longest.unwrap_or(LONGEST_PACKET)
+            }
+            Framing::Lines(_) => match &self.format {
+                Format::Lines(lines) => lines.longest,
+                _ => LONGEST_PACKET,
+            },
+        }
+    }
+
+    /// Bytes of a packet where all have as many.
+    pub(super) fn fixed_length(&self) -> Option<usize> {
+        match &self.framing {
+            Framing::Fixed(fixed) => Some(fixed.length),
+            _ => None,
+        }
+    }
+
+    /// Bytes before a packet that say something of it.
+    pub(super) fn looks_back(&self) -> usize {
+        match &self.framing {
+            Framing::Fixed(fixed) => fixed.tail.as_ref().map_or(0, BytePattern::len),
+            _ => 0,
+        }
+    }
+
+    pub(super) fn candidate(&mut self, around: Around<'_>) -> Candidate {
+        if around.bytes.is_empty() {
+            return Candidate::More;
+        }
+        match (&self.framing, &self.format) {
+            (_, Format::BuiltIn(BuiltIn::Papillarray)) => papillarray_packet(around),
+            (Framing::Fixed(fixed), Format::Packet(layout)) => of_fixed(fixed, layout, around),
+            (Framing::Marked(marked), Format::Packet(layout)) => of_marked(marked, layout, around),
+            (Framing::Length(length), Format::Packet(layout)) => of_length(length, layout, around),
+            (Framing::Cobs(_), Format::Packet(layout)) => {
+                let longest = self.longest();
+                let undo = stuffing::from_cobs;
+                of_stuffed(0, undo, layout, around, longest, &mut self.scratch)
+            }
+            (Framing::Slip(_), Format::Packet(layout)) => {
+                let longest = self.longest();
+                let undo = stuffing::from_slip;
+                let end = stuffing::SLIP_END;
+                of_stuffed(end, undo, layout, around, longest, &mut self.scratch)
+            }
+            _ => Candidate::None(1),
+        }
+    }
+}
+
+/// Bytes to the next one that a pattern may begin with.
+fn to_next(head: &BytePattern, bytes: &[u8]) -> usize {
+    (1..bytes.len())
+        .find(|at| head.may_begin(bytes[*at]))
+        .unwrap_or(bytes.len())
+}
+
+fn of_fixed(fixed: &Fixed, layout: &PacketLayout, around: Around<'_>) -> Candidate {
+    let Around { bytes, .. } = around;
+    if let Some(head) = &fixed.head
+        && !head.may_begin(bytes[0])
+    {
+        return Candidate::None(to_next(head, bytes));
+    }
+    let Some(packet) = bytes.get(..fixed.length) else {
+        return Candidate::More;
+    };
+    let marked = fixed.head.as_ref().is_none_or(|head| head.begins(packet))
+        && fixed.tail.as_ref().is_none_or(|tail| tail.ends(packet));
+    if !marked {
+        return Candidate::None(1);
+    }
+    let Verdict::Reading(reading) = packet::read(layout, packet) else {
+        return Candidate::None(1);
+    };
+    let checked = layout.check.is_some() || (fixed.head.is_some() && fixed.tail.is_some());
+    match (checked, &fixed.head, &fixed.tail) {
+        (false, Some(head), None) => {
+            // Only the head of the next shows that no byte is missing or too many.
+            let behind = &bytes[fixed.length..];
+            if behind.len() < head.len() && !around.last {
+                return Candidate::More;
+            }
+            if behind.len() >= head.len() && !head.begins(behind) {
+                return Candidate::None(1);
+            }
+        }
+        (false, _, Some(tail)) => {
+            let follows = around.since_packet == Some(0) || tail.ends(around.before);
+            if !follows {
+                // After damage: a whole number of packets behind the last one, and the next
+                // one agrees.
+                let whole = around
+                    .since_packet
+                    .is_none_or(|bytes| bytes % fixed.length as u64 == 0);
+                let next = bytes.get(fixed.length..2 * fixed.length);
+                match next {
+                    _ if !whole => return Candidate::None(1),
+                    None if !around.last => return Candidate::More,
+                    Some(next) if tail.ends(next) => {}
+                    _ => return Candidate::None(1),
+                }
+            }
+        }
+        _ => {}
+    }
+    Candidate::Reading(fixed.length, reading)
+}
+
+fn of_marked(marked: &Marked, layout: &PacketLayout, around: Around<'_>) -> Candidate {
+    let bytes = around.bytes;
+    if !marked.head.may_begin(bytes[0]) {
+        return Candidate::None(to_next(&marked.head, bytes));
+    }
+    if bytes.len() < marked.head.len() {
+        return Candidate::More;
+    }
+    if !marked.head.begins(bytes) {
+        return Candidate::None(1);
+    }
+    let longest = marked.longest.unwrap_or(LONGEST_PACKET);
+    let tail = marked.tail.len();
+    // The length that the fields have comes first.
+    let known = bytes.get(..layout.length);
+    if let Some(packet) = known
+        && marked.tail.ends(packet)
+        && let Verdict::Reading(reading) = packet::read(layout, packet)
+    {
+        return Candidate::Reading(layout.length, reading);
+    }
+    let first = marked.head.len() + tail;
+    for end in first..=longest.min(bytes.len()) {
+        let packet = &bytes[..end];
+        if marked.tail.ends(packet)
+            && layout.check.is_some()
+            && packet::read(layout, packet) == Verdict::Other
+        {
+            return Candidate::Other(end);
+        }
+    }
+    // A packet of another length may still come to its end, if there is a check to show it.
+    let open = if layout.check.is_some() {
+        longest
+    } else {
+        layout.length
+    };
+    // Once the known length is there and is wrong, a whole packet behind another head shows
+    // that this one does not come to its end.
+    let next_head = (marked.head.len()..bytes.len())
+        .find(|at| marked.head.begins(&bytes[*at..]))
+        .is_some_and(|at| bytes.len() >= at + layout.length);
+    if bytes.len() < open && !around.last && !(known.is_some() && next_head) {
+        return Candidate::More;
+    }
+    Candidate::None(1)
+}
+
+fn of_length(length: &Length, layout: &PacketLayout, around: Around<'_>) -> Candidate {
+    let bytes = around.bytes;
+    if !length.head.may_begin(bytes[0]) {
+        return Candidate::None(to_next(&length.head, bytes));
+    }
+    let size = length.kind.bits() / 8;
+    let behind = length.at + size;
+    if bytes.len() < behind {
+        let begun = bytes.len().min(length.head.len());
+        return if begun == length.head.len() && !length.head.begins(bytes) {
+            Candidate::None(1)
+        } else {
+            Candidate::More
+        };
+    }
+    if !length.head.begins(bytes) {
+        return Candidate::None(1);
+    }
+    let order = length.order.unwrap_or(match layout.fields.first() {
+        Some(field) => field.order,
+        None => Order::Little,
+    });
+    let said = order.join(&bytes[length.at..behind]) as usize;
+    let check = layout.check.as_ref().map_or(0, |check| check.from_end);
+    let whole = match length.counts {
+        Counted::All => said,
+        Counted::Rest => behind.saturating_add(said),
+        Counted::Payload => behind.saturating_add(said).saturating_add(check),
+    };
+    if whole < behind || whole > length.longest.unwrap_or(LONGEST_PACKET) {
+        return Candidate::None(1);
+    }
+    let Some(packet) = bytes.get(..whole) else {
+        return Candidate::More;
+    };
+    match packet::read(layout, packet) {
+        Verdict::Reading(reading) => Candidate::Reading(whole, reading),
+        Verdict::Other => Candidate::Other(whole),
+        Verdict::Damaged => Candidate::None(1),
+    }
+}
+
+fn of_stuffed(
+    end: u8,
+    undo: fn(&[u8], &mut Vec<u8>) -> Option<()>,
+    layout: &PacketLayout,
+    around: Around<'_>,
+    longest: usize,
+    scratch: &mut Vec<u8>,
+) -> Candidate {
+    let bytes = around.bytes;
+    let within = &bytes[..bytes.len().min(longest)];
+    let Some(at) = within.iter().position(|byte| *byte == end) else {
+        return if bytes.len() >= longest {
+            Candidate::Damaged(longest)
+        } else {
+            Candidate::More
+        };
+    };
+    if at == 0 {
+        // Between two ends, or before the first.
+        return Candidate::Other(1);
+    }
+    if undo(&bytes[..at], scratch).is_none() {
+        return Candidate::Damaged(at + 1);
+    }
+    match packet::read(layout, scratch) {
+        Verdict::Reading(reading) => Candidate::Reading(at + 1, reading),
+        Verdict::Other => Candidate::Other(at + 1),
+        Verdict::Damaged => Candidate::Damaged(at + 1),
+    }
+}
+
+fn papillarray_packet(around: Around<'_>) -> Candidate {
+    let bytes = around.bytes;
+    if bytes[0] != papillarray::HEAD[0] {
+        let next = (1..bytes.len()).find(|at| bytes[*at] == papillarray::HEAD[0]);
+        return Candidate::None(next.unwrap_or(bytes.len()));
+    }
+    let begun = bytes.len().min(papillarray::HEAD.len());
+    if bytes[..begun] != papillarray::HEAD[..begun] {
+        return Candidate::None(1);
+    }
+    let tail = papillarray::TAIL;
+    for end in 8..=papillarray::LONGEST.min(bytes.len()) {
+        if bytes[..end].ends_with(&tail)
+            && let Some(found) = papillarray::read(&bytes[..end])
+        {
+            return Candidate::Reading(
+                end,
+                Reading {
+                    values: found.values,
+                    sequence: Some(found.sequence),
+                    time: Some(found.time as f64),
+                    ..Reading::default()
+                },
+            );
+        }
+    }
+    // A packet behind this one shows that this one is broken.
+    let next =
+        (4..bytes.len().saturating_sub(3)).find(|at| bytes[*at..].starts_with(&papillarray::HEAD));
+    let given_up = next.is_some_and(|next| bytes.len() >= next + papillarray::LONGEST / 4);
+    if bytes.len() < papillarray::LONGEST && !around.last && !given_up {
+        return Candidate::More;
+    }
+    Candidate::None(1)
+}

@@ -1,0 +1,548 @@
+//! Bytes to frames.
+
+use std::collections::VecDeque;
+
+use taxel_recording::{Frame, FrameFlags};
+
+use super::counts::Counts;
+use super::cut::{Around, Candidate, Cutter};
+use super::numbering::{Numbered, Numbering, Placed};
+use super::packet::Reading;
+use super::steps::StepGuard;
+use super::times::{Known, Times};
+use crate::board::layout::Role;
+use crate::board::line::LineFormat;
+use crate::board::{Board, Class, Counter, Format};
+
+/// Lines that fit no template and are kept for the operator.
+const KEPT_LINES: usize = 10;
+/// Longest of them, characters.
+const LONGEST_KEPT: usize = 200;
+
+/// Numbers above this begin again: differences of two of them are whole numbers with sign.
+const LARGEST_NUMBER: u64 = (1 << 62) - 1;
+
+/// How a stream of bytes begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Begin {
+    /// With a whole packet: a file, a pipe, a program.
+    Whole,
+    /// Anywhere: a board that was sending before it was opened.
+    Cut,
+}
+
+/// Bytes to frames: looks again from the byte behind the start of whatever is no packet, so
+/// that one damage costs one packet, and delivers nothing whose marks, length, check, status
+/// or range do not hold.
+///
+/// It holds at most two packets of the longest length beside what was pushed last.
+#[derive(Debug, Clone)]
+pub struct Decoder {
+    cutter: Cutter,
+    lines: Option<LineFormat>,
+    buffer: Vec<u8>,
+    /// Bytes of the buffer that were looked at.
+    start: usize,
+    /// Bytes since the end of the last packet.
+    since_packet: Option<u64>,
+    /// Arrival of the bytes up to each count, ns.
+    arrivals: VecDeque<(u64, u64)>,
+    /// Bytes ever pushed, and those of them before the buffer.
+    pushed: u64,
+    dropped: u64,
+    /// Passed-over bytes of the stretch that is being looked at.
+    stretch: u64,
+    begun: bool,
+    discard_line: bool,
+    assembly: Assembly,
+    frames: VecDeque<Frame>,
+    counts: Counts,
+    numbering: Option<Numbering<Box<Assembled>>>,
+    placed: Vec<Placed<Box<Assembled>>>,
+    number: u64,
+    restarted: bool,
+    times: Times,
+    guard: Option<StepGuard>,
+    flags: FrameFlags,
+    wired: Vec<usize>,
+    clock_step_ns: Option<f64>,
+    period_ns: Option<f64>,
+    last_host_ns: Option<u64>,
+    other_lines: VecDeque<String>,
+}
+
+/// Values of a frame that come in several packets or lines.
+#[derive(Debug, Clone)]
+struct Assembly {
+    values: Vec<f64>,
+    /// Packets of a frame, and which have come.
+    packets: usize,
+    come: Vec<bool>,
+}
+
+/// A frame before it has its number.
+#[derive(Debug, Clone, PartialEq)]
+struct Assembled {
+    /// `None` for one whose status is not good.
+    values: Option<Vec<f64>>,
+    time: Option<f64>,
+    host_ns: Option<u64>,
+}
+
+impl Decoder {
+    /// A decoder of the packets of `board`.
+    pub fn new(board: &Board, begin: Begin) -> Self {
+        let class = board.detection().class;
+        let clock = board.clock();
+        let counter = board.counter();
+        let numbering = match counter {
+            Counter::None => None,
+            Counter::Wraps(modulus) => Some(Numbering::new(Some(modulus), board.rate)),
+            Counter::Endless => Some(Numbering::new(None, board.rate)),
+        };
+        let wired = board.wired();
+        let guard = (class >= Class::C).then(|| {
+            let units: Vec<f64> = wired
+                .iter()
+                .map(|place| board.values[*place].unit.si_per_unit)
+                .collect();
+            StepGuard::new(board.step_limit, &units, steps(board, &wired))
+        });
+        let packets = board.address().map_or(1, |address| address.count);
+        Self {
+            cutter: Cutter::new(board),
+            lines: match &board.format {
+                Format::Lines(lines) => Some(lines.clone()),
+                _ => None,
+            },
+            buffer: Vec::new(),
+            start: 0,
+            since_packet: (begin == Begin::Whole).then_some(0),
+            arrivals: VecDeque::new(),
+            pushed: 0,
+            dropped: 0,
+            stretch: 0,
+            begun: begin == Begin::Whole,
+            discard_line: begin == Begin::Cut,
+            assembly: Assembly {
+                values: vec![f64::NAN; board.values.len()],
+                packets,
+                come: vec![false; packets],
+            },
+            frames: VecDeque::new(),
+            counts: Counts {
+                lost: numbering.as_ref().map(|_| 0),
+                ..Counts::default()
+            },
+            numbering,
+            placed: Vec::new(),
+            number: 0,
+            restarted: false,
+            times: Times::new(clock, board.rate),
+            guard,
+            flags: if class.is_unchecked() {
+                FrameFlags::UNCHECKED_WIRE
+            } else {
+                FrameFlags::NONE
+            },
+            wired,
+            clock_step_ns: clock.map(|clock| clock.step_ns),
+            period_ns: board.rate.map(|rate| 1e9 / rate),
+            last_host_ns: None,
+            other_lines: VecDeque::new(),
+        }
+    }
+
+    /// Takes bytes that arrived at `host_ns` (of any steady clock), or at a time that is not
+    /// known.
+    pub fn push(&mut self, bytes: &[u8], host_ns: Option<u64>) {
+        self.buffer.extend_from_slice(bytes);
+        self.pushed += bytes.len() as u64;
+        if let Some(host_ns) = host_ns {
+            self.arrivals.push_back((self.pushed, host_ns));
+        }
+        self.look(false);
+    }
+
+    /// Says that no more bytes come: what waited for them is decided.
+    pub fn finish(&mut self) {
+        self.look(true);
+        if let Some(numbering) = &mut self.numbering {
+            numbering.finish(&mut self.placed);
+        }
+        self.deliver_placed();
+    }
+
+    /// The next frame.
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "a decoder gives more frames after more bytes"
+    )]
+    pub fn next(&mut self) -> Option<Frame> {
+        self.frames.pop_front()
+    }
+
+    /// A new connection: what is left of the old one is given up; number and time begin a new
+    /// segment behind the last.
+    pub fn reconnect(&mut self, begin: Begin) {
+        self.counts.passed_over += (self.buffer.len() - self.start) as u64 + self.stretch;
+        self.counts.reconnects += 1;
+        self.buffer.clear();
+        self.start = 0;
+        self.stretch = 0;
+        self.dropped = self.pushed;
+        self.arrivals.clear();
+        self.since_packet = (begin == Begin::Whole).then_some(0);
+        self.begun = begin == Begin::Whole;
+        self.discard_line = begin == Begin::Cut;
+        self.assembly.clear();
+        if let Some(numbering) = &mut self.numbering {
+            numbering.reconnect();
+        }
+        if let Some(guard) = &mut self.guard {
+            guard.reset();
+        }
+        self.restarted = true;
+        self.last_host_ns = None;
+    }
+
+    /// What came and what did not, so far.
+    pub fn counts(&self) -> Counts {
+        let mut counts = self.counts;
+        if let Some(numbering) = &self.numbering {
+            let numbers = numbering.counts();
+            counts.lost = Some(numbers.lost);
+            counts.ambiguous = numbers.ambiguous;
+            counts.wrong_number = numbers.wrong;
+            counts.late = numbers.late;
+            counts.duplicate = numbers.duplicate;
+            counts.restarts += numbers.restarts;
+        }
+        counts.unconfirmed = self.guard.as_ref().map_or(0, |guard| guard.unconfirmed);
+        counts
+    }
+
+    /// The last ten lines that fit no template.
+    pub fn other_lines(&self) -> impl Iterator<Item = &str> {
+        self.other_lines.iter().map(String::as_str)
+    }
+
+    /// Bytes that wait for more.
+    pub fn waiting(&self) -> usize {
+        self.buffer.len() - self.start
+    }
+
+    fn look(&mut self, last: bool) {
+        if let Some(lines) = self.lines.take() {
+            self.look_for_lines(&lines, last);
+            self.lines = Some(lines);
+        } else {
+            self.look_for_packets(last);
+        }
+        // What was looked at goes, but for what the next packet looks back on.
+        let kept = self.cutter.looks_back().min(self.start);
+        let gone = self.start - kept;
+        self.buffer.drain(..gone);
+        self.start = kept;
+        self.dropped += gone as u64;
+        let position = self.dropped + self.start as u64;
+        while self.arrivals.len() > 1 && self.arrivals[0].0 <= position {
+            self.arrivals.pop_front();
+        }
+    }
+
+    fn look_for_packets(&mut self, last: bool) {
+        loop {
+            let (before, bytes) = self.buffer.split_at(self.start);
+            let around = Around {
+                bytes,
+                before,
+                since_packet: self.since_packet,
+                last,
+            };
+            match self.cutter.candidate(around) {
+                Candidate::More if last && !bytes.is_empty() => self.pass_over(1),
+                Candidate::More => return,
+                Candidate::None(bytes) => self.pass_over(bytes.max(1)),
+                Candidate::Damaged(bytes) => {
+                    self.pass_over(bytes);
+                    self.end_stretch();
+                }
+                Candidate::Other(1) => {
+                    // An end without a packet.
+                    self.start += 1;
+                }
+                Candidate::Other(bytes) => {
+                    self.end_stretch();
+                    self.counts.other += 1;
+                    self.start += bytes;
+                    self.since_packet = Some(0);
+                }
+                Candidate::Reading(bytes, reading) => {
+                    self.end_stretch();
+                    self.start += bytes;
+                    self.since_packet = Some(0);
+                    let host_ns = self.arrival();
+                    self.assemble(&reading, host_ns);
+                }
+            }
+        }
+    }
+
+    /// Arrival of the byte before the place that is looked at.
+    fn arrival(&self) -> Option<u64> {
+        let position = self.dropped + self.start as u64;
+        let arrived = self.arrivals.iter().find(|(end, _)| *end >= position);
+        arrived.map(|(_, host_ns)| *host_ns)
+    }
+
+    fn pass_over(&mut self, bytes: usize) {
+        self.start += bytes;
+        self.stretch += bytes as u64;
+        if let Some(since) = &mut self.since_packet {
+            *since += bytes as u64;
+        }
+    }
+
+    /// A packet stands behind a stretch of bytes that was none.
+    fn end_stretch(&mut self) {
+        let stretch = std::mem::take(&mut self.stretch);
+        self.counts.passed_over += stretch;
+        // What comes before the first packet may be the rest of one.
+        if stretch > 0 && self.begun {
+            let length = self.cutter.longest().max(1) as u64;
+            let several = match self.cutter.fixed_length() {
+                Some(_) => (stretch + length / 2) / length,
+                None => 1,
+            };
+            self.counts.damaged += several.max(1);
+        }
+        self.begun = true;
+    }
+
+    fn look_for_lines(&mut self, lines: &LineFormat, last: bool) {
+        loop {
+            let bytes = &self.buffer[self.start..];
+            let end = bytes
+                .windows(lines.end.len())
+                .position(|window| window == lines.end);
+            let (length, ended) = match end {
+                Some(at) => (at, at + lines.end.len()),
+                None if last && !bytes.is_empty() => (bytes.len(), bytes.len()),
+                None if bytes.len() > lines.longest => {
+                    // The rest of it is no line either.
+                    let length = bytes.len();
+                    self.start += length;
+                    self.counts.passed_over += length as u64;
+                    self.counts.damaged += u64::from(!self.discard_line);
+                    self.discard_line = true;
+                    return;
+                }
+                None => return,
+            };
+            let line = String::from_utf8_lossy(&bytes[..length.min(lines.longest)]).into_owned();
+            let too_long = length > lines.longest;
+            self.start += ended;
+            let discarded = std::mem::take(&mut self.discard_line);
+            if too_long || (discarded && lines.may_begin_cut()) {
+                self.counts.passed_over += ended as u64;
+                self.counts.damaged += u64::from(too_long);
+                continue;
+            }
+            let host_ns = self.arrival();
+            self.line(lines, &line, host_ns);
+        }
+    }
+
+    fn line(&mut self, lines: &LineFormat, line: &str, host_ns: Option<u64>) {
+        if line.trim().is_empty() {
+            return;
+        }
+        let Some(read) = lines.read(line) else {
+            self.counts.other += 1;
+            if self.other_lines.len() == KEPT_LINES {
+                self.other_lines.pop_front();
+            }
+            let kept = line.trim_end().chars().take(LONGEST_KEPT).collect();
+            self.other_lines.push_back(kept);
+            return;
+        };
+        if read.out_of_range {
+            self.counts.damaged += 1;
+            self.assembly.clear();
+            return;
+        }
+        for (place, value) in read.values {
+            self.assembly.values[place] = value;
+        }
+        if read.completes {
+            let values = self.assembly.take();
+            self.assembled(
+                read.sequence,
+                Assembled {
+                    values: Some(values),
+                    time: read.time,
+                    host_ns,
+                },
+            );
+        }
+    }
+
+    fn assemble(&mut self, reading: &Reading, host_ns: Option<u64>) {
+        let address = reading.address.unwrap_or(0);
+        let per_packet = reading.values.len();
+        if self.assembly.come[address] {
+            // The frame before was not complete.
+            self.counts.incomplete += 1;
+            self.assembly.clear();
+        }
+        let from = address * per_packet;
+        self.assembly.values[from..from + per_packet].copy_from_slice(&reading.values);
+        self.assembly.come[address] = true;
+        if self.assembly.packets > 1 && !self.assembly.is_whole() {
+            return;
+        }
+        let values = self.assembly.take();
+        self.assembled(
+            reading.sequence,
+            Assembled {
+                values: (!reading.bad_status).then_some(values),
+                time: reading.time,
+                host_ns,
+            },
+        );
+    }
+
+    /// A whole frame, with its number on the wire.
+    fn assembled(&mut self, sequence: Option<u64>, frame: Assembled) {
+        if frame.values.is_none() {
+            self.counts.bad_status += 1;
+        }
+        if let (Some(numbering), Some(number)) = (&mut self.numbering, sequence) {
+            // A clock that wraps would break the rate; the arrival stands in where it is known.
+            let arrival = frame.host_ns.map(|host_ns| host_ns as f64);
+            let device = || Some(frame.time? * self.clock_step_ns?);
+            let time = arrival.or_else(device).map(|time_ns| time_ns * 1e-9);
+            let numbered = Numbered {
+                number: number & LARGEST_NUMBER,
+                time,
+                fingerprint: fingerprint(frame.values.as_deref()),
+                frame: Box::new(frame),
+            };
+            numbering.push(numbered, &mut self.placed);
+            self.deliver_placed();
+        } else {
+            self.estimate_missing(frame.host_ns);
+            self.number += 1;
+            let restarted = std::mem::take(&mut self.restarted);
+            self.deliver(self.number - 1, restarted, frame);
+        }
+    }
+
+    /// Without a counter: frames that rate and silence say are missing.
+    fn estimate_missing(&mut self, host_ns: Option<u64>) {
+        if let (Some(now), Some(then), Some(period)) = (host_ns, self.last_host_ns, self.period_ns)
+        {
+            let frames = now.saturating_sub(then) as f64 / period;
+            // Shorter pauses are those of the link.
+            if frames > 8.0 && now.saturating_sub(then) > 200_000_000 {
+                self.counts.missing_estimate += frames.round() as u64 - 1;
+            }
+        }
+        self.last_host_ns = host_ns;
+    }
+
+    fn deliver_placed(&mut self) {
+        for placed in std::mem::take(&mut self.placed) {
+            let restarted = placed.restarted | std::mem::take(&mut self.restarted);
+            self.deliver(placed.number, restarted, *placed.frame);
+        }
+    }
+
+    fn deliver(&mut self, number: u64, restarted: bool, frame: Assembled) {
+        let timed = self.times.time(Known {
+            raw: frame.time,
+            number,
+            counted: self.numbering.is_some(),
+            host_ns: frame.host_ns,
+            restarted,
+        });
+        if timed.restarted && !restarted {
+            self.counts.restarts += 1;
+        }
+        let Some(values) = frame.values else {
+            return;
+        };
+        let flags = if timed.inferred {
+            self.flags.with(FrameFlags::INFERRED_TIME)
+        } else {
+            self.flags
+        };
+        let frame = Frame {
+            sequence: number,
+            time_ns: timed.time_ns,
+            values: self.wired.iter().map(|place| values[*place]).collect(),
+            host_ns: frame.host_ns,
+            flags,
+        };
+        let Self {
+            frames,
+            counts,
+            guard,
+            ..
+        } = self;
+        let mut give = |frame| {
+            counts.delivered += 1;
+            frames.push_back(frame);
+        };
+        match guard {
+            Some(guard) => guard.push(frame, &mut give),
+            None => give(frame),
+        }
+    }
+}
+
+impl Assembly {
+    fn is_whole(&self) -> bool {
+        self.come.iter().all(|come| *come)
+    }
+
+    fn clear(&mut self) {
+        self.values.fill(f64::NAN);
+        self.come.fill(false);
+    }
+
+    fn take(&mut self) -> Vec<f64> {
+        let values = self.values.clone();
+        self.clear();
+        values
+    }
+}
+
+/// A number that tells values apart (FNV-1a).
+fn fingerprint(values: Option<&[f64]>) -> u64 {
+    let values = values.unwrap_or(&[]).iter();
+    values.fold(0xcbf2_9ce4_8422_2325, |hash, value| {
+        (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// Smallest step of each channel, SI: one of a whole number.
+fn steps(board: &Board, wired: &[usize]) -> Vec<f64> {
+    let Format::Packet(layout) = &board.format else {
+        return vec![0.0; wired.len()];
+    };
+    wired
+        .iter()
+        .map(|place| {
+            let of_packet = place % layout.values.max(1);
+            let step = layout.fields.iter().find_map(|field| match &field.role {
+                Role::Value(value, conversion) if *value == of_packet => {
+                    (!field.kind.is_float()).then_some(conversion.scale.abs())
+                }
+                _ => None,
+            });
+            step.unwrap_or(0.0)
+        })
+        .collect()
+}

@@ -1,0 +1,235 @@
+//! Shipped boards: their published vectors, and a capture of a real one.
+
+use std::error::Error;
+
+use taxel_board::{Begin, Board, Class, Counts, Decoder};
+use taxel_recording::Frame;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+fn board(name: &str) -> Result<Board, Box<dyn Error>> {
+    let text = Board::shipped_text(name).ok_or("no such board")?;
+    Ok(Board::parse(name, text)?)
+}
+
+fn bytes(hex: &str) -> Vec<u8> {
+    hex.split_whitespace()
+        .filter_map(|byte| u8::from_str_radix(byte, 16).ok())
+        .collect()
+}
+
+fn decode(board: &Board, wire: &[u8]) -> (Vec<Frame>, Counts) {
+    let mut decoder = Decoder::new(board, Begin::Whole);
+    decoder.push(wire, None);
+    decoder.finish();
+    let frames = std::iter::from_fn(|| decoder.next()).collect();
+    (frames, decoder.counts())
+}
+
+fn one(name: &str, wire: &[u8]) -> Result<Frame, Box<dyn Error>> {
+    let (frames, counts) = decode(&board(name)?, wire);
+    match <[Frame; 1]>::try_from(frames) {
+        Ok([frame]) => Ok(frame),
+        Err(frames) => Err(format!("{name}: {} frames, {counts:?}", frames.len()).into()),
+    }
+}
+
+const ANYSKIN: &str = "00 00 c8 41 33 33 17 44 66 66 1e 43 be 7f 13 46 cd cc c8 41 66 66 bf 44 cd cc b2 c3 79 99 30 46 9a 99 c9 41 cd cc 88 c3 9a 19 80 44 f2 b2 2b 46 66 66 ca 41 00 00 40 44 9a 99 55 43 48 e1 1a 46 33 33 cb 41 00 00 10 c3 00 80 fa 44 d7 d3 38 46 0d 0a";
+
+#[test]
+fn every_shipped_board_parses() -> Outcome {
+    for name in Board::shipped_names() {
+        board(name)?;
+    }
+    Ok(())
+}
+
+#[test]
+fn anyskin_vector() -> Outcome {
+    let frame = one("anyskin-5x", &bytes(ANYSKIN))?;
+    assert_eq!(frame.values.len(), 15);
+    let f32 = |value: f32| f64::from(value);
+    assert_eq!(frame.values[..3], [f32(604.8), f32(158.4), f32(9439.936)]);
+    assert_eq!(
+        frame.values[12..],
+        [f32(-144.0), f32(2004.0), f32(11828.96)]
+    );
+    assert_eq!(board("anyskin-5x")?.detection().class, Class::D);
+    Ok(())
+}
+
+/// 800.157… is `0d 0a 48 44`: the bytes of the end, inside the packet.
+#[test]
+fn an_end_inside_the_packet_is_no_end() -> Outcome {
+    let mut wire = bytes(ANYSKIN);
+    wire[4..8].copy_from_slice(&[0x0d, 0x0a, 0x48, 0x44]);
+    let three = [&wire[..], &wire, &wire].concat();
+    let (frames, counts) = decode(&board("anyskin-5x")?, &three);
+    assert_eq!(frames.len(), 3, "{counts:?}");
+    assert!(counts.is_clean());
+    let expected = f64::from(f32::from_le_bytes([0x0d, 0x0a, 0x48, 0x44]));
+    assert!(frames.iter().all(|frame| frame.values[0] == expected));
+    Ok(())
+}
+
+const PAPILLARRAY: &str = "55 66 77 88 02 01 00 0d 00 03 00 19 00 04 00 57 00 2a 00 00 00 b1 68 de 3a 00 00 00 00 01 00 04 00 02 00 06 00 20 00 02 00 00 00 80 3f 00 00 00 40 00 00 40 40 cd cc cc 3d cd cc 4c 3e 9a 99 99 3e 02 00 00 00 80 40 00 00 a0 40 00 00 c0 40 cd cc cc 3e 00 00 00 3f 9a 99 19 3f 01 00 04 00 02 00 00 00 e0 40 00 00 00 41 00 00 10 41 33 33 33 3f cd cc 4c 3f 66 66 66 3f 94 18 aa bb cc dd";
+
+#[test]
+fn papillarray_vector() -> Outcome {
+    let all: Vec<String> = board("papillarray-2")?
+        .values()
+        .iter()
+        .map(|value| value.name.clone())
+        .collect();
+    let board = board("papillarray-2")?.wire(&all)?;
+    let (frames, counts) = decode(&board, &bytes(PAPILLARRAY));
+    let [frame] = &frames[..] else {
+        return Err(format!("{counts:?}").into());
+    };
+    assert_eq!((frame.sequence, frame.time_ns), (42, 987_654_321_000));
+    let milli = |value: f32| f64::from(value) * 1e-3;
+    let value = |name: &str| {
+        let place = all.iter().position(|other| other == name);
+        place.map_or(f64::NAN, |place| frame.values[place])
+    };
+    for (name, expected) in [
+        ("s1.p1.fx", 1.0),
+        ("s1.p1.fz", 3.0),
+        ("s1.p1.dx", milli(0.1)),
+        ("s1.p2.fy", 5.0),
+        ("s1.p2.dz", milli(0.6)),
+        ("s1.fx", 7.0),
+        ("s1.fz", 9.0),
+        ("s1.tz", milli(0.9)),
+    ] {
+        assert_eq!(value(name), expected, "{name}");
+    }
+    assert!(value("s1.p3.fx").is_nan() && value("s2.fx").is_nan());
+    // A place in a table that points elsewhere, with a check that holds.
+    let mut wrong = bytes(PAPILLARRAY);
+    wrong[31] += 1;
+    let sum: u32 = wrong[4..113].iter().map(|byte| u32::from(*byte)).sum();
+    wrong[113..115].copy_from_slice(&(sum as u16).to_le_bytes());
+    assert_eq!(decode(&board, &wrong).0.len(), 0);
+    Ok(())
+}
+
+#[test]
+fn optoforce_vector() -> Outcome {
+    let wire = bytes("aa 07 08 0a 2d 6a 00 00 ff f7 ff fb 00 07 05 51");
+    let frame = one("optoforce-16", &wire)?;
+    assert_eq!(frame.sequence, 11626);
+    let counts: Vec<f64> = frame
+        .values
+        .iter()
+        .zip([0.0378549, 0.0347182, 0.3306332])
+        .map(|(value, scale)| (value / scale).round())
+        .collect();
+    assert_eq!(counts, [-9.0, -5.0, 7.0]);
+    Ok(())
+}
+
+/// The whole capture of a real sensor, cut as a port may cut it.
+#[test]
+fn optoforce_capture() -> Outcome {
+    let capture = include_bytes!("data/optoforce.bin");
+    let board = board("optoforce-16")?;
+    for chunk in [1, 7, 62, 4096, capture.len()] {
+        let mut decoder = Decoder::new(&board, Begin::Cut);
+        let mut frames = Vec::new();
+        for bytes in capture.chunks(chunk) {
+            decoder.push(bytes, None);
+            frames.extend(std::iter::from_fn(|| decoder.next()));
+            assert!(decoder.waiting() < 32);
+        }
+        decoder.finish();
+        frames.extend(std::iter::from_fn(|| decoder.next()));
+        let counts = decoder.counts();
+        assert_eq!(frames.len(), 34_320, "{counts:?}");
+        assert_eq!(counts.delivered, 34_320);
+        assert_eq!(counts.lost, Some(54));
+        assert_eq!(counts.wrong_number, 0);
+        let ends = [&frames[0], &frames[frames.len() - 1]].map(|frame| frame.sequence);
+        assert_eq!(ends, [11_626, 45_999]);
+        assert!(
+            frames
+                .windows(2)
+                .all(|pair| pair[0].sequence < pair[1].sequence)
+        );
+        let scales = [0.0378549, 0.0347182, 0.3306332];
+        for (axis, expected) in [7_512_397, 4_386_077, -14_114_477].into_iter().enumerate() {
+            let sum: i64 = frames
+                .iter()
+                .map(|frame| (frame.values[axis] / scales[axis]).round() as i64)
+                .sum();
+            assert_eq!(sum, expected, "axis {axis}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn touch_board_vector() -> Outcome {
+    let wire = b"FDAT: 700 701 702 703 704 705 706 707 708 709 710 711 712\r\n";
+    let frame = one("touch-board-mpr121", wire)?;
+    let expected: Vec<f64> = (700..713).map(f64::from).collect();
+    assert_eq!(frame.values, expected);
+    Ok(())
+}
+
+#[test]
+fn fdc1004_vector() -> Outcome {
+    let board = board("fdc1004-facebook")?;
+    let wire = b"Ready\r\nCapacitance (pF):  1.23 4.56 7.89 0.12\r\n";
+    let mut decoder = Decoder::new(&board, Begin::Cut);
+    decoder.push(wire, None);
+    let frame = decoder.next().ok_or("no frame")?;
+    for (value, expected) in frame
+        .values
+        .iter()
+        .zip([1.23e-12, 4.56e-12, 7.89e-12, 0.12e-12])
+    {
+        assert!((value / expected - 1.0).abs() < 1e-12);
+    }
+    assert_eq!(decoder.counts().other, 1);
+    assert_eq!(decoder.other_lines().collect::<Vec<_>>(), ["Ready"]);
+    Ok(())
+}
+
+#[test]
+fn openbci_vector() -> Outcome {
+    let wire = bytes(
+        "a0 07 00 00 01 ff ff ff 7f ff ff 80 00 00 00 01 00 ff ff 00 00 00 00 01 00 00 00 00 00 00 00 00 c0",
+    );
+    let frame = one("openbci-cyton", &wire)?;
+    assert_eq!(frame.sequence, 7);
+    assert_eq!(
+        frame.values,
+        [
+            1.0,
+            -1.0,
+            8_388_607.0,
+            -8_388_608.0,
+            256.0,
+            -256.0,
+            0.0,
+            65_536.0
+        ]
+    );
+    Ok(())
+}
+
+#[test]
+fn taxel_wire_vector() -> Outcome {
+    let wire =
+        bytes("02 01 02 07 01 01 03 e8 03 01 01 01 01 01 02 01 03 ff ff 06 01 b3 69 67 d6 00");
+    let frame = one("taxel-wire-1", &wire)?;
+    assert_eq!((frame.sequence, frame.time_ns), (7, 1_000_000));
+    assert_eq!(frame.values, [1.0, -1.0, 256.0]);
+    let mut back = Vec::new();
+    let board = board("taxel-wire-1")?;
+    taxel_board::Encoder::new(&board).encode(&frame, &mut back);
+    assert_eq!(back, wire);
+    assert_eq!(board.detection().class, Class::A);
+    Ok(())
+}

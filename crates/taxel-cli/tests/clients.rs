@@ -1,0 +1,232 @@
+//! The clients in Python and JavaScript against the program; left out with a word where an
+//! interpreter is missing.
+#![cfg(unix)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    dead_code,
+    reason = "a panic is how a test fails, and not every test needs all helpers"
+)]
+
+#[path = "common/board.rs"]
+mod board;
+mod common;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use board::{Beside, device, objects};
+use common::Folder;
+use serde_json::Value;
+
+fn clients() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../clients")
+}
+
+/// Output of an interpreter; `None`, with a word, where it is missing.
+fn interpreted(program: &str, arguments: &[&str]) -> Option<Output> {
+    if Command::new(program).arg("--version").output().is_err() {
+        eprintln!("left out: there is no {program} on this machine");
+        return None;
+    }
+    let output = Command::new(program)
+        .args(arguments)
+        .env("PYTHONPATH", clients().join("python"))
+        .output();
+    Some(output.unwrap())
+}
+
+#[track_caller]
+fn printed(output: &Output) -> Value {
+    assert!(output.status.success(), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A page whose frames also go to a file, and that file.
+fn live(folder: &Folder) -> (Beside, String) {
+    let file = folder.path("run.jsonl");
+    let out = format!("jsonl:{file}");
+    let live = Beside::start(&["live", "three-axis-8x8", "--port", "0", "--out", &out]);
+    (live, file)
+}
+
+/// What a client printed of one frame is what the program wrote of it.
+#[track_caller]
+fn agrees(client: &Value, file: &str) {
+    // The file is written behind the socket.
+    let mut found = None;
+    board::wait_until(|| {
+        let text = fs::read_to_string(file).unwrap();
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        let lines = objects(whole);
+        found = lines
+            .into_iter()
+            .find(|line| line["sequence"] == client["sequence"]);
+        found.is_some()
+    });
+    let line = found.unwrap();
+    assert_eq!(client["force"][2], line["force_z_n"]);
+    assert_eq!(client["time_ns"], line["time_ns"]);
+    let number = |value: &Value| value.as_f64().unwrap() as f32;
+    let values: Vec<f32> = client["values"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(number)
+        .collect();
+    let written: Vec<f32> = line["values_n"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(number)
+        .collect();
+    assert_eq!(values, written);
+    assert_eq!(client["mark"], "from a client");
+}
+
+const PYTHON: &str = r#"
+import json, sys
+from taxel_live import TaxelLive, TaxelError
+try:
+    TaxelLive(sys.argv[1] + "0")
+    sys.exit("a wrong token was taken")
+except TaxelError as error:
+    assert "token" in str(error), error
+with TaxelLive(sys.argv[1]) as live:
+    assert live.hello["rows"] == 8
+    live.tare(force=True)
+    live.mark("from a client")
+    for frame in live.frames():
+        marks = [event["text"] for event in live.events if event["kind"] == "mark"]
+        if marks and live.status and live.status["tare"] == "done":
+            break
+    flat = [float(value) for row in frame.values for value in row]
+    print(json.dumps({"sequence": frame.sequence, "time_ns": frame.time_ns, "force": list(frame.force),
+                      "values": flat, "mark": marks[-1]}))
+"#;
+
+#[test]
+fn the_python_client_reads_what_the_program_writes() {
+    let folder = Folder::new("python-client");
+    let (live, file) = live(&folder);
+    let Some(output) = interpreted("python3", &["-c", PYTHON, &live.line]) else {
+        return;
+    };
+    agrees(&printed(&output), &file);
+}
+
+const JAVASCRIPT: &str = r#"
+const { TaxelLive } = await import(process.argv[2]);
+let refused = false;
+await TaxelLive.open(process.argv[3] + "0").catch(() => { refused = true; });
+if (!refused) throw new Error("a wrong token was taken");
+const live = await TaxelLive.open(process.argv[3]);
+live.tare(true);
+live.mark("from a client");
+for await (const frame of live) {
+  const mark = live.events.filter(({ kind }) => kind === "mark").at(-1);
+  if (mark === undefined || live.status?.tare !== "done") continue;
+  console.log(JSON.stringify({ sequence: Number(frame.sequence), time_ns: Number(frame.timeNs),
+    force: frame.force, values: [...frame.values], mark: mark.text }));
+  break;
+}
+live.close();
+"#;
+
+#[test]
+fn the_javascript_client_reads_what_the_program_writes() {
+    let folder = Folder::new("javascript-client");
+    let (live, file) = live(&folder);
+    let script = folder.path("client.mjs");
+    fs::write(&script, JAVASCRIPT).unwrap();
+    let module = clients().join("javascript/taxel-live.js");
+    let module = module.canonicalize().unwrap();
+    let arguments = [&*script, &*module.to_string_lossy(), &live.line];
+    let Some(output) = interpreted("node", &arguments) else {
+        return;
+    };
+    agrees(&printed(&output), &file);
+}
+
+const JSON_LINES: &str = r#"
+schema = 1
+name = "readings of a program"
+[framing.lines]
+template = '{{"t":{time s},"n":{sequence},"v":[{value c1..c256}]}}'
+"#;
+
+#[test]
+fn a_program_in_python_is_a_source() {
+    let folder = Folder::new("python-source");
+    let script = clients().join("python/taxel_source.py");
+    if interpreted("python3", &["--version"]).is_none() {
+        return;
+    }
+    let board = folder.path("json-lines.toml");
+    fs::write(&board, JSON_LINES).unwrap();
+    let source = format!("exec:python3 '{}' 256", script.display());
+    let output = common::taxel(&[
+        "live",
+        "three-axis-8x8",
+        "--raw",
+        "--headless",
+        "--format",
+        "json",
+        "--board",
+        &board,
+        "--source",
+        &source,
+        "--frames",
+        "50",
+    ]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&found["frames"], &found["lost"]),
+        (&50.into(), &0.into()),
+        "{}",
+        found["link"]
+    );
+    assert_eq!(found["link"]["wire"]["other"], 0);
+}
+
+#[test]
+fn a_controller_holds_a_force_on_the_twin() {
+    let folder = Folder::new("hold-force");
+    let board = board::board(&folder);
+    // A port that was free a moment ago.
+    let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = free.local_addr().unwrap().port();
+    drop(free);
+    let control = format!("tcp:{port}");
+    let device = device(&board, "tcp:0", &["--control", &control]);
+    let live = Beside::start(&[
+        "live",
+        "three-axis-8x8",
+        "--port",
+        "0",
+        "--board",
+        &board,
+        "--source",
+        &device.line,
+    ]);
+    let script = clients().join("python/hold_force.py");
+    let address = format!("localhost:{port}");
+    let arguments = [
+        &*script.to_string_lossy(),
+        &live.line,
+        &address,
+        "--seconds",
+        "4",
+    ];
+    let Some(output) = interpreted("python3", &arguments) else {
+        return;
+    };
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let held: f64 = text.split_whitespace().nth(1).unwrap().parse().unwrap();
+    assert!(
+        (held - 0.2).abs() < 0.02 && text.contains("round trip"),
+        "{text}"
+    );
+}

@@ -1,0 +1,483 @@
+//! `taxel live` on links, `taxel device` and `taxel devices`, at the border of the process.
+#![cfg(unix)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic is how a test fails, and figures are printed"
+)]
+
+#[path = "common/board.rs"]
+mod board;
+mod common;
+
+use std::fs;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::process::{Command, Stdio};
+
+use board::{Beside, device, objects, wait_until, web_socket};
+use common::{Folder, done, refused, taxel};
+use serde_json::Value;
+
+/// Summary of a run that ends well.
+#[track_caller]
+fn summary(arguments: &[&str]) -> Value {
+    let mut all = vec!["live", "three-axis-8x8", "--headless", "--format", "json"];
+    all.extend(arguments);
+    let output = taxel(&all);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{}\n{errors}", found["link"]);
+    found
+}
+
+#[test]
+fn a_virtual_device_is_read_over_each_link_without_loss() {
+    let folder = Folder::new("links");
+    let board = board::board(&folder);
+    for place in ["pty", "tcp:0"] {
+        let device = device(&board, place, &["--rate", "200 Hz"]);
+        let source = match place {
+            "pty" => format!("serial:{}", device.line),
+            _ => device.line.clone(),
+        };
+        let found = summary(&["--board", &board, "--source", &source, "--frames", "200"]);
+        assert_eq!(
+            (&found["frames"], &found["lost"]),
+            (&200.into(), &0.into()),
+            "{place}"
+        );
+        assert_eq!(found["link"]["state"], "in_step");
+        assert_eq!(found["link"]["wire"]["damaged"], 0);
+    }
+}
+
+#[test]
+fn the_bytes_of_a_device_can_be_piped_and_programs_can_be_sources() {
+    let folder = Folder::new("pipes");
+    let board = board::board(&folder);
+    let program = env!("CARGO_BIN_EXE_taxel");
+    let arguments = [
+        "device",
+        "three-axis-8x8",
+        "--board",
+        &board,
+        "--on",
+        "-",
+        "--frames",
+        "100",
+    ];
+    let mut bytes = Command::new(program)
+        .args(arguments)
+        .args(["--rate", "1 kHz"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let live = [
+        "live",
+        "three-axis-8x8",
+        "--headless",
+        "--format",
+        "json",
+        "--board",
+        &board,
+    ];
+    let output = Command::new(program)
+        .args(live)
+        .args(["--source", "-"])
+        .stdin(bytes.stdout.take().unwrap())
+        .output()
+        .unwrap();
+    bytes.wait().unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&found["frames"], &found["lost"]), (&100.into(), &0.into()));
+
+    let source = format!("exec:'{program}' {} --rate \"1 kHz\"", arguments.join(" "));
+    let found = summary(&["--board", &board, "--source", &source]);
+    assert_eq!(found["frames"], 100);
+}
+
+#[test]
+fn damage_is_counted_and_is_exit_code_3() {
+    let folder = Folder::new("damage");
+    let board = board::board(&folder);
+    let (faults, truth) = (folder.path("faults.toml"), folder.path("truth.jsonl"));
+    fs::write(&faults, "[wire]\nflip = 2e-5\n[frames]\nlose = 0.02\n").unwrap();
+    let device = device(
+        &board,
+        "tcp:0",
+        &[
+            "--rate", "500 Hz", "--faults", &faults, "--truth", &truth, "--seed", "3",
+        ],
+    );
+    let output = taxel(&[
+        "live",
+        "three-axis-8x8",
+        "--headless",
+        "--format",
+        "json",
+        "--board",
+        &board,
+        "--source",
+        &device.line,
+        "--frames",
+        "500",
+    ]);
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["link"]["wire"]["damaged"].as_u64().unwrap() > 0);
+    assert!(found["lost"].as_u64().unwrap() > 0);
+    drop(device);
+    assert!(!fs::read_to_string(&truth).unwrap().is_empty());
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_what_to_do() {
+    let folder = Folder::new("links-refused");
+    let board = board::board(&folder);
+    let message = refused(&["live", "three-axis-8x8", "--source", "serial:/dev/ttyACM0"]);
+    assert!(
+        message.contains("--board") && message.contains("anyskin-5x"),
+        "{message}"
+    );
+    let message = refused(&["live", "three-axis-8x8", "--board", &board]);
+    assert!(message.contains("is no link"), "{message}");
+    let message = refused(&["live", "--board", &board, "--source", "tcp:localhost:1"]);
+    assert!(message.contains("--raw"), "{message}");
+    let source = ["--source", "tcp:localhost:1"];
+    let message = refused(&[
+        "live",
+        "three-axis-8x8",
+        "--board",
+        "optoforce-16",
+        source[0],
+        source[1],
+    ]);
+    assert!(
+        message.contains("256 channels") && message.contains("fx, fy, fz"),
+        "{message}"
+    );
+    let message = refused(&[
+        "live",
+        "three-axis-8x8",
+        "--board",
+        &board,
+        "--source",
+        "udp:x",
+    ]);
+    assert!(message.contains("1 to 65535"), "{message}");
+    let message = refused(&["device", "three-axis-8x8", "--board", &board, "--on", "usb"]);
+    assert!(
+        message.contains("pty") && message.contains("tcp:PORT"),
+        "{message}"
+    );
+    let faults = folder.path("faults.toml");
+    fs::write(&faults, "[wire]\nflip = 3\n").unwrap();
+    let message = refused(&[
+        "device",
+        "three-axis-8x8",
+        "--board",
+        &board,
+        "--on",
+        "pty",
+        "--faults",
+        &faults,
+    ]);
+    assert!(
+        message.contains("flip = 3") && message.contains('^'),
+        "{message}"
+    );
+    let message = refused(&["live", "--headless", "--frames", "1", "--out", "xml"]);
+    assert!(message.contains("jsonl:FILE"), "{message}");
+    let message = refused(&[
+        "live",
+        "--headless",
+        "--frames",
+        "1",
+        "--out",
+        "csv",
+        "--out",
+        "jsonl",
+    ]);
+    assert!(message.contains("only one"), "{message}");
+}
+
+#[test]
+fn each_frame_is_a_line_in_si_with_its_unit() {
+    let folder = Folder::new("lines");
+    let file = folder.path("run.csv");
+    let csv = format!("csv:{file}");
+    let text = done(&[
+        "live",
+        "three-axis-8x8",
+        "--headless",
+        "--speed",
+        "max",
+        "--frames",
+        "300",
+        "--out",
+        "jsonl",
+        "--out",
+        &csv,
+    ]);
+    let lines = objects(&text);
+    assert_eq!(lines.len(), 300);
+    let last = &lines[299];
+    assert_eq!(
+        (&last["sequence"], &last["lost"], &last["link"]),
+        (&299.into(), &0.into(), &Value::Null)
+    );
+    assert!(last["force_z_n"].is_number() && last["host_ns"].is_null());
+    assert_eq!(last["readings_f"].as_array().unwrap().len(), 256);
+    assert_eq!(last["values_n"].as_array().unwrap().len(), 192);
+    let table = fs::read_to_string(&file).unwrap();
+    let mut rows = table.lines();
+    let header: Vec<&str> = rows.next().unwrap().split(',').collect();
+    assert!(header.contains(&"force_z [N]") && header.contains(&"value r7c7 z [N]"));
+    let rows: Vec<&str> = rows.collect();
+    assert_eq!(rows.len(), 300);
+    assert!(
+        rows.iter()
+            .all(|row| row.split(',').count() == header.len())
+    );
+    // An existing file is left alone.
+    let message = refused(&["live", "--headless", "--frames", "1", "--out", &csv]);
+    assert!(message.contains("--force"), "{message}");
+    assert_eq!(fs::read_to_string(&file).unwrap(), table);
+}
+
+#[test]
+fn a_reader_that_goes_ends_the_run_quietly() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["live", "--headless", "--out", "jsonl"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    let mut output = BufReader::new(child.stdout.take().unwrap());
+    output.read_line(&mut line).unwrap();
+    drop(output);
+    let mut errors = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut errors)
+        .unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{errors}");
+    assert!(
+        line.starts_with("{\"sequence\":") && !errors.contains("error"),
+        "{errors}"
+    );
+}
+
+#[test]
+fn lines_of_the_standard_input_are_marks() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args([
+            "live",
+            "three-axis-8x8",
+            "--headless",
+            "--frames",
+            "60",
+            "--marks",
+            "-",
+        ])
+        .args(["--format", "json"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(b"the \"first\" grasp\n")
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["events"]["mark"], 1);
+    let events = found["last_events"].as_array().unwrap();
+    assert!(
+        events
+            .iter()
+            .any(|event| event["text"] == "the \"first\" grasp"),
+        "{events:?}"
+    );
+}
+
+#[test]
+fn a_port_with_a_name_of_its_own_comes_and_goes_with_the_device() {
+    let folder = Folder::new("pty-link");
+    let (board, port) = (board::board(&folder), folder.path("port"));
+    let faults = folder.path("faults.toml");
+    fs::write(
+        &faults,
+        "[link]\nleave = [{ at = \"1 s\", for = \"300 ms\" }]\n",
+    )
+    .unwrap();
+    let device = device(
+        &board,
+        &format!("pty:{port}"),
+        &["--faults", &faults, "--rate", "200 Hz"],
+    );
+    assert_eq!(device.line, port);
+    let found = summary(&[
+        "--board",
+        &board,
+        "--source",
+        &format!("serial:{port}"),
+        "--frames",
+        "400",
+    ]);
+    assert_eq!(found["link"]["connects"], 2);
+    assert_eq!(found["frames"], 400);
+}
+
+#[test]
+fn a_recording_can_be_played_on_a_wire() {
+    let folder = Folder::new("played");
+    let (board, recording) = (board::board(&folder), folder.path("run.csv"));
+    done(&[
+        "live",
+        "three-axis-8x8",
+        "--headless",
+        "--frames",
+        "50",
+        "--speed",
+        "max",
+        "--save",
+        &recording,
+    ]);
+    let device = Beside::start(&[
+        "device",
+        "three-axis-8x8",
+        "--board",
+        &board,
+        "--on",
+        "tcp:0",
+        "--replay",
+        &recording,
+        "--rate",
+        "50 Hz",
+    ]);
+    let found = summary(&[
+        "--board",
+        &board,
+        "--source",
+        &device.line,
+        "--frames",
+        "10",
+    ]);
+    assert_eq!(found["frames"], 10);
+}
+
+#[test]
+fn commands_move_what_presses() {
+    let folder = Folder::new("control");
+    let (board, truth) = (board::board(&folder), folder.path("quiet.toml"));
+    fs::write(&truth, "schema = 1\nname = \"quiet\"\nduration = \"9 s\"\n").unwrap();
+    let mut device = device(
+        &board,
+        "tcp:0",
+        &["--control", "-", "--script", &truth, "--rate", "100 Hz"],
+    );
+    let mut input = device.input.take().unwrap();
+    let source = device.line.clone();
+    let press = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_millis(1200));
+        input
+            .write_all(b"{\"move\":{\"force_n\":[0,0,0.3]}}\n")
+            .unwrap();
+        input.flush().unwrap();
+        input
+    });
+    let found = summary(&["--board", &board, "--source", &source, "--frames", "250"]);
+    let _input = press.join().unwrap();
+    let force = found["last_force_n"][2].as_f64().unwrap();
+    assert!((force - 0.3).abs() < 0.03, "{force} N");
+}
+
+#[test]
+fn devices_lists_ports_or_says_that_there_are_none() {
+    let list: Value = serde_json::from_str(&done(&["devices", "--format", "json"])).unwrap();
+    let text = done(&["devices"]);
+    match list["ports"].as_array().unwrap().as_slice() {
+        [] => assert!(text.contains("no serial port is plugged in"), "{text}"),
+        [first, ..] => assert!(text.contains(first["path"].as_str().unwrap()), "{text}"),
+    }
+}
+
+/// Frames a second and seconds of the test without loss.
+fn load() -> (f64, f64) {
+    let number =
+        |name: &str, usual: f64| std::env::var(name).map_or(usual, |text| text.parse().unwrap());
+    (
+        number("TAXEL_LOAD_HZ", 200.0),
+        number("TAXEL_LOAD_SECONDS", 3.0),
+    )
+}
+
+/// At full length, on an idle machine:
+/// `TAXEL_LOAD_HZ=1000 TAXEL_LOAD_SECONDS=600 cargo test --release -p taxel-cli --test links -- --nocapture stalled`
+#[test]
+fn nothing_is_lost_with_four_stalled_clients() {
+    let (rate, seconds) = load();
+    let folder = Folder::new("load");
+    let board = board::board(&folder);
+    for place in ["pty", "tcp:0"] {
+        let device = device(&board, place, &["--rate", &format!("{rate} Hz")]);
+        let source = match place {
+            "pty" => format!("serial:{}", device.line),
+            _ => device.line.clone(),
+        };
+        let frames = (rate * seconds) as u64;
+        let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+            .args([
+                "live",
+                "three-axis-8x8",
+                "--port",
+                "0",
+                "--format",
+                "json",
+                "--board",
+                &board,
+            ])
+            .args(["--source", &source, "--frames", &frames.to_string()])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut output = BufReader::new(child.stdout.take().unwrap());
+        let mut address = String::new();
+        output.read_line(&mut address).unwrap();
+        let stalled: Vec<_> = (0..4).map(|_| web_socket(address.trim())).collect();
+        let mut reader = web_socket(address.trim());
+        let read = std::thread::spawn(move || {
+            std::io::copy(&mut reader, &mut std::io::sink()).unwrap_or(0)
+        });
+        let mut text = String::new();
+        output.read_to_string(&mut text).unwrap();
+        child.wait().unwrap();
+        drop(stalled);
+        let found: Value = serde_json::from_str(&text).unwrap();
+        println!(
+            "{place}: {} frames, lost {}, arrival to message p99 {} s, to socket p99 {} s",
+            found["frames"],
+            found["lost"],
+            found["latency_s"]["p99"],
+            found["sent_latency_s"]["p99"]
+        );
+        assert_eq!(
+            (&found["frames"], &found["lost"]),
+            (&frames.into(), &0.into()),
+            "{place}"
+        );
+        assert_eq!(
+            (&found["link"]["overrun"], &found["late"]),
+            (&0.into(), &0.into())
+        );
+        wait_until(|| read.is_finished());
+        assert!(read.join().unwrap() > frames * 1000);
+    }
+}

@@ -1,0 +1,27 @@
+//! Links: ways to the bytes of a board, each with one reading thread.
+
+mod address;
+mod advice;
+mod error;
+mod exec;
+mod options;
+mod port;
+mod ports;
+mod reader;
+mod running;
+mod serial;
+mod socket;
+mod state;
+mod stream;
+mod tracker;
+mod wire;
+
+pub use address::{LinkAddress, SerialName};
+pub use error::LinkError;
+pub use options::{LinkObserver, LinkOptions, Reconnect};
+pub use ports::{FoundPort, Holder, UsbNames, found_ports};
+pub(crate) use reader::Item;
+pub(crate) use running::Running;
+pub use serial::{SerialSettings, UsbMatch};
+pub use state::{LinkHandle, LinkState, LinkStatus};
+pub use wire::{Decode, Greeting, Poll, WireCounts};

@@ -1,0 +1,130 @@
+//! TCP clients and UDP ports.
+
+use std::io::{self, Read as _, Write as _};
+use std::net::{Ipv4Addr, SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket};
+use std::time::Duration;
+
+use super::error::LinkError;
+use super::port::{Link, Port, Received, received};
+
+/// Longest wait for the answer of a host.
+const CONNECT: Duration = Duration::from_secs(2);
+
+/// A TCP server that sends bytes.
+pub(crate) struct Tcp(pub(crate) String);
+
+impl Link for Tcp {
+    fn name(&self) -> String {
+        format!("tcp:{}", self.0)
+    }
+
+    fn open(&mut self) -> Result<Box<dyn Port>, LinkError> {
+        let refuse = |reason: String| LinkError::Open {
+            name: self.name(),
+            reason,
+        };
+        let addresses: Vec<SocketAddr> = self
+            .0
+            .to_socket_addrs()
+            .map_err(|error| refuse(format!("the name of the host is not known: {error}")))?
+            .collect();
+        let mut last = refuse("the host has no address".into());
+        for address in addresses {
+            match TcpStream::connect_timeout(&address, CONNECT) {
+                Ok(stream) => {
+                    // A question to the board must not wait for more to send.
+                    let _ = stream.set_nodelay(true);
+                    return Ok(Box::new(OpenTcp {
+                        stream,
+                        patience: None,
+                    }));
+                }
+                Err(error) => last = refuse(format!("nobody answers: {error}")),
+            }
+        }
+        Err(last)
+    }
+}
+
+struct OpenTcp {
+    stream: TcpStream,
+    patience: Option<Duration>,
+}
+
+impl Port for OpenTcp {
+    fn read(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<Received> {
+        if self.patience != Some(patience) {
+            self.stream.set_read_timeout(Some(patience))?;
+            self.patience = Some(patience);
+        }
+        received(self.stream.read(buffer))
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.stream.write_all(bytes)
+    }
+}
+
+/// A UDP port of this machine.
+pub(crate) struct Udp {
+    pub(crate) port: u16,
+    pub(crate) group: Option<Ipv4Addr>,
+}
+
+impl Link for Udp {
+    fn name(&self) -> String {
+        match self.group {
+            Some(group) => format!("udp:{}@{group}", self.port),
+            None => format!("udp:{}", self.port),
+        }
+    }
+
+    fn open(&mut self) -> Result<Box<dyn Port>, LinkError> {
+        let refuse = |error: io::Error| LinkError::Open {
+            name: self.name(),
+            reason: format!("cannot be listened on: {error}"),
+        };
+        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, self.port)).map_err(refuse)?;
+        if let Some(group) = &self.group {
+            let joined = socket.join_multicast_v4(group, &Ipv4Addr::UNSPECIFIED);
+            joined.map_err(refuse)?;
+        }
+        Ok(Box::new(OpenUdp {
+            socket,
+            sender: None,
+            patience: None,
+        }))
+    }
+}
+
+struct OpenUdp {
+    socket: UdpSocket,
+    /// Who sent the last datagram: questions go there.
+    sender: Option<SocketAddr>,
+    patience: Option<Duration>,
+}
+
+impl Port for OpenUdp {
+    fn read(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<Received> {
+        if self.patience != Some(patience) {
+            self.socket.set_read_timeout(Some(patience))?;
+            self.patience = Some(patience);
+        }
+        match self.socket.recv_from(buffer) {
+            // An empty datagram is no end.
+            Ok((0, _)) => Ok(Received::Nothing),
+            Ok((bytes, sender)) => {
+                self.sender = Some(sender);
+                Ok(Received::Bytes(bytes))
+            }
+            Err(error) => received(Err(error)),
+        }
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match self.sender {
+            Some(sender) => self.socket.send_to(bytes, sender).map(drop),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! State of a link, as people, clients and recordings see it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde::Serialize;
+
+use super::wire::WireCounts;
+
+/// State of a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LinkState {
+    /// There is no such port, or nobody answers.
+    Absent,
+    /// It is being opened.
+    Opening,
+    /// It is open; no frame was decoded yet.
+    Connected,
+    /// Frames arrive.
+    InStep,
+    /// It is open and nothing arrives.
+    Silent,
+    /// Bytes arrive that are no packets.
+    Garbled,
+    /// It has ended and will not come back.
+    Ended,
+}
+
+impl LinkState {
+    /// Name in messages and lines.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::InStep => "in_step",
+            other => other.name(),
+        }
+    }
+
+    /// Name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Absent => "absent",
+            Self::Opening => "opening",
+            Self::Connected => "connected",
+            Self::InStep => "in step",
+            Self::Silent => "silent",
+            Self::Garbled => "garbled",
+            Self::Ended => "ended",
+        }
+    }
+}
+
+/// A link now.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LinkStatus {
+    /// Name of the port, host or program.
+    pub name: String,
+    /// Its state.
+    pub state: LinkState,
+    /// Since when by the wall clock, s since 1970.
+    pub since_unix_s: f64,
+    /// Since when by the steady clock, ns since the source was opened.
+    pub since_ns: u64,
+    /// Why it is in this state, with advice; empty where the state says all.
+    pub reason: String,
+    /// How often it was connected.
+    pub connects: u64,
+    /// Bytes that arrived.
+    pub bytes: u64,
+    /// Frames dropped because the program was too slow.
+    pub overrun: u64,
+    /// Counts of the wire.
+    pub wire: WireCounts,
+}
+
+/// The status of a link, shared by its thread and those who show it.
+#[derive(Debug, Clone)]
+pub struct LinkHandle(Arc<Mutex<LinkStatus>>);
+
+impl LinkHandle {
+    pub(crate) fn new(name: String) -> Self {
+        Self(Arc::new(Mutex::new(LinkStatus {
+            name,
+            state: LinkState::Opening,
+            since_unix_s: unix_s(),
+            since_ns: 0,
+            reason: String::new(),
+            connects: 0,
+            bytes: 0,
+            overrun: 0,
+            wire: WireCounts::default(),
+        })))
+    }
+
+    /// The status now.
+    pub fn now(&self) -> LinkStatus {
+        self.lock().clone()
+    }
+
+    /// The state now.
+    pub fn state(&self) -> LinkState {
+        self.lock().state
+    }
+
+    /// False where the wire cannot tell how many frames were lost.
+    pub fn loss_known(&self) -> bool {
+        self.lock().wire.lost.is_some()
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, LinkStatus> {
+        // A poisoned lock still holds a whole value.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl LinkStatus {
+    pub(crate) fn change(&mut self, state: LinkState, reason: String, host_ns: u64) {
+        self.state = state;
+        self.reason = reason;
+        self.since_ns = host_ns;
+        self.since_unix_s = unix_s();
+    }
+}
+
+fn unix_s() -> f64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    now.map_or(0.0, |now| now.as_secs_f64())
+}

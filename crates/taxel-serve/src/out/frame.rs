@@ -1,0 +1,316 @@
+//! Reading a binary message again. The layout is that of `docs/live-protocol.md`.
+
+use std::fmt::Write as _;
+
+use taxel::estimation::{Meaning, Wiring};
+
+use crate::message::{CONTACT, HEADER};
+
+/// What the columns of a line are.
+#[derive(Debug, Clone)]
+pub(super) struct Columns {
+    components: usize,
+    /// Names of the channels and of the taxels.
+    channels: Vec<String>,
+    taxels: Vec<String>,
+    /// Keys of SI units: of a reading, of a value, of a contact's force, of a length.
+    reading: &'static str,
+    value: &'static str,
+    force: &'static str,
+    length: &'static str,
+}
+
+/// SI unit of a quantity, as a key has it and as a header has it.
+fn unit(quantity: &str) -> (&'static str, &'static str) {
+    match quantity {
+        "capacitance" => ("f", "F"),
+        "voltage" => ("v", "V"),
+        "resistance" | "resistance change" => ("ohm", "ohm"),
+        "charge" => ("c", "C"),
+        "force" => ("n", "N"),
+        "pressure" => ("pa", "Pa"),
+        "counts" => ("counts", "counts"),
+        _ => ("si", "SI"),
+    }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl Columns {
+    pub(super) fn new(meaning: &Meaning) -> Self {
+        let layout = &meaning.layout;
+        let taxel =
+            |index: usize| format!("r{}c{}", index / layout.columns, index % layout.columns);
+        let taxels = match meaning.wiring {
+            Wiring::PerTaxel(_) | Wiring::Crossing { .. } | Wiring::Shared { .. } => {
+                layout.rows * layout.columns
+            }
+        };
+        Self {
+            components: meaning.components,
+            channels: meaning.channels.clone(),
+            taxels: (0..taxels).map(taxel).collect(),
+            reading: unit(&meaning.reading.quantity).0,
+            value: unit(&meaning.value.quantity).0,
+            force: match meaning.force_unit() {
+                "N" => "n",
+                "Pa" => "pa",
+                _ => "si",
+            },
+            length: if meaning.in_metres { "m" } else { "cells" },
+        }
+    }
+
+    /// First line of a CSV table.
+    pub(super) fn header(&self) -> String {
+        let [reading, value] = [self.reading, self.value].map(shown);
+        let mut header = "sequence,time [ns],host [ns],flags,lost,link".to_owned();
+        for axis in AXES {
+            let _ = write!(header, ",force_{axis} [N]");
+        }
+        for axis in AXES {
+            let _ = write!(header, ",moment_{axis} [N m]");
+        }
+        let length = self.length;
+        let _ = write!(
+            header,
+            ",centre_x [{length}],centre_y [{length}],sum [{value}],contacts"
+        );
+        for name in &self.channels {
+            let name = name.replace(['"', ',', '\n', '\r'], " ");
+            let _ = write!(header, ",reading {name} [{reading}]");
+        }
+        for name in &self.taxels {
+            if self.components == 3 {
+                for axis in AXES {
+                    let _ = write!(header, ",value {name} {axis} [{value}]");
+                }
+            } else {
+                let _ = write!(header, ",value {name} [{value}]");
+            }
+        }
+        header.push('\n');
+        header
+    }
+}
+
+fn shown(key: &'static str) -> &'static str {
+    match key {
+        "f" => "F",
+        "v" => "V",
+        "c" => "C",
+        "n" => "N",
+        "pa" => "Pa",
+        "si" => "SI",
+        other => other,
+    }
+}
+
+/// A binary message.
+pub(super) struct FrameMessage<'a>(pub(super) &'a [u8]);
+
+impl FrameMessage<'_> {
+    fn bytes<const N: usize>(&self, at: usize) -> [u8; N] {
+        let mut found = [0; N];
+        if let Some(bytes) = self.0.get(at..at + N) {
+            found.copy_from_slice(bytes);
+        }
+        found
+    }
+
+    fn u16(&self, at: usize) -> usize {
+        u16::from_le_bytes(self.bytes(at)).into()
+    }
+
+    fn u32(&self, at: usize) -> usize {
+        u32::from_le_bytes(self.bytes(at)) as usize
+    }
+
+    fn u64(&self, at: usize) -> u64 {
+        u64::from_le_bytes(self.bytes(at))
+    }
+
+    fn f64(&self, at: usize) -> f64 {
+        f64::from_le_bytes(self.bytes(at))
+    }
+
+    fn floats(&self, at: usize, count: usize) -> impl Iterator<Item = f32> + '_ {
+        let bytes = self.0.get(at..at + 4 * count).unwrap_or_default();
+        bytes
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|value| f32::from_le_bytes(*value))
+    }
+
+    fn arrival(&self) -> Option<u64> {
+        Some(self.u64(200)).filter(|host_ns| *host_ns != u64::MAX)
+    }
+
+    fn lost(&self) -> Option<u64> {
+        Some(self.u64(24)).filter(|lost| *lost != u64::MAX)
+    }
+
+    /// Adds the frame as one object of JSON, and the end of the line.
+    pub(super) fn json(&self, columns: &Columns, link: &str, out: &mut String) {
+        let _ = write!(
+            out,
+            "{{\"sequence\":{},\"time_ns\":{}",
+            self.u64(8),
+            self.u64(16)
+        );
+        match self.arrival() {
+            Some(host_ns) => drop(write!(out, ",\"host_ns\":{host_ns}")),
+            None => out.push_str(",\"host_ns\":null"),
+        }
+        let _ = write!(out, ",\"flags\":{}", self.u32(208));
+        match self.lost() {
+            Some(lost) => drop(write!(out, ",\"lost\":{lost}")),
+            None => out.push_str(",\"lost\":null"),
+        }
+        match link {
+            "" => out.push_str(",\"link\":null"),
+            link => drop(write!(out, ",\"link\":\"{link}\"")),
+        }
+        let mut number = Number::new();
+        let mut field = |out: &mut String, key: std::fmt::Arguments<'_>, value: f64| {
+            let _ = write!(out, ",\"{key}\":");
+            number.push(out, value);
+        };
+        for (axis, name) in AXES.into_iter().enumerate() {
+            field(out, format_args!("force_{name}_n"), self.f64(64 + 8 * axis));
+        }
+        for (axis, name) in AXES.into_iter().enumerate() {
+            field(
+                out,
+                format_args!("force_{name}_deviation_n"),
+                self.f64(88 + 8 * axis),
+            );
+        }
+        for (axis, name) in AXES.into_iter().enumerate() {
+            field(
+                out,
+                format_args!("moment_{name}_n_m"),
+                self.f64(112 + 8 * axis),
+            );
+        }
+        let (length, force, value) = (columns.length, columns.force, columns.value);
+        field(out, format_args!("centre_x_{length}"), self.f64(136));
+        field(out, format_args!("centre_y_{length}"), self.f64(144));
+        field(out, format_args!("sum_{value}"), self.f64(176));
+        out.push_str(",\"contacts\":[");
+        for contact in 0..self.u16(6) {
+            let at = HEADER + CONTACT * contact;
+            let comma = if contact > 0 { "," } else { "" };
+            let (id, taxels) = (self.f64(at), self.f64(at + 8));
+            let _ = write!(out, "{comma}{{\"id\":{id},\"taxels\":{taxels}");
+            field(out, format_args!("x_{length}"), self.f64(at + 16));
+            field(out, format_args!("y_{length}"), self.f64(at + 24));
+            for (axis, name) in AXES.into_iter().enumerate() {
+                let force_at = at + 72 + 8 * axis;
+                field(
+                    out,
+                    format_args!("force_{name}_{force}"),
+                    self.f64(force_at),
+                );
+            }
+            out.push('}');
+        }
+        let (readings, values) = self.arrays();
+        let _ = write!(out, "],\"readings_{}\":[", columns.reading);
+        number.list(out, readings);
+        let _ = write!(out, "],\"values_{value}\":[");
+        number.list(out, values);
+        out.push_str("]}\n");
+    }
+
+    /// Adds the frame as a row of CSV; an unknown number is an empty field.
+    pub(super) fn csv(&self, link: &str, out: &mut String) {
+        let _ = write!(out, "{},{},", self.u64(8), self.u64(16));
+        if let Some(host_ns) = self.arrival() {
+            let _ = write!(out, "{host_ns}");
+        }
+        let _ = write!(out, ",{},", self.u32(208));
+        if let Some(lost) = self.lost() {
+            let _ = write!(out, "{lost}");
+        }
+        let _ = write!(out, ",{link}");
+        let mut number = Number::new();
+        let totals = [64, 72, 80, 112, 120, 128, 136, 144, 176].map(|at| self.f64(at));
+        for value in totals {
+            number.field(out, value);
+        }
+        let _ = write!(out, ",{}", self.u16(6));
+        let (readings, values) = self.arrays();
+        for value in readings.chain(values) {
+            number.field(out, value);
+        }
+        out.push('\n');
+    }
+
+    /// Readings of the channels, and values of the taxels.
+    fn arrays(
+        &self,
+    ) -> (
+        impl Iterator<Item = f32> + '_,
+        impl Iterator<Item = f32> + '_,
+    ) {
+        let (components, contacts) = (self.u16(4), self.u16(6));
+        let (taxels, channels) = (self.u32(184), self.u32(188));
+        let at = HEADER + CONTACT * contacts;
+        (
+            self.floats(at, channels),
+            self.floats(at + 4 * channels, components * taxels),
+        )
+    }
+}
+
+/// Writes numbers with as many digits as they have.
+struct Number(zmij::Buffer);
+
+/// A number of either width.
+trait Digits: zmij::Float + Copy {
+    fn known(self) -> bool;
+}
+
+impl Digits for f64 {
+    fn known(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Digits for f32 {
+    fn known(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Number {
+    fn new() -> Self {
+        Self(zmij::Buffer::new())
+    }
+
+    fn push(&mut self, out: &mut String, value: impl Digits) {
+        out.push_str(if value.known() {
+            self.0.format_finite(value)
+        } else {
+            "null"
+        });
+    }
+
+    fn field(&mut self, out: &mut String, value: impl Digits) {
+        out.push(',');
+        if value.known() {
+            out.push_str(self.0.format_finite(value));
+        }
+    }
+
+    fn list(&mut self, out: &mut String, values: impl Iterator<Item = f32>) {
+        for (place, value) in values.enumerate() {
+            if place > 0 {
+                out.push(',');
+            }
+            self.push(out, value);
+        }
+    }
+}

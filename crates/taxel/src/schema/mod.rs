@@ -1,0 +1,16 @@
+//! What the types of a file say of it: the schema that editors read, and the reference of its
+//! keys.
+
+mod editor;
+mod reference;
+
+/// The schema of `T` for editors and validators, JSON that ends with a line feed.
+pub fn json_schema<T: schemars::JsonSchema>() -> String {
+    editor::text::<T>()
+}
+
+/// The reference of the file that `T` reads, Markdown that begins with `head`: every key with
+/// its meaning, unit and range.
+pub fn reference<T: schemars::JsonSchema>(head: &str) -> String {
+    reference::page(head, schemars::schema_for!(T).as_value())
+}
