@@ -428,8 +428,36 @@ fn what_cannot_be_read_back_is_not_written() {
     );
     let other_scale = self::stream(1, 1, 1, "kPa", Quantity::Pressure, 1e4);
     assert!(ChannelWriter::new(Vec::new(), &other_scale, &[]).is_err());
-    let three = self::stream(1, 1, 3, "kPa", Quantity::Pressure, 1e3);
-    assert!(ChannelWriter::new(Vec::new(), &three, &[]).is_err());
+    let two = self::stream(1, 1, 2, "kPa", Quantity::Pressure, 1e3);
+    assert!(ChannelWriter::new(Vec::new(), &two, &[]).is_err());
+}
+
+/// Three forces of a taxel are named by their axes, in any order of the columns; one that is
+/// missing, or a capacitor among them, is named.
+#[test]
+fn forces_of_a_taxel_are_named_by_their_axes() {
+    let stream = stream(1, 2, 3, "mN", Quantity::Force, 1e-3);
+    let writer = ChannelWriter::new(Vec::new(), &stream, &[]).unwrap();
+    let header = String::from_utf8(writer.into_inner()).unwrap();
+    assert!(
+        header.ends_with("r0c0.z [mN],r0c1.x [mN],r0c1.y [mN],r0c1.z [mN]\n"),
+        "{header}"
+    );
+    let read =
+        |text: &str| Recording::open("f.csv", std::io::Cursor::new(text.as_bytes().to_vec()));
+    let shuffled = "time [ns],r0c0.z [N],r0c0.x [N],r0c0.y [N]\n0,3,1,2\n";
+    let mut recording = read(shuffled).unwrap();
+    assert_eq!(recording.stream().channels_per_taxel, 3);
+    assert_eq!(recording.next().unwrap().unwrap().values, [1.0, 2.0, 3.0]);
+    for (header, part) in [
+        ("r0c0.x [N],r0c0.y [N]", "r0c0.z is missing"),
+        ("r0c0.x [N],r0c0.11 [N]", "an axis"),
+    ] {
+        let Err(error) = read(&format!("time [ns],{header}\n0,1,2\n")) else {
+            panic!("{header}")
+        };
+        assert!(error.to_string().contains(part), "{error}");
+    }
 }
 
 fn stream(
@@ -467,11 +495,19 @@ fn streams() -> impl Strategy<Value = Stream> {
         Just(("F", Quantity::Capacitance, 1.0)),
         Just(("kPa", Quantity::Pressure, 1e3)),
         Just(("mmHg", Quantity::Pressure, MMHG)),
+        Just(("GPa", Quantity::Pressure, 1e9)),
+        Just(("mN", Quantity::Force, 1e-3)),
+        Just(("uN", Quantity::Force, 1e-6)),
+        Just(("mV", Quantity::Voltage, 1e-3)),
+        Just(("pC", Quantity::Charge, 1e-12)),
+        Just(("mohm", Quantity::Resistance, 1e-3)),
+        Just(("Mohm", Quantity::Resistance, 1e6)),
+        Just(("Gohm", Quantity::Resistance, 1e9)),
     ];
     (
         1..4_usize,
         1..4_usize,
-        prop_oneof![Just(1_usize), Just(4)],
+        prop_oneof![Just(1_usize), Just(3), Just(4)],
         units,
     )
         .prop_map(|(rows, columns, per_taxel, (symbol, quantity, scale))| {
