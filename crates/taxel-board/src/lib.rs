@@ -18,6 +18,7 @@
 
 mod board;
 mod check;
+mod clock;
 mod names;
 mod papillarray;
 mod pattern;
@@ -30,6 +31,7 @@ pub use board::{
     SCHEMA_VERSION, Serial, Stuffed, Texts, Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
 };
 pub use check::CheckKind;
+pub use clock::{ClockEvent, DeviceClockMap, HostTime};
 pub use pattern::{BytePattern, Sent};
 pub use wire::{Begin, Counts, Decoder, Encoder};
 pub use wiring::{Mismatch, Wiring};

@@ -26,6 +26,14 @@ pub enum NoCalibrator {
         /// Key of the element.
         element: &'static str,
     },
+    /// Nothing to fit.
+    #[error(
+        "there is nothing to calibrate: the board of an array with the element `{element}` gives forces already; `taxel live SENSOR` takes their zero at its start, scale and noise stand in electronics.readout.measured"
+    )]
+    Measured {
+        /// Key of the element.
+        element: &'static str,
+    },
     /// The sensors are not of one kind.
     #[error("{name} is a {element}, the others are not; calibrate them apart")]
     Mixed {
@@ -72,6 +80,7 @@ pub fn calibrator<'a>(
         Element::Piezoelectric(_) => boxed(PiezoelectricCalibrator::new(first), element),
         Element::Trained(_) => Err(NoCalibrator::Learned { element }),
         Element::Microchannel(_) => boxed(MicrochannelCalibrator::new(sensors), element),
+        Element::MeasuredForce(_) => Err(NoCalibrator::Measured { element }),
     }
 }
 
@@ -100,8 +109,8 @@ pub(crate) fn apply(
         Element::ThreeAxisCapacitor(_) => three_axis_capacitor::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric::apply(sensor, prefix, value),
         Element::Microchannel(_) => microchannel::apply(sensor, value),
-        // Its maps are tables, and no parameters.
-        Element::Trained(_) => Ok(()),
+        // The maps of one are tables, and no parameters; the other has none.
+        Element::Trained(_) | Element::MeasuredForce(_) => Ok(()),
     }
 }
 
@@ -117,6 +126,6 @@ pub(crate) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
         ],
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
         Element::Microchannel(_) => &microchannel::UNCERTAIN,
-        Element::Trained(_) => &[],
+        Element::Trained(_) | Element::MeasuredForce(_) => &[],
     }
 }

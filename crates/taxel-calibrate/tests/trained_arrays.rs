@@ -31,6 +31,13 @@ fn sensor_text(mask: &str) -> String {
     format!("{text}{mask}")
 }
 
+/// The same body read by a DAQ card, in `mV`.
+fn sensor_in_millivolt() -> Sensor {
+    let measured = "\n[electronics.readout.measured]\nunit = \"mV\"\nnoise = \"0.3 mV\"\nrange = [\"-1 V\", \"2 V\"]\n";
+    let text = sensor_text("").replace("readout = { digital = { unit = \"counts\" } }\n", measured);
+    Sensor::parse("six.toml", &text).unwrap()
+}
+
 /// Time (s), force (N) and channels of one run of a body whose stiffness is
 /// `gain` times the usual one.
 fn rows(gain: f64, seed: u64) -> Vec<(f64, f64, Vec<f64>)> {
@@ -403,4 +410,53 @@ fn a_mask_is_of_a_taxel_or_of_a_channel_by_its_name() {
     let text = format!("{shipped}\n[[mask]]\nchannel = \"a\"\n");
     let refused = Sensor::parse("p1.toml", &text).unwrap_err().to_string();
     assert!(refused.contains("belong to its taxels"), "{refused}");
+}
+
+/// A DAQ card that gives millivolts: the maps are those of the numbers, frames in volts and
+/// recordings without a header lead to the same forces as counts do.
+#[test]
+fn a_body_read_in_millivolts_gives_the_forces_of_its_counts() {
+    let (counts, volts) = (sensor(), sensor_in_millivolt());
+    let gains = [1.0, 1.02];
+    let [counts, volts] = [&counts, &volts].map(|of| calibrated(of, &trained(of, &gains, 3)));
+    let bare = counts.trained().unwrap().stream();
+    let array = volts.trained().unwrap();
+    let stream = array.stream();
+    assert_eq!(stream.unit.quantity, Quantity::Voltage);
+    let read = |sensor: &Sensor, stream, scale: f64| {
+        let device = sensor.device().unwrap();
+        let mut estimator = ArrayEstimator::new(device.reader(stream).unwrap());
+        estimator.begin_rest_capture(50);
+        let runs = (0..).zip(rows(1.01, 9));
+        let forces = runs.map(|(sequence, (time, _, values))| {
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values: values.iter().map(|value| value * scale).collect(),
+                ..Frame::default()
+            };
+            let (touch, _) = estimator.push(&frame).unwrap();
+            touch.pressing_force().unwrap()
+        });
+        forces.collect::<Vec<_>>()
+    };
+    let expected = read(&counts, &bare, 1.0);
+    for found in [read(&volts, &stream, 1e-3), read(&volts, &bare, 1.0)] {
+        for (found, expected) in found.iter().zip(&expected) {
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+            }
+        }
+    }
+    // Beyond its range a channel says nothing; the map that needs it gives no force.
+    let device = volts.device().unwrap();
+    let mut estimator = ArrayEstimator::new(device.reader(&stream).unwrap());
+    let frame = Frame {
+        values: vec![2.5; CHANNELS],
+        ..Frame::default()
+    };
+    let (touch, _) = estimator.push(&frame).unwrap();
+    assert_eq!(touch.clipped, CHANNELS);
+    assert_eq!(touch.channels.states[0], ChannelState::Saturated);
+    assert_eq!(touch.taxels[0].state, State::Faulty);
 }

@@ -3,7 +3,7 @@
 use crate::ledger::Ours;
 use taxel::design::Study;
 use taxel::device::{MicrochannelArray, MicrochannelPredictor};
-use taxel::electronics::VoltageDivider;
+use taxel::electronics::{Stage, VoltageDivider};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{
     CellGeometry, ClosingCurve, ClosingState, MicrochannelSection, PaperLaw, PressureLaw,
@@ -153,7 +153,9 @@ fn equations(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     let law = law(ours);
     let half = law.pressure(0.5);
     ours.holds("eq_2", (half - law.expansion * law.atmosphere).abs() < 1e-9);
-    let divider = &array.board.divider;
+    let Some(Stage::VoltageDivider(divider)) = &array.first_stage() else {
+        return;
+    };
     let (supply, reference) = (
         ours.printed("supply", 0),
         ours.printed("reference_resistor", 0),
@@ -286,14 +288,18 @@ fn fabrication(ours: &mut Ours, array: &MicrochannelArray<'_>) {
 }
 
 fn bench(ours: &mut Ours, array: &MicrochannelArray<'_>) {
-    let divider = &array.board.divider;
+    let Some(Stage::VoltageDivider(divider)) = &array.first_stage() else {
+        return;
+    };
     ours.number("load_cell_limit", 10e3 / 250.0);
     ours.number("reference_resistor", divider.reference);
     ours.number("supply", divider.supply);
 }
 
 fn results(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &MicrochannelPredictor) {
-    let divider = &array.board.divider;
+    let Some(Stage::VoltageDivider(divider)) = &array.first_stage() else {
+        return;
+    };
     let [low, high] = ["rest_voltage", "pressed_voltage"].map(|id| ours.printed(id, 0));
     let (rest, pressed) = (resistance(divider, low), resistance(divider, high));
     let drawn = array.layers[1].conductor.rest_resistance();
@@ -308,7 +314,7 @@ fn results(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microchan
         .with("increase", 100.0 * (pressed / rest - 1.0));
     let voltage = |kilopascal: f64| {
         let answer = predictor.predict(kilopascal * KILOPASCAL, 1.0);
-        answer.map_or(f64::NAN, |answer| answer.layers[1].voltage)
+        answer.map_or(f64::NAN, |answer| answer.layers[1].signal)
     };
     let end = bisect(60.0, |kilopascal| voltage(kilopascal) > high);
     let worst = (1..20)
@@ -363,7 +369,7 @@ fn discussion(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microc
 fn figures(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &MicrochannelPredictor) {
     let voltage = |layer: usize, pressure: f64| {
         let answer = predictor.predict(pressure, 1.0);
-        answer.map_or(f64::NAN, |answer| answer.layers[layer].voltage)
+        answer.map_or(f64::NAN, |answer| answer.layers[layer].signal)
     };
     let [low, high] = ["rest_voltage", "pressed_voltage"].map(|id| ours.printed(id, 0));
     // The pressure that stands for 100 mN.
@@ -418,7 +424,7 @@ fn figures(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microchan
                  ({:.0} kPa). Loaded all over, the layers differ little; the printed disparity is that of a point \
                  load. Saturation at {} V, 180 and 1008 mN, is beyond the model.",
                 known / KILOPASCAL,
-                array.board.divider.saturation
+                array.board.saturation
             ),
         ),
     );

@@ -19,6 +19,7 @@ pub mod predict;
 pub mod quantity;
 pub mod schema;
 pub mod sensor;
+pub mod signal;
 pub mod summary;
 pub mod svg;
 pub mod table;

@@ -99,14 +99,27 @@ pub fn dimensions() -> impl Iterator<Item = &'static Dimension> {
     ALL.iter().copied()
 }
 
+impl PartialEq for Dimension {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
 impl Dimension {
     /// SI value of one `symbol`, if it is a unit of this dimension.
     pub fn unit(&self, symbol: &str) -> Option<f64> {
+        self.entry(symbol).map(|(_, scale)| scale)
+    }
+
+    /// The unit called `symbol`, as it is written here, with its SI value.
+    pub fn entry(&self, symbol: &str) -> Option<(&'static str, f64)> {
         let symbol = plain_micro(symbol);
-        self.units
-            .iter()
-            .find(|(name, _)| *name == symbol)
-            .map(|(_, scale)| *scale)
+        self.units.iter().find(|(name, _)| *name == symbol).copied()
+    }
+
+    /// Name without its article: `length`.
+    pub fn noun(&self) -> &'static str {
+        self.name.trim_start_matches("a ").trim_start_matches("an ")
     }
 
     /// The symbols, for messages: `nm, um, mm, cm, m`.
@@ -157,13 +170,7 @@ impl Dimension {
             .iter()
             .find(|dimension| dimension.unit(symbol).is_some());
         let what = belongs.map_or(String::from("no known unit"), |dimension| {
-            format!(
-                "a unit of {}",
-                dimension
-                    .name
-                    .trim_start_matches("a ")
-                    .trim_start_matches("an ")
-            )
+            format!("a unit of {}", dimension.noun())
         });
         format!(
             "\"{symbol}\" is {what}; {} is needed here{HELP}use one of: {}",

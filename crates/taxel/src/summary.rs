@@ -35,7 +35,7 @@ pub enum Value {
 }
 
 /// A derived quantity.
-pub(crate) fn fact(
+pub fn fact(
     group: &'static str,
     name: impl Into<String>,
     value: Value,
@@ -50,7 +50,7 @@ pub(crate) fn fact(
 }
 
 /// A number with its units.
-pub(crate) fn number(si: f64, key: &'static str, unit: &'static str, scale: f64) -> Value {
+pub fn number(si: f64, key: &'static str, unit: &'static str, scale: f64) -> Value {
     Value::Number {
         si,
         key,
@@ -60,7 +60,7 @@ pub(crate) fn number(si: f64, key: &'static str, unit: &'static str, scale: f64)
 }
 
 /// Words, or a whole number.
-pub(crate) fn text(value: &(impl ToString + ?Sized)) -> Value {
+pub fn text(value: &(impl ToString + ?Sized)) -> Value {
     Value::Text(value.to_string())
 }
 

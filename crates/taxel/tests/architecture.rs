@@ -11,36 +11,39 @@ use std::path::{Path, PathBuf};
 /// which ask for one kind alone.
 const NAMED: [(&str, usize); 8] = [
     // Two arms for each kind: its usual script, its key.
-    ("taxel/src/sensor/mod.rs", 10),
+    ("taxel/src/sensor/mod.rs", 12),
     // Two for each kind: its device, its typed array.
-    ("taxel/src/device/of_sensor.rs", 10),
+    ("taxel/src/device/of_sensor.rs", 12),
     // Three for each kind: its calibrator, its constants, its uncertain columns; and
     // those that are calibrated alone.
-    ("taxel-calibrate/src/devices.rs", 17),
+    ("taxel-calibrate/src/devices.rs", 20),
     // Trained maps, and learned positions.
     ("taxel-calibrate/src/file.rs", 2),
     ("taxel-cli/src/commands/calibrate.rs", 1),
     ("taxel-cli/src/commands/live.rs", 1),
     // The sweep of cross-sections.
     ("taxel-cli/src/commands/sweep.rs", 1),
-    ("taxel/src/sensor/checks.rs", 1),
+    // Layers of microchannels; axes of measured forces.
+    ("taxel/src/sensor/checks.rs", 2),
 ];
 
-const VARIANTS: [&str; 5] = [
+const VARIANTS: [&str; 6] = [
     "ThreeAxisCapacitor",
     "InPlaneCapacitor",
     "Piezoelectric",
     "Microchannel",
     "Trained",
+    "MeasuredForce",
 ];
 
 /// Folders of a single device: what they say of their own element is no arm.
-const OWN: [&str; 5] = [
+const OWN: [&str; 6] = [
     "three_axis_capacitor",
     "in_plane_capacitor",
     "piezoelectric",
     "microchannel",
     "trained",
+    "measured_force",
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -372,7 +372,7 @@ fn channels_are_sampled_one_after_the_other() {
         for (taxel, counts) in values.iter().enumerate() {
             let time = time_ns as f64 * 1e-9 + 1e-4 * taxel as f64;
             let expected = chain.respond(&knots, &[time])[0];
-            let off = array.board.voltage(*counts) - expected;
+            let off = array.board.reading(*counts) - expected;
             // Half a step, five deviations of the noise, and what a frame of
             // 1 ms makes of the corner at 0.1 s: 5 N/s for 1 ms.
             assert!(
@@ -392,8 +392,8 @@ fn bad_readings_are_states_and_never_numbers() {
     .unwrap();
     let array = sensor.piezoelectric().unwrap();
     let mut estimator = plain(&sensor);
-    let rest = f64::from(array.board.read(0.0, 0.0).counts);
-    let top = f64::from(array.board.read(9.0, 0.0).counts);
+    let rest = array.board.read(0.0, 0.0).number;
+    let top = array.board.read(9.0, 0.0).number;
     let mut frame = Frame {
         sequence: 0,
         time_ns: 0,
@@ -453,7 +453,7 @@ fn a_rest_capture_takes_the_offset_and_refuses_a_moving_device() {
     let sensor = sensor();
     let array = sensor.piezoelectric().unwrap();
     let mut estimator = plain(&sensor);
-    let counts = |volts: f64| f64::from(array.board.read(volts, 0.0).counts);
+    let counts = |volts: f64| array.board.read(volts, 0.0).number;
     let mut frame = Frame {
         sequence: 0,
         time_ns: 0,

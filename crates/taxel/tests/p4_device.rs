@@ -551,7 +551,7 @@ fn two_touches_are_found_or_called_ambiguous() {
                     pressure: 0.0,
                 });
                 let resistance = array.layers[layer].respond(&stretches).unwrap().resistance;
-                f64::from(array.board.read(resistance, 0.0).counts)
+                array.board.read(resistance, 0.0).number
             });
             let frame = Frame {
                 sequence: 0,

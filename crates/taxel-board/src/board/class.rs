@@ -89,7 +89,7 @@ impl Board {
                 // Sums and checks of 8 bits see every change of one byte; a random packet
                 // passes one time in 256.
                 (_, 1) => (Class::B, of_bits(8)),
-                (_, bytes) => (Class::A, of_bits(8 * bytes as i32)),
+                (_, bytes) => (Class::A, of_bits(8 * bytes)),
             };
         }
         let marks: usize = match &self.framing {
@@ -118,6 +118,7 @@ impl Board {
     }
 }
 
-fn of_bits(bits: i32) -> f64 {
-    2_f64.powi(-bits)
+/// Probability that a random check of so many bits is right.
+fn of_bits(bits: usize) -> f64 {
+    (-(bits as f64)).exp2()
 }

@@ -107,7 +107,7 @@ impl Conversion {
         };
         let number = match self.shift {
             0 => number,
-            shift => (number / 2_f64.powi(shift as i32)).floor(),
+            shift => (number / f64::from(shift).exp2()).floor(),
         };
         let number = self.invert_from.map_or(number, |from| from - number);
         let value = number * self.scale + self.offset;
@@ -127,7 +127,7 @@ impl Conversion {
         }
         let number = (value - self.offset) / self.scale;
         let number = self.invert_from.map_or(number, |from| from - number);
-        number * 2_f64.powi(self.shift as i32)
+        number * f64::from(self.shift).exp2()
     }
 }
 
@@ -198,17 +198,17 @@ impl PlacedField {
     /// Writes a number; one that the type does not hold is its nearest. A missing number of a
     /// whole type is 0.
     pub(crate) fn put_number(&self, number: f64, packet: &mut [u8]) {
-        let bits = self.kind.bits() as i32;
+        let bits = self.kind.bits() as f64;
         let whole = match self.kind {
             Type::F32 => u64::from((number as f32).to_bits()),
             Type::F64 => number.to_bits(),
             Type::Signed(_) | Type::SignedBits(_) => {
-                let top = 2_f64.powi(bits - 1);
+                let top = (bits - 1.0).exp2();
                 let within = number.round().clamp(-top, top - 1.0);
                 (within as i64).cast_unsigned()
             }
             Type::Unsigned(_) | Type::Bits(_) => {
-                number.round().clamp(0.0, 2_f64.powi(bits) - 1.0) as u64
+                number.round().clamp(0.0, bits.exp2() - 1.0) as u64
             }
         };
         self.put_whole(whole, packet);

@@ -25,6 +25,10 @@ pub struct Link {
 /// A serial port.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "keys of a file, each with its own name"
+)]
 pub struct Serial {
     /// Bits per second: 8 data bits, no parity, 1 stop bit.
     #[serde(deserialize_with = "baud")]

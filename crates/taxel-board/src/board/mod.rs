@@ -2,6 +2,7 @@
 
 mod class;
 mod description;
+mod facts;
 mod field;
 pub(crate) mod layout;
 pub(crate) mod line;

@@ -28,7 +28,7 @@ pub(super) fn broken(
     help: impl Into<String>,
 ) -> Broken {
     Broken {
-        path: path.iter().map(|part| part.to_string()).collect(),
+        path: path.iter().map(ToString::to_string).collect(),
         message: message.into(),
         help: help.into(),
     }
@@ -550,7 +550,7 @@ impl Placement<'_> {
             None => std::mem::take(&mut self.values),
             Some(address) => (0..address.count)
                 .flat_map(|packet| {
-                    let number = address.first + packet as i64;
+                    let number = address.first + packet.cast_signed() as i64;
                     self.values.iter().map(move |value| ValueOfBoard {
                         name: format!("{}.{number}", value.name),
                         unit: value.unit.clone(),
@@ -585,8 +585,7 @@ impl Placement<'_> {
                 let message = "the place of the check is given twice".to_owned();
                 return Err(at("at", message, "leave out `at`, or the field"));
             }
-            (Some(at), None) => at,
-            (None, Some(at)) => at,
+            (Some(at), None) | (None, Some(at)) => at,
             (None, None) => *end,
         };
         if place > MOST_LONGEST {
@@ -756,7 +755,7 @@ fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken>
             too_long(longest(marked.longest, LONGEST_PACKET, "marked")?, "marked")
         }
         Framing::Length(length) => {
-            let whole = matches!(length.kind, Type::Unsigned(1 | 2 | 3 | 4));
+            let whole = matches!(length.kind, Type::Unsigned(1..=4));
             if !whole {
                 let message = format!("{} cannot be a length", length.kind);
                 let help = "use u8, u16, u24 or u32";
@@ -767,8 +766,8 @@ fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken>
                 return Err(broken(&[&"framing", &"length", &"at"], message, ""));
             }
             let counted = counted(length.counts, layout, length.at + length.kind.bits() / 8);
-            let bits = length.kind.bits() as i32;
-            if counted.is_none_or(|counted| counted as f64 >= 2_f64.powi(bits)) {
+            let bits = length.kind.bits() as f64;
+            if counted.is_none_or(|counted| counted as f64 >= bits.exp2()) {
                 let message = "the fields end before the length, or are longer than it can say";
                 return Err(broken(&[&"framing", &"length", &"counts"], message, ""));
             }

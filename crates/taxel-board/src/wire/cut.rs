@@ -207,11 +207,11 @@ fn of_marked(marked: &Marked, layout: &PacketLayout, around: Around<'_>) -> Cand
     } else {
         layout.length
     };
-    // As soon as the known length is there and is wrong, waiting longer helps only packets
-    // without a reading: the next head ends it.
+    // Once the known length is there and is wrong, a whole packet behind another head shows
+    // that this one does not come to its end.
     let next_head = (marked.head.len()..bytes.len())
         .find(|at| marked.head.begins(&bytes[*at..]))
-        .is_some_and(|at| at >= layout.length);
+        .is_some_and(|at| bytes.len() >= at + layout.length);
     if bytes.len() < open && !around.last && !(known.is_some() && next_head) {
         return Candidate::More;
     }

@@ -19,6 +19,9 @@ const KEPT_LINES: usize = 10;
 /// Longest of them, characters.
 const LONGEST_KEPT: usize = 200;
 
+/// Numbers above this begin again: differences of two of them are whole numbers with sign.
+const LARGEST_NUMBER: u64 = (1 << 62) - 1;
+
 /// How a stream of bytes begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
@@ -280,7 +283,7 @@ impl Decoder {
                     self.start += bytes;
                     self.since_packet = Some(0);
                     let host_ns = self.arrival();
-                    self.assemble(reading, host_ns);
+                    self.assemble(&reading, host_ns);
                 }
             }
         }
@@ -385,7 +388,7 @@ impl Decoder {
         }
     }
 
-    fn assemble(&mut self, reading: Reading, host_ns: Option<u64>) {
+    fn assemble(&mut self, reading: &Reading, host_ns: Option<u64>) {
         let address = reading.address.unwrap_or(0);
         let per_packet = reading.values.len();
         if self.assembly.come[address] {
@@ -415,31 +418,24 @@ impl Decoder {
         if frame.values.is_none() {
             self.counts.bad_status += 1;
         }
-        match (&mut self.numbering, sequence) {
-            (Some(numbering), Some(number)) => {
-                let device = frame.time.zip(self.clock_step_ns);
-                let time = device
-                    .map(|(steps, step_ns)| steps * step_ns * 1e-9)
-                    .or(frame.host_ns.map(|host_ns| host_ns as f64 * 1e-9));
-                // A clock that wraps would break the rate; the arrival stands in.
-                let time = match (device, frame.host_ns) {
-                    (Some(_), Some(host_ns)) => Some(host_ns as f64 * 1e-9),
-                    _ => time,
-                };
-                let numbered = Numbered {
-                    number,
-                    time,
-                    frame: Box::new(frame),
-                };
-                numbering.push(numbered, &mut self.placed);
-                self.deliver_placed();
-            }
-            _ => {
-                self.estimate_missing(frame.host_ns);
-                self.number += 1;
-                let restarted = std::mem::take(&mut self.restarted);
-                self.deliver(self.number - 1, restarted, frame);
-            }
+        if let (Some(numbering), Some(number)) = (&mut self.numbering, sequence) {
+            // A clock that wraps would break the rate; the arrival stands in where it is known.
+            let arrival = frame.host_ns.map(|host_ns| host_ns as f64);
+            let device = || Some(frame.time? * self.clock_step_ns?);
+            let time = arrival.or_else(device).map(|time_ns| time_ns * 1e-9);
+            let numbered = Numbered {
+                number: number & LARGEST_NUMBER,
+                time,
+                fingerprint: fingerprint(frame.values.as_deref()),
+                frame: Box::new(frame),
+            };
+            numbering.push(numbered, &mut self.placed);
+            self.deliver_placed();
+        } else {
+            self.estimate_missing(frame.host_ns);
+            self.number += 1;
+            let restarted = std::mem::take(&mut self.restarted);
+            self.deliver(self.number - 1, restarted, frame);
         }
     }
 
@@ -521,6 +517,14 @@ impl Assembly {
         self.clear();
         values
     }
+}
+
+/// A number that tells values apart (FNV-1a).
+fn fingerprint(values: Option<&[f64]>) -> u64 {
+    let values = values.unwrap_or(&[]).iter();
+    values.fold(0xcbf2_9ce4_8422_2325, |hash, value| {
+        (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3)
+    })
 }
 
 /// Smallest step of each channel, SI: one of a whole number.

@@ -126,7 +126,7 @@ fn packet_of(
             Role::Address => {
                 let address = layout
                     .address
-                    .map_or(0, |range| range.first + packet as i64);
+                    .map_or(0, |range| range.first + packet.cast_signed() as i64);
                 field.put_number(address as f64, &mut bytes);
             }
             Role::Mark(mark) => {

@@ -10,6 +10,8 @@ use std::collections::VecDeque;
 const OFFSETS: usize = 33;
 /// Largest jump over which a next frame continues.
 const CONTINUES: i64 = 16;
+/// Gaps that a late frame may belong to.
+const GAPS: usize = 16;
 /// Frames between two that the rate is measured from, and the most of them.
 const RATE_STRIDE: i64 = 64;
 const RATE_POINTS: usize = 32;
@@ -24,6 +26,8 @@ pub(super) struct Numbered<T> {
     pub(super) number: u64,
     /// Time, s, of the device or of its arrival.
     pub(super) time: Option<f64>,
+    /// Tells frames with other values apart.
+    pub(super) fingerprint: u64,
     pub(super) frame: T,
 }
 
@@ -57,10 +61,14 @@ pub(super) struct Numbering<T> {
     recent: VecDeque<(i64, f64)>,
     rate_points: VecDeque<(i64, f64)>,
     held: Option<Numbered<T>>,
+    /// First and last number of the latest gaps.
+    missing: VecDeque<[i64; 2]>,
     /// True if the next number begins anew.
     fresh: bool,
-    /// Frames refused since the last that was placed.
-    refused: i64,
+    /// Frames placed before the held one, which came before them.
+    early: u64,
+    /// Frames that came in no place of their own: each is one that the gaps count.
+    refused: u64,
     counts: NumberCounts,
 }
 
@@ -70,6 +78,7 @@ struct Last {
     raw: i64,
     /// Number given out.
     number: i64,
+    fingerprint: u64,
 }
 
 /// Where a number belongs.
@@ -85,20 +94,25 @@ struct Place {
 impl<T> Numbering<T> {
     pub(super) fn new(modulus: Option<u64>, stated_rate: Option<f64>) -> Self {
         Self {
-            modulus: modulus.map(|modulus| modulus as i64),
+            modulus: modulus.map(u64::cast_signed),
             stated_rate,
             last: None,
             recent: VecDeque::new(),
+            missing: VecDeque::new(),
             fresh: false,
             rate_points: VecDeque::new(),
             held: None,
+            early: 0,
             refused: 0,
             counts: NumberCounts::default(),
         }
     }
 
     pub(super) fn counts(&self) -> NumberCounts {
-        self.counts
+        NumberCounts {
+            lost: self.counts.lost.saturating_sub(self.refused),
+            ..self.counts
+        }
     }
 
     /// The frames that are placed with this one, in order.
@@ -117,43 +131,47 @@ impl<T> Numbering<T> {
             self.alone(frame, place, jump, out);
             return;
         };
-        let ahead = self.distance(held.number as i64, frame.number as i64);
-        if (1..=CONTINUES).contains(&ahead) {
+        let ahead = self.distance(held.number.cast_signed(), frame.number.cast_signed());
+        let held_place = self.place(&held, last);
+        let held_jump = held_place.number - last.number;
+        let goes_on = (1..=CONTINUES).contains(&jump);
+        if (1..=CONTINUES).contains(&ahead) && !(held_jump <= 0 && goes_on) {
             // The jump goes on: it happened.
-            let place = self.place(&held, last);
-            self.accept(held, Some(place), out);
+            self.counts.late += std::mem::take(&mut self.early);
+            self.accept(held, Some(held_place), out);
             self.push(frame, out);
-            return;
-        }
-        let held_jump = self.place(&held, last).number - last.number;
-        let between = (1..held_jump).contains(&jump) && held_jump - jump <= CONTINUES;
-        if between {
-            // The held one came too early.
-            self.counts.late += 1;
+        } else if (1..held_jump).contains(&jump) && held_jump - jump <= CONTINUES {
+            // The held one came too early, or its number is wrong: the next ones tell.
+            self.early += 1;
             self.accept(frame, Some(place), out);
-            if held_jump - jump == 1 {
-                self.push(held, out);
-            } else {
-                self.held = Some(held);
-            }
-            return;
+            self.held = Some(held);
+        } else {
+            self.refuse(&held, held_jump, last, goes_on);
+            self.alone(frame, place, jump, out);
         }
-        if (-CONTINUES..0).contains(&held_jump) && (1..=CONTINUES).contains(&jump) {
-            // The held one came too late; the frames behind it have gone out.
+    }
+
+    /// Counts a held frame that the next one does not continue.
+    fn refuse(&mut self, held: &Numbered<T>, jump: i64, last: Last, goes_on: bool) {
+        let number = last.number + jump;
+        let was_missing = |[first, end]: &[i64; 2]| (*first..=*end).contains(&number);
+        if jump < 0 && goes_on && self.missing.iter().any(was_missing) {
+            // It came too late: the frames behind it have gone out.
             self.counts.late += 1;
-            self.counts.lost = self.counts.lost.saturating_sub(1);
-        } else if held_jump == 0 {
+            self.refused += 1;
+        } else if jump == 0 && held.fingerprint == last.fingerprint {
             self.counts.duplicate += 1;
         } else {
             self.counts.wrong += 1;
             self.refused += 1;
         }
-        self.alone(frame, place, jump, out);
+        self.early = 0;
     }
 
     /// Gives out a frame that is held, at the end of a stream.
     pub(super) fn finish(&mut self, out: &mut Vec<Placed<T>>) {
         if let (Some(held), Some(last)) = (self.held.take(), self.last) {
+            self.counts.late += std::mem::take(&mut self.early);
             let place = self.place(&held, last);
             if place.plausible && place.number > last.number {
                 self.accept(held, Some(place), out);
@@ -167,7 +185,11 @@ impl<T> Numbering<T> {
     fn alone(&mut self, frame: Numbered<T>, place: Place, jump: i64, out: &mut Vec<Placed<T>>) {
         if jump == 1 {
             self.accept(frame, Some(place), out);
-        } else if jump == 0 && place.plausible {
+        } else if jump == 0
+            && self
+                .last
+                .is_some_and(|last| last.fingerprint == frame.fingerprint)
+        {
             self.counts.duplicate += 1;
         } else {
             self.held = Some(frame);
@@ -191,7 +213,7 @@ impl<T> Numbering<T> {
     }
 
     fn place(&self, frame: &Numbered<T>, last: Last) -> Place {
-        let ahead = self.distance(last.raw, frame.number as i64);
+        let ahead = self.distance(last.raw, frame.number.cast_signed());
         let near = last.number + ahead;
         let expected = frame.time.and_then(|time| self.expected(time, last));
         let Some((expected, uncertainty)) = expected else {
@@ -234,7 +256,7 @@ impl<T> Numbering<T> {
         if self.recent.len() < OFFSETS / 4 {
             return None;
         }
-        let (rate, error) = self.rate()?;
+        let (rate, error, span) = self.rate()?;
         let mut offsets = [0.0; OFFSETS];
         let offsets = &mut offsets[..self.recent.len()];
         for (offset, (number, at)) in offsets.iter_mut().zip(&self.recent) {
@@ -244,27 +266,33 @@ impl<T> Numbering<T> {
         let ahead = offsets[offsets.len() / 2];
         let spread = offsets[offsets.len() - 1] - offsets[0];
         let expected = last.number as f64 + ahead;
+        // The stamps that the rate was measured from are as uncertain as these.
+        let error = error + 2.0 * spread / span;
         Some((expected, spread + error * ahead.abs() + 1.0))
     }
 
-    /// Frames in a second and the relative error of it.
-    fn rate(&self) -> Option<(f64, f64)> {
+    /// Frames in a second, the relative error of it, and the frames that it was measured from.
+    fn rate(&self) -> Option<(f64, f64, f64)> {
         let measured = || {
             let (first, last) = (self.rate_points.front()?, self.rate_points.back()?);
-            let time = last.1 - first.1;
-            (last.0 > first.0 && time > 0.0).then(|| (last.0 - first.0) as f64 / time)
+            let (frames, time) = ((last.0 - first.0) as f64, last.1 - first.1);
+            (frames > 0.0 && time > 0.0).then(|| (frames / time, MEASURED_RATE, frames))
         };
-        match (measured(), self.stated_rate) {
-            (Some(rate), _) => Some((rate, MEASURED_RATE)),
-            (None, Some(rate)) => Some((rate, STATED_RATE)),
-            (None, None) => None,
+        let stated = || Some((self.stated_rate?, STATED_RATE, f64::INFINITY));
+        match measured() {
+            Some(measured) if self.rate_points.len() > 3 => Some(measured),
+            measured => stated().or(measured),
         }
     }
 
     /// The first frame after a reconnect: what was lost in between is not known.
     fn begin_anew(&mut self, frame: Numbered<T>, last: Last, out: &mut Vec<Placed<T>>) {
-        let (raw, number) = (frame.number as i64, last.number + 1);
-        self.last = Some(Last { raw, number });
+        let (raw, number) = (frame.number.cast_signed(), last.number + 1);
+        self.last = Some(Last {
+            raw,
+            number,
+            fingerprint: frame.fingerprint,
+        });
         if let Some(time) = frame.time {
             self.learn(number, time);
         }
@@ -276,13 +304,20 @@ impl<T> Numbering<T> {
     }
 
     fn accept(&mut self, frame: Numbered<T>, place: Option<Place>, out: &mut Vec<Placed<T>>) {
-        let raw = frame.number as i64;
+        let raw = frame.number.cast_signed();
+        let fingerprint = frame.fingerprint;
         let mut restarted = false;
         let number = match (self.last, place) {
             (Some(last), Some(place)) => {
                 if place.plausible && place.number > last.number {
-                    let gap = place.number - last.number - 1 - self.refused;
-                    self.counts.lost += gap.max(0).cast_unsigned();
+                    let gap = place.number - last.number - 1;
+                    self.counts.lost += gap.cast_unsigned();
+                    if gap > 0 {
+                        if self.missing.len() == GAPS {
+                            self.missing.pop_front();
+                        }
+                        self.missing.push_back([last.number + 1, place.number - 1]);
+                    }
                     if !place.certain {
                         self.counts.ambiguous += 1;
                     }
@@ -298,8 +333,11 @@ impl<T> Numbering<T> {
             }
             _ => raw,
         };
-        self.refused = 0;
-        self.last = Some(Last { raw, number });
+        self.last = Some(Last {
+            raw,
+            number,
+            fingerprint,
+        });
         if let Some(time) = frame.time {
             self.learn(number, time);
         }
@@ -331,7 +369,6 @@ impl<T> Numbering<T> {
     pub(super) fn reconnect(&mut self) {
         self.held = None;
         self.forget();
-        self.refused = 0;
         self.fresh = self.last.is_some();
     }
 

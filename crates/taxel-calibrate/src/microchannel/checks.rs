@@ -1,7 +1,8 @@
 //! Checks of the readings of crossing microchannels.
 
 use super::columns::{
-    AREA, DEVIATION, FORCE_Z, HOLD_OUT, NUMBER, PRESSURE, RESISTANCE, SHARE, VOLTAGE,
+    AREA, DEVIATION, FORCE_Z, HOLD_OUT, NUMBER, PRESSURE, RESISTANCE, RESISTANCE_DEVIATION, SHARE,
+    VOLTAGE,
 };
 use super::problem::{Load, Reading};
 use super::saturation::Plateau;
@@ -13,6 +14,7 @@ use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, by_series, series_of};
 use crate::table_checks::{at_rest, of_this_device, pressing};
+use taxel::signal::ResistanceSignal;
 use taxel_recording::InputError;
 
 /// Least readings of a channel.
@@ -76,18 +78,20 @@ impl MicrochannelCalibrator<'_> {
         data: &ReadingTable,
         remarks: &mut Vec<Remark>,
     ) -> Result<Vec<Reading>, InputError> {
-        complete(data)?;
-        let divider = self.board.divider;
+        let signal = &self.board.signal;
+        complete(data, signal)?;
+        let (name, unit) = signal.unit();
+        let largest = signal.largest();
         let mut readings = Vec::with_capacity(data.len());
         let (mut saturated, mut impossible) = (0, 0);
         for row in 0..data.len() {
             let channel = self.channel_of(data, row)?;
-            let (Some(load), Some(voltage)) = (load(data, row), self.voltage(data, row)) else {
-                let message = "no load or no voltage; the row is left out";
-                remarks.push(Remark::at(data.line(row), message));
+            let (Some(load), Some(read)) = (load(data, row), self.signal(data, row)) else {
+                let message = format!("no load or no {name}; the row is left out");
+                remarks.push(Remark::at(data.line(row), &message));
                 continue;
             };
-            if voltage <= 0.0 || voltage >= divider.supply {
+            if read <= 0.0 || read >= largest {
                 impossible += 1;
                 continue;
             }
@@ -96,33 +100,34 @@ impl MicrochannelCalibrator<'_> {
                 layer: self.layer_of(channel),
                 load,
                 share: data.number(row, SHARE).unwrap_or(1.0),
-                voltage,
-                deviation: data.positive(row, DEVIATION),
-                saturated: divider.saturated(voltage),
+                signal: read,
+                deviation: data.positive(row, deviation_of(signal)),
+                saturated: self.board.saturated(read),
                 marked: data.flag(row, HOLD_OUT),
             });
-            saturated += usize::from(divider.saturated(voltage));
+            saturated += usize::from(self.board.saturated(read));
         }
         if 2 * impossible > data.len() {
             let message = format!(
-                "{impossible} of {} voltages do not lie between 0 and the supply, {} V",
+                "{impossible} of {} {name}s do not lie between 0 and {}, {largest} {unit}",
                 data.len(),
-                divider.supply
+                end_of(signal),
             );
-            return Err(data.error("voltage", message, "is the unit of the column right?"));
+            return Err(data.error(name, message, "is the unit of the column right?"));
         }
-        let at_end = "saturated readings, from the voltage that the sensor file names,";
-        for (count, what) in [
-            (impossible, "voltages outside 0 V to the supply"),
-            (saturated, at_end),
-        ] {
+        let at_end = format!("saturated readings, from the {name} that the sensor file names,");
+        let outside = format!("{name}s outside 0 {unit} to {}", end_of(signal));
+        for (count, what) in [(impossible, outside), (saturated, at_end)] {
             if count > 0 {
                 remarks.push(Remark::whole(format!("{count} {what} are left out")));
             }
         }
         if readings.is_empty() {
-            let message = "no row has a load and a voltage between 0 and the supply";
-            return Err(data.error("voltage", message, "give both in each row"));
+            let message = format!(
+                "no row has a load and a {name} between 0 and {}",
+                end_of(signal)
+            );
+            return Err(data.error(name, message, "give both in each row"));
         }
         let unsaturated: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
         self.units(data, &unsaturated)?;
@@ -154,24 +159,26 @@ impl MicrochannelCalibrator<'_> {
         })
     }
 
-    fn voltage(&self, data: &ReadingTable, row: usize) -> Option<f64> {
-        let divider = self.board.divider;
+    fn signal(&self, data: &ReadingTable, row: usize) -> Option<f64> {
+        let signal = &self.board.signal;
         // A given resistance has the leads in it already.
-        let of = |resistance: f64| divider.voltage(resistance - divider.lead);
-        let read = data.number(row, VOLTAGE);
+        let of = |resistance: f64| signal.of(resistance - signal.lead());
+        let read = data.number(row, VOLTAGE).filter(|_| signal.is_voltage());
         read.or(data.number(row, RESISTANCE).map(of))
     }
 
     /// True if voltages and loads can be of this array.
     fn units(&self, data: &ReadingTable, readings: &[Reading]) -> Result<(), InputError> {
         for channel in series_of(readings) {
-            let drawn = self.board.divider.voltage(self.drawn_rest(channel));
-            let pair = [rest_voltage(readings, channel), drawn];
-            let words = |voltage: f64| format!("{:.4} mV", voltage * 1e3);
+            let signal = &self.board.signal;
+            let drawn = signal.of(self.drawn_rest(channel));
+            let pair = [rest_signal(readings, channel), drawn];
+            let (unit, scale) = signal.shown();
+            let words = |signal: f64| format!("{:.4} {unit}", signal / scale);
             let help = "is the unit of the column right, and the sensor file?";
             of_this_device(
                 data,
-                "voltage",
+                signal.unit().0,
                 &format!("channel {channel}: "),
                 pair,
                 words,
@@ -196,18 +203,39 @@ impl MicrochannelCalibrator<'_> {
 }
 
 /// Checks that the table has the columns of a load and of a signal.
-fn complete(data: &ReadingTable) -> Result<(), InputError> {
+fn complete(data: &ReadingTable, signal: &ResistanceSignal) -> Result<(), InputError> {
     let given = |column: usize| data.given[column];
     if !(given(PRESSURE) || given(FORCE_Z) && given(AREA)) {
         let message = "no pressure, and no force with its area";
         let help = "give a column pressure, or force_z and area: a force alone says no pressure";
         return Err(data.error("pressure", message, help));
     }
+    if !signal.is_voltage() && !given(RESISTANCE) {
+        let message = "no resistance, which the board of the sensor file gives";
+        let help = "give a column resistance; voltages belong to a sensor file with their divider";
+        return Err(data.error("resistance", message, help));
+    }
     if !(given(VOLTAGE) || given(RESISTANCE)) {
         let message = "neither voltage nor resistance";
         return Err(data.error("voltage", message, "give one of the two columns"));
     }
     Ok(())
+}
+
+/// The column with the deviation of a signal.
+fn deviation_of(signal: &ResistanceSignal) -> usize {
+    match signal {
+        ResistanceSignal::Divider { .. } => DEVIATION,
+        ResistanceSignal::Resistance { .. } => RESISTANCE_DEVIATION,
+    }
+}
+
+/// End of what a signal can be, in words.
+fn end_of(signal: &ResistanceSignal) -> &'static str {
+    match signal {
+        ResistanceSignal::Divider { .. } => "the supply",
+        ResistanceSignal::Resistance { .. } => "the end of the range",
+    }
 }
 
 fn load(data: &ReadingTable, row: usize) -> Option<Load> {
@@ -227,8 +255,8 @@ pub(super) fn largest_force(readings: &[Reading]) -> f64 {
     readings.iter().map(force).fold(0.0, f64::max)
 }
 
-/// Voltage at rest: the mean of a channel's readings at its least loads, V.
-pub(super) fn rest_voltage(readings: &[Reading], channel: usize) -> f64 {
+/// Signal at rest: the mean of a channel's readings at its least loads.
+pub(super) fn rest_signal(readings: &[Reading], channel: usize) -> f64 {
     let of = readings.iter().filter(|r| r.channel == channel);
-    at_rest(of.map(|r| [r.load.pressure(0.0), r.voltage]))
+    at_rest(of.map(|r| [r.load.pressure(0.0), r.signal]))
 }

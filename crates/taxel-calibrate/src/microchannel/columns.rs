@@ -20,6 +20,8 @@ columns! {
     RESISTANCE =
         size("resistance", &unit::RESISTANCE, 1e12, "of the channel with its leads, in place of the voltage");
     DEVIATION = size("voltage_deviation", &unit::VOLTAGE, 1e3, "standard deviation of the voltage");
+    RESISTANCE_DEVIATION =
+        size("resistance_deviation", &unit::RESISTANCE, 1e12, "standard deviation of the resistance, of a board that gives it");
     HOLD_OUT = hold_out();
     SENSOR_TIME = sensor_clock();
 }

@@ -1,5 +1,5 @@
 //! The hysteresis of the rubber round channels: pressure of loading by the
-//! voltage beside that of the bench.
+//! signal beside that of the bench.
 
 use super::problem::{BIAS, Load, Reading};
 use super::{Fitted, MicrochannelCalibrator};
@@ -52,12 +52,12 @@ const LEAST: f64 = 1e-3;
 /// Step of a difference over the pressure, for smooth curves.
 const STEP: f64 = 1e-4;
 
-/// A reading whose voltage says which pressure it would be on loading.
+/// A reading whose signal says which pressure it would be on loading.
 struct Inverted {
     reading: Reading,
     /// Pa.
     pressure: f64,
-    /// Slope of the voltage against the pressure, V/Pa.
+    /// Slope of the signal against the pressure.
     rise: f64,
     sample: Sample,
 }
@@ -70,14 +70,14 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// Pressures of the readings of one channel by their voltages.
+    /// Pressures of the readings of one channel by their signals.
     fn known(&self, of: &[Reading]) -> Vec<Option<Inverted>> {
         let bias = self.at[BIAS];
         let pressures: Vec<f64> = of.iter().map(|r| r.load.pressure(bias)).collect();
         let highest = BEYOND * pressures.iter().copied().fold(0.0, f64::max);
         let known: Vec<Option<f64>> = of.iter().map(|r| self.loading(r, highest)).collect();
         let readings = of.iter().zip(&known).zip(&pressures);
-        // Where the voltage says no more than "at least", the bench says how far
+        // Where the signal says no more than "at least", the bench says how far
         // the load went: from there its way back counts.
         let loading: Vec<f64> = readings
             .map(|((reading, known), pressure)| match known {
@@ -103,20 +103,20 @@ impl Curve<'_> {
             .collect()
     }
 
-    /// Voltage of a reading at another pressure, V.
-    fn voltage(&self, reading: &Reading, pressure: f64) -> Option<f64> {
+    /// Signal of a reading at another pressure.
+    fn signal(&self, reading: &Reading, pressure: f64) -> Option<f64> {
         let load = Load::Pressure(pressure);
         let bench = self.calibrator.bench_of(self.channels, &[]);
         bench.predict(&self.at, &Reading { load, ..*reading })
     }
 
-    /// Pressure on loading up to `highest` at which the curve has the voltage of
+    /// Pressure on loading up to `highest` at which the curve has the signal of
     /// a reading, Pa; `None` where it does not reach it.
     fn loading(&self, reading: &Reading, highest: f64) -> Option<f64> {
         // Not a number where the model has no answer.
         let misfit = |pressure: f64| {
-            let voltage = self.voltage(reading, pressure);
-            voltage.map_or(f64::NAN, |voltage| voltage - reading.voltage)
+            let signal = self.signal(reading, pressure);
+            signal.map_or(f64::NAN, |signal| signal - reading.signal)
         };
         let ends = [0.0, highest].map(misfit);
         if ends[0] >= 0.0 {
@@ -125,19 +125,19 @@ impl Curve<'_> {
         (ends[0] < 0.0 && ends[1] > 0.0).then(|| roots::ridders([0.0, highest], misfit))
     }
 
-    /// Slope of the voltage of a reading against the pressure, V/Pa; `None` where it does
+    /// Slope of the signal of a reading against the pressure; `None` where it does
     /// not rise.
     fn rise(&self, reading: &Reading, pressure: f64) -> Option<f64> {
         let step = STEP * pressure;
-        let [below, above] = [pressure - step, pressure + step].map(|at| self.voltage(reading, at));
+        let [below, above] = [pressure - step, pressure + step].map(|at| self.signal(reading, at));
         Some((above? - below?) / (2.0 * step)).filter(|rise| *rise > 0.0)
     }
 
     /// The pressure of a reading by this curve, which is near the one that
     /// gave it, Pa.
     fn pressure(&self, known: &Inverted) -> f64 {
-        let voltage = self.voltage(&known.reading, known.pressure);
-        let off = voltage.map_or(0.0, |voltage| voltage - known.reading.voltage);
+        let signal = self.signal(&known.reading, known.pressure);
+        let off = signal.map_or(0.0, |signal| signal - known.reading.signal);
         known.pressure - off / known.rise
     }
 }

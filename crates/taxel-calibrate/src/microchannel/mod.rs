@@ -18,7 +18,7 @@ use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
 use crate::split::series_of;
 use taxel::calibration::MicrochannelModel;
-use taxel::electronics::{DividerBoard, Readout};
+use taxel::electronics::DividerBoard;
 use taxel::mechanics::PressureLaw;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{Element, FoundChannels, Sensor};
@@ -27,7 +27,7 @@ use taxel_numerics::least_squares::{FitError, Parameter, Problem, fit};
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
-use saturation::SATURATION;
+use saturation::saturation_name;
 
 static MODELS: [Model; 1] = [Model {
     name: "cell",
@@ -105,7 +105,7 @@ impl<'a> MicrochannelCalibrator<'a> {
             PressureLaw::Paper(law) => law.expansion,
             _ => 1.0,
         };
-        let mut at = vec![self.board.divider.lead, 1.0, 1.0, expansion, 0.0];
+        let mut at = vec![self.board.signal.lead(), 1.0, 1.0, expansion, 0.0];
         at.extend(self.all.iter().map(|channel| self.drawn_rest(*channel)));
         at
     }
@@ -120,7 +120,7 @@ impl<'a> MicrochannelCalibrator<'a> {
         let usual = self.board.deviation();
         Bench {
             layers: &self.layers,
-            divider: self.board.divider,
+            signal: self.board.signal,
             channels: channels.to_vec(),
             readings,
             noise: readings
@@ -170,7 +170,7 @@ impl<'a> MicrochannelCalibrator<'a> {
 
     /// Starts of a search.
     fn starts(&self, readings: &[Reading]) -> Vec<Vec<f64>> {
-        let divider = self.board.divider;
+        let signal = self.board.signal.with_lead(0.0);
         let force = checks::largest_force(readings);
         let biases = if force > 0.0 {
             &BIASES[..]
@@ -188,8 +188,7 @@ impl<'a> MicrochannelCalibrator<'a> {
                 at[STIFFNESS[1]] = stiffness;
                 at[BIAS] = bias * force;
                 for channel in series_of(readings) {
-                    let voltage = checks::rest_voltage(readings, channel);
-                    let sum = divider.reference * voltage / (divider.supply - voltage);
+                    let sum = signal.resistance(checks::rest_signal(readings, channel));
                     let rest = (sum - at[LEAD]).max(0.5 * sum);
                     at.push(if rest.is_finite() {
                         rest
@@ -320,23 +319,22 @@ pub(super) fn apply(
         .enumerate()
         .flat_map(rest)
         .collect();
-    let drawn = array.board.divider.saturation;
+    let signal = array.board.signal;
+    let (drawn, name) = (array.board.saturation, saturation_name(&signal));
     let saturation =
-        |channel: usize| value(&format!("{CHANNEL}_{channel}.{SATURATION}")).unwrap_or(drawn);
+        |channel: usize| value(&format!("{CHANNEL}_{channel}.{name}")).unwrap_or(drawn);
     let saturation = (0..array.counts().iter().sum()).map(saturation).collect();
     if let Element::Microchannel(element) = &mut sensor.element {
         element.found = Some(FoundChannels {
             stiffness,
             rest,
             saturation,
+            lead,
             hysteresis: law_of("", value),
         });
         if let PressureLaw::Paper(law) = &mut element.liquid.pressure {
             law.expansion = expansion;
         }
-    }
-    if let Readout::VoltageDivider(divider) = &mut sensor.electronics.readout {
-        divider.lead = lead;
     }
     Ok(())
 }

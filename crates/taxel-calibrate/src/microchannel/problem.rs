@@ -1,8 +1,8 @@
 //! The readings of crossing channels as a least-squares problem.
 
 use crate::split::OfSeries;
-use taxel::electronics::VoltageDivider;
 use taxel::mechanics::{ClosingState, PressureLaw, Stretch};
+use taxel::signal::ResistanceSignal;
 use taxel::transduction::{MicrochannelLayer, mean_inverse_area_ratio};
 use taxel_numerics::least_squares::{Parameter, Problem};
 
@@ -23,11 +23,11 @@ pub(crate) struct Reading {
     pub(super) load: Load,
     /// Loaded share of the length.
     pub(super) share: f64,
-    /// V.
-    pub(super) voltage: f64,
-    /// Standard deviation that the bench gives, V.
+    /// Voltage of the divider, V, or resistance with the leads, Ω, as the board gives it.
+    pub(super) signal: f64,
+    /// Standard deviation that the bench gives, in the same unit.
     pub(super) deviation: Option<f64>,
-    /// True if the voltage says no more than that the load is at least as large.
+    /// True if the signal says no more than that the load is at least as large.
     pub(super) saturated: bool,
     pub(super) marked: bool,
 }
@@ -64,11 +64,11 @@ impl Load {
 /// The problem of some readings.
 pub(super) struct Bench<'a> {
     pub(super) layers: &'a [MicrochannelLayer; 2],
-    pub(super) divider: VoltageDivider,
+    pub(super) signal: ResistanceSignal,
     /// Channels that were read, in the order of their parameters.
     pub(super) channels: Vec<usize>,
     pub(super) readings: &'a [Reading],
-    /// Standard deviation of each reading, V.
+    /// Standard deviation of each reading.
     pub(super) noise: Vec<f64>,
 }
 
@@ -117,18 +117,11 @@ impl Bench<'_> {
         })
     }
 
-    /// Voltage of a reading whose resistance ratio is known.
-    fn voltage(&self, at: &[f64], reading: &Reading, ratio: f64) -> f64 {
-        VoltageDivider {
-            lead: at[LEAD],
-            ..self.divider
-        }
-        .voltage(at[self.rest(reading)] * ratio)
-    }
-
-    /// Voltage by the model, V.
+    /// Signal by the model.
     pub(super) fn predict(&self, at: &[f64], reading: &Reading) -> Option<f64> {
-        Some(self.voltage(at, reading, self.ratio(at, reading)?.ratio))
+        let ratio = self.ratio(at, reading)?.ratio;
+        let signal = self.signal.with_lead(at[LEAD]);
+        Some(signal.of(at[self.rest(reading)] * ratio))
     }
 }
 
@@ -158,10 +151,10 @@ impl Problem for Bench<'_> {
     fn residuals(&self, at: &[f64], residuals: &mut [f64]) -> bool {
         let pairs = self.readings.iter().zip(&self.noise);
         for (residual, (reading, noise)) in residuals.iter_mut().zip(pairs) {
-            let Some(voltage) = self.predict(at, reading) else {
+            let Some(signal) = self.predict(at, reading) else {
                 return false;
             };
-            *residual = (reading.voltage - voltage) / noise;
+            *residual = (reading.signal - signal) / noise;
         }
         true
     }
@@ -178,9 +171,9 @@ impl Problem for Bench<'_> {
                 return false;
             };
             let rest = self.rest(reading);
-            let sum = self.divider.reference + at[LEAD] + at[rest] * here.ratio;
-            // dV/dR of the divider, with the sign of measured less model.
-            let slope = -self.divider.supply * self.divider.reference / (sum * sum) / noise;
+            // Of the signal, with the sign of measured less model.
+            let signal = self.signal.with_lead(at[LEAD]);
+            let slope = -signal.slope(at[rest] * here.ratio) / noise;
             columns[LEAD][i] = slope;
             columns[rest][i] = slope * here.ratio;
             for j in [STIFFNESS[reading.layer], EXPANSION, BIAS] {

@@ -11,19 +11,20 @@ use crate::split::series_of;
 use taxel::figure::{Axis, Figure, Series, Style};
 
 impl Findings for MicrochannelCalibrator<'_> {
-    /// Residuals of the voltage of each channel.
+    /// Residuals of the signal of each channel.
     fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
         let fitted = &of.fits[0];
         let at = fitted.fit.values();
         let channels = series_of(&fitted.readings);
         let bench = self.bench_of(&channels, &of.readings[0]);
+        let (name, unit) = self.board.signal.unit();
         let summary = |channel: &usize| {
             let own = |r: &&Reading| r.channel == *channel;
             let readings = of.readings[0].iter().filter(own);
-            let misfits = readings.filter_map(|r| Some(r.voltage - bench.predict(&at, r)?));
+            let misfits = readings.filter_map(|r| Some(r.signal - bench.predict(&at, r)?));
             let misfits: Vec<f64> = misfits.collect();
-            let range = span(fitted.readings.iter().filter(own).map(|r| r.voltage));
-            ResidualSummary::of(format!("{CHANNEL}_{channel}.voltage"), "V", &misfits, range)
+            let range = span(fitted.readings.iter().filter(own).map(|r| r.signal));
+            ResidualSummary::of(format!("{CHANNEL}_{channel}.{name}"), unit, &misfits, range)
         };
         channels.iter().map(summary).collect()
     }
@@ -54,22 +55,28 @@ impl Findings for MicrochannelCalibrator<'_> {
         let at = fitted.fit.values();
         let channels = series_of(&fitted.readings);
         let bench = self.bench_of(&channels, &fitted.readings);
+        let (name, _) = self.board.signal.unit();
+        let (unit, scale) = self.board.signal.shown();
         let figure = |channel: &usize| {
             let own = fitted.readings.iter().filter(|r| r.channel == *channel);
             let mut of: Vec<&Reading> = own.collect();
             let pressure = |r: &Reading| r.load.pressure(at[BIAS]) * 1e-3;
             of.sort_by(|a, b| pressure(a).total_cmp(&pressure(b)));
-            let marks = of.iter().map(|r| [pressure(r), r.voltage * 1e3]);
+            let marks = of.iter().map(|r| [pressure(r), r.signal / scale]);
             let model = of.iter().filter_map(|r| Some((r, bench.predict(&at, r)?)));
-            let curve = model.clone().map(|(r, v)| [pressure(r), v * 1e3]);
-            let left = model.map(|(r, v)| [pressure(r), (r.voltage - v) * 1e3]);
+            let curve = model.clone().map(|(r, v)| [pressure(r), v / scale]);
+            let left = model.map(|(r, v)| [pressure(r), (r.signal - v) / scale]);
             Figure::from(FitFigure {
                 title: format!("channel {channel}"),
                 caption: "Curve and residuals of the model that was fitted to the readings of loading.",
                 x: Axis::new("pressure", "kPa"),
-                signal: "Voltage",
-                labels: ["voltage"; 2],
-                unit: "mV",
+                signal: if self.board.signal.is_voltage() {
+                    "Voltage"
+                } else {
+                    "Resistance"
+                },
+                labels: [name; 2],
+                unit,
                 curves: vec![
                     Series::new("readings", marks.collect(), Style::Marks),
                     Series::new("cell", curve.collect(), Style::Line),

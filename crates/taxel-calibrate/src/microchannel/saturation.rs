@@ -1,4 +1,4 @@
-//! From which voltage on a channel says no more: the plateau at its largest
+//! From which signal on a channel says no more: the plateau at its largest
 //! loads, where there is one.
 
 use super::problem::Reading;
@@ -7,10 +7,16 @@ use crate::device_model::Judged;
 use crate::outcome::Constants;
 use crate::remark::Remark;
 use crate::split::series_of;
+use taxel::signal::ResistanceSignal;
 use taxel_numerics::least_squares::{Estimate, Parameter, Status, student_quantile};
 
 /// Name of the parameter behind that of its channel.
-pub(super) const SATURATION: &str = "saturation_voltage";
+pub(super) fn saturation_name(signal: &ResistanceSignal) -> &'static str {
+    match signal {
+        ResistanceSignal::Divider { .. } => "saturation_voltage",
+        ResistanceSignal::Resistance { .. } => "saturation_resistance",
+    }
+}
 
 /// Fewer readings at the largest loads are no plateau.
 const LEAST: usize = 6;
@@ -29,9 +35,9 @@ const RISING: f64 = 8.0;
 /// Readings of one channel that no longer change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Plateau {
-    /// Mean, V.
-    voltage: f64,
-    /// Scatter of one reading, V.
+    /// Mean.
+    signal: f64,
+    /// Scatter of one reading.
     scatter: f64,
     /// Least load, Pa.
     from: f64,
@@ -53,7 +59,7 @@ impl Plateau {
     pub(super) fn find(of: &[Reading]) -> Option<Self> {
         let mut points: Vec<[f64; 2]> = of
             .iter()
-            .map(|reading| [reading.load.pressure(0.0), reading.voltage])
+            .map(|reading| [reading.load.pressure(0.0), reading.signal])
             .collect();
         points.sort_by(|a, b| b[0].total_cmp(&a[0]));
         let mut count = LEAST;
@@ -69,12 +75,12 @@ impl Plateau {
         }
         let rest = &points[count..];
         let top = &points[..(3 * count / 4).max(LEAST)];
-        let [voltage, scatter] = spread(top);
+        let [signal, scatter] = spread(top);
         let [before, _] = line(&rest[..rest.len().min(count)])?;
         let length = top[0][0] - top[top.len() - 1][0];
         let found = is_flat(top) && before * length > RISING * scatter;
         found.then_some(Self {
-            voltage,
+            signal,
             scatter,
             from: points[count - 1][0],
             count: top.len(),
@@ -83,11 +89,11 @@ impl Plateau {
 
     /// True if a reading belongs to it.
     pub(super) fn holds(&self, reading: &Reading) -> bool {
-        reading.voltage > self.voltage - apart(ALONE, self.count) * self.scatter
+        reading.signal > self.signal - apart(ALONE, self.count) * self.scatter
     }
 }
 
-/// Mean and standard deviation of the voltages.
+/// Mean and standard deviation of the signals.
 fn spread(points: &[[f64; 2]]) -> [f64; 2] {
     let count = points.len() as f64;
     let mean = points.iter().map(|point| point[1]).sum::<f64>() / count;
@@ -95,7 +101,7 @@ fn spread(points: &[[f64; 2]]) -> [f64; 2] {
     [mean, (squares / (count - 1.0)).sqrt()]
 }
 
-/// True if the voltages do not clearly change along the loads.
+/// True if the signals do not clearly change along the loads.
 fn is_flat(points: &[[f64; 2]]) -> bool {
     line(points).is_some_and(|[slope, deviation]| {
         slope.abs() <= student_quantile(1.0 - FLAT, points.len() - 2) * deviation
@@ -120,30 +126,34 @@ fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
 impl MicrochannelCalibrator<'_> {
     /// The saturation of each channel that was read with its estimate, and what
     /// there is to say of it. A saturation that was not reached lies between the
-    /// largest voltage that was read and the supply.
+    /// largest signal that was read and the largest there can be.
     pub(super) fn saturations(
         &self,
         of: &Judged<'_, Self>,
         remarks: &mut Vec<Remark>,
     ) -> Constants {
-        let divider = self.board.divider;
+        let signal = &self.board.signal;
+        let (unit, largest) = (signal.unit().1, signal.largest());
         let one = |channel: &usize| {
             let name = format!("{CHANNEL}_{channel}");
             let read = of.series.iter().flatten();
             let read = read.filter(|r| r.channel == *channel && !r.saturated);
-            let most = read.map(|reading| reading.voltage).fold(0.0, f64::max);
+            let most = read.map(|reading| reading.signal).fold(0.0, f64::max);
             let parameter = Parameter {
-                unit: "V",
-                bounds: [most, divider.supply],
-                ..Parameter::new(format!("{name}.{SATURATION}"), divider.saturation)
+                unit,
+                bounds: [most, largest],
+                ..Parameter::new(
+                    format!("{name}.{}", saturation_name(signal)),
+                    self.board.saturation,
+                )
             };
             let Some(plateau) = of.context[*channel] else {
                 let message =
-                    format!("{name}: saturation was not reached: it is at least {most:.4} V");
+                    format!("{name}: saturation was not reached: it is at least {most:.4} {unit}");
                 remarks.push(Remark::whole(message));
                 let estimate = Estimate {
-                    value: divider.saturation,
-                    deviation: (divider.supply - most) / 12.0_f64.sqrt(),
+                    value: self.board.saturation,
+                    deviation: (largest - most) / 12.0_f64.sqrt(),
                     interval: parameter.bounds,
                     status: Status::NotIdentifiable,
                 };
@@ -157,9 +167,9 @@ impl MicrochannelCalibrator<'_> {
                 plateau.count
             )));
             let estimate = Estimate {
-                value: plateau.voltage,
+                value: plateau.signal,
                 deviation,
-                interval: [plateau.voltage - half, plateau.voltage + half],
+                interval: [plateau.signal - half, plateau.signal + half],
                 status: Status::Identified,
             };
             (parameter, estimate)

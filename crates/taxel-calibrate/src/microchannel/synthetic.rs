@@ -16,24 +16,26 @@ use taxel_numerics::Noise;
 /// time. The largest compression 0.4 of the options stands for the pressure at
 /// which the closing curve ends. A channel closes as the triangle says; the
 /// pressure that closes it so is larger on loading than on unloading by
-/// `hysteresis`. Its voltage rises to the share `saturation` of its largest
+/// `hysteresis`. Its signal rises to the share `saturation` of its largest
 /// change and no further. The tilt has no meaning here.
 pub(super) fn table(calibrator: &MicrochannelCalibrator<'_>, options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
     let mut text = options.head(&["hysteresis", "drift"]);
-    text.push_str("time [s],channel,pressure [kPa],voltage [mV]\n");
+    let signal = &calibrator.board.signal;
+    let ((name, _), (unit, scale)) = (signal.unit(), signal.shown());
+    let _ = writeln!(text, "time [s],channel,pressure [kPa],{name} [{unit}]");
     let law = hysteresis::synthetic(options.hysteresis);
     let at = calibrator.drawn();
     for channel in calibrator.all.iter().copied() {
         let layer = calibrator.layer_of(channel);
         let highest = calibrator.highest[layer] * options.compression / LARGEST_COMPRESSION;
-        let voltage = |pressure: f64| {
+        let signal = |pressure: f64| {
             let reading = Reading {
                 channel,
                 layer,
                 load: Load::Pressure(pressure),
                 share: 1.0,
-                voltage: 0.0,
+                signal: 0.0,
                 deviation: None,
                 saturated: false,
                 marked: false,
@@ -42,13 +44,13 @@ pub(super) fn table(calibrator: &MicrochannelCalibrator<'_>, options: &Synthetic
                 .bench_of(&calibrator.all, &[])
                 .predict(&at, &reading)
         };
-        let (Some(rest), Some(most)) = (voltage(0.0), voltage(highest)) else {
+        let (Some(rest), Some(most)) = (signal(0.0), signal(highest)) else {
             continue;
         };
         let mut history = LoadHistory::default();
         for index in 0..options.readings {
             let share = triangle(options.phase(index));
-            let Some(exact) = voltage(share * highest) else {
+            let Some(exact) = signal(share * highest) else {
                 continue;
             };
             let drift = options.drifted(1.0, index);
@@ -60,7 +62,7 @@ pub(super) fn table(calibrator: &MicrochannelCalibrator<'_>, options: &Synthetic
                 "{:.1},{channel},{:.6},{:.6}",
                 0.1 * index as f64,
                 carried * 1e-3,
-                (rest + change + off) * 1e3
+                (rest + change + off) / scale
             );
         }
     }

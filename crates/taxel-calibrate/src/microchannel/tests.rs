@@ -91,7 +91,7 @@ fn slopes_are_those_of_differences() {
             layer: calibrator.layer_of(channel),
             load,
             share,
-            voltage: 0.6,
+            signal: 0.6,
             deviation: Some(1.0),
             saturated: false,
             marked: false,
@@ -139,7 +139,7 @@ fn a_device_comes_back_and_live_touch_inverts_it() {
     assert!(outcome.open.is_empty(), "{:?}", outcome.open);
     // No channel saturates; that is said, with what is known.
     for (parameter, estimate) in &outcome.parameters[TRUTH.len() + RESTS.len()..] {
-        assert!(parameter.name.ends_with(SATURATION));
+        assert!(parameter.name.ends_with("saturation_voltage"));
         assert_eq!(estimate.status, Status::NotIdentifiable);
         let [most, supply] = estimate.interval;
         let number = parameter.name.split(['_', '.']).nth(1);
@@ -226,7 +226,7 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
             let mut noise = taxel_numerics::Noise::seeded(seed);
             let mut readings = exact.clone();
             for reading in &mut readings {
-                reading.voltage += 2e-5 * noise.normal();
+                reading.signal += 2e-5 * noise.normal();
             }
             let found = calibrator
                 .fit_from(&readings, &no_hold_out(), &starts)
@@ -285,12 +285,8 @@ fn calibrated(text: &str) -> (Outcome, Sensor) {
 /// the other channels are at rest.
 fn states_at(sensor: &Sensor, changes: &[f64]) -> Vec<MicrochannelState> {
     let model = sensor.microchannels().unwrap().calibration().unwrap();
-    let scale = model.scale;
-    let counts = |resistance: f64| {
-        let voltage =
-            scale.supply * (resistance + scale.lead) / (scale.reference + scale.lead + resistance);
-        (voltage - scale.volt_at_zero) / scale.volt_per_count
-    };
+    let scale = model.scale.clone();
+    let counts = |resistance: f64| scale.numbers.number(scale.signal.of(resistance));
     let rest: Vec<f64> = model
         .rows
         .iter()
@@ -384,8 +380,7 @@ fn a_saturation_that_was_reached_is_fitted_and_estimated() {
     // A channel that saturates on the way says no more than where.
     let resistance = row.rest_resistance * (1.0 + 0.5 * row.pressure.end()[0]);
     let early = MicrochannelModel {
-        saturation: scale.supply * (resistance + scale.lead)
-            / (scale.reference + scale.lead + resistance),
+        saturation: scale.signal.of(resistance),
         ..row.clone()
     };
     assert!((early.saturated_pressure(scale) / pressure - 1.0).abs() < 0.01);
@@ -467,7 +462,7 @@ fn intervals_cover_the_truth_of_benches_with_hysteresis_and_saturation() {
                 let mut noise = taxel_numerics::Noise::seeded(seed);
                 let mut all = exact.clone();
                 for reading in &mut all {
-                    reading.voltage += 1e-4 * noise.normal();
+                    reading.signal += 1e-4 * noise.normal();
                 }
                 let plateaus = calibrator.plateaus(&mut all);
                 let reached = wanted.map(|channel| plateaus[channel].is_some());
@@ -517,7 +512,7 @@ fn plateaus_of_many_readings_are_found() {
             let data = parse(calibrator, &text);
             let exact = calibrator.checked(&data, &mut Vec::new()).unwrap();
             let ends = |of: &[Reading]| {
-                let voltages = of.iter().map(|reading| reading.voltage);
+                let voltages = of.iter().map(|reading| reading.signal);
                 voltages.fold([f64::INFINITY, 0.0], |[low, high], v| {
                     [v.min(low), v.max(high)]
                 })
@@ -528,16 +523,16 @@ fn plateaus_of_many_readings_are_found() {
                 let mut random = taxel_numerics::Noise::seeded(seed);
                 let mut all = exact.clone();
                 for reading in &mut all {
-                    reading.voltage += scatter * random.normal();
+                    reading.signal += scatter * random.normal();
                 }
                 let found = calibrator.plateaus(&mut all)[0];
                 assert!(found.is_some(), "{saturation} {readings} {seed}");
                 let missed = all
                     .iter()
                     .zip(&exact)
-                    .filter(|(reading, exact)| !reading.saturated && exact.voltage > high - 1e-9);
+                    .filter(|(reading, exact)| !reading.saturated && exact.signal > high - 1e-9);
                 let early = all.iter().zip(&exact).filter(|(reading, exact)| {
-                    reading.saturated && exact.voltage < high - below * scatter
+                    reading.saturated && exact.signal < high - below * scatter
                 });
                 assert_eq!([missed.count(), early.count()], [0, 0], "{readings} {seed}");
             }

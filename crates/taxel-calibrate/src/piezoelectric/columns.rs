@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use crate::clock::sensor_clock;
 use crate::readings::{columns, hold_out, number, quantity, size};
+use taxel::electronics::OutputUnit;
 use taxel::predict::LoadColumn;
 use taxel::quantity as unit;
 
@@ -47,6 +48,28 @@ pub(super) static WITH_ELEMENTS: LazyLock<Vec<LoadColumn>> = LazyLock::new(|| {
         .chain(charges)
         .collect()
 });
+
+/// The same of a board that gives the charge itself: the columns of its output are charges.
+static OF_CHARGE: LazyLock<Vec<LoadColumn>> = LazyLock::new(|| {
+    let mut columns = WITH_ELEMENTS.clone();
+    for (place, name) in [
+        (FIRST_PEAK, "a1"),
+        (SECOND_PEAK, "a2"),
+        (VOLTAGE, "charge"),
+        (DEVIATION, "charge_deviation"),
+    ] {
+        columns[place] = quantity(name, &unit::CHARGE, 1.0, columns[place].about);
+    }
+    columns
+});
+
+/// The columns for an output of this unit, with those of the elements.
+pub(super) fn with_elements(output: &OutputUnit) -> &'static [LoadColumn] {
+    match output.quantity {
+        "charge" => &OF_CHARGE,
+        _ => &WITH_ELEMENTS,
+    }
+}
 
 static VOLTAGE_NAMES: LazyLock<Vec<String>> = LazyLock::new(|| numbered("voltage"));
 static CHARGE_NAMES: LazyLock<Vec<String>> = LazyLock::new(|| numbered("charge"));

@@ -1,7 +1,7 @@
 //! Presses at known places: a table with the place of each press and the
 //! signals of all elements.
 
-use super::columns::{CHARGES, DEVIATION, MOST_ELEMENTS, RADIUS, VOLTAGES, WITH_ELEMENTS, X, Y};
+use super::columns::{CHARGES, DEVIATION, MOST_ELEMENTS, RADIUS, VOLTAGES, X, Y, with_elements};
 use super::problem::Indentation;
 use super::{InputError, PiezoelectricCalibrator, ReadingTable, Remark};
 use crate::clock::one_clock;
@@ -27,10 +27,10 @@ impl PiezoelectricCalibrator<'_> {
         data: &ReadingTable,
         remarks: &mut Vec<Remark>,
     ) -> Result<Vec<Indentation>, InputError> {
-        one_clock(data, &WITH_ELEMENTS)?;
+        one_clock(data, with_elements(&self.unit))?;
         let (name, first, per_newton) = self.channels(data)?;
         let elements = self.layout.taxels();
-        let usual = (self.deviation / self.volt_per_newton).abs();
+        let usual = (self.deviation / self.output_per_newton).abs();
         let (mut all, mut lines, mut short) = (Vec::new(), Vec::new(), Vec::new());
         for row in 0..data.len() {
             let [x, y] = [X, Y].map(|column| data.number(row, column));
@@ -96,10 +96,12 @@ impl PiezoelectricCalibrator<'_> {
     /// Name of the signals, column of the first element's, and the signal per force.
     fn channels(&self, data: &ReadingTable) -> Result<(&'static str, usize, f64), InputError> {
         let elements = self.layout.taxels();
-        let kinds = [
-            ("voltage", VOLTAGES, self.volt_per_newton),
-            ("charge", CHARGES, self.charge_per_force),
-        ];
+        let charges = ("charge", CHARGES, self.charge_per_force);
+        // Of a board that gives charges a voltage says nothing.
+        let kinds = match self.unit.quantity {
+            "charge" => [charges; 2],
+            _ => [("voltage", VOLTAGES, self.output_per_newton), charges],
+        };
         let there = |first: &usize| data.given[*first..*first + MOST_ELEMENTS].contains(&true);
         let found = kinds.into_iter().find(|(_, first, _)| there(first));
         let Some((name, first, per_newton)) = found.filter(|_| elements <= MOST_ELEMENTS) else {

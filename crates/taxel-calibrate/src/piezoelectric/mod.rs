@@ -24,6 +24,7 @@ use crate::options::{IndentationOptions, NamedSensor, SyntheticOptions};
 use crate::outcome::{CovarianceBlock, Outcome};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
+use taxel::electronics::OutputUnit;
 use taxel::estimation::ProfileModel;
 use taxel::layout::Layout;
 use taxel::predict::LoadColumn;
@@ -31,18 +32,20 @@ use taxel::sensor::Sensor;
 use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Problem, Status, fit};
 use taxel_recording::InputError;
 
-use columns::WITH_ELEMENTS;
+use columns::with_elements;
 use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, Table, UNITS, VISCOSITY};
 
 /// Calibrates one piezoelectric sensor.
 pub(super) struct PiezoelectricCalibrator<'a> {
     named: &'a NamedSensor<'a>,
-    /// Least and greatest voltage that is not clipped, V.
+    /// Least and greatest output that is not clipped, V, or C of a charge that is measured.
     span: [f64; 2],
-    /// Standard deviation of a reading by the board's own figures, V.
+    /// Standard deviation of a reading by the board's own figures.
     deviation: f64,
-    /// Output per force in the middle of the band, V/N.
-    volt_per_newton: f64,
+    /// Output per force in the middle of the band, V/N or C/N.
+    output_per_newton: f64,
+    /// Unit of the output.
+    unit: OutputUnit,
     /// C/N.
     charge_per_force: f64,
     layout: Layout,
@@ -104,7 +107,8 @@ impl<'a> PiezoelectricCalibrator<'a> {
             named,
             span: array.board.span(),
             deviation: array.board.deviation(),
-            volt_per_newton: array.volt_per_newton(),
+            output_per_newton: array.output_per_newton(),
+            unit: array.board.unit(),
             charge_per_force: array.element.charge_per_force,
             layout: array.layout(),
             profile: array.profile_model(),
@@ -122,7 +126,7 @@ impl<'a> PiezoelectricCalibrator<'a> {
 
 impl Calibratable for PiezoelectricCalibrator<'_> {
     fn columns(&self) -> &'static [LoadColumn] {
-        &WITH_ELEMENTS
+        with_elements(&self.unit)
     }
 
     fn group(&self) -> &'static str {

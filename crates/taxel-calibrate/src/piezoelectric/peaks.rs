@@ -77,12 +77,17 @@ impl PiezoelectricCalibrator<'_> {
         for (column, pairs) in by_column(table, &table.device.drawn()) {
             let [low, high] = range(pairs.iter().map(|pair| pair[0]));
             if low >= high && Sums::of(&pairs).is_clear(self.deviation) {
+                let unit = &self.unit;
                 let message = format!(
-                    "{column} is always {:.4} mV while the load changes",
-                    low * 1e3
+                    "{column} is always {:.4} {} while the load changes",
+                    low / unit.si_per_unit,
+                    unit.symbol
                 );
-                let help = "give the voltages that the board read, in mV; leave out a column that was not read";
-                return Err(data.error(column, message, help));
+                let help = format!(
+                    "give the {}s that the board read, in {}; leave out a column that was not read",
+                    unit.quantity, unit.symbol
+                );
+                return Err(data.error(column, message, &help));
             }
             unit(data, column, &pairs)?;
         }
@@ -114,15 +119,18 @@ impl PiezoelectricCalibrator<'_> {
         let Some((column, _)) = columns.get(place) else {
             return Ok(());
         };
-        let root = |square: f64| 1e3 * (square / sums[place].count).sqrt();
+        let (unit, quantity) = (self.unit.symbol, self.unit.quantity);
+        let root = |square: f64| (square / sums[place].count).sqrt() / self.unit.si_per_unit;
         let message = format!(
-            "the model fits {column} to {:.4} mV, no better than its mean does ({:.4} mV): these voltages do not belong to \
-             these loads",
+            "the model fits {column} to {:.4} {unit}, no better than its mean does ({:.4} {unit}): these {quantity}s do not \
+             belong to these loads",
             root(sums[place].misfit),
             root(sums[place].scatter[0]),
         );
-        let help = "is each row's voltage of its own load, and the test load as in ramp, dwell and period?";
-        Err(data.error(column, message, help))
+        let help = format!(
+            "is each row's {quantity} of its own load, and the test load as in ramp, dwell and period?"
+        );
+        Err(data.error(column, message, &help))
     }
 
     /// Names peaks of loading and of unloading that are exchanged.
@@ -152,10 +160,11 @@ impl PiezoelectricCalibrator<'_> {
         if other > (1.0 - EXPLAINED) * misfit || better < CLEAR * CLEAR {
             return Ok(());
         }
+        let (unit, scale) = (self.unit.symbol, self.unit.si_per_unit);
         let message = format!(
-            "a1 and a2 are exchanged: the other way round the drawing fits to {:.4} mV, as given to {:.4} mV",
-            1e3 * (other / turned.len() as f64).sqrt(),
-            1e3 * (misfit / turned.len() as f64).sqrt()
+            "a1 and a2 are exchanged: the other way round the drawing fits to {:.4} {unit}, as given to {:.4} {unit}",
+            (other / turned.len() as f64).sqrt() / scale,
+            (misfit / turned.len() as f64).sqrt() / scale
         );
         let help =
             "rename the columns: a1 is the peak in the direction of loading, a2 the one against it";
@@ -177,8 +186,8 @@ fn unit(data: &ReadingTable, column: &str, pairs: &[[f64; 2]]) -> Result<(), Inp
         return Ok(());
     }
     if ratio < 0.0 {
-        let message = "the voltages have the other sign than the board of the drawing gives";
-        let help = "turn the sign of the voltages, or of the load; pressing is positive, and so are both peaks";
+        let message = "the readings have the other sign than the board of the drawing gives";
+        let help = "turn the sign of the readings, or of the load; pressing is positive, and so are both peaks";
         return Err(data.error(column, message, help));
     }
     right_prefix(data, column, ratio, "")

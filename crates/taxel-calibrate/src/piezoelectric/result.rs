@@ -19,7 +19,12 @@ impl Findings for PiezoelectricCalibrator<'_> {
         let pairs = table.beside_model(&of.readings[0], &of.fits[0].fit.values());
         let misfits: Vec<f64> = pairs.map(|(read, model)| read.voltage - model).collect();
         let range = span(table.readings.iter().map(|r| r.voltage));
-        vec![ResidualSummary::of("voltage".into(), "V", &misfits, range)]
+        vec![ResidualSummary::of(
+            self.unit.quantity.into(),
+            self.si_unit(),
+            &misfits,
+            range,
+        )]
     }
 
     fn explained(&self, of: &Judged<'_, Self>, table: &ReadingTable) -> Result<(), InputError> {
@@ -56,7 +61,8 @@ impl Findings for PiezoelectricCalibrator<'_> {
     }
 
     fn noise(&self, fits: &[Fitted]) -> String {
-        format!(": {:.4} mV", fits[0].fit.scale * self.deviation * 1e3)
+        let deviation = fits[0].fit.scale * self.deviation / self.unit.si_per_unit;
+        format!(": {deviation:.4} {}", self.unit.symbol)
     }
 
     fn scope(&self, of: &Judged<'_, Self>) -> Vec<Scope> {
@@ -90,13 +96,14 @@ impl Findings for PiezoelectricCalibrator<'_> {
             (Axis::new(label, unit), Style::Marks)
         };
         let pairs = table.beside_model(&table.readings, &of.fits[0].fit.values());
+        let output = &self.unit;
         let points = |y: fn(f64, f64) -> f64| {
             let point = |(reading, model): (&Reading, f64)| {
                 let x = match reading.what {
                     What::Peak { .. } => reading.load * scale,
                     What::Sample(time) => time,
                 };
-                [x, y(reading.voltage, model) * 1e3]
+                [x, y(reading.voltage, model) / output.si_per_unit]
             };
             pairs.clone().map(point).collect()
         };
@@ -104,9 +111,13 @@ impl Findings for PiezoelectricCalibrator<'_> {
             title: "Output of an element".into(),
             caption: "All readings, those held out included.",
             x,
-            signal: "Voltage",
-            labels: ["voltage"; 2],
-            unit: "mV",
+            signal: if output.quantity == "charge" {
+                "Charge"
+            } else {
+                "Voltage"
+            },
+            labels: [output.quantity; 2],
+            unit: output.symbol,
             curves: vec![
                 Series::new("readings", points(|read, _| read), style),
                 Series::new("model", points(|_, model| model), style),
@@ -117,6 +128,16 @@ impl Findings for PiezoelectricCalibrator<'_> {
                 Style::Marks,
             )],
         })]
+    }
+}
+
+impl PiezoelectricCalibrator<'_> {
+    /// SI unit of the output.
+    fn si_unit(&self) -> &'static str {
+        match self.unit.quantity {
+            "charge" => "C",
+            _ => "V",
+        }
     }
 }
 

@@ -56,15 +56,18 @@ pub(super) fn table(sensor: &Sensor, options: &SyntheticOptions) -> String {
             UNITS[place],
         ));
     }
-    text.push_str(
-        "time [s],displacement [um],ramp [ms],dwell [ms],period [ms],cycles,a1 [mV],a2 [mV]\n",
+    let shown = sensor.piezoelectric().map(|array| array.board.unit());
+    let (unit, scale) = shown.map_or(("mV", 1e-3), |unit| (unit.symbol, unit.si_per_unit));
+    let _ = writeln!(
+        text,
+        "time [s],displacement [um],ramp [ms],dwell [ms],period [ms],cycles,a1 [{unit}],a2 [{unit}]"
     );
     for i in 0..options.readings {
         let place = i % table.profiles.len();
         let load = largest * (1 + i / table.profiles.len() % LOADS) as f64 / LOADS as f64;
         let grown = 1.0 + options.drifted(1.0, i);
         let mut read = |peak: Option<&f64>| {
-            (peak.unwrap_or(&0.0) * load * grown + deviation * noise.normal()) * 1e3
+            (peak.unwrap_or(&0.0) * load * grown + deviation * noise.normal()) / scale
         };
         let [a1, a2] = [read(peaks.get(2 * place)), read(peaks.get(2 * place + 1))];
         let shape = match table.profiles[place] {
@@ -108,9 +111,14 @@ pub(super) fn indentations(
     for (element, gain) in gains.iter().enumerate() {
         let _ = writeln!(text, "# truth gain_{} = {gain:.6}", element + 1);
     }
-    text.push_str("press,x [mm],y [mm],radius [mm],voltage_deviation [mV]");
+    let (name, shown) = (calibrator.unit.quantity, &calibrator.unit);
+    let (unit, scale) = (shown.symbol, shown.si_per_unit);
+    let _ = write!(
+        text,
+        "press,x [mm],y [mm],radius [mm],{name}_deviation [{unit}]"
+    );
     for element in 1..=gains.len() {
-        let _ = write!(text, ",voltage_{element} [mV]");
+        let _ = write!(text, ",{name}_{element} [{unit}]");
     }
     text.push('\n');
     let steps = |cells: usize, pitch: f64| {
@@ -126,7 +134,7 @@ pub(super) fn indentations(
             |at: &[f64; 2], [x, y]: [f64; 2]| table.share([at[0] - x, at[1] - y], model.side);
         let [low, high] = calibrator.span;
         let most = FILLED * high.min(-low) / share(&[0.0; 2], [0.0; 2]);
-        let most = most * calibrator.volt_per_newton.signum();
+        let most = most * calibrator.output_per_newton.signum();
         for y in steps(model.rows, model.pitch[1]) {
             for x in steps(model.columns, model.pitch[0]) {
                 let elements = positions.iter().zip(&gains);
@@ -143,10 +151,10 @@ pub(super) fn indentations(
                     1e3 * x,
                     1e3 * y,
                     1e3 * radius,
-                    1e3 * deviation
+                    deviation / scale
                 );
                 for volt in exact {
-                    let _ = write!(text, ",{:.6}", 1e3 * (volt + deviation * noise.normal()));
+                    let _ = write!(text, ",{:.6}", (volt + deviation * noise.normal()) / scale);
                 }
                 text.push('\n');
                 number += 1;

@@ -29,7 +29,7 @@ fn on<T>(sensor: &Sensor, run: impl FnOnce(&PiezoelectricCalibrator<'_>) -> T) -
 }
 
 fn parse(text: &str) -> ReadingTable {
-    ReadingTable::parse("bench.csv", text, &WITH_ELEMENTS, "").unwrap()
+    ReadingTable::parse("bench.csv", text, &columns::WITH_ELEMENTS, "").unwrap()
 }
 
 fn quiet() -> SyntheticOptions {
@@ -288,7 +288,7 @@ fn readings_that_cannot_be_are_named() {
             (text.replace("a1 [mV]", "other"), "neither a voltage"),
             (few.join("\n"), "at least 8"),
         ] {
-            let found = ReadingTable::parse("bench.csv", &text, &WITH_ELEMENTS, "")
+            let found = ReadingTable::parse("bench.csv", &text, &columns::WITH_ELEMENTS, "")
                 .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
             let error = found.unwrap_err().to_string();
             assert!(error.contains(message), "{message}: {error}");
@@ -537,7 +537,7 @@ fn presses_that_cannot_be_are_named() {
             (few.join("\n"), "must be from 20"),
             (along, "along y"),
         ] {
-            let found = ReadingTable::parse("presses.csv", &text, &WITH_ELEMENTS, "")
+            let found = ReadingTable::parse("presses.csv", &text, &columns::WITH_ELEMENTS, "")
                 .and_then(|data| calibrator.calibrate(&data, &no_hold_out()));
             let error = found.map(|_| ()).unwrap_err().to_string();
             assert!(error.contains(message), "{message}: {error}");

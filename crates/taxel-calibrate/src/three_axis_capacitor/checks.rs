@@ -14,6 +14,7 @@ use crate::remark::Remark;
 use crate::split::{branches, by_series, turns};
 use crate::table_checks::{is_second, of_this_device, right_prefix};
 use taxel::mechanics::{SIDE_X, SIDE_Y};
+use taxel::signal::Position;
 use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::linear;
 use taxel_recording::InputError;
@@ -153,7 +154,8 @@ impl ThreeAxisCalibrator<'_> {
         for (place, column) in found.iter_mut().zip(columns) {
             let value = data.number(row, column)?;
             *place = if counts {
-                self.channel.capacitance(value)?
+                Some(self.channel.input(value))
+                    .filter(|_| self.channel.position(value) == Position::Inside)?
             } else {
                 value
             };

@@ -19,9 +19,9 @@ use crate::device_model::{
 };
 use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
-use taxel::calibration::ChannelScale;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
+use taxel::signal::NumberScale;
 use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::{Fit, FitError, FitOptions, Parameter, Problem, fit};
 
@@ -40,7 +40,7 @@ pub(super) struct ThreeAxisCalibrator<'a> {
     named: &'a NamedSensor<'a>,
     drawn: UnitModel,
     made: Vec<UnitModel>,
-    channel: ChannelScale,
+    channel: NumberScale,
     /// Standard deviation of a reading by the board's own figures, F.
     deviation: f64,
 }

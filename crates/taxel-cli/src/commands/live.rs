@@ -334,18 +334,29 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
             stream.name
         );
     }
-    // Counts and capacitances mean something only with the sensor they are of; other
-    // recordings describe themselves. Without a sensor counts are counts.
+    // Counts and readings of capacitors mean something only with the sensor they are of; other
+    // recordings describe themselves, unless the sensor that is named gives the same quantity.
+    // Without a sensor counts are counts.
     let described = match stream.unit.quantity {
         _ if bare || stream.channels_per_taxel == 4 => false,
         Quantity::Counts => arguments.named_sensor.is_none(),
-        _ => true,
+        quantity => !gives(arguments, quantity)?,
     };
     if arguments.map.raw || described {
         return map_session(source, &survey.noise, options, arguments);
     }
     let named = files::sensor(arguments.sensor())?;
     sensed(named, source, options, arguments)
+}
+
+/// True if a sensor was named whose board gives `quantity` itself.
+fn gives(arguments: &Live, quantity: Quantity) -> Result<bool, Stop> {
+    let Some(name) = &arguments.named_sensor else {
+        return Ok(false);
+    };
+    let named = files::sensor(name)?;
+    let last = named.sensor.electronics.last_stage();
+    Ok(last.is_some_and(|last| last.unit().quantity == quantity))
 }
 
 /// A session whose frames are a map that describes itself.

@@ -12,6 +12,19 @@ use crate::input::InputError;
 
 /// Names of the capacitors of a three-axis taxel, in the order of a frame.
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
+/// Names of the forces of a taxel, in the order of a frame.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// The names that the channels of a taxel have, one set or the other.
+const SETS: [&[&str]; 2] = [&CAPACITORS, &AXES];
+
+/// A channel of several in a taxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Part {
+    /// Index into [`SETS`].
+    set: usize,
+    /// Index into its names.
+    at: usize,
+}
 
 pub(super) fn is_comment(line: &str) -> bool {
     // A spreadsheet puts quotes around a comment that has a separator in it.
@@ -57,12 +70,12 @@ enum Role {
     },
 }
 
-/// `r<row>c<column>` or `r<row>c<column>.<capacitor>`.
+/// `r<row>c<column>`, `r<row>c<column>.<capacitor>` or `r<row>c<column>.<axis>`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Channel {
     row: u64,
     column: u64,
-    capacitor: Option<usize>,
+    part: Option<Part>,
 }
 
 /// Meaning of the title of a column.
@@ -204,7 +217,7 @@ fn title_entry(title: &str) -> Result<Entry, (String, String)> {
     }
     let Some(channel) = channel(name) else {
         let help = "columns are `sequence`, `time [s]`, and for each channel its place and unit: \
-             `r0c0.11 [fF]` to `r0c0.22 [fF]` for the four capacitors of a taxel, or `r0c0 [kPa]`";
+             `r0c0.11 [fF]` to `r0c0.22 [fF]` for the four capacitors of a taxel, `r0c0.x [N]` to `r0c0.z [N]` for its forces, or `r0c0 [kPa]`";
         let message = format!("{} is no column of a recording", quote(title));
         return Err((message, help.to_owned()));
     };
@@ -241,8 +254,9 @@ impl Grid {
                 );
                 return Err(wrong(one, message));
             }
-            if one.channel.capacitor.is_some() != first.channel.capacitor.is_some() {
-                let message = "some channels name a capacitor (.11, .12, .21, .22) and some do not";
+            let set = |found: &Found<'_>| found.channel.part.map(|part| part.set);
+            if set(one) != set(first) {
+                let message = "some channels name a capacitor (.11, .12, .21, .22) or an axis (.x, .y, .z), and some do not";
                 return Err(wrong(one, message.into()));
             }
             if one.channel.row >= MOST_TAXELS || one.channel.column >= MOST_TAXELS {
@@ -255,17 +269,16 @@ impl Grid {
             rows = rows.max(one.channel.row + 1);
             columns = columns.max(one.channel.column + 1);
         }
-        let per_taxel = found.first().map_or(1, |one| {
-            one.channel.capacitor.map_or(1, |_| CAPACITORS.len())
-        });
+        let part = found.first().and_then(|one| one.channel.part);
+        let per_taxel = part.map_or(1, |part| SETS[part.set].len());
         // A gap shows after as many steps as there are channels.
         let gap = (0..rows)
             .flat_map(|row| (0..columns).map(move |column| (row, column)))
             .flat_map(|(row, column)| {
-                (0..per_taxel).map(move |capacitor| Channel {
+                (0..per_taxel).map(move |at| Channel {
                     row,
                     column,
-                    capacitor: (per_taxel > 1).then_some(capacitor),
+                    part: part.map(|part| Part { at, ..part }),
                 })
             })
             .find(|channel| !seen.contains(channel));
@@ -288,15 +301,15 @@ impl Grid {
 
     fn index(&self, channel: Channel) -> usize {
         (channel.row as usize * self.columns + channel.column as usize) * self.per_taxel
-            + channel.capacitor.unwrap_or(0)
+            + channel.part.map_or(0, |part| part.at)
     }
 }
 
 impl Channel {
     fn name(self) -> String {
         let Self { row, column, .. } = self;
-        match self.capacitor {
-            Some(at) => format!("r{row}c{column}.{}", CAPACITORS[at]),
+        match self.part {
+            Some(Part { set, at }) => format!("r{row}c{column}.{}", SETS[set][at]),
             None => format!("r{row}c{column}"),
         }
     }
@@ -435,10 +448,13 @@ fn split_unit(title: &str) -> (&str, Option<&str>) {
 
 fn channel(name: &str) -> Option<Channel> {
     let (row, rest) = name.strip_prefix(['r', 'R'])?.split_once(['c', 'C'])?;
-    let (column, capacitor) = match rest.split_once('.') {
-        Some((column, capacitor)) => {
-            let at = CAPACITORS.iter().position(|&name| name == capacitor)?;
-            (column, Some(at))
+    let (column, part) = match rest.split_once('.') {
+        Some((column, name)) => {
+            let named = |(set, names): (usize, &&[&str])| {
+                let at = names.iter().position(|one| *one == name)?;
+                Some(Part { set, at })
+            };
+            (column, Some(SETS.iter().enumerate().find_map(named)?))
         }
         None => (rest, None),
     };
@@ -449,7 +465,7 @@ fn channel(name: &str) -> Option<Channel> {
     Some(Channel {
         row: number(row)?,
         column: number(column)?,
-        capacitor,
+        part,
     })
 }
 

@@ -18,7 +18,7 @@ const fn unit(quantity: Quantity, symbol: &'static str, si_per_unit: f64) -> Ent
 
 /// Standard gravity is 9.80665 m/s², a pound 0.45359237 kg, an inch 0.0254 m;
 /// mercury and water are the conventional ones.
-const UNITS: [Entry; 45] = [
+const UNITS: [Entry; 48] = [
     unit(Quantity::Capacitance, "aF", 1e-18),
     unit(Quantity::Capacitance, "fF", 1e-15),
     unit(Quantity::Capacitance, "pF", 1e-12),
@@ -32,6 +32,7 @@ const UNITS: [Entry; 45] = [
     unit(Quantity::Resistance, "kohm", 1e3),
     unit(Quantity::Resistance, "Mohm", 1e6),
     unit(Quantity::Resistance, "mohm", 1e-3),
+    unit(Quantity::Resistance, "Gohm", 1e9),
     unit(Quantity::Charge, "C", 1.0),
     unit(Quantity::Charge, "nC", 1e-9),
     unit(Quantity::Charge, "pC", 1e-12),
@@ -40,6 +41,7 @@ const UNITS: [Entry; 45] = [
     unit(Quantity::Raw, "raw", 1.0),
     unit(Quantity::Force, "N", 1.0),
     unit(Quantity::Force, "mN", 1e-3),
+    unit(Quantity::Force, "uN", 1e-6),
     unit(Quantity::Force, "kN", 1e3),
     unit(Quantity::Force, "kgf", 9.80665),
     unit(Quantity::Force, "gf", 9.80665e-3),
@@ -48,6 +50,7 @@ const UNITS: [Entry; 45] = [
     unit(Quantity::Pressure, "hPa", 1e2),
     unit(Quantity::Pressure, "kPa", 1e3),
     unit(Quantity::Pressure, "MPa", 1e6),
+    unit(Quantity::Pressure, "GPa", 1e9),
     unit(Quantity::Pressure, "psi", 6894.757293168361),
     unit(Quantity::Pressure, "mmHg", 133.322387415),
     unit(Quantity::Pressure, "inHg", 3386.388640341),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{Error, ErrorKind, Result, Write};
 
-use super::channels::CAPACITORS;
+use super::channels::{AXES, CAPACITORS};
 use super::units;
 use crate::frame::{Frame, SignalUnit, Stream};
 
@@ -16,9 +16,10 @@ use crate::frame::{Frame, SignalUnit, Stream};
 /// ```
 ///
 /// A channel is named by row, column and, in a taxel of four, capacitor:
-/// `r<row>c<column>.<capacitor>` with 11, 12, 21, 22, or `r<row>c<column>` in
-/// taxels of one channel. Units stand in brackets: capacitance, pressure,
-/// `counts` or `raw`. What may differ in a file that is read: the order of the
+/// `r<row>c<column>.<capacitor>` with 11, 12, 21, 22, in a taxel of three forces
+/// `r<row>c<column>.<axis>` with x, y, z, or `r<row>c<column>` in
+/// taxels of one channel. Units stand in brackets: a capacitance, voltage, resistance,
+/// charge, force or pressure, `counts` or `raw`. What may differ in a file that is read: the order of the
 /// columns; `time` in s, ms, us or ns; no `sequence`, then lines are counted
 /// from 0; an empty field for `nan`; semicolons or tabs between fields, then
 /// with decimal points or commas; quotes around fields; blank lines. A last
@@ -69,14 +70,19 @@ impl<W: Write> ChannelWriter<W> {
     ///
     /// # Errors
     /// Those of `writer`; [`ErrorKind::InvalidInput`] if `stream` has taxels
-    /// of other than 1 or 4 channels, or a unit that a recording cannot have.
+    /// of other than 1, 3 or 4 channels, or a unit that a recording cannot have.
     pub fn new(writer: W, stream: &Stream, comments: &[String]) -> Result<Self> {
         let per_taxel = stream.channels_per_taxel;
-        if per_taxel != 1 && per_taxel != CAPACITORS.len() {
-            return Err(invalid(format!(
-                "a taxel of {per_taxel} channels cannot be written; it can have 1 or 4"
-            )));
-        }
+        let names: &[&str] = match per_taxel {
+            1 => &[""],
+            3 => &AXES,
+            4 => &CAPACITORS,
+            _ => {
+                return Err(invalid(format!(
+                    "a taxel of {per_taxel} channels cannot be written; it can have 1, 3 or 4"
+                )));
+            }
+        };
         if stream.channels() == 0 {
             return Err(invalid(
                 "a stream without channels cannot be written".to_owned(),
@@ -104,10 +110,10 @@ impl<W: Write> ChannelWriter<W> {
         line.push_str("sequence,time [ns]");
         for row in 0..stream.rows {
             for column in 0..stream.columns {
-                for capacitor in &CAPACITORS[..per_taxel] {
+                for name in names {
                     let _ = write!(line, ",r{row}c{column}");
                     if per_taxel > 1 {
-                        let _ = write!(line, ".{capacitor}");
+                        let _ = write!(line, ".{name}");
                     }
                     let _ = write!(line, " [{}]", unit.symbol);
                 }

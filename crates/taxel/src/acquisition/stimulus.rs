@@ -32,6 +32,10 @@ const SHIPPED: &[(&str, &str)] = &[
         "piezo-tap",
         include_str!("../../sensors/stimuli/piezo-tap.toml"),
     ),
+    (
+        "two-fingers",
+        include_str!("../../sensors/stimuli/two-fingers.toml"),
+    ),
     ("pad-a", include_str!("../../sensors/stimuli/pad-a.toml")),
     ("pad-b", include_str!("../../sensors/stimuli/pad-b.toml")),
     ("pad-c", include_str!("../../sensors/stimuli/pad-c.toml")),

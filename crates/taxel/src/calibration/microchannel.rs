@@ -2,8 +2,10 @@
 
 use crate::layout::Layout;
 use crate::mechanics::{ClosingState, ForceHysteresis, MicrochannelError, Stretch};
+use crate::signal::{NumberScale, Position, ResistanceSignal};
 use crate::transduction::MicrochannelLayer;
 use taxel_numerics::{MonotoneCurve, OnCurve};
+use taxel_recording::SignalUnit;
 
 /// All that estimation needs to know of two layers of crossing channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,8 +16,8 @@ pub struct MicrochannelCalibration {
     pub rows: Vec<MicrochannelModel>,
     /// Channels along y, one for each column of taxels; column 0 is at -x.
     pub columns: Vec<MicrochannelModel>,
-    /// Counts to resistance.
-    pub scale: DividerScale,
+    /// Numbers of a frame to resistance.
+    pub scale: ChannelScale,
     /// Taxels that are not used, row by row.
     pub masked: Vec<bool>,
     /// Hysteresis of the pressure, where slow loops identified it.
@@ -30,28 +32,23 @@ pub struct MicrochannelModel {
     /// Relative change R/R₀ − 1 to the pressure in Pa on one taxel of the
     /// channel that makes it, from (0, 0) to the end of what is known.
     pub pressure: MonotoneCurve,
-    /// Standard deviation of one reading, V.
+    /// Standard deviation of one reading, in the unit of its signal: V, or Ω.
     pub deviation: f64,
-    /// Voltage from which it counts as saturated, V.
+    /// Signal from which it counts as saturated.
     pub saturation: f64,
 }
 
-/// Counts of a channel to its resistance, through the divider
-/// V = V_S R/(R_ref + R), R = channel + leads (P4 Eq. 3).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DividerScale {
-    /// Voltage at code zero, V.
-    pub volt_at_zero: f64,
-    /// Voltage per count, V.
-    pub volt_per_count: f64,
-    /// The largest code; it and zero mean a clipped reading.
-    pub highest_code: f64,
-    /// Supply V_S, V.
-    pub supply: f64,
-    /// Reference resistor R_ref, Ω.
-    pub reference: f64,
-    /// Leads in series with a channel, Ω.
-    pub lead: f64,
+/// Numbers of a frame to the resistance of a channel: to the signal of the channel, a
+/// voltage V = V_S R/(R_ref + R) (P4 Eq. 3) or the resistance itself, and from there to R,
+/// which is channel + leads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelScale {
+    /// Numbers to signals.
+    pub numbers: NumberScale,
+    /// Signal of a resistance.
+    pub signal: ResistanceSignal,
+    /// Quantity and unit of the numbers.
+    pub unit: SignalUnit,
 }
 
 /// Resistance of a microchannel by one reading, or why there is none.
@@ -71,8 +68,8 @@ const POINTS: u32 = 200;
 
 impl MicrochannelModel {
     /// The model of a channel of `layer` of which one taxel takes `share` of
-    /// the length; `deviation` of one reading and the voltage of `saturation`
-    /// in V.
+    /// the length; `deviation` of one reading and `saturation` in the unit of its
+    /// signal.
     ///
     /// # Errors
     /// [`MicrochannelError`] when pressing one taxel does not change the resistance
@@ -100,7 +97,7 @@ impl MicrochannelModel {
 
     /// Standard deviation of the pressure on one taxel from one reading at
     /// rest, Pa: σ_V · dR/dV/R₀ · dp/d(R/R₀).
-    pub fn rest_pressure_deviation(&self, scale: &DividerScale) -> f64 {
+    pub fn rest_pressure_deviation(&self, scale: &ChannelScale) -> f64 {
         let change = self.deviation * scale.slope(self.rest_resistance) / self.rest_resistance;
         change * self.pressure.start_slope()
     }
@@ -112,8 +109,8 @@ impl MicrochannelModel {
 
     /// Resistance at which the readings of the channel end, Ω; infinite without such
     /// an end.
-    pub fn saturated_resistance(&self, scale: &DividerScale) -> f64 {
-        if self.saturation < scale.supply {
+    pub fn saturated_resistance(&self, scale: &ChannelScale) -> f64 {
+        if self.saturation < scale.signal.open() {
             scale.resistance(self.saturation)
         } else {
             f64::INFINITY
@@ -122,7 +119,7 @@ impl MicrochannelModel {
 
     /// The pressure at which the channel saturates, or else the largest one
     /// that the model knows, Pa.
-    pub fn saturated_pressure(&self, scale: &DividerScale) -> f64 {
+    pub fn saturated_pressure(&self, scale: &ChannelScale) -> f64 {
         let change = scale.resistance(self.saturation) / self.rest_resistance - 1.0;
         match self.pressure.at(change) {
             OnCurve::Inside { value, .. } => value,
@@ -165,33 +162,35 @@ fn highest_known(layer: &MicrochannelLayer, share: f64) -> Result<f64, Microchan
     Ok(low)
 }
 
-impl DividerScale {
-    /// Resistance of a microchannel by a code; it saturates at the voltage
-    /// `saturation`, V; a NaN is no reading.
+impl ChannelScale {
+    /// Resistance of a microchannel by a number of a frame; it saturates at the signal
+    /// `saturation`; a NaN is no reading.
     ///
-    /// Code zero and the largest code are outside the converter's range: the
-    /// first is impossible, the second saturated.
-    pub fn signal(&self, counts: f64, saturation: f64) -> MicrochannelSignal {
-        let voltage = self.volt_at_zero + self.volt_per_count * counts;
-        if counts >= self.highest_code || voltage >= saturation.min(self.supply) {
+    /// A number at the low end is impossible, one at the high end saturated.
+    pub fn read(&self, number: f64, saturation: f64) -> MicrochannelSignal {
+        let signal = self.numbers.input(number);
+        let position = self.numbers.position(number);
+        if position == Position::AtEnd && number > self.numbers.ends[0]
+            || signal >= saturation.min(self.signal.open())
+        {
             return MicrochannelSignal::Saturated;
         }
-        let resistance = self.resistance(voltage);
-        if counts > 0.0 && resistance > 0.0 {
+        let resistance = self.resistance(signal);
+        if position == Position::Inside && resistance > 0.0 {
             MicrochannelSignal::Resistance(resistance)
         } else {
             MicrochannelSignal::Impossible
         }
     }
 
-    /// Resistance without leads at a voltage below the supply, V, Ω.
-    pub fn resistance(&self, voltage: f64) -> f64 {
-        self.reference * voltage / (self.supply - voltage) - self.lead
+    /// Resistance without leads at a signal below that of an open channel, Ω.
+    pub fn resistance(&self, signal: f64) -> f64 {
+        self.signal.resistance(signal)
     }
 
-    /// dR/dV at a resistance without leads in Ω, Ω/V: (R_ref + R)²/(V_S R_ref).
+    /// Resistance per signal at a resistance without leads in Ω: of a divider
+    /// (R_ref + R)²/(V_S R_ref), Ω/V.
     pub fn slope(&self, resistance: f64) -> f64 {
-        let sum = self.reference + self.lead + resistance;
-        sum * sum / (self.supply * self.reference)
+        1.0 / self.signal.slope(resistance)
     }
 }

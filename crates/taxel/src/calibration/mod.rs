@@ -1,15 +1,19 @@
 //! Model of one device that estimation inverts.
 
 mod in_plane;
+mod measured_force;
 mod microchannel;
 
 use crate::layout::Layout;
 use crate::mechanics::{ForceHysteresis, RelaxationTerm};
+use crate::signal::NumberScale;
 use crate::transduction::UnitModel;
+use taxel_recording::SignalUnit;
 
 pub use in_plane::InPlaneCalibration;
+pub use measured_force::ForceModel;
 pub use microchannel::{
-    DividerScale, MicrochannelCalibration, MicrochannelModel, MicrochannelSignal,
+    ChannelScale, MicrochannelCalibration, MicrochannelModel, MicrochannelSignal,
 };
 
 /// All that estimation needs to know of an array of three-axis units.
@@ -17,8 +21,10 @@ pub use microchannel::{
 pub struct Calibration {
     /// Where the taxels are.
     pub layout: Layout,
-    /// Counts to capacitance.
-    pub channel: ChannelScale,
+    /// Numbers of a frame to capacitance.
+    pub channel: NumberScale,
+    /// Quantity and unit of those numbers.
+    pub unit: SignalUnit,
     /// The model of each taxel.
     pub units: Vec<UnitModel>,
     /// Standard deviation of one reading of each capacitor, F.
@@ -33,26 +39,6 @@ pub struct Calibration {
     pub full_scale: f64,
     /// Force on each axis up to which the model was verified, N.
     pub usable_force: f64,
-}
-
-/// Counts of a channel to capacitance: C = `farad_at_zero` + `farad_per_count`·n.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChannelScale {
-    /// Capacitance at code zero, F.
-    pub farad_at_zero: f64,
-    /// Capacitance per count, F.
-    pub farad_per_count: f64,
-    /// The largest code; it and zero mean a clipped reading.
-    pub highest_code: f64,
-}
-
-impl ChannelScale {
-    /// Capacitance for a code, F; `None` for a code at either end of the
-    /// range, which says nothing but "outside".
-    pub fn capacitance(&self, counts: f64) -> Option<f64> {
-        let inside = counts > 0.0 && counts < self.highest_code;
-        inside.then_some(self.farad_at_zero + self.farad_per_count * counts)
-    }
 }
 
 impl Calibration {

@@ -6,32 +6,35 @@
 //! load read, what does the twin deliver, how does it look.
 
 mod in_plane_capacitor;
+mod measured_force;
 mod microchannel;
 mod of_sensor;
 mod piezoelectric;
 mod three_axis_capacitor;
 mod trained;
 
-use crate::acquisition::{Quantity, Simulated, Stream};
+use crate::acquisition::{SignalUnit, Simulated, Stream};
 use crate::drawing::Drawing;
-use crate::electronics::FrontEnd;
+use crate::electronics::{Delivered, FrontEnd, LastStage};
 use crate::estimation::{FrameError, ObserverOptions, Reader, TouchSession};
 use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number};
+use crate::table::{Cell, Column};
 
 pub use in_plane_capacitor::{
     InPlaneArray, InPlaneFieldPrediction, InPlaneFieldPredictor, InPlaneLoadState,
     InPlanePrediction, InPlanePredictor,
 };
+pub use measured_force::{MeasuredForceArray, MeasuredForcePrediction, MeasuredForcePredictor};
 pub use microchannel::{
     LayerAnswer, LayerState, MicrochannelArray, MicrochannelFieldPredictor, MicrochannelPrediction,
     MicrochannelPredictor,
 };
 pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
 pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
-pub use trained::{TrainedArray, TrainedPredictor};
+pub use trained::{ReadingUnit, TrainedArray, TrainedPredictor};
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).
 pub trait Device {
@@ -93,11 +96,13 @@ pub trait Device {
     fn drawing(&self) -> Drawing;
 }
 
-/// Refuses frames that carry anything but counts.
-fn counts(stream: &Stream) -> Result<(), FrameError> {
-    match stream.unit.quantity {
-        Quantity::Counts => Ok(()),
-        found => Err(FrameError::Quantity { found }),
+/// Refuses frames that carry another quantity than the board gives.
+fn carries(stream: &Stream, last: &LastStage) -> Result<(), FrameError> {
+    let (found, unit) = (stream.unit.quantity, last.unit());
+    if found == unit.quantity {
+        Ok(())
+    } else {
+        Err(FrameError::quantity(found, &unit))
     }
 }
 
@@ -147,12 +152,34 @@ fn fits(stream: &Stream, expected: usize, columns: usize) -> Result<(), FrameErr
     Ok(())
 }
 
-/// Frames of counts, `channels_per_taxel` for each taxel of `layout`, every `period`
-/// s.
-fn counts_of(layout: &Layout, channels_per_taxel: usize, period: f64) -> Stream {
+/// Frames of numbers in `unit`, `channels_per_taxel` for each taxel of `layout`, every
+/// `period` s.
+fn stream_of(layout: &Layout, channels_per_taxel: usize, period: f64, unit: SignalUnit) -> Stream {
     let pitch = [layout.pitch[1], layout.pitch[0]];
     let taxels = [layout.rows, layout.columns];
-    Stream::of_counts(taxels, pitch, channels_per_taxel, period)
+    Stream {
+        unit,
+        ..Stream::of_counts(taxels, pitch, channels_per_taxel, period)
+    }
+}
+
+/// Column of the numbers of a frame: counts, or values in the unit of the instrument.
+fn number_column(prefix: &str, suffix: &str, last: &LastStage) -> Column {
+    let name = |what: &str| format!("{prefix}{what}{suffix}");
+    let LastStage::Instrument(measured) = last else {
+        return Column::plain(name("counts"));
+    };
+    let unit = &measured.unit;
+    let key = unit.key();
+    Column::new(name("reading"), unit.symbol, unit.si_per_unit, key, 4)
+}
+
+/// Cell of a number of a frame.
+fn number_cell(delivered: &Delivered, last: &LastStage) -> Cell {
+    match last {
+        LastStage::Converter(_) => Cell::Whole(delivered.number as u64),
+        LastStage::Instrument(_) => Cell::Number(delivered.number),
+    }
 }
 
 /// Times of a board for a frame and for the `scan` in it, s.
@@ -175,25 +202,23 @@ fn capacitor_board(board: &FrontEnd) -> Vec<Fact> {
         board.scan_time(),
         "time for all capacitors of a frame",
     );
-    facts.extend([
-        fact(
-            "electronics",
-            "lowest_capacitance",
-            number(low, "f", "fF", 1e-15),
+    let [range, noise] = match board.last {
+        LastStage::Converter(_) => [
             "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "highest_capacitance",
-            number(high, "f", "fF", 1e-15),
-            "converter range through the amplifier",
-        ),
-        fact(
-            "electronics",
-            "noise_of_a_reading",
-            number(board.deviation(), "f", "fF", 1e-15),
             "amplifier noise and rounding to counts",
-        ),
-    ]);
+        ],
+        LastStage::Instrument(_) => [
+            "electronics.readout.measured.range",
+            "electronics.readout.measured.noise",
+        ],
+    };
+    for (name, value, source) in [
+        ("lowest_capacitance", low, range),
+        ("highest_capacitance", high, range),
+        ("noise_of_a_reading", board.deviation(), noise),
+    ] {
+        let value = number(value, "f", "fF", 1e-15);
+        facts.push(fact("electronics", name, value, source));
+    }
     facts
 }

@@ -3,10 +3,13 @@
 use taxel_recording::InputError;
 
 use super::{
-    Device, InPlaneArray, MicrochannelArray, PiezoelectricArray, ThreeAxisArray, TrainedArray,
-    check_masked_channels,
+    Device, InPlaneArray, MeasuredForceArray, MicrochannelArray, PiezoelectricArray,
+    ThreeAxisArray, TrainedArray, check_masked_channels,
 };
-use crate::sensor::{Broken, Element, Sensor, Unreadable, check_keys, renamed_key};
+use crate::quantity::{CAPACITANCE, CHARGE, Dimension, FORCE, RESISTANCE, STRESS, VOLTAGE};
+use crate::sensor::{
+    Broken, Element, Sensor, Unreadable, check_instrument, check_keys, renamed_key,
+};
 use crate::toml_input;
 
 impl Sensor {
@@ -44,12 +47,9 @@ impl Sensor {
     /// Rules of the element, which know the board that reads it.
     fn check_element(&self) -> Result<(), Broken> {
         let device = self.device().map_err(|unreadable| {
-            Broken::new(
-                "electronics.readout",
-                unreadable.to_string(),
-                "give one of those stages",
-            )
+            Broken::new(unreadable.key(), unreadable.to_string(), &unreadable.help())
         })?;
+        check_instrument(self)?;
         device.check()?;
         check_masked_channels(self, device.as_ref())
     }
@@ -66,6 +66,7 @@ impl Sensor {
             Element::Piezoelectric(_) => Ok(Box::new(self.piezoelectric()?)),
             Element::Microchannel(_) => Ok(Box::new(self.microchannels()?)),
             Element::Trained(_) => Ok(Box::new(self.trained()?)),
+            Element::MeasuredForce(_) => Ok(Box::new(self.measured_force()?)),
         }
     }
 
@@ -75,9 +76,9 @@ impl Sensor {
     /// [`Unreadable`] for another element or another board.
     pub fn three_axis(&self) -> Result<ThreeAxisArray<'_>, Unreadable> {
         let Element::ThreeAxisCapacitor(element) = &self.element else {
-            return Err(self.unreadable("charge_amplifier"));
+            return Err(self.unreadable(&CAPACITOR));
         };
-        ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+        ThreeAxisArray::new(self, element).ok_or_else(|| self.unreadable(&CAPACITOR))
     }
 
     /// The array of piezoelectric elements with its board, if it is one.
@@ -85,11 +86,10 @@ impl Sensor {
     /// # Errors
     /// [`Unreadable`] for another element or another board.
     pub fn piezoelectric(&self) -> Result<PiezoelectricArray<'_>, Unreadable> {
-        let allowed = "voltage_amplifier, charge_mode";
         let Element::Piezoelectric(element) = &self.element else {
-            return Err(self.unreadable(allowed));
+            return Err(self.unreadable(&PIEZOELECTRIC));
         };
-        PiezoelectricArray::new(self, element).ok_or_else(|| self.unreadable(allowed))
+        PiezoelectricArray::new(self, element).ok_or_else(|| self.unreadable(&PIEZOELECTRIC))
     }
 
     /// The array of in-plane capacitors with its board, if it is one.
@@ -98,9 +98,9 @@ impl Sensor {
     /// [`Unreadable`] for another element or another board.
     pub fn in_plane(&self) -> Result<InPlaneArray<'_>, Unreadable> {
         let Element::InPlaneCapacitor(element) = &self.element else {
-            return Err(self.unreadable("charge_amplifier"));
+            return Err(self.unreadable(&CAPACITOR));
         };
-        InPlaneArray::new(self, element).ok_or_else(|| self.unreadable("charge_amplifier"))
+        InPlaneArray::new(self, element).ok_or_else(|| self.unreadable(&CAPACITOR))
     }
 
     /// The crossing microchannels with their board, if it is such an array.
@@ -109,9 +109,9 @@ impl Sensor {
     /// [`Unreadable`] for another element or another board.
     pub fn microchannels(&self) -> Result<MicrochannelArray<'_>, Unreadable> {
         let Element::Microchannel(element) = &self.element else {
-            return Err(self.unreadable("voltage_divider"));
+            return Err(self.unreadable(&MICROCHANNEL));
         };
-        MicrochannelArray::new(self, element).ok_or_else(|| self.unreadable("voltage_divider"))
+        MicrochannelArray::new(self, element).ok_or_else(|| self.unreadable(&MICROCHANNEL))
     }
 
     /// The body whose channels are learned, if it is one.
@@ -120,16 +120,115 @@ impl Sensor {
     /// [`Unreadable`] for another element or another board.
     pub fn trained(&self) -> Result<TrainedArray<'_>, Unreadable> {
         let Element::Trained(element) = &self.element else {
-            return Err(self.unreadable("digital"));
+            return Err(self.unreadable(&TRAINED));
         };
-        TrainedArray::new(self, element).ok_or_else(|| self.unreadable("digital"))
+        TrainedArray::new(self, element).ok_or_else(|| self.unreadable(&TRAINED))
     }
 
-    fn unreadable(&self, allowed: &'static str) -> Unreadable {
-        Unreadable {
-            element: self.element.key(),
-            readout: self.electronics.readout.key(),
-            allowed,
+    /// The array of taxels whose board gives forces, if it is one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn measured_force(&self) -> Result<MeasuredForceArray<'_>, Unreadable> {
+        let Element::MeasuredForce(element) = &self.element else {
+            return Err(self.unreadable(&FORCE_BOARD));
+        };
+        MeasuredForceArray::new(self, element).ok_or_else(|| self.unreadable(&FORCE_BOARD))
+    }
+
+    /// Why the board cannot read an element that is read by `readings`.
+    fn unreadable(&self, readings: &Readings) -> Unreadable {
+        let (element, readout) = (self.element.key(), &self.electronics.readout);
+        let Some(measured) = self.electronics.measured() else {
+            let stages = readings.stages.iter().chain(readings.alone);
+            return Unreadable::Stage {
+                element,
+                readout: readout.key(),
+                allowed: stages
+                    .copied()
+                    .chain(["measured"])
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            };
+        };
+        let unit = &measured.unit;
+        let here = readings.measured.contains(&unit.dimension);
+        if let Some(stage) = &measured.stage
+            && (here || *unit.dimension == VOLTAGE)
+        {
+            let help = match readings.stages {
+                [] => "leave the stage out".into(),
+                stages => format!(
+                    "leave the stage out, or give \"V\" with one of: {}",
+                    stages.join(", ")
+                ),
+            };
+            return Unreadable::Before {
+                element,
+                symbol: unit.symbol,
+                stage: stage.key(),
+                help,
+            };
+        }
+        let each = |of: fn(&Dimension) -> String| {
+            let all = readings.measured.iter().map(|dimension| of(dimension));
+            all.collect::<Vec<_>>()
+        };
+        let mut units = each(Dimension::symbols).join(", ");
+        if !readings.stages.is_empty() && !here {
+            let stages = readings.stages.join(", ");
+            let volts = format!("; or V with electronics.readout.measured.stage: {stages}");
+            units.push_str(&volts);
+        }
+        Unreadable::Unit {
+            element,
+            symbol: unit.symbol,
+            found: unit.dimension.noun(),
+            needed: each(|dimension| dimension.name.to_owned()).join(" or "),
+            units,
         }
     }
 }
+
+/// How an element can be read.
+struct Readings {
+    /// Stages that make a voltage of it.
+    stages: &'static [&'static str],
+    /// Readouts that need no further stage.
+    alone: &'static [&'static str],
+    /// What an instrument at the element itself gives.
+    measured: &'static [&'static Dimension],
+}
+
+static CAPACITOR: Readings = Readings {
+    stages: &["charge_amplifier"],
+    alone: &[],
+    measured: &[&CAPACITANCE],
+};
+static PIEZOELECTRIC: Readings = Readings {
+    stages: &["voltage_amplifier", "charge_mode"],
+    alone: &[],
+    measured: &[&CHARGE, &VOLTAGE],
+};
+static MICROCHANNEL: Readings = Readings {
+    stages: &["voltage_divider"],
+    alone: &[],
+    measured: &[&RESISTANCE],
+};
+static TRAINED: Readings = Readings {
+    stages: &[],
+    alone: &["digital"],
+    measured: &[
+        &CAPACITANCE,
+        &VOLTAGE,
+        &RESISTANCE,
+        &CHARGE,
+        &FORCE,
+        &STRESS,
+    ],
+};
+static FORCE_BOARD: Readings = Readings {
+    stages: &[],
+    alone: &[],
+    measured: &[&FORCE],
+};

@@ -1,10 +1,14 @@
-//! The whole board: scan, charge amplifiers, converter.
+//! The whole board: scan, first stage, last stage.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ChargeAmplifier, ChargeMode, Code, Converter, Scan, VoltageAmplifier, VoltageDivider};
-use crate::quantity::{self, Checked, FrameRate};
+use super::{
+    ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Measured, Scan, VoltageAmplifier,
+    VoltageDivider,
+};
+use crate::quantity::{self, CAPACITANCE, Checked, FrameRate, VOLTAGE};
+use crate::signal::NumberScale;
 
 /// The electronics as a sensor file gives them.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -18,7 +22,7 @@ pub struct Electronics {
     pub scan: Scan,
     /// Stage that turns the response of a taxel into a voltage.
     pub readout: Readout,
-    /// Voltage to counts; every readout but `digital` needs it.
+    /// Voltage to counts; every readout but `digital` and `measured` needs it.
     #[serde(default)]
     pub converter: Option<Converter>,
 }
@@ -38,6 +42,22 @@ pub enum Readout {
     VoltageDivider(VoltageDivider),
     /// Chips that deliver numbers.
     Digital(Digital),
+    /// An instrument that gives the quantity itself, such as a capacitance in pF.
+    Measured(Measured),
+}
+
+/// Stage between an element and a voltage.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Stage {
+    /// Capacitance to voltage.
+    ChargeAmplifier(ChargeAmplifier),
+    /// Charge to the voltage on the source's own capacitance.
+    VoltageAmplifier(VoltageAmplifier),
+    /// Charge to the voltage on the capacitor of an amplifier.
+    ChargeMode(ChargeMode),
+    /// Resistance to voltage.
+    VoltageDivider(VoltageDivider),
 }
 
 /// Chips with converters of their own, whose numbers are taken as they are.
@@ -77,23 +97,69 @@ impl Readout {
             Self::ChargeMode(_) => "charge_mode",
             Self::VoltageDivider(_) => "voltage_divider",
             Self::Digital(_) => "digital",
+            Self::Measured(_) => "measured",
+        }
+    }
+}
+
+impl Stage {
+    /// Key of the stage in a sensor file.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::ChargeAmplifier(_) => "charge_amplifier",
+            Self::VoltageAmplifier(_) => "voltage_amplifier",
+            Self::ChargeMode(_) => "charge_mode",
+            Self::VoltageDivider(_) => "voltage_divider",
         }
     }
 }
 
 impl Electronics {
-    /// The charge amplifier, if that is the first stage.
-    pub fn charge_amplifier(&self) -> Option<&ChargeAmplifier> {
+    /// The stage between an element and a voltage, if there is one.
+    pub fn first_stage(&self) -> Option<Stage> {
+        match self.readout {
+            Readout::ChargeAmplifier(stage) => Some(Stage::ChargeAmplifier(stage)),
+            Readout::VoltageAmplifier(stage) => Some(Stage::VoltageAmplifier(stage)),
+            Readout::ChargeMode(stage) => Some(Stage::ChargeMode(stage)),
+            Readout::VoltageDivider(stage) => Some(Stage::VoltageDivider(stage)),
+            Readout::Measured(measured) => measured.stage,
+            Readout::Digital(_) => None,
+        }
+    }
+
+    /// Key of what is below the first stage in a sensor file.
+    pub(crate) fn stage_key(&self, below: &str) -> String {
+        match self.readout {
+            Readout::Measured(_) => format!("electronics.readout.measured.stage.{below}"),
+            _ => format!("electronics.readout.{below}"),
+        }
+    }
+
+    /// The stage that makes the numbers of a frame; none for chips with numbers of their own.
+    pub fn last_stage(&self) -> Option<LastStage> {
+        match self.readout {
+            Readout::Digital(_) => None,
+            Readout::Measured(measured) => Some(LastStage::Instrument(measured)),
+            _ => self.converter.map(LastStage::Converter),
+        }
+    }
+
+    /// The instrument, if the board is one.
+    pub fn measured(&self) -> Option<&Measured> {
         match &self.readout {
-            Readout::ChargeAmplifier(amplifier) => Some(amplifier),
+            Readout::Measured(measured) => Some(measured),
             _ => None,
         }
     }
 
-    /// The voltage divider, if that is the first stage.
-    pub fn voltage_divider(&self) -> Option<&VoltageDivider> {
-        match &self.readout {
+    /// The divider of the first stage, to be changed.
+    pub fn voltage_divider_mut(&mut self) -> Option<&mut VoltageDivider> {
+        match &mut self.readout {
             Readout::VoltageDivider(divider) => Some(divider),
+            Readout::Measured(measured) => match &mut measured.stage {
+                Some(Stage::VoltageDivider(divider)) => Some(divider),
+                _ => None,
+            },
             _ => None,
         }
     }
@@ -111,21 +177,22 @@ pub struct FrontEnd {
     side: usize,
     frame_rate: f64,
     scan: Scan,
-    amplifier: ChargeAmplifier,
-    converter: Converter,
+    /// Capacitance to voltage; none before an instrument that gives capacitances.
+    amplifier: Option<ChargeAmplifier>,
+    /// Stage that makes the numbers of a frame.
+    pub last: LastStage,
     rows: usize,
     columns: usize,
 }
 
 impl FrontEnd {
-    /// The board for `rows` x `columns` units; `None` when its first stage is
-    /// no charge amplifier.
+    /// The board for `rows` x `columns` units; `None` when it takes no capacitance.
     pub fn new(electronics: &Electronics, rows: usize, columns: usize) -> Option<Self> {
         Self::with_side(2, electronics, rows, columns)
     }
 
-    /// The board for `rows` x `columns` single capacitors; `None` when its
-    /// first stage is no charge amplifier.
+    /// The board for `rows` x `columns` single capacitors; `None` when it takes no
+    /// capacitance.
     pub fn of_single(electronics: &Electronics, rows: usize, columns: usize) -> Option<Self> {
         Self::with_side(1, electronics, rows, columns)
     }
@@ -136,12 +203,18 @@ impl FrontEnd {
         rows: usize,
         columns: usize,
     ) -> Option<Self> {
+        let last = electronics.last_stage()?;
+        let amplifier = match electronics.first_stage() {
+            Some(Stage::ChargeAmplifier(amplifier)) if last.takes(&VOLTAGE) => Some(amplifier),
+            None if last.takes(&CAPACITANCE) => None,
+            _ => return None,
+        };
         Some(Self {
             side,
             frame_rate: electronics.frame_rate,
             scan: electronics.scan,
-            amplifier: *electronics.charge_amplifier()?,
-            converter: electronics.converter?,
+            amplifier,
+            last,
             rows,
             columns,
         })
@@ -167,39 +240,61 @@ impl FrontEnd {
         self.scan.delay(row, column, side * self.columns)
     }
 
-    /// Voltage before the converter, without noise, V.
-    pub fn voltage(&self, capacitance: f64) -> f64 {
-        self.amplifier.voltage(capacitance)
+    /// Voltage before the last stage, without noise, V; none where there is no amplifier.
+    pub fn voltage(&self, capacitance: f64) -> Option<f64> {
+        Some(self.amplifier?.voltage(capacitance))
     }
 
     /// One reading: `normal` is a draw of the standard normal distribution.
-    pub fn read(&self, capacitance: f64, normal: f64) -> Code {
-        let noise = self.amplifier.noise * normal;
-        self.converter.convert(self.voltage(capacitance) + noise)
+    pub fn read(&self, capacitance: f64, normal: f64) -> Delivered {
+        let amplifier = self.amplifier.as_ref();
+        let input = amplifier.map_or(capacitance, |stage| stage.voltage(capacitance));
+        self.last
+            .deliver(input + self.noise(self.last.noise()) * normal)
     }
 
-    /// Capacitance that the ideal board reads as `counts`, F.
-    pub fn capacitance(&self, counts: f64) -> f64 {
-        let voltage = self.converter.voltage(counts);
-        self.amplifier.capacitance(voltage)
+    /// Noise at the input of the last stage, with that of the last stage itself.
+    fn noise(&self, last: f64) -> f64 {
+        self.amplifier.map_or(0.0, |stage| stage.noise).hypot(last)
     }
 
-    /// Standard deviation of one reading, F: noise and rounding to counts.
+    /// Capacitance per unit at the input of the last stage.
+    fn farad_per_input(&self) -> f64 {
+        let amplifier = self.amplifier.as_ref();
+        amplifier.map_or(1.0, ChargeAmplifier::farad_per_volt)
+    }
+
+    fn capacitance(&self, input: f64) -> f64 {
+        let amplifier = self.amplifier.as_ref();
+        amplifier.map_or(input, |stage| stage.capacitance(input))
+    }
+
+    /// Numbers of a frame to the capacitances, F, that the ideal board reads so.
+    pub fn scale(&self) -> NumberScale {
+        let last = self.last.scale();
+        let at_zero = self.capacitance(last.at_zero);
+        NumberScale {
+            at_zero,
+            per_number: self.capacitance(last.input(1.0)) - at_zero,
+            ..last
+        }
+    }
+
+    /// Standard deviation of one reading, F: noise, and rounding to counts.
     pub fn deviation(&self) -> f64 {
-        let step = self.converter.step();
-        let noise = self.amplifier.noise;
-        (noise * noise + step * step / 12.0).sqrt() * self.amplifier.farad_per_volt()
+        self.noise(self.last.deviation()) * self.farad_per_input()
     }
 
     /// The smallest and largest capacitance that is not clipped, F.
     pub fn span(&self) -> [f64; 2] {
-        let [low, high] = self.converter.range;
-        let amplifier = &self.amplifier;
-        [amplifier.capacitance(low), amplifier.capacitance(high)]
+        self.last.range().map(|end| self.capacitance(end))
     }
 
-    /// The largest code of the converter.
-    pub fn highest_code(&self) -> u32 {
-        self.converter.highest()
+    /// Key of the noise in a sensor file.
+    pub(crate) fn noise_key(&self) -> &'static str {
+        match self.last {
+            LastStage::Converter(_) => "electronics.readout.charge_amplifier.noise",
+            LastStage::Instrument(_) => "electronics.readout.measured.noise",
+        }
     }
 }

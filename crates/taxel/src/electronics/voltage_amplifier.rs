@@ -57,16 +57,43 @@ pub struct ChargeMode {
 pub struct ChargeBand {
     /// Gain in the middle of the band, V/C; negative where the stages invert.
     pub gain: f64,
-    /// Time constant of the high-pass τ, s.
+    /// Time constant of the high-pass τ, s; infinite where no charge leaks.
     pub high_pass: f64,
     /// Time constant of the low-pass τ_f, s, where there is a filter.
     pub low_pass: Option<f64>,
 }
 
 impl ChargeBand {
+    /// A charge meter: it holds the charge that has come.
+    pub const METER: Self = Self {
+        gain: 1.0,
+        high_pass: f64::INFINITY,
+        low_pass: None,
+    };
+
+    /// The open voltage of a source of `capacitance` C, F, with its leak `resistance` R, Ω:
+    /// the charge stands on C and leaks with R C (P3 Eq. 8).
+    pub fn open(capacitance: f64, resistance: f64) -> Self {
+        Self {
+            gain: 1.0 / capacitance,
+            high_pass: resistance * capacitance,
+            low_pass: None,
+        }
+    }
+
+    /// The slowest time constant, s; zero where nothing fades.
+    pub fn slowest(&self) -> f64 {
+        let high_pass = Some(self.high_pass).filter(|time| time.is_finite());
+        high_pass.unwrap_or(0.0).max(self.low_pass.unwrap_or(0.0))
+    }
+
     /// Output per charge, V/C.
     pub fn transfer(&self) -> Transfer {
-        let high_pass = Transfer::high_pass(self.gain, self.high_pass);
+        let high_pass = if self.high_pass.is_finite() {
+            Transfer::high_pass(self.gain, self.high_pass)
+        } else {
+            Transfer::constant(self.gain)
+        };
         match self.low_pass {
             Some(time) => high_pass.then(&Transfer::low_pass(1.0, time)),
             None => high_pass,
@@ -89,10 +116,10 @@ impl VoltageAmplifier {
     /// The band for a source of `capacitance` C, F, with its leak `resistance`
     /// R, Ω: the charge stands on C and leaks with R C (P3 Eqs. 8, 27).
     pub fn band(&self, capacitance: f64, resistance: f64) -> ChargeBand {
+        let open = ChargeBand::open(capacitance, resistance);
         let first = ChargeBand {
-            gain: self.gain / capacitance,
-            high_pass: resistance * capacitance,
-            low_pass: None,
+            gain: self.gain * open.gain,
+            ..open
         };
         first.filtered(self.filter)
     }

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use crate::quantity::{
     self, Checked, NonNegativeResistance, NonNegativeVoltage, PositiveResistance, PositiveVoltage,
 };
+use crate::signal::ResistanceSignal;
 
 /// A divider whose lower arm is a channel with its leads:
 /// V = V_S R/(R_ref + R), R = channel + leads (P4 Eq. 3).
@@ -49,13 +50,21 @@ pub struct DividerError {
 }
 
 impl VoltageDivider {
+    /// The divider without its limits and noise.
+    pub fn signal(&self) -> ResistanceSignal {
+        ResistanceSignal::Divider {
+            supply: self.supply,
+            reference: self.reference,
+            lead: self.lead,
+        }
+    }
+
     /// Voltage for a channel of `resistance`, Ω:
     /// V = V_S R/(R_ref + R) (P4 Eq. 3). An open channel (infinite) reads V_S.
     ///
     /// Holds while no current is drawn from the output.
     pub fn voltage(&self, resistance: f64) -> f64 {
-        // Written with the quotient, so that an open channel is V_S.
-        self.supply / (1.0 + self.reference / (resistance + self.lead))
+        self.signal().of(resistance)
     }
 
     /// Resistance of the channel that reads `voltage`, Ω:
@@ -77,7 +86,7 @@ impl VoltageDivider {
     pub fn resistance(&self, voltage: f64) -> Result<f64, DividerError> {
         let lowest = self.voltage(0.0);
         if voltage > lowest && voltage < self.supply {
-            Ok(self.reference * voltage / (self.supply - voltage) - self.lead)
+            Ok(self.signal().resistance(voltage))
         } else {
             Err(DividerError {
                 voltage,
@@ -89,8 +98,7 @@ impl VoltageDivider {
 
     /// dV/dR = V_S R_ref/(R_ref + R)² for a channel of `resistance`, V/Ω.
     pub fn slope(&self, resistance: f64) -> f64 {
-        let sum = self.reference + self.lead + resistance;
-        self.supply * self.reference / (sum * sum)
+        self.signal().slope(resistance)
     }
 
     /// True if `voltage` counts as saturated: the channel is closed at some

@@ -10,8 +10,9 @@ use super::reader::{Known, Meaning, Reader, Rules, Total};
 use super::rest::{Judge, Rest, RestCapture, RestRefused, standing_out};
 use super::segmentation::Segmentation;
 use super::touch::{ChannelState, State, TaxelTouch, Touch, UNKNOWN};
-use crate::acquisition::{Frame, Quantity};
+use crate::acquisition::{Frame, Quantity, SignalUnit};
 use crate::layout::{Mount, Wrench};
+use crate::signal::board_of;
 
 /// End of a rest capture, if a frame was its last.
 pub type Captured = Option<Result<(), RestRefused>>;
@@ -28,10 +29,17 @@ pub enum FrameError {
         expected: usize,
     },
     /// The channels carry a quantity that the device does not have.
-    #[error("the channels carry {found:?}; this device has other ones")]
+    #[error(
+        "the frames carry {found_name}, the board of the sensor file gives {expected}{advice}",
+        found_name = found.name()
+    )]
     Quantity {
         /// Quantity of the frames.
         found: Quantity,
+        /// Quantity of the board in the sensor file, with its unit.
+        expected: String,
+        /// What the sensor file would have to say, at the end of the sentence.
+        advice: &'static str,
     },
     /// A device without a physical model, of which nothing was learned yet.
     #[error("nothing was learned of this device yet: train first")]
@@ -42,6 +50,23 @@ pub enum FrameError {
         /// Group and name of the channel.
         channel: String,
     },
+}
+
+impl FrameError {
+    /// Frames that carry `found` in the place of `expected`.
+    pub(crate) fn quantity(found: Quantity, expected: &SignalUnit) -> Self {
+        let name = expected.quantity.name();
+        let expected = match expected.quantity {
+            Quantity::Counts | Quantity::Raw => name.to_owned(),
+            _ => format!("{name} in {}", expected.symbol),
+        };
+        let advice = board_of(found);
+        Self::Quantity {
+            found,
+            expected,
+            advice,
+        }
+    }
 }
 
 /// Turns frames of one device into touch; the same frames give the same touches.

@@ -1,62 +1,42 @@
 //! Channels that carry capacitances, of any device.
 
+use super::FrameError;
 use super::health::ChannelFacts;
-use super::touch::{ChannelReadings, ChannelState};
-use crate::acquisition::Quantity;
-use crate::calibration::ChannelScale;
+use crate::acquisition::{Quantity, SignalUnit};
+use crate::signal::NumberScale;
 
-/// Facts of the channel of a capacitor with the noise `deviation`, F, in frames of
-/// `quantity`. Capacitances may have been rounded: their step is not known.
-pub(super) fn capacitor_facts(
-    scale: &ChannelScale,
-    deviation: f64,
-    masked: bool,
-    quantity: Quantity,
-) -> ChannelFacts {
-    if quantity == Quantity::Counts {
-        ChannelFacts {
-            deviation: deviation / scale.farad_per_count.abs(),
-            resolution: 1.0,
-            span: [0.0, scale.highest_code],
-            masked,
-        }
+/// Capacitances that were recorded in the place of counts: without steps and a largest value.
+const CAPACITANCES: NumberScale = NumberScale {
+    ends: [0.0, f64::INFINITY],
+    ..NumberScale::VALUES
+};
+
+/// Numbers of frames of `found` to capacitances, for a board whose numbers have `unit` and are
+/// read by `scale`.
+///
+/// # Errors
+/// [`FrameError::Quantity`] when these cannot be frames of the board.
+pub(super) fn capacitor_scale(
+    scale: NumberScale,
+    unit: &SignalUnit,
+    found: Quantity,
+) -> Result<NumberScale, FrameError> {
+    if found == unit.quantity {
+        Ok(scale)
+    } else if found == Quantity::Capacitance {
+        Ok(CAPACITANCES)
     } else {
-        ChannelFacts {
-            deviation,
-            resolution: 0.0,
-            span: [0.0, f64::INFINITY],
-            masked,
-        }
+        Err(FrameError::quantity(found, unit))
     }
 }
 
-/// Capacitances of a frame, F, as [`super::Reader::convert`] asks for them.
-///
-/// The codes at either end of the range say nothing but "outside": at code zero
-/// a line is open, at the highest a capacitance is too large.
-pub(super) fn convert_capacitances(
-    scale: &ChannelScale,
-    quantity: Quantity,
-    values: &[f64],
-    channels: &mut ChannelReadings,
-) -> usize {
-    let mut clipped = 0;
-    let slots = channels.readings.iter_mut().zip(&mut channels.states);
-    for ((reading, state), value) in slots.zip(values) {
-        *reading = if quantity == Quantity::Capacitance {
-            *value
-        } else {
-            scale.capacitance(*value).unwrap_or(f64::NAN)
-        };
-        if !reading.is_nan() || *state == ChannelState::Masked {
-            continue;
-        }
-        clipped += usize::from(!value.is_nan());
-        *state = if *value >= scale.highest_code {
-            ChannelState::Saturated
-        } else {
-            ChannelState::Faulty
-        };
+/// Facts of the channel of a capacitor with the noise `deviation`, F, whose numbers are read
+/// by `scale`.
+pub(super) fn capacitor_facts(scale: &NumberScale, deviation: f64, masked: bool) -> ChannelFacts {
+    ChannelFacts {
+        deviation: deviation / scale.per_number.abs(),
+        resolution: scale.step,
+        span: scale.alive(),
+        masked,
     }
-    clipped
 }

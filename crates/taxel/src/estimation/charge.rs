@@ -12,6 +12,7 @@ use super::reader::{
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
 use crate::layout::Layout;
+use crate::signal::{NumberScale, Position};
 use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 
 /// Model of an array of elements whose signal is V/F = g · τs/(1 + τs) · 1/(1 + τ_f s).
@@ -19,23 +20,23 @@ use taxel_numerics::linear_chain::{Chain, Memory, Step, Transfer};
 pub struct ChargeModel {
     /// Where the elements are.
     pub layout: Layout,
-    /// Voltage of code zero, V.
-    pub volt_at_zero: f64,
-    /// Voltage per count, V; above zero.
-    pub volt_per_count: f64,
-    /// The least and the greatest voltage that is not clipped, V.
-    pub span: [f64; 2],
-    /// Voltage at rest, V.
+    /// Numbers of a frame to the output, V, or C of a charge that is measured.
+    pub channel: NumberScale,
+    /// The output for people.
+    pub reading: Scale,
+    /// The output stays between plus and minus this.
+    pub limit: f64,
+    /// Output at rest.
     pub rest: f64,
-    /// Gain in the band g, V/N; not zero, negative where the stages invert.
-    pub volt_per_newton: f64,
+    /// Gain in the band g, V/N or C/N; not zero, negative where the stages invert.
+    pub output_per_newton: f64,
     /// Gain of each element over that, above zero; one where it is not known.
     pub gains: Vec<f64>,
-    /// Time constant of the high-pass τ, s.
+    /// Time constant of the high-pass τ, s; infinite where no charge leaks.
     pub high_pass: f64,
     /// Time constant of the low-pass τ_f, s, where there is one.
     pub low_pass: Option<f64>,
-    /// Standard deviation of one reading, V.
+    /// Standard deviation of one reading of the output.
     pub deviation: f64,
     /// Time between frames, s.
     pub period: f64,
@@ -103,7 +104,7 @@ const LOCATE_EVERY_NS: u64 = 10_000_000;
 const PAUSE: f64 = 0.1;
 
 impl ChargeReader {
-    /// A reader of the elements of `model`, whose frames carry counts.
+    /// A reader of the elements of `model`.
     pub fn new(model: ChargeModel, options: ChargeOptions) -> Self {
         let taxels = model.layout.taxels();
         let inverse = Chain::new(&inverse(&model, &options)).ok();
@@ -252,20 +253,22 @@ impl Reader for ChargeReader {
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
         let model = &self.model;
-        let half = 0.5 * model.volt_per_count;
-        let [low, high] = model.span;
+        let scale = &model.channel;
+        let half = 0.5 * scale.per_number * scale.step;
         let mut clipped = 0;
         let slots = channels.readings.iter_mut().zip(&mut channels.states);
-        for ((reading, state), count) in slots.zip(values) {
-            let volts = model.volt_at_zero + model.volt_per_count * count;
-            *reading = volts;
-            let inside = volts > low + half && volts < high - half;
+        for ((reading, state), number) in slots.zip(values) {
+            let output = scale.input(*number);
+            *reading = output;
+            let at_limit = output.abs() >= model.limit - half;
+            let position = scale.position(*number);
+            let inside = position == Position::Inside && !at_limit;
             if inside || *state == ChannelState::Masked {
                 continue;
             }
-            clipped += usize::from(volts.is_finite());
+            clipped += usize::from(output.is_finite());
             // No output gives what lies beyond its limits; code zero is an open line.
-            let possible = *count > 0.0 && volts > low - 3.0 * half && volts < high + 3.0 * half;
+            let possible = position != Position::Dead && output.abs() < model.limit + 3.0 * half;
             *state = if possible {
                 ChannelState::Saturated
             } else {
@@ -335,14 +338,17 @@ impl Reader for ChargeReader {
     }
 }
 
-/// Facts of each channel, in counts.
+/// Facts of each channel, in the numbers of a frame.
 fn channels(model: &ChargeModel) -> Vec<ChannelFacts> {
-    let count = |volts: f64| (volts - model.volt_at_zero) / model.volt_per_count;
+    let scale = &model.channel;
+    let [low, high] = scale.alive();
+    // As far as a reading at the limit of the output may be rounded.
+    let limits = [-model.limit, model.limit].map(|limit| scale.number(limit));
+    let half = 0.5 * scale.step;
     let channel = |masked: &bool| ChannelFacts {
-        deviation: model.deviation / model.volt_per_count,
-        resolution: 1.0,
-        // As far as a reading at the limit of the output may be rounded.
-        span: [count(model.span[0]) + 0.5, count(model.span[1]) - 0.5],
+        deviation: model.deviation / scale.per_number,
+        resolution: scale.step,
+        span: [low.max(limits[0] + half), high.min(limits[1] - half)],
         masked: *masked,
     };
     model.masked.iter().map(channel).collect()
@@ -351,11 +357,12 @@ fn channels(model: &ChargeModel) -> Vec<ChannelFacts> {
 /// Force per voltage, as [`ChargeReader`] states it.
 fn inverse(model: &ChargeModel, options: &ChargeOptions) -> Transfer {
     let guard = options.drift_guard;
-    let high_pass = Transfer::lead(
-        guard / (model.high_pass * model.volt_per_newton),
-        model.high_pass,
-        guard,
-    );
+    let high_pass = if model.high_pass.is_finite() {
+        let gain = guard / (model.high_pass * model.output_per_newton);
+        Transfer::lead(gain, model.high_pass, guard)
+    } else {
+        Transfer::high_pass(1.0 / model.output_per_newton, guard)
+    };
     match model.low_pass {
         Some(time) => high_pass.then(&Transfer::lead(1.0, time, options.smoothing)),
         None => high_pass,
@@ -398,7 +405,7 @@ fn meaning(model: &ChargeModel) -> Meaning {
             .map(|number| format!("sensel {number}"))
             .collect(),
         wiring: Wiring::PerTaxel(1),
-        reading: Scale::new("voltage", "mV", 1e-3),
+        reading: model.reading.clone(),
         value: Scale::new("change of force", "mN", 1e-3),
         components: 1,
         signed: true,

@@ -1,6 +1,7 @@
 //! One capacitance of each taxel to the force on it, in-plane sensors (P1).
 
-use super::capacitors::{capacitor_facts, convert_capacitances};
+use super::capacitors::{capacitor_facts, capacitor_scale};
+use super::numbers::convert_within;
 use super::reader::{
     Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
@@ -9,6 +10,7 @@ use super::{ChannelFacts, FrameError, Wiring};
 use crate::acquisition::Quantity;
 use crate::calibration::InPlaneCalibration;
 use crate::mechanics::LoadHistory;
+use crate::signal::NumberScale;
 use crate::transduction::{InPlaneError, InPlaneInverse, InPlaneModel};
 
 /// A reading below this share of the least capacitance of the model, or above
@@ -28,7 +30,8 @@ pub struct InPlaneReader {
     drawn: InPlaneCalibration,
     calibration: InPlaneCalibration,
     inverses: Vec<InPlaneInverse>,
-    quantity: Quantity,
+    /// Numbers of a frame to capacitances.
+    scale: NumberScale,
     meaning: Meaning,
     channels: Vec<ChannelFacts>,
     histories: Vec<LoadHistory>,
@@ -54,9 +57,7 @@ impl InPlaneReader {
         calibration: InPlaneCalibration,
         quantity: Quantity,
     ) -> Result<Self, InPlaneReaderError> {
-        if !matches!(quantity, Quantity::Counts | Quantity::Capacitance) {
-            return Err(FrameError::Quantity { found: quantity }.into());
-        }
+        let scale = capacitor_scale(calibration.channel, &calibration.unit, quantity)?;
         let models = calibration.models.iter();
         let inverses: Vec<_> = models
             .map(InPlaneModel::inverse)
@@ -64,16 +65,14 @@ impl InPlaneReader {
         let channels = calibration.deviation.iter().zip(&calibration.masked);
         Ok(Self {
             channels: channels
-                .map(|(sigma, masked)| {
-                    capacitor_facts(&calibration.channel, *sigma, *masked, quantity)
-                })
+                .map(|(sigma, masked)| capacitor_facts(&scale, *sigma, *masked))
                 .collect(),
             histories: vec![LoadHistory::default(); calibration.layout.taxels()],
             meaning: meaning(&calibration, &inverses),
             inverses,
             drawn: calibration.clone(),
             calibration,
-            quantity,
+            scale,
         })
     }
 
@@ -134,7 +133,7 @@ impl Reader for InPlaneReader {
     }
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
-        convert_capacitances(&self.calibration.channel, self.quantity, values, channels)
+        convert_within(&self.scale, values, channels)
     }
 
     fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
@@ -244,7 +243,7 @@ fn meaning(calibration: &InPlaneCalibration, inverses: &[InPlaneInverse]) -> Mea
             })
             .collect(),
         wiring: Wiring::PerTaxel(1),
-        reading: Scale::new("capacitance", "fF", 1e-15),
+        reading: Scale::of(&calibration.unit, Scale::new("capacitance", "fF", 1e-15)),
         value: Scale::new("force", "N", 1.0),
         components: 1,
         signed: false,

@@ -109,7 +109,7 @@ pub struct MicrochannelReader {
 }
 
 impl MicrochannelReader {
-    /// A reader of these channels, whose frames carry counts.
+    /// A reader of these channels.
     pub fn new(calibration: MicrochannelCalibration, options: MicrochannelOptions) -> Self {
         let (rows, columns) = (calibration.rows.len(), calibration.columns.len());
         let quiet = [calibration.rows.first(), calibration.columns.first()]
@@ -230,8 +230,8 @@ impl Reader for MicrochannelReader {
         let mut clipped = 0;
         let slots = channels.readings.iter_mut().zip(&mut channels.states);
         let models = models(&self.calibration);
-        for (((reading, state), counts), model) in slots.zip(values).zip(models) {
-            let signal = scale.signal(*counts, model.saturation);
+        for (((reading, state), number), model) in slots.zip(values).zip(models) {
+            let signal = scale.read(*number, model.saturation);
             *reading = match signal {
                 MicrochannelSignal::Resistance(resistance) => resistance,
                 _ => f64::NAN,
@@ -239,7 +239,8 @@ impl Reader for MicrochannelReader {
             if *state == ChannelState::Masked {
                 continue;
             }
-            clipped += usize::from(*counts <= 0.0 || *counts >= scale.highest_code);
+            let [low, high] = scale.numbers.ends;
+            clipped += usize::from(*number <= low || *number >= high);
             *state = match signal {
                 MicrochannelSignal::Resistance(_) => ChannelState::Ok,
                 MicrochannelSignal::Saturated => ChannelState::Saturated,
@@ -294,7 +295,10 @@ fn meaning(calibration: &MicrochannelCalibration) -> Meaning {
             rows: layout.rows,
             columns: layout.columns,
         },
-        reading: Scale::new("resistance", "ohm", 1.0),
+        reading: Scale::of(
+            &calibration.scale.unit,
+            Scale::new("resistance", "ohm", 1.0),
+        ),
         value: Scale::new("pressure", "kPa", 1e3),
         components: 1,
         signed: false,
@@ -306,7 +310,7 @@ fn meaning(calibration: &MicrochannelCalibration) -> Meaning {
     }
 }
 
-/// Facts of each channel, in counts. A channel all of whose taxels are masked is not
+/// Facts of each channel, in the numbers of a frame. A channel all of whose taxels are masked is not
 /// used.
 fn facts(calibration: &MicrochannelCalibration) -> Vec<ChannelFacts> {
     let scale = &calibration.scale;
@@ -315,12 +319,13 @@ fn facts(calibration: &MicrochannelCalibration) -> Vec<ChannelFacts> {
         columns: calibration.columns.len(),
     };
     let channel = |(channel, model): (usize, &MicrochannelModel)| {
-        let saturation = model.saturation.min(scale.supply);
-        let highest = (saturation - scale.volt_at_zero) / scale.volt_per_count;
+        let numbers = &scale.numbers;
+        let highest = numbers.number(model.saturation.min(scale.signal.open()));
+        let [low, high] = numbers.alive();
         ChannelFacts {
-            deviation: model.deviation / scale.volt_per_count,
-            resolution: 1.0,
-            span: [0.0, scale.highest_code.min(highest)],
+            deviation: model.deviation / numbers.per_number,
+            resolution: numbers.step,
+            span: [low, high.min(highest)],
             masked: wiring
                 .taxels(channel)
                 .all(|taxel| calibration.masked[taxel]),

@@ -19,8 +19,10 @@ mod last_positions;
 mod localisation;
 mod map;
 mod map_noise;
+mod measured_force;
 mod microchannel;
 mod motion;
+mod numbers;
 mod observer;
 mod position_fit;
 mod reader;
@@ -55,6 +57,7 @@ pub use localisation::{
 };
 pub use map::{MapOptions, MapReader};
 pub use map_noise::MapNoise;
+pub use measured_force::MeasuredForceReader;
 pub use microchannel::{
     MicrochannelOptions, MicrochannelReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
 };

@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use super::baseline::Baseline;
 use super::contact::Cell;
 use super::{ChannelFacts, ChannelReadings, State, Touch, Wiring};
+use crate::acquisition::SignalUnit;
 use crate::layout::Layout;
 
 /// A quantity and the unit in which people read it.
@@ -30,6 +31,19 @@ impl Scale {
             quantity: Cow::Borrowed(quantity),
             symbol: Cow::Borrowed(symbol),
             si_per_unit,
+        }
+    }
+
+    /// The scale of readings in frames of `unit`: that unit where it is one of the `usual`
+    /// quantity, else the usual one.
+    pub(crate) fn of(unit: &SignalUnit, usual: Self) -> Self {
+        if unit.quantity.name() != usual.quantity {
+            return usual;
+        }
+        Self {
+            quantity: usual.quantity,
+            symbol: unit.symbol.clone().into(),
+            si_per_unit: unit.si_per_unit,
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use std::f64::consts::FRAC_2_SQRT_PI;
 
-use super::capacitors::{capacitor_facts, convert_capacitances};
+use super::capacitors::{capacitor_facts, capacitor_scale};
+use super::numbers::convert_within;
 use super::reader::{
     Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
 };
@@ -13,6 +14,7 @@ use super::{ChannelFacts, FrameError, Wiring};
 use crate::acquisition::Quantity;
 use crate::calibration::Calibration;
 use crate::mechanics::{LoadHistory, Relaxation};
+use crate::signal::NumberScale;
 use crate::transduction::UnitModel;
 
 /// Options of the reader of three-axis units.
@@ -58,7 +60,8 @@ pub struct ThreeAxisReader {
     drawn: Calibration,
     calibration: Calibration,
     options: ThreeAxisOptions,
-    quantity: Quantity,
+    /// Numbers of a frame to capacitances.
+    scale: NumberScale,
     meaning: Meaning,
     channels: Vec<ChannelFacts>,
     /// Least and most that a capacitor without fault reads, F.
@@ -95,15 +98,13 @@ impl ThreeAxisReader {
         quantity: Quantity,
         options: ThreeAxisOptions,
     ) -> Result<Self, FrameError> {
-        if !matches!(quantity, Quantity::Counts | Quantity::Capacitance) {
-            return Err(FrameError::Quantity { found: quantity });
-        }
+        let scale = capacitor_scale(calibration.channel, &calibration.unit, quantity)?;
         let taxels = calibration.layout.taxels();
         let deviations = calibration.deviation.as_flattened().iter();
         let masked = calibration.masked.as_flattened().iter();
-        let facts = deviations.zip(masked).map(|(sigma, masked)| {
-            capacitor_facts(&calibration.channel, *sigma, *masked, quantity)
-        });
+        let facts = deviations
+            .zip(masked)
+            .map(|(sigma, masked)| capacitor_facts(&scale, *sigma, *masked));
         let mut reader = Self {
             channels: facts.collect(),
             meaning: meaning(&calibration),
@@ -117,7 +118,7 @@ impl ThreeAxisReader {
             drawn: calibration.clone(),
             calibration,
             options,
-            quantity,
+            scale,
         };
         reader.tabulate();
         Ok(reader)
@@ -307,7 +308,7 @@ impl Reader for ThreeAxisReader {
     }
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
-        convert_capacitances(&self.calibration.channel, self.quantity, values, channels)
+        convert_within(&self.scale, values, channels)
     }
 
     fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
@@ -371,7 +372,7 @@ fn meaning(calibration: &Calibration) -> Meaning {
             .flat_map(|taxel| CAPACITORS.map(|capacitor| name(taxel, capacitor)))
             .collect(),
         wiring: Wiring::PerTaxel(4),
-        reading: Scale::new("capacitance", "fF", 1e-15),
+        reading: Scale::of(&calibration.unit, Scale::new("capacitance", "fF", 1e-15)),
         value: Scale::new("force", "mN", 1e-3),
         components: 3,
         signed: true,

@@ -8,6 +8,7 @@ use super::reader::{
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use super::{ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
+use crate::signal::{NumberScale, Position};
 use crate::trained::{
     Estimate, ForceEstimator, PositionEstimate, PositionEstimator, Support, TrainedMaps,
     TrainingError,
@@ -66,6 +67,8 @@ pub struct TrainedReader {
     area: TrainedArea,
     meaning: Meaning,
     channels: Vec<ChannelFacts>,
+    /// Numbers of a frame to readings.
+    scale: NumberScale,
     masked: Vec<bool>,
     position: Option<PositionEstimator>,
     force: Option<ForceEstimator>,
@@ -97,8 +100,8 @@ impl Found {
 }
 
 impl TrainedReader {
-    /// A reader of the device whose channels are called `names` and read in
-    /// `symbol`. `full_scale` is the force at the end of the colours, N.
+    /// A reader of the device whose channels are called `names` and read on the scale
+    /// `reading`. `full_scale` is the force at the end of the colours, N.
     ///
     /// # Errors
     /// [`TrainingError`] for maps that were changed by hand.
@@ -106,7 +109,7 @@ impl TrainedReader {
         maps: TrainedMaps,
         area: TrainedArea,
         names: Vec<String>,
-        symbol: &'static str,
+        reading: Scale,
         full_scale: f64,
     ) -> Result<Self, TrainingError> {
         maps.check()?;
@@ -123,10 +126,11 @@ impl TrainedReader {
         let channels = names.len();
         let rest = maps.rest.as_ref().map(|rest| rest.mean.clone());
         Ok(Self {
-            channels: facts(&maps, channels, symbol),
+            channels: facts(&maps, channels, &reading.symbol),
+            scale: NumberScale::VALUES,
             masked: vec![false; area.rows * area.columns],
             values: vec![f64::NAN; channels],
-            meaning: meaning(&maps, &area, names, symbol, full_scale),
+            meaning: meaning(&maps, &area, names, reading, full_scale),
             position: maps
                 .position
                 .clone()
@@ -149,6 +153,19 @@ impl TrainedReader {
         for (own, masked) in self.channels.iter_mut().zip(channels) {
             own.masked = *masked;
         }
+        self
+    }
+
+    /// Reads the numbers of an instrument by `scale`, with its range; `deviation` is that of
+    /// one number.
+    #[must_use]
+    pub fn with_instrument(mut self, scale: NumberScale, deviation: f64) -> Self {
+        for facts in &mut self.channels {
+            facts.deviation = deviation;
+            facts.resolution = scale.step;
+            facts.span = scale.alive();
+        }
+        self.scale = scale;
         self
     }
 
@@ -278,13 +295,23 @@ impl Reader for TrainedReader {
     }
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
-        channels.readings.copy_from_slice(values);
-        for (state, value) in channels.states.iter_mut().zip(values) {
-            if !value.is_finite() && *state != ChannelState::Masked {
-                *state = ChannelState::Faulty;
-            }
+        for (reading, value) in channels.readings.iter_mut().zip(values) {
+            *reading = self.scale.input(*value);
         }
-        0
+        let mut clipped = 0;
+        for (state, value) in channels.states.iter_mut().zip(values) {
+            let position = self.scale.position(*value);
+            if position == Position::Inside || *state == ChannelState::Masked {
+                continue;
+            }
+            clipped += usize::from(value.is_finite());
+            *state = if value.is_finite() && position == Position::AtEnd {
+                ChannelState::Saturated
+            } else {
+                ChannelState::Faulty
+            };
+        }
+        clipped
     }
 
     fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
@@ -406,7 +433,7 @@ fn meaning(
     maps: &TrainedMaps,
     area: &TrainedArea,
     channels: Vec<String>,
-    symbol: &'static str,
+    reading: Scale,
     full_scale: f64,
 ) -> Meaning {
     let force = maps.force.is_some();
@@ -417,7 +444,7 @@ fn meaning(
         wiring: Wiring::Shared {
             taxels: area.rows * area.columns,
         },
-        reading: Scale::new("reading", symbol, 1.0),
+        reading,
         value: if force {
             Scale::new("force", "N", 1.0)
         } else {

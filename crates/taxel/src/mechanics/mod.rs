@@ -5,6 +5,7 @@ mod compressed_layer;
 pub mod crossing_microchannels;
 mod electrodes;
 mod end_condition;
+mod force_axes;
 mod force_error;
 mod force_hysteresis;
 mod layer_range;
@@ -31,6 +32,7 @@ pub use electrodes::{
     PublishedThinning,
 };
 pub use end_condition::{EndCondition, EndShear, GivenFactor};
+pub use force_axes::ForceAxes;
 pub use force_error::force_error;
 pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
 pub use layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerRange};

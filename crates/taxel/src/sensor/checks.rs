@@ -106,6 +106,10 @@ fn check_array(sensor: &Sensor) -> Result<(), Broken> {
 }
 
 fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
+    if sensor.electronics.measured().is_some() {
+        // Which unit its element has comes first.
+        return Ok(());
+    }
     let Some(converter) = &sensor.electronics.converter else {
         let digital = matches!(sensor.electronics.readout, Readout::Digital(_));
         return require(
@@ -132,6 +136,81 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
         "electronics.converter.range",
         || format!("the range from {low} V to {high} V is empty"),
         "write [lowest, highest]",
+    )
+}
+
+/// Noise and range of an instrument are of its own quantity, and it has no converter.
+pub(crate) fn check_instrument(sensor: &Sensor) -> Result<(), Broken> {
+    let electronics = &sensor.electronics;
+    let Some(measured) = electronics.measured() else {
+        return Ok(());
+    };
+    let key = |name: &str| format!("electronics.readout.measured.{name}");
+    let unit = &measured.unit;
+    let noises = measured.noise.0.iter().map(|noise| (key("noise"), noise));
+    let ends = measured.range.iter().enumerate();
+    let ends = ends.map(|(index, end)| (key(&format!("range.{index}")), end));
+    for (key, stated) in noises.chain(ends) {
+        require(
+            stated.dimension == unit.dimension,
+            &key,
+            || {
+                format!(
+                    "this is {}; the readings in \"{}\" need {}",
+                    stated.dimension.name, unit.symbol, unit.dimension.name
+                )
+            },
+            &format!("use one of: {}", unit.dimension.symbols()),
+        )?;
+    }
+    let shown = |value: f64| format!("{} {}", rounded(value / unit.si_per_unit), unit.symbol);
+    for noise in measured.deviations() {
+        require(
+            noise > 0.0,
+            &key("noise"),
+            || format!("a noise of {} gives no uncertainty", shown(noise)),
+            &format!(
+                "give the standard deviation of one reading, such as \"0.1 {}\"; with the rounding of its last digit",
+                unit.symbol
+            ),
+        )?;
+    }
+    let [low, high] = measured.ends();
+    require(
+        low < high,
+        &key("range"),
+        || format!("the range from {} to {} is empty", shown(low), shown(high)),
+        "write [lowest, highest]",
+    )?;
+    require(
+        electronics.converter.is_none(),
+        "electronics.converter",
+        || {
+            format!(
+                "an instrument that gives \"{}\" has no converter",
+                unit.symbol
+            )
+        },
+        "leave the table out; the stage before a converter is readout itself",
+    )?;
+    check_axes(sensor)
+}
+
+/// Noises of three axes need three axes.
+fn check_axes(sensor: &Sensor) -> Result<(), Broken> {
+    let Some(measured) = sensor.electronics.measured() else {
+        return Ok(());
+    };
+    let axes = match &sensor.element {
+        Element::MeasuredForce(element) => element.axes.count(),
+        _ => 1,
+    };
+    let [x, y, z] = measured.deviations();
+    require(
+        axes == 3 || (x == z && y == z),
+        "electronics.readout.measured.noise",
+        || "a list of noises is of taxels with three axes".into(),
+        "give one value; a list [x, y, z] belongs to element.measured_force with axes = \"xyz\"",
     )
 }
 

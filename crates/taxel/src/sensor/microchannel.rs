@@ -49,9 +49,11 @@ pub struct FoundChannels {
     pub stiffness: [f64; 2],
     /// Resistance at rest of each channel over that of the drawing, rows first.
     pub rest: Vec<f64>,
-    /// Voltage from which each channel reads no more, V, rows first; that of the
-    /// drawing where it was not reached.
+    /// Signal from which each channel reads no more, V or Ω as the board gives it, rows first;
+    /// that of the drawing where it was not reached.
     pub saturation: Vec<f64>,
+    /// Leads in series with each channel, Ω.
+    pub lead: f64,
     /// Hysteresis of the pressure, where slow loops identified it.
     pub hysteresis: Option<ForceHysteresis>,
 }

@@ -3,6 +3,7 @@
 mod checks;
 mod in_plane_capacitor;
 mod mask;
+mod measured_force;
 mod microchannel;
 mod piezoelectric;
 mod three_axis_capacitor;
@@ -20,6 +21,7 @@ use taxel_recording::InputError;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};
+pub use measured_force::MeasuredForce;
 pub use microchannel::{
     ClosingDescription, FoundChannels, LayerDescription, Liquid, Microchannel,
     MicrochannelFabrication, PlaneStrainCell, SectionDescription,
@@ -33,8 +35,8 @@ pub use trained_body::{ChannelGroup, MOST_CHANNELS, TrainedBody};
 
 pub use checks::Broken;
 pub(crate) use checks::{
-    SAME_LENGTH, check as check_keys, check_scan_time, micrometres, require, rounded_down,
-    rounded_up,
+    SAME_LENGTH, check as check_keys, check_instrument, check_scan_time, micrometres, require,
+    rounded_down, rounded_up,
 };
 pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
@@ -76,6 +78,7 @@ const SHIPPED: &[(&str, &str)] = &[
         "liquid-metal-2x4",
         include_str!("../../sensors/liquid-metal-2x4.toml"),
     ),
+    ("force-4x4", include_str!("../../sensors/force-4x4.toml")),
     (
         "eflesh-lattice",
         include_str!("../../sensors/eflesh-lattice.toml"),
@@ -131,6 +134,8 @@ pub enum Element {
     Microchannel(Box<Microchannel>),
     /// A body without a physical model, whose channels are learned.
     Trained(Box<TrainedBody>),
+    /// Taxels whose board gives forces.
+    MeasuredForce(MeasuredForce),
 }
 
 /// Keys that had another name in schema 1, with the name that they have now.
@@ -143,16 +148,65 @@ pub(crate) fn renamed_key(file: &str, text: &str) -> Option<InputError> {
     toml_input::renamed_key(file, text, RENAMED, "since schema 2", help)
 }
 
-/// A board whose first stage cannot read this kind of element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a {readout} cannot read a {element}; it needs: {allowed}")]
-pub struct Unreadable {
-    /// Key of the element.
-    pub element: &'static str,
-    /// Key of the stage found.
-    pub readout: &'static str,
-    /// Keys of the stages that can.
-    pub allowed: &'static str,
+/// A board that cannot read this kind of element.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Unreadable {
+    /// Its first stage takes something else.
+    #[error("a {readout} cannot read a {element}; it needs: {allowed}")]
+    Stage {
+        /// Key of the element.
+        element: &'static str,
+        /// Key of the stage found.
+        readout: &'static str,
+        /// Keys of the stages that can.
+        allowed: String,
+    },
+    /// Its instrument gives another quantity.
+    #[error("\"{symbol}\" is a unit of {found}; an instrument at a {element} gives {needed}")]
+    Unit {
+        /// Key of the element.
+        element: &'static str,
+        /// The unit in the sensor file.
+        symbol: &'static str,
+        /// Quantity of this unit.
+        found: &'static str,
+        /// Quantities that the element has.
+        needed: String,
+        /// Their units.
+        units: String,
+    },
+    /// The stage before its instrument takes something else.
+    #[error("in front of \"{symbol}\" a {element} has no {stage}")]
+    Before {
+        /// Key of the element.
+        element: &'static str,
+        /// The unit of the instrument.
+        symbol: &'static str,
+        /// Key of the stage in the sensor file.
+        stage: &'static str,
+        /// Key of the stages that can stand there, and before which unit.
+        help: String,
+    },
+}
+
+impl Unreadable {
+    /// Key at which a sensor file shows it.
+    pub(crate) fn key(&self) -> &'static str {
+        match self {
+            Self::Stage { .. } => "electronics.readout",
+            Self::Unit { .. } => "electronics.readout.measured.unit",
+            Self::Before { .. } => "electronics.readout.measured.stage",
+        }
+    }
+
+    /// What to do.
+    pub(crate) fn help(&self) -> String {
+        match self {
+            Self::Stage { .. } => "give one of those stages".into(),
+            Self::Unit { units, .. } => format!("use one of: {units}"),
+            Self::Before { help, .. } => help.clone(),
+        }
+    }
 }
 
 /// A device of which nothing can be computed, because its drawing says nothing
@@ -176,6 +230,7 @@ impl Element {
             Self::InPlaneCapacitor(_) | Self::Trained(_) => "press",
             Self::Piezoelectric(_) => "piezo-slide",
             Self::Microchannel(_) => "pad-b",
+            Self::MeasuredForce(_) => "two-fingers",
         }
     }
 
@@ -187,6 +242,7 @@ impl Element {
             Self::Piezoelectric(_) => "piezoelectric",
             Self::Microchannel(_) => "microchannel",
             Self::Trained(_) => "trained",
+            Self::MeasuredForce(_) => "measured_force",
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
+use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
 use taxel::estimation::{TouchEventKind, TouchSession};
 use taxel::sensor::Sensor;
 use taxel_numerics::Noise;
@@ -105,7 +105,12 @@ pub(crate) fn run(course: &Course, seed: u64) -> Vec<Interval> {
     let device = sensor.device().expect("a device");
     let mut session = device.session(&twin.stream()).expect("a session");
     session.begin_rest_capture(50);
-    let mut drift = Drifting::new(course.drift, seed);
+    let rounding = match twin.stream().unit.quantity {
+        Quantity::Counts => ROUNDING,
+        // An instrument gives values that are not rounded.
+        _ => 0.0,
+    };
+    let mut drift = Drifting::new(course.drift, seed, rounding);
     let mut intervals = vec![Interval::default(); (course.length / course.interval) as usize];
     loop {
         let Delivery::Frame(mut frame) = twin.next_delivery() else {
@@ -192,6 +197,8 @@ impl Interval {
 /// Drift that is added to the values of a frame.
 struct Drifting {
     kind: Drift,
+    /// Least deviation of a reading, in its unit.
+    rounding: f64,
     noise: Noise,
     quiet: Vec<Vec<f64>>,
     channels: Vec<Drifted>,
@@ -209,9 +216,10 @@ struct Drifted {
 }
 
 impl Drifting {
-    fn new(kind: Drift, seed: u64) -> Self {
+    fn new(kind: Drift, seed: u64, rounding: f64) -> Self {
         Self {
             kind,
+            rounding,
             noise: Noise::seeded(seed ^ 0x5eed),
             quiet: Vec::new(),
             channels: Vec::new(),
@@ -229,7 +237,7 @@ impl Drifting {
                         let [rest, deviation] = mean_and_scatter(&quiet, channel);
                         Drifted {
                             rest,
-                            deviation: deviation.max(ROUNDING),
+                            deviation: deviation.max(self.rounding),
                             share: (0.6 * self.noise.normal()).clamp(-1.0, 1.0),
                             crept: 0.0,
                         }

@@ -118,7 +118,7 @@ fn check_electronics(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Resu
     ] {
         require(
             least < value && value < most,
-            "electronics.converter.range",
+            board.last.range_key(),
             || {
                 format!(
                     "{what} of {:.2} fF is outside what the board can read, {:.2} to {:.2} fF",
@@ -127,12 +127,12 @@ fn check_electronics(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Resu
                     most * 1e15
                 )
             },
-            "change the range, the drive or the feedback capacitor",
+            "change the range, or the drive or the feedback capacitor of an amplifier",
         )?;
     }
     require(
         board.deviation() > 0.0,
-        "electronics.readout.charge_amplifier.noise",
+        board.noise_key(),
         || "a board without any noise gives no uncertainty".into(),
         "give the noise of one reading, such as \"0.1 mV\"",
     )

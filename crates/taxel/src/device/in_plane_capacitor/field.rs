@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::InPlaneArray;
 use super::predict::{self, InPlaneLoadState, LOADS, cell};
-use crate::electronics::{Code, FrontEnd};
+use crate::electronics::{Delivered, FrontEnd};
 use crate::mechanics::{LARGEST_COMPRESSION, LayerState};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
@@ -23,10 +23,10 @@ pub struct InPlaneFieldPrediction {
     /// Share of the capacitance that does not lie between the facing sides as in
     /// parallel plates: 1 − ε₀ ε_r w_e (t/d)/C.
     pub fringe_share: Option<f64>,
-    /// Voltage of the amplifier, V.
+    /// Voltage of the amplifier, V; none where capacitances are measured.
     pub voltage: Option<f64>,
-    /// Code of the converter.
-    pub code: Option<Code>,
+    /// Number of a frame.
+    pub number: Option<Delivered>,
     /// State of the sensor under the load.
     pub state: InPlaneLoadState,
 }
@@ -120,8 +120,8 @@ impl InPlaneFieldPredictor {
             force: Some(self.force(&state)),
             change: Some(solved.way.rest().capacitance - state.capacitance),
             fringe_share: Some(1.0 - facing / state.capacitance),
-            voltage: Some(self.board.voltage(state.capacitance)),
-            code: Some(self.board.read(state.capacitance, 0.0)),
+            voltage: self.board.voltage(state.capacitance),
+            number: Some(self.board.read(state.capacitance, 0.0)),
             state: if ambiguous {
                 InPlaneLoadState::Ambiguous
             } else {
@@ -185,12 +185,9 @@ impl InPlaneFieldPredictor {
             cell(answer.change),
             cell(layer.and_then(|layer| self.model.change_as_published(&layer))),
             cell(layer.and_then(|layer| self.model.change_of_parallel_plates(&layer))),
-            cell(answer.voltage),
         ]);
-        row.push(match answer.code {
-            Some(code) => Cell::Whole(u64::from(code.counts)),
-            None => Cell::from(""),
-        });
+        let capacitance = field.map(|state| state.capacitance);
+        predict::signal_cells(capacitance, answer.number, &self.board, row);
         row.push(Cell::from(answer.state.name()));
     }
 }
@@ -202,7 +199,7 @@ fn nothing(state: InPlaneLoadState) -> InPlaneFieldPrediction {
         change: None,
         fringe_share: None,
         voltage: None,
-        code: None,
+        number: None,
         state,
     }
 }
@@ -254,7 +251,7 @@ impl Predictor for InPlaneFieldPredictor {
 
     fn columns(&self) -> Vec<Column> {
         let length = |name: &str| Column::new(name, "um", 1e-6, "m", 4);
-        let mut columns = predict::columns();
+        let mut columns = predict::columns(&self.board);
         columns.extend([
             length("gap_bottom"),
             length("gap_top"),

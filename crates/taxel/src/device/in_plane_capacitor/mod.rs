@@ -9,7 +9,7 @@ mod simulated;
 
 use super::{Device, fits};
 use crate::acquisition::{Simulated, Stream};
-use crate::calibration::{ChannelScale, InPlaneCalibration};
+use crate::calibration::InPlaneCalibration;
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
 use crate::estimation::{FrameError, InPlaneReader, InPlaneReaderError, ObserverOptions, Reader};
@@ -33,7 +33,7 @@ pub struct InPlaneArray<'a> {
 }
 
 impl<'a> InPlaneArray<'a> {
-    /// `None` when the board has no charge amplifier.
+    /// `None` when the board takes no capacitance.
     pub(crate) fn new(sensor: &'a Sensor, element: &'a InPlaneCapacitor) -> Option<Self> {
         let array = &sensor.array;
         Some(Self {
@@ -58,13 +58,9 @@ impl<'a> InPlaneArray<'a> {
     pub fn calibration(&self) -> InPlaneCalibration {
         let (board, layout) = (&self.board, self.layout());
         let taxels = layout.taxels();
-        let at_zero = board.capacitance(0.0);
         InPlaneCalibration {
-            channel: ChannelScale {
-                farad_at_zero: at_zero,
-                farad_per_count: board.capacitance(1.0) - at_zero,
-                highest_code: f64::from(board.highest_code()),
-            },
+            channel: board.scale(),
+            unit: board.last.unit(),
             models: vec![self.model(); taxels],
             deviation: vec![board.deviation(); taxels],
             masked: self.masked(),
@@ -114,7 +110,9 @@ impl Device for InPlaneArray<'_> {
             .map_err(|error| match error {
                 InPlaneReaderError::Frame(error) => error,
                 // `check` has refused such a device before it had frames.
-                InPlaneReaderError::Model(_) => FrameError::Quantity { found: quantity },
+                InPlaneReaderError::Model(_) => {
+                    FrameError::quantity(quantity, &self.board.last.unit())
+                }
             })
     }
 

@@ -1,7 +1,8 @@
 //! Load on one in-plane sensor to signal, stage by stage.
 
 use super::InPlaneArray;
-use crate::electronics::{Code, FrontEnd};
+use crate::device::{number_cell, number_column};
+use crate::electronics::{Delivered, FrontEnd};
 use crate::mechanics::{LARGEST_COMPRESSION, LayerError, LayerRange, LayerState, force_error};
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{CAPACITANCE, FORCE, LENGTH};
@@ -22,10 +23,10 @@ pub struct InPlanePrediction {
     pub model_1: Option<f64>,
     /// C₀ − C by parallel plates (P1's Model 2), F.
     pub model_2: Option<f64>,
-    /// Voltage of the amplifier, V.
+    /// Voltage of the amplifier, V; none where capacitances are measured.
     pub voltage: Option<f64>,
-    /// Code of the converter.
-    pub code: Option<Code>,
+    /// Number of a frame.
+    pub number: Option<Delivered>,
     /// State of the sensor under the load.
     pub state: InPlaneLoadState,
 }
@@ -110,8 +111,8 @@ impl InPlanePredictor {
             mechanics: self.model.change_by_mechanics(&layer).ok(),
             model_1: published.and_then(|layer| self.model.change_as_published(layer)),
             model_2: published.and_then(|layer| self.model.change_of_parallel_plates(layer)),
-            voltage: response.map(|r| self.board.voltage(r.capacitance)),
-            code: response.map(|r| self.board.read(r.capacitance, 0.0)),
+            voltage: response.and_then(|r| self.board.voltage(r.capacitance)),
+            number: response.map(|r| self.board.read(r.capacitance, 0.0)),
             state,
         })
     }
@@ -181,7 +182,7 @@ fn nothing() -> InPlanePrediction {
         model_1: None,
         model_2: None,
         voltage: None,
-        code: None,
+        number: None,
         state: InPlaneLoadState::OutOfRange,
     }
 }
@@ -238,7 +239,7 @@ impl Predictor for InPlanePredictor {
     }
 
     fn columns(&self) -> Vec<Column> {
-        let mut columns = columns();
+        let mut columns = columns(&self.board);
         columns.push(Column::new("force_error", "%", 1e-2, "", 1));
         columns
     }
@@ -261,7 +262,7 @@ impl Predictor for InPlanePredictor {
             2 => self.at_force(value).map_err(|e| refused(e.to_string())),
             _ => self.at_change(value).map_err(|e| refused(e.to_string())),
         }?;
-        fill(&answer, row);
+        fill(&answer, &self.board, row);
         // What the states refer to: where the way back ends, and the layer.
         let last = self.inverse.as_ref().map(InPlaneInverse::last);
         row.extend([
@@ -303,10 +304,10 @@ pub(super) fn the_load(load: &Load<'_>) -> Result<(usize, f64), LoadRefused> {
 }
 
 /// Columns of the answers.
-pub(super) fn columns() -> Vec<Column> {
+pub(super) fn columns(board: &FrontEnd) -> Vec<Column> {
     let number = |name: &str, decimals| Column::new(name, "", 1.0, "", decimals);
     let change = |name: &str| Column::new(name, "fF", 1e-15, "f", 4);
-    vec![
+    let mut columns = vec![
         number("compression", 6),
         number("kinematic_unknown", 6),
         number("top_stretch", 6),
@@ -318,13 +319,34 @@ pub(super) fn columns() -> Vec<Column> {
         change("change_mechanics"),
         change("change_model_1"),
         change("change_model_2"),
-        Column::new("voltage", "mV", 1e-3, "v", 4),
-        Column::plain("counts"),
+    ];
+    if board.voltage(0.0).is_some() {
+        columns.push(Column::new("voltage", "mV", 1e-3, "v", 4));
+    }
+    columns.extend([
+        number_column("", "", &board.last),
         Column::plain("state"),
         change("invertible_change"),
         Column::new("invertible_force", "N", 1.0, "n", 5),
         Column::new("largest_force", "N", 1.0, "n", 5),
-    ]
+    ]);
+    columns
+}
+
+/// Cells of the signal, as [`columns`] has them.
+pub(super) fn signal_cells(
+    capacitance: Option<f64>,
+    number: Option<Delivered>,
+    board: &FrontEnd,
+    row: &mut Vec<Cell>,
+) {
+    if board.voltage(0.0).is_some() {
+        row.push(cell(capacitance.and_then(|c| board.voltage(c))));
+    }
+    row.push(match number {
+        Some(number) => number_cell(&number, &board.last),
+        None => Cell::from(""),
+    });
 }
 
 /// Curves that show the answers.
@@ -358,7 +380,7 @@ pub(super) fn cell(value: Option<f64>) -> Cell {
     value.map_or_else(|| Cell::from(""), Cell::Number)
 }
 
-fn fill(answer: &InPlanePrediction, row: &mut Vec<Cell>) {
+fn fill(answer: &InPlanePrediction, board: &FrontEnd, row: &mut Vec<Cell>) {
     let (layer, response) = (answer.layer, answer.response);
     let kinematics = layer.map(|layer| layer.kinematics);
     row.extend([
@@ -373,11 +395,7 @@ fn fill(answer: &InPlanePrediction, row: &mut Vec<Cell>) {
         cell(answer.mechanics),
         cell(answer.model_1),
         cell(answer.model_2),
-        cell(answer.voltage),
     ]);
-    row.push(match answer.code {
-        Some(code) => Cell::Whole(u64::from(code.counts)),
-        None => Cell::from(""),
-    });
+    signal_cells(response.map(|r| r.capacitance), answer.number, board, row);
     row.push(Cell::from(answer.state.name()));
 }

@@ -1,4 +1,4 @@
-//! One made array: force on each taxel to counts.
+//! One made array: force on each taxel to the numbers of a frame.
 
 use super::InPlaneArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
@@ -42,7 +42,7 @@ fn capacitance(model: &InPlaneModel, force: f64) -> f64 {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        crate::device::counts_of(&self.layout, 1, self.board.period())
+        crate::device::stream_of(&self.layout, 1, self.board.period(), self.board.last.unit())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
@@ -51,16 +51,15 @@ impl Simulated for Piece {
             .map(|(taxel, model)| {
                 let time = start + self.board.delay(taxel, 0);
                 let normal = noise.normal();
-                let code = match script.fault(taxel, 0, time) {
-                    Some(FaultReading::Dead) => 0,
+                match script.fault(taxel, 0, time) {
+                    Some(FaultReading::Dead) => self.board.last.dead(),
                     // A stuck line has no noise of its own.
-                    Some(FaultReading::Stuck(stuck)) => self.board.read(stuck.at, 0.0).counts,
+                    Some(FaultReading::Stuck(stuck)) => self.board.read(stuck.at, 0.0).number,
                     None => {
                         let [_, _, force] = script.force(taxel, time);
-                        self.board.read(capacitance(model, force), normal).counts
+                        self.board.read(capacitance(model, force), normal).number
                     }
-                };
-                f64::from(code)
+                }
             })
             .collect()
     }

@@ -3,6 +3,7 @@
 use super::MicrochannelArray;
 use crate::device::check_mask;
 use crate::sensor::{Broken, SAME_LENGTH, check_scan_time, micrometres, require};
+use crate::signal::ResistanceSignal;
 
 pub(super) fn check(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     check_stack(array)?;
@@ -69,32 +70,39 @@ fn check_lengths(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
 }
 
 fn check_board(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
-    let (board, divider) = (&array.board, &array.board.divider);
+    let (board, signal) = (&array.board, &array.board.signal);
     check_scan_time(array.sensor, board.scan_time())?;
-    require(
-        divider.saturation < divider.supply,
-        "electronics.readout.voltage_divider.saturation",
-        || {
-            format!(
-                "saturation at {} V, the supply is {} V",
-                divider.saturation, divider.supply
-            )
-        },
-        "give less than the supply, which an open channel reads",
-    )?;
-    let [low, high] = board.converter.range;
-    for layer in &array.layers {
-        let rest = divider.voltage(layer.conductor.rest_resistance());
+    if let ResistanceSignal::Divider { supply, .. } = *signal {
+        let key = array
+            .sensor
+            .electronics
+            .stage_key("voltage_divider.saturation");
         require(
-            low < rest && rest < high.min(divider.saturation),
-            "electronics.converter.range",
-            || format!("a rest voltage of {rest:.4} V cannot be read or is saturated"),
-            "change the range, the reference or the saturation",
+            board.saturation < supply,
+            &key,
+            || {
+                format!(
+                    "saturation at {} V, the supply is {supply} V",
+                    board.saturation
+                )
+            },
+            "give less than the supply, which an open channel reads",
+        )?;
+    }
+    let [low, high] = board.last.range();
+    let (what, unit) = signal.unit();
+    for layer in &array.layers {
+        let rest = signal.of(layer.conductor.rest_resistance());
+        require(
+            low < rest && rest < high.min(board.saturation),
+            board.last.range_key(),
+            || format!("a rest {what} of {rest:.4} {unit} cannot be read or is saturated"),
+            "change the range, or the reference or the saturation of a divider",
         )?;
     }
     require(
         board.deviation() > 0.0,
-        "electronics.readout.voltage_divider.noise",
+        board.noise_key(),
         || "a board without any noise gives no uncertainty".into(),
         "give the noise of one reading, such as \"0.1 mV\"",
     )

@@ -2,8 +2,10 @@
 
 use super::{LAYERS, MicrochannelArray};
 use crate::device::timing;
+use crate::electronics::LastStage;
 use crate::estimation::MicrochannelOptions;
 use crate::mechanics::{ClosingState, Stretch};
+use crate::signal::ResistanceSignal;
 use crate::summary::{Fact, Value, fact, number, text};
 use crate::transduction::MicrochannelLayer;
 
@@ -197,39 +199,50 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
 }
 
 fn electronics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
-    let (board, divider) = (&array.board, &array.board.divider);
+    let (board, signal) = (&array.board, &array.board.signal);
     let mut facts = timing(
         board.period(),
         board.scan_time(),
         "time for all channels of a frame",
     );
-    facts.extend([fact(
+    let ohms = |resistance| number(resistance, "ohm", "ohm", 1.0);
+    let (noise, source) = match (signal, board.last) {
+        (ResistanceSignal::Divider { .. }, LastStage::Converter(_)) => (
+            number(board.deviation(), "v", "mV", 1e-3),
+            "noise and rounding to counts",
+        ),
+        (ResistanceSignal::Divider { .. }, LastStage::Instrument(_)) => (
+            number(board.deviation(), "v", "mV", 1e-3),
+            "noise of divider and instrument",
+        ),
+        (ResistanceSignal::Resistance { .. }, _) => (
+            ohms(board.deviation()),
+            "electronics.readout.measured.noise",
+        ),
+    };
+    facts.push(fact("electronics", "noise_of_a_reading", noise, source));
+    if signal.is_voltage() {
+        for (name, layer) in named(array) {
+            let rest = signal.of(layer.conductor.rest_resistance());
+            facts.push(fact(
+                "electronics",
+                format!("{name}_rest_voltage"),
+                number(rest, "v", "V", 1.0),
+                "V_S R/(R_ref + R) (P4 Eq. 3)",
+            ));
+        }
+    }
+    let source = if signal.is_voltage() {
+        "resistance at the saturation voltage"
+    } else {
+        "electronics.readout.measured.range"
+    };
+    facts.push(fact(
         "electronics",
-        "noise_of_a_reading",
-        number(board.deviation(), "v", "mV", 1e-3),
-        "noise and rounding to counts",
-    )]);
-    for (name, layer) in named(array) {
-        facts.push(fact(
-            "electronics",
-            format!("{name}_rest_voltage"),
-            number(
-                divider.voltage(layer.conductor.rest_resistance()),
-                "v",
-                "V",
-                1.0,
-            ),
-            "V_S R/(R_ref + R) (P4 Eq. 3)",
-        ));
-    }
-    if let Ok(resistance) = divider.resistance(divider.saturation) {
-        facts.push(fact(
-            "electronics",
-            "saturation_resistance",
-            number(resistance, "ohm", "ohm", 1.0),
-            "resistance at the saturation voltage",
-        ));
-    }
+        "saturation_resistance",
+        ohms(signal.resistance(board.saturation)),
+        source,
+    ));
     facts
 }
 

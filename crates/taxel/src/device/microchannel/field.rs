@@ -5,7 +5,7 @@ use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 use super::MicrochannelArray;
 use super::loads::{LOADS, is_local};
 use super::local::{self, ArrayBlock};
-use super::predict::MicrochannelPredictor;
+use super::predict::{MicrochannelPredictor, signal_cells, signal_columns};
 use crate::electronics::DividerBoard;
 use crate::mechanics::{LocalLoad, SolvedBlock};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
@@ -92,7 +92,7 @@ impl MicrochannelFieldPredictor {
         let drawn = &self.layers[layer];
         let change = self.change(array_block, layer, void);
         let resistance = drawn.conductor.rest_resistance() * (1.0 + change);
-        let voltage = self.board.divider.voltage(resistance);
+        let signal = self.board.signal.of(resistance);
         row.extend(
             [
                 void.inside,
@@ -103,13 +103,12 @@ impl MicrochannelFieldPredictor {
                 void.gap,
                 resistance,
                 change,
-                voltage,
             ]
             .map(Cell::Number),
         );
-        let counts = self.board.read(resistance, 0.0).counts;
-        row.push(Cell::Whole(u64::from(counts)));
-        row.push(Cell::from(if self.board.divider.saturated(voltage) {
+        let number = self.board.read(resistance, 0.0);
+        row.extend(signal_cells(signal, &number, &self.board));
+        row.push(Cell::from(if self.board.saturated(signal) {
             "saturated"
         } else if void.gap <= 0.0 {
             "closed"
@@ -197,10 +196,10 @@ impl MicrochannelFieldPredictor {
                     Column::new(of("gap"), "um", 1e-6, "m", 3),
                     Column::new(of("resistance"), "ohm", 1.0, "ohm", 5),
                     Column::new(of("change"), "", 1.0, "", 6),
-                    Column::new(of("voltage"), "mV", 1e-3, "v", 4),
-                    Column::plain(of("counts")),
-                    Column::plain(of("state")),
                 ]);
+                let prefix = format!("{layer}_{number}");
+                columns.extend(signal_columns(&prefix, &self.board, 4));
+                columns.push(Column::plain(of("state")));
             }
         }
         columns.push(Column::new("greatest_stress", "kPa", 1e3, "pa", 3));

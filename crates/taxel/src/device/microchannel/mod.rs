@@ -9,11 +9,11 @@ mod local;
 mod predict;
 mod simulated;
 
-use super::{Device, counts};
+use super::{Device, carries};
 use crate::acquisition::{Simulated, Stream};
-use crate::calibration::{DividerScale, MicrochannelCalibration, MicrochannelModel};
+use crate::calibration::{ChannelScale, MicrochannelCalibration, MicrochannelModel};
 use crate::drawing::Drawing;
-use crate::electronics::DividerBoard;
+use crate::electronics::{DividerBoard, Stage};
 use crate::estimation::{
     FrameError, MicrochannelOptions, MicrochannelReader, ObserverOptions, Reader,
 };
@@ -49,7 +49,7 @@ pub struct MicrochannelArray<'a> {
 const LAYERS: [&str; 2] = ["row", "column"];
 
 impl<'a> MicrochannelArray<'a> {
-    /// `None` when the board has no divider, or a layer has no model; the
+    /// `None` when the board takes no resistance, or a layer has no model; the
     /// second is found when a file is read.
     pub(crate) fn new(sensor: &'a Sensor, element: &'a Microchannel) -> Option<Self> {
         let array = &sensor.array;
@@ -62,12 +62,21 @@ impl<'a> MicrochannelArray<'a> {
                 layer.conductor.resistivity *= mean;
             }
         }
+        let mut board = DividerBoard::new(&sensor.electronics, array.rows + array.columns)?;
+        if let Some(found) = &element.found {
+            board.signal = board.signal.with_lead(found.lead);
+        }
         Some(Self {
             sensor,
             element,
             layers,
-            board: DividerBoard::new(&sensor.electronics, array.rows + array.columns)?,
+            board,
         })
+    }
+
+    /// The stage between a channel and a voltage, if there is one.
+    pub fn first_stage(&self) -> Option<Stage> {
+        self.sensor.electronics.first_stage()
     }
 
     /// Where the taxels are.
@@ -101,13 +110,14 @@ impl<'a> MicrochannelArray<'a> {
         }
     }
 
-    /// Voltage from which a channel counts as saturated, V: below a plateau that
-    /// was found by what noise does.
+    /// Signal from which a channel counts as saturated: below a plateau that was found by
+    /// what noise does, and at the end of what the board reads.
     fn saturation(&self, channel: usize) -> f64 {
-        let drawn = self.board.divider.saturation;
+        let board = &self.board;
+        let drawn = board.saturation.min(board.last.range()[1]);
         let found = self.element.found.as_ref();
         match found.and_then(|found| found.saturation.get(channel)) {
-            Some(found) if *found < drawn => found - BELOW_PLATEAU * self.board.deviation(),
+            Some(found) if *found < drawn => found - BELOW_PLATEAU * board.deviation(),
             _ => drawn,
         }
     }
@@ -157,7 +167,7 @@ impl<'a> MicrochannelArray<'a> {
     pub fn calibration(&self) -> Result<MicrochannelCalibration, MicrochannelError> {
         let (board, share) = (&self.board, self.taxel_share());
         let channels = |layer: usize| {
-            let (noise, saturation) = (board.deviation(), board.divider.saturation);
+            let (noise, saturation) = (board.deviation(), board.saturation);
             let drawn =
                 MicrochannelModel::new(&self.layers[layer], share[layer], noise, saturation)?;
             let first = layer * self.counts()[0];
@@ -172,13 +182,10 @@ impl<'a> MicrochannelArray<'a> {
         Ok(MicrochannelCalibration {
             rows: channels(0)?,
             columns: channels(1)?,
-            scale: DividerScale {
-                volt_at_zero: board.converter.voltage(0.0),
-                volt_per_count: board.converter.step(),
-                highest_code: f64::from(board.converter.highest()),
-                supply: board.divider.supply,
-                reference: board.divider.reference,
-                lead: board.divider.lead,
+            scale: ChannelScale {
+                numbers: board.last.scale(),
+                signal: board.signal,
+                unit: board.last.unit(),
             },
             hysteresis: self
                 .element
@@ -224,7 +231,7 @@ impl Device for MicrochannelArray<'_> {
         if stream.channels() != expected {
             return Err(wrong);
         }
-        counts(stream)?;
+        carries(stream, &self.board.last)?;
         // Reading the file has shown that there is a calibration.
         let calibration = self.calibration().map_err(|_| wrong)?;
         let options = MicrochannelOptions::default();

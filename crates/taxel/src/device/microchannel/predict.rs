@@ -1,10 +1,9 @@
 //! Pressure on the surface to the signals of both layers, stage by stage.
 
-use std::borrow::Cow;
-
 use super::loads::{AREA_COLUMN, FORCE_Z, LOADED_SHARE, LOADS, PRESSURE, is_local, pressure_of};
 use super::{LAYERS, MicrochannelArray};
-use crate::electronics::{Code, DividerBoard};
+use crate::device::{number_cell, number_column};
+use crate::electronics::{Delivered, DividerBoard};
 use crate::mechanics::{
     ClosingState, LinearElastic, MicrochannelClosed, MicrochannelError, MicrochannelSection,
     SectionClosure, SolvedLayer, SolvedVoids, Stretch, VoidStack,
@@ -42,10 +41,11 @@ pub struct LayerAnswer {
     pub resistance: f64,
     /// Relative change R/R₀ − 1 of the channel.
     pub change: f64,
-    /// Voltage of the divider, V.
-    pub voltage: f64,
-    /// Code of the converter.
-    pub code: Code,
+    /// Signal of the channel: the voltage of the divider, V, or the resistance that is
+    /// measured, with its leads, Ω.
+    pub signal: f64,
+    /// Number of a frame.
+    pub number: Delivered,
     /// State of the layer under the load.
     pub state: LayerState,
 }
@@ -211,9 +211,9 @@ impl MicrochannelPredictor {
             }
             _ => response.resistance,
         };
-        let voltage = self.board.divider.voltage(resistance);
+        let signal = self.board.signal.of(resistance);
         let state = match loaded.state {
-            _ if self.board.divider.saturated(voltage) => LayerState::Saturated,
+            _ if self.board.saturated(signal) => LayerState::Saturated,
             ClosingState::Beyond { .. } => LayerState::Beyond,
             ClosingState::Closed => LayerState::Closed,
             ClosingState::Open | ClosingState::Bulging => LayerState::Open,
@@ -229,8 +229,8 @@ impl MicrochannelPredictor {
             gap: solved.and_then(|s| s.gap(loaded.net_pressure, self.section.height)),
             resistance,
             change: resistance / layer.conductor.rest_resistance() - 1.0,
-            voltage,
-            code: self.board.read(resistance, 0.0),
+            signal,
+            number: self.board.read(resistance, 0.0),
             state,
         })
     }
@@ -300,8 +300,9 @@ impl Predictor for MicrochannelPredictor {
                 Column::new(of("volume_ratio"), "", 1.0, "", 4),
                 Column::new(of("resistance"), "ohm", 1.0, "ohm", 4),
                 Column::new(of("change"), "", 1.0, "", 5),
-                Column::new(of("voltage"), "mV", 1e-3, "v", 3),
-                Column::plain(of("counts")),
+            ]);
+            columns.extend(signal_columns(layer, &self.board, 3));
+            columns.extend([
                 Column::plain(of("state")),
                 Column::new(of("curve_ends_at_net_pressure"), "kPa", 1e3, "pa", 4),
             ]);
@@ -352,23 +353,20 @@ impl Predictor for MicrochannelPredictor {
             row.push(Cell::Number(layer.resistance));
             // Of a bound only the resistance is reported; a signal that is only
             // known to be larger would look like a reading.
-            row.extend(if layer.state == LayerState::Beyond {
-                [const { Cell::Text(Cow::Borrowed("")) }; 3]
+            if layer.state == LayerState::Beyond {
+                let signal = signal_columns("", &self.board, 0).len();
+                row.extend(std::iter::repeat_n(Cell::from(""), 1 + signal));
             } else {
-                [
-                    Cell::Number(layer.change),
-                    Cell::Number(layer.voltage),
-                    Cell::Whole(u64::from(layer.code.counts)),
-                ]
-            });
+                row.push(Cell::Number(layer.change));
+                row.extend(signal_cells(layer.signal, &layer.number, &self.board));
+            }
             row.push(Cell::from(layer.state.name()));
             row.push(Cell::Number(drawn.closing.end()[0]));
         }
         let closing = self.section.closing_pressure(&self.closed_form);
         row.push(Cell::Number(closing));
-        let divider = &self.board.divider;
-        let saturated = divider.resistance(divider.saturation);
-        row.push(saturated.map_or(Cell::from(""), Cell::Number));
+        let signal = &self.board.signal;
+        row.push(Cell::Number(signal.resistance(self.board.saturation)));
         if let Some(field) = &self.field {
             let number = |value: Option<f64>| value.map_or(Cell::from(""), Cell::Number);
             row.extend(answer.layers.iter().map(|layer| number(layer.gap)));
@@ -380,7 +378,7 @@ impl Predictor for MicrochannelPredictor {
     }
 
     fn curves(&self, _given: &[bool]) -> Vec<Curve> {
-        vec![
+        let mut curves = vec![
             Curve {
                 title: String::from("Relative change of resistance against pressure"),
                 x: "pressure",
@@ -393,12 +391,31 @@ impl Predictor for MicrochannelPredictor {
                 y: vec!["closed_form_change"],
                 y_label: "R/R0 - 1",
             },
-            Curve {
+        ];
+        if self.board.signal.is_voltage() {
+            curves.push(Curve {
                 title: String::from("Voltage against pressure"),
                 x: "pressure",
                 y: vec!["row_voltage", "column_voltage"],
                 y_label: "voltage",
-            },
-        ]
+            });
+        }
+        curves
     }
+}
+
+/// Columns of the signal of a channel: the voltage, where there is a divider, and the number
+/// of a frame.
+pub(super) fn signal_columns(prefix: &str, board: &DividerBoard, decimals: usize) -> Vec<Column> {
+    let voltage = || Column::new(format!("{prefix}_voltage"), "mV", 1e-3, "v", decimals);
+    let voltage = board.signal.is_voltage().then(voltage);
+    let number = number_column(&format!("{prefix}_"), "", &board.last);
+    voltage.into_iter().chain([number]).collect()
+}
+
+/// Their cells.
+pub(super) fn signal_cells(signal: f64, number: &Delivered, board: &DividerBoard) -> Vec<Cell> {
+    let voltage = board.signal.is_voltage().then_some(Cell::Number(signal));
+    let number = number_cell(number, &board.last);
+    voltage.into_iter().chain([number]).collect()
 }

@@ -1,7 +1,7 @@
-//! One made array: force on each taxel to counts of each channel.
+//! One made array: force on each taxel to the number of each channel.
 
 use super::MicrochannelArray;
-use crate::acquisition::{Quantity, Script, SignalUnit, Simulated, Stream};
+use crate::acquisition::{Script, Simulated, Stream};
 use crate::electronics::DividerBoard;
 use crate::layout::Layout;
 use crate::mechanics::Stretch;
@@ -86,11 +86,7 @@ impl Simulated for Piece {
             rows: 1,
             columns: channels,
             channels_per_taxel: 1,
-            unit: SignalUnit {
-                quantity: Quantity::Counts,
-                symbol: "counts".into(),
-                si_per_unit: 1.0,
-            },
+            unit: self.board.last.unit(),
             pitch: None,
             period: Some(self.board.period()),
             threshold: None,
@@ -104,10 +100,10 @@ impl Simulated for Piece {
                 let time = start + self.board.delay(channel);
                 let normal = noise.normal();
                 if self.dead(script, channel, time) {
-                    return 0.0;
+                    return self.board.last.dead();
                 }
                 let resistance = self.resistance(script, channel, time);
-                f64::from(self.board.read(resistance, normal).counts)
+                self.board.read(resistance, normal).number
             })
             .collect()
     }

@@ -1,6 +1,7 @@
 //! Rules between the keys of a piezoelectric array.
 
 use super::PiezoelectricArray;
+use crate::electronics::LastStage;
 use crate::sensor::{
     Broken, SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
 };
@@ -149,14 +150,24 @@ fn check_rate(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
 fn check_output(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     let [low, high] = array.board.span();
     let rest = array.board.output.offset;
+    let unit = array.board.unit();
     require(
         low < rest && rest < high,
-        "electronics.converter.range",
+        array.board.last.range_key(),
         || {
+            let [rest, low, high] = [rest, low, high].map(|value| value / unit.si_per_unit);
             format!(
-                "the voltage at rest of {rest} V is outside what the board can read, {low} to {high} V"
+                "the {} at rest of {rest} {} is outside what the board can read, {low} to {high} {}",
+                unit.quantity, unit.symbol, unit.symbol
             )
         },
         "give a range and a limit around it",
+    )?;
+    let measured = matches!(array.board.last, LastStage::Instrument(_));
+    require(
+        !measured || array.board.deviation() > 0.0,
+        "electronics.readout.measured.noise",
+        || "an instrument without any noise gives no uncertainty".into(),
+        "give the noise of one reading, such as \"0.1 mV\"",
     )
 }

@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use super::PiezoelectricArray;
 use crate::device::timing;
+use crate::electronics::LastStage;
 use crate::estimation::{ChargeOptions, ChargeReader};
 use crate::mechanics::{Base, Contact, SoftCover};
-use crate::summary::{Fact, fact, number, text};
+use crate::summary::{Fact, Value, fact, number, text};
 use taxel_numerics::linear_chain::Transfer;
 
 pub(super) fn facts(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
@@ -160,14 +161,22 @@ fn in_the_band(array: &PiezoelectricArray<'_>, transfer: &Transfer) -> [f64; 2] 
         .low_pass
         .map_or(0.0, |low_pass| (band.high_pass * low_pass).sqrt());
     // Without a filter far above the corner of the high-pass, where all of the
-    // signal passes.
-    let time = if time > 0.0 {
+    // signal passes; of a charge meter at any frequency.
+    let time = if time > 0.0 && time.is_finite() {
         time
-    } else {
+    } else if band.high_pass.is_finite() {
         0.01 * band.high_pass
+    } else {
+        1.0 / TAU
     };
     let hertz = 1.0 / (TAU * time);
     [hertz, transfer.at_frequency(hertz).norm()]
+}
+
+/// A value of the output with its units.
+fn output(array: &PiezoelectricArray<'_>, value: f64) -> Value {
+    let unit = array.board.unit();
+    number(value, unit.key, unit.symbol, unit.si_per_unit)
 }
 
 fn electronics(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
@@ -179,20 +188,20 @@ fn electronics(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
         board.scan_time(),
         "time for all elements of a frame",
     );
-    facts.extend([
-        fact(
-            "electronics",
-            "carried_over",
-            number(board.carried_over(), "", "%", 0.01),
-            "of the channel before, by the settling of the multiplexer",
-        ),
-        fact(
+    facts.push(fact(
+        "electronics",
+        "carried_over",
+        number(board.carried_over(), "", "%", 0.01),
+        "of the channel before, by the settling of the multiplexer",
+    ));
+    if band.high_pass.is_finite() {
+        facts.push(fact(
             "electronics",
             "high_pass_corner",
             number(1.0 / (TAU * band.high_pass), "hz", "Hz", 1.0),
             "leak of the element, or feedback of the charge amplifier",
-        ),
-    ]);
+        ));
+    }
     if let Some(time) = band.low_pass {
         facts.push(fact(
             "electronics",
@@ -201,38 +210,34 @@ fn electronics(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
             "1/(2 pi R_f C_f)",
         ));
     }
-    facts.extend([
-        fact(
-            "electronics",
-            "rest_voltage",
-            number(board.output.offset, "v", "mV", 1e-3),
-            "offset of the output",
-        ),
-        fact(
-            "electronics",
-            "lowest_voltage",
-            number(low, "v", "V", 1.0),
+    let quantity = board.unit().quantity;
+    let ends = |end: f64| match board.last {
+        LastStage::Converter(_) => number(end, "v", "V", 1.0),
+        LastStage::Instrument(_) => output(array, end),
+    };
+    let [range, noise] = match board.last {
+        LastStage::Converter(_) => [
             "converter range and limit of the output",
-        ),
-        fact(
-            "electronics",
-            "highest_voltage",
-            number(high, "v", "V", 1.0),
-            "converter range and limit of the output",
-        ),
-        fact(
-            "electronics",
-            "step",
-            number(board.step(), "v", "mV", 1e-3),
-            "one count of the converter",
-        ),
-        fact(
-            "electronics",
-            "noise_of_a_reading",
-            number(board.deviation(), "v", "mV", 1e-3),
             "output noise and rounding to counts",
-        ),
-    ]);
+        ],
+        LastStage::Instrument(_) => [
+            "electronics.readout.measured.range",
+            "electronics.readout.measured.noise, and that of the stage before it",
+        ],
+    };
+    let mut of = |name: String, value, source| {
+        facts.push(fact("electronics", name, value, source));
+    };
+    let rest = output(array, board.output.offset);
+    of(format!("rest_{quantity}"), rest, "offset of the output");
+    of(format!("lowest_{quantity}"), ends(low), range);
+    of(format!("highest_{quantity}"), ends(high), range);
+    if let LastStage::Converter(_) = board.last {
+        let step = output(array, board.step());
+        of("step".into(), step, "one count of the converter");
+    }
+    let deviation = output(array, board.deviation());
+    of("noise_of_a_reading".into(), deviation, noise);
     facts
 }
 
@@ -241,6 +246,13 @@ fn estimation(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
     let room = (high - array.board.output.offset).min(array.board.output.offset - low);
     let deviation = array.board.deviation();
     let [hertz, per_force] = in_the_band(array, &array.output_per_force());
+    let charge = array.board.unit().key == "c";
+    // Per volt, or per coulomb of a charge that is measured.
+    let per = |value, keys: [&'static str; 2], units: [&'static str; 2], volts| {
+        let scale = if charge { 1e-9 } else { volts };
+        let which = usize::from(charge);
+        number(value, keys[which], units[which], scale)
+    };
     let mut facts = vec![
         fact(
             "estimation",
@@ -251,7 +263,7 @@ fn estimation(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
         fact(
             "estimation",
             "sensitivity_per_force",
-            number(per_force, "v_per_n", "V/N", 1.0),
+            per(per_force, ["v_per_n", "c_per_n"], ["V/N", "nC/N"], 1.0),
             "output per force on the element",
         ),
     ];
@@ -275,7 +287,7 @@ fn estimation(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
         facts.push(fact(
             "estimation",
             "sensitivity_per_displacement",
-            number(per_metre, "v_per_m", "mV/um", 1e3),
+            per(per_metre, ["v_per_m", "c_per_m"], ["mV/um", "nC/m"], 1e3),
             "output per displacement of the surface over the element",
         ));
         ranges(&mut facts, "displacement", per_metre, ["m", "um"], 1e-6);

@@ -8,13 +8,13 @@ mod simulated;
 
 use std::sync::Arc;
 
-use super::{Device, counts, fits};
+use super::{Device, carries, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
 use crate::estimation::{
     ChargeModel, ChargeOptions, ChargeReader, FrameError, Localiser, ObserverOptions, ProfileFit,
-    ProfileModel, Reader, SlipOptions, localiser,
+    ProfileModel, Reader, Scale, SlipOptions, localiser,
 };
 use crate::layout::Layout;
 use crate::mechanics::PreloadError;
@@ -75,12 +75,12 @@ impl<'a> PiezoelectricArray<'a> {
         self.sensor.layout()
     }
 
-    /// Output voltage per force on an element, V/N.
+    /// Output per force on an element, V/N, or C/N of a charge that is measured.
     pub fn output_per_force(&self) -> Transfer {
         Transfer::constant(self.element.charge_per_force).then(&self.board.band.transfer())
     }
 
-    /// Output voltage per displacement of the surface over an element, V/m,
+    /// Output per displacement of the surface over an element, V/m or C/m,
     /// through the preloaded silicone `path`.
     pub fn output_per_displacement(&self, path: SiliconePath) -> Transfer {
         self.element
@@ -96,8 +96,8 @@ impl<'a> PiezoelectricArray<'a> {
         self.description.path()
     }
 
-    /// Output voltage per force in the middle of the band, V/N.
-    pub fn volt_per_newton(&self) -> f64 {
+    /// Output per force in the middle of the band, V/N or C/N.
+    pub fn output_per_newton(&self) -> f64 {
         self.board.band.gain * self.element.charge_per_force
     }
 
@@ -148,15 +148,14 @@ impl<'a> PiezoelectricArray<'a> {
 
     /// Model of the device as drawn, for the estimator.
     pub fn model(&self) -> ChargeModel {
-        let [lowest, highest] = self.board.span();
-        let at_zero = self.board.voltage(0.0);
+        let unit = self.board.unit();
         ChargeModel {
             layout: self.layout(),
-            volt_at_zero: at_zero,
-            volt_per_count: self.board.voltage(1.0) - at_zero,
-            span: [lowest, highest],
+            channel: self.board.last.scale(),
+            reading: Scale::new(unit.quantity, unit.symbol, unit.si_per_unit),
+            limit: self.board.output.limit,
             rest: self.board.output.offset,
-            volt_per_newton: self.volt_per_newton(),
+            output_per_newton: self.output_per_newton(),
             gains: self.gains(),
             high_pass: self.board.band.high_pass,
             low_pass: self.board.band.low_pass,
@@ -188,7 +187,7 @@ impl Device for PiezoelectricArray<'_> {
     fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
         let model = self.model();
         fits(stream, model.layout.taxels(), model.layout.columns)?;
-        counts(stream)?;
+        carries(stream, &self.board.last)?;
         let reader = ChargeReader::new(model, ChargeOptions::default());
         Ok(Box::new(match self.localiser() {
             Some(localiser) => reader.with_localiser(localiser),

@@ -27,7 +27,7 @@ pub struct PiezoelectricPredictor {
 /// The answer to one test load on one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TestAnswer {
-    /// Peak of the output in the direction of loading, V.
+    /// Peak of the output in the direction of loading, V, or C of a charge that is measured.
     pub first: f64,
     /// Peak in the other direction, V.
     pub second: f64,
@@ -150,7 +150,7 @@ fn window(profile: &Profile, board: &ChargeBoard) -> [f64; 2] {
 }
 
 fn slowest(board: &ChargeBoard) -> f64 {
-    board.band.high_pass.max(board.band.low_pass.unwrap_or(0.0))
+    board.band.slowest()
 }
 
 const PROFILE: usize = 0;
@@ -323,14 +323,16 @@ impl Predictor for PiezoelectricPredictor {
     }
 
     fn columns(&self) -> Vec<Column> {
+        let unit = self.board.unit();
+        let peak = |name: &str| Column::new(name, unit.symbol, unit.si_per_unit, unit.key, 3);
         vec![
             Column::plain("profile"),
             Column::plain("basis"),
             Column::new("displacement", "um", 1e-6, "m", 3),
             Column::new("force_z", "mN", 1e-3, "n", 3),
-            Column::new("a1", "mV", 1e-3, "v", 3),
-            Column::new("a2", "mV", 1e-3, "v", 3),
-            Column::new("a1_plus_a2", "mV", 1e-3, "v", 3),
+            peak("a1"),
+            peak("a2"),
+            peak("a1_plus_a2"),
             Column::new("normalised_sum", "", 1.0, "", 6),
             Column::plain("event"),
             Column::plain("clipped"),
@@ -354,14 +356,15 @@ impl Predictor for PiezoelectricPredictor {
                 answer.first,
                 answer.second,
                 sum,
-                sum / self.board.output.limit,
+                sum / self.board.largest(),
             ]
             .map(Cell::Number),
         );
         row.push(Cell::from(answer.event.name()));
         row.push(Cell::from(if answer.clipped {
             let [lowest, highest] = self.board.span();
-            format!("clipped beyond {lowest} to {highest} V")
+            let si = self.board.unit().key.to_uppercase();
+            format!("clipped beyond {lowest} to {highest} {si}")
         } else {
             String::new()
         }));
@@ -386,11 +389,17 @@ impl Predictor for PiezoelectricPredictor {
         let times: Vec<f64> = (0..=HISTORY_POINTS)
             .map(|i| end * f64::from(i) / f64::from(HISTORY_POINTS))
             .collect();
+        let output_unit = self.board.unit();
         let curve = |chain: &Chain, name: &str| {
             let values = chain.respond(&knots, &times);
-            let points = times.iter().zip(values).map(|(t, v)| [*t * 1e3, v * 1e3]);
+            let points = times.iter().zip(values);
+            let points = points.map(|(t, v)| [*t * 1e3, v / output_unit.si_per_unit]);
             Series::new(name, points.collect(), Style::Line)
         };
+        let mut signals = vec![curve(output, "output")];
+        if output_unit.key == "v" {
+            signals.insert(0, curve(open, "at the element"));
+        }
         let (label, unit, scale) = match drive {
             Drive::Displacement(_) => ("displacement", "um", 1e6),
             Drive::Force(_) => ("force", "mN", 1e3),
@@ -413,8 +422,8 @@ impl Predictor for PiezoelectricPredictor {
                 ),
                 chart(
                     "signal",
-                    Axis::new("voltage", "mV"),
-                    vec![curve(open, "at the element"), curve(output, "output")],
+                    Axis::new(output_unit.quantity, output_unit.symbol),
+                    signals,
                 ),
             ],
             caption: format!(

@@ -1,4 +1,4 @@
-//! One made array: forces on the cover to charge, voltage and counts.
+//! One made array: forces on the cover to charge, output and the numbers of a frame.
 
 use super::PiezoelectricArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
@@ -109,7 +109,7 @@ impl Piece {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        crate::device::counts_of(&self.layout, 1, self.board.period())
+        crate::device::stream_of(&self.layout, 1, self.board.period(), self.board.last.unit())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
@@ -121,12 +121,12 @@ impl Simulated for Piece {
             let settled = self.output(script, taxel, time);
             let voltage = settled + carried * (self.held - settled);
             self.held = voltage;
-            let code = self.board.read(voltage, noise.normal()).counts;
+            let number = self.board.read(voltage, noise.normal()).number;
             values.push(match script.fault(taxel, 0, time) {
-                Some(FaultReading::Dead) => 0.0,
+                Some(FaultReading::Dead) => self.board.last.dead(),
                 // No signal comes: the rest voltage without noise.
-                Some(FaultReading::Stuck(_)) => f64::from(self.board.read(0.0, 0.0).counts),
-                None => f64::from(code),
+                Some(FaultReading::Stuck(_)) => self.board.read(0.0, 0.0).number,
+                None => number,
             });
         }
         values

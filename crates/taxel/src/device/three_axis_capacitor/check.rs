@@ -107,7 +107,7 @@ fn check_electronics(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     for value in rest {
         require(
             least < value && value < most,
-            "electronics.converter.range",
+            front_end.last.range_key(),
             || {
                 format!(
                     "a rest capacitance of {:.2} fF is outside what the board can read, {:.2} to {:.2} fF",
@@ -116,12 +116,12 @@ fn check_electronics(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
                     most * 1e15
                 )
             },
-            "change the range, the drive or the feedback capacitor",
+            "change the range, or the drive or the feedback capacitor of an amplifier",
         )?;
     }
     require(
         front_end.deviation() > 0.0,
-        "electronics.readout.charge_amplifier.noise",
+        front_end.noise_key(),
         || "a board without any noise gives no uncertainty".into(),
         "give the noise of one reading, such as \"0.1 mV\"",
     )

@@ -8,7 +8,7 @@ mod simulated;
 
 use super::{Device, fits};
 use crate::acquisition::{Simulated, Stream};
-use crate::calibration::{Calibration, ChannelScale};
+use crate::calibration::Calibration;
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
 use crate::estimation::{FrameError, ObserverOptions, Reader, ThreeAxisOptions, ThreeAxisReader};
@@ -31,7 +31,7 @@ pub struct ThreeAxisArray<'a> {
 }
 
 impl<'a> ThreeAxisArray<'a> {
-    /// `None` when the board has no charge amplifier.
+    /// `None` when the board takes no capacitance.
     pub(crate) fn new(sensor: &'a Sensor, element: &'a ThreeAxisCapacitor) -> Option<Self> {
         let array = &sensor.array;
         Some(Self {
@@ -67,13 +67,9 @@ impl<'a> ThreeAxisArray<'a> {
     pub fn calibration(&self) -> Calibration {
         let (element, board, layout) = (self.element, &self.board, self.layout());
         let taxels = layout.taxels();
-        let at_zero = board.capacitance(0.0);
         Calibration {
-            channel: ChannelScale {
-                farad_at_zero: at_zero,
-                farad_per_count: board.capacitance(1.0) - at_zero,
-                highest_code: f64::from(board.highest_code()),
-            },
+            channel: board.scale(),
+            unit: board.last.unit(),
             units: element.unit_models(taxels),
             deviation: vec![[board.deviation(); 4]; taxels],
             masked: self.masked(),

@@ -1,7 +1,8 @@
 //! Force on one unit to signal, stage by stage.
 
 use super::ThreeAxisArray;
-use crate::electronics::{Code, FrontEnd};
+use crate::device::{number_cell, number_column};
+use crate::electronics::{Delivered, FrontEnd};
 use crate::mechanics::Deformation;
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::FORCE;
@@ -17,10 +18,10 @@ pub struct Prediction {
     pub deformation: Deformation,
     /// Capacitances.
     pub response: Response,
-    /// Voltages of the amplifiers, V.
-    pub voltage: [f64; 4],
-    /// Codes of the converter.
-    pub code: [Code; 4],
+    /// Voltages of the amplifiers, V; none where capacitances are measured.
+    pub voltage: [Option<f64>; 4],
+    /// Numbers of a frame.
+    pub numbers: [Delivered; 4],
     /// Force by the published inverse from these capacitances, N.
     pub published_inverse: [f64; 3],
     /// State of the unit under the load.
@@ -92,7 +93,7 @@ impl ThreeAxisPredictor {
             force,
             deformation,
             voltage: capacitance.map(|c| self.board.voltage(c)),
-            code: capacitance.map(|c| self.board.read(c, 0.0)),
+            numbers: capacitance.map(|c| self.board.read(c, 0.0)),
             published_inverse,
             state: self.state(force, &response),
             response,
@@ -152,8 +153,12 @@ impl Predictor for ThreeAxisPredictor {
             CAPACITORS.map(|c| Column::new(format!("capacitance_{c}"), "fF", 1e-15, "f", 3)),
         );
         columns.push(Column::new("least_air_gap", "um", 1e-6, "m", 4));
-        columns.extend(CAPACITORS.map(|c| Column::new(format!("voltage_{c}"), "mV", 1e-3, "v", 3)));
-        columns.extend(CAPACITORS.map(|c| Column::plain(format!("counts_{c}"))));
+        if self.board.voltage(0.0).is_some() {
+            let voltage = |c| Column::new(format!("voltage_{c}"), "mV", 1e-3, "v", 3);
+            columns.extend(CAPACITORS.map(voltage));
+        }
+        let last = &self.board.last;
+        columns.extend(CAPACITORS.map(|c| number_column("", &format!("_{c}"), last)));
         columns.extend(force("published_inverse"));
         columns.push(Column::plain("state"));
         columns.push(Column::plain("closed"));
@@ -166,8 +171,12 @@ impl Predictor for ThreeAxisPredictor {
         row.extend(answer.deformation.displacement.map(Cell::Number));
         row.extend(answer.response.capacitance().map(Cell::Number));
         row.push(Cell::Number(answer.response.least_air_gap()));
-        row.extend(answer.voltage.map(Cell::Number));
-        row.extend(answer.code.map(|code| Cell::Whole(u64::from(code.counts))));
+        row.extend(answer.voltage.into_iter().flatten().map(Cell::Number));
+        row.extend(
+            answer
+                .numbers
+                .map(|number| number_cell(&number, &self.board.last)),
+        );
         row.extend(answer.published_inverse.map(Cell::Number));
         row.push(Cell::from(answer.state.name()));
         let closed = answer.response.closed();

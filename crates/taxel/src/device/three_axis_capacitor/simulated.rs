@@ -1,4 +1,4 @@
-//! One made array: force on each unit to counts.
+//! One made array: force on each unit to the numbers of a frame.
 
 use super::ThreeAxisArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
@@ -41,7 +41,7 @@ impl Piece {
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
-        crate::device::counts_of(&self.layout, 4, self.board.period())
+        crate::device::stream_of(&self.layout, 4, self.board.period(), self.board.last.unit())
     }
 
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
@@ -57,13 +57,13 @@ impl Simulated for Piece {
                     sampled = time;
                 }
                 let normal = noise.normal();
-                let code = match script.fault(taxel, capacitor, time) {
-                    Some(FaultReading::Dead) => 0,
+                let value = match script.fault(taxel, capacitor, time) {
+                    Some(FaultReading::Dead) => self.board.last.dead(),
                     // A stuck line has no noise of its own.
-                    Some(FaultReading::Stuck(stuck)) => self.board.read(stuck.at, 0.0).counts,
-                    None => self.board.read(capacitance[capacitor], normal).counts,
+                    Some(FaultReading::Stuck(stuck)) => self.board.read(stuck.at, 0.0).number,
+                    None => self.board.read(capacitance[capacitor], normal).number,
                 };
-                values.push(f64::from(code));
+                values.push(value);
             }
         }
         values

@@ -48,8 +48,8 @@ pub(super) fn facts(array: &TrainedArray<'_>) -> Vec<Fact> {
         fact(
             "electronics",
             "unit",
-            text(array.unit.symbol()),
-            "electronics.readout.digital",
+            text(array.unit.symbol),
+            "electronics.readout",
         ),
         fact(
             "estimation",

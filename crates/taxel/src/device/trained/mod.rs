@@ -7,11 +7,12 @@ mod predict;
 use super::{Device, check_mask};
 use crate::acquisition::{Quantity, SignalUnit, Simulated, Stream};
 use crate::drawing::Drawing;
-use crate::electronics::{DigitalUnit, Readout};
-use crate::estimation::{FrameError, ObserverOptions, Reader, TrainedArea, TrainedReader};
+use crate::electronics::{LastStage, Readout};
+use crate::estimation::{FrameError, ObserverOptions, Reader, Scale, TrainedArea, TrainedReader};
 use crate::layout::Mount;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, TrainedBody, masked_capacitors, require};
+use crate::signal::NumberScale;
 use crate::summary::Fact;
 
 pub use predict::TrainedPredictor;
@@ -22,20 +23,59 @@ pub struct TrainedArray<'a> {
     sensor: &'a Sensor,
     /// Description in the sensor file, with the learned maps.
     pub body: &'a TrainedBody,
-    /// Unit of the numbers that the chips deliver.
-    pub unit: DigitalUnit,
+    /// Quantity and unit of the numbers that the chips deliver.
+    pub unit: ReadingUnit,
+}
+
+/// Unit of the numbers of chips or of an instrument.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReadingUnit {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Its unit for people.
+    pub symbol: &'static str,
+    /// SI value of that unit; 1 of numbers without one.
+    pub si_per_unit: f64,
+    /// SI unit as it ends a key; empty of numbers without one.
+    pub key: &'static str,
+}
+
+impl ReadingUnit {
+    /// `None` for a board that delivers no numbers of its own.
+    fn of(readout: &Readout) -> Option<Self> {
+        match readout {
+            Readout::Digital(digital) => Some(Self {
+                quantity: Quantity::Counts,
+                symbol: digital.unit.symbol(),
+                si_per_unit: 1.0,
+                key: "",
+            }),
+            Readout::Measured(measured) if measured.stage.is_none() => Some(Self {
+                quantity: measured.unit.signal().quantity,
+                symbol: measured.unit.symbol,
+                si_per_unit: measured.unit.si_per_unit,
+                key: measured.unit.key(),
+            }),
+            _ => None,
+        }
+    }
+
+    fn signal(&self) -> SignalUnit {
+        SignalUnit {
+            quantity: self.quantity,
+            symbol: self.symbol.to_owned(),
+            si_per_unit: self.si_per_unit,
+        }
+    }
 }
 
 impl<'a> TrainedArray<'a> {
     /// `None` for a board that delivers no numbers.
     pub(crate) fn new(sensor: &'a Sensor, body: &'a TrainedBody) -> Option<Self> {
-        let Readout::Digital(digital) = &sensor.electronics.readout else {
-            return None;
-        };
         Some(Self {
             sensor,
             body,
-            unit: digital.unit,
+            unit: ReadingUnit::of(&sensor.electronics.readout)?,
         })
     }
 
@@ -47,11 +87,7 @@ impl<'a> TrainedArray<'a> {
             rows: 1,
             columns: channels,
             channels_per_taxel: 1,
-            unit: SignalUnit {
-                quantity: Quantity::Counts,
-                symbol: self.unit.symbol().to_owned(),
-                si_per_unit: 1.0,
-            },
+            unit: self.unit.signal(),
             pitch: None,
             period: Some(self.sensor.electronics.period()),
             threshold: None,
@@ -109,8 +145,10 @@ impl Device for TrainedArray<'_> {
             return Err(FrameError::Channels { found, expected });
         }
         let quantity = stream.unit.quantity;
-        if !matches!(quantity, Quantity::Counts | Quantity::Raw) {
-            return Err(FrameError::Quantity { found: quantity });
+        // Recordings without a header are numbers in the unit of the sensor file.
+        let bare = matches!(quantity, Quantity::Counts | Quantity::Raw);
+        if quantity != self.unit.quantity && !bare {
+            return Err(FrameError::quantity(quantity, &self.unit.signal()));
         }
         let maps = self.body.maps.clone().ok_or(FrameError::Untrained)?;
         let masked_channels = self.body.masked(&self.sensor.mask);
@@ -126,10 +164,32 @@ impl Device for TrainedArray<'_> {
             maps,
             self.area(),
             names,
-            self.unit.symbol(),
+            Scale::new("reading", self.unit.symbol, 1.0),
             self.body.full_scale,
         )
         .map_err(|_| FrameError::Untrained)?;
+        let reader = match self.sensor.electronics.measured() {
+            Some(measured) => {
+                // The maps know the numbers as people read them.
+                let numbers = LastStage::Instrument(*measured).scale();
+                let si = self.unit.si_per_unit;
+                if bare {
+                    let numbers = NumberScale {
+                        ends: numbers.ends.map(|end| end / si),
+                        step: numbers.step / si,
+                        ..numbers
+                    };
+                    reader.with_instrument(numbers, measured.deviation() / si)
+                } else {
+                    let numbers = NumberScale {
+                        per_number: 1.0 / si,
+                        ..numbers
+                    };
+                    reader.with_instrument(numbers, measured.deviation())
+                }
+            }
+            None => reader,
+        };
         let cells = masked.iter().map(|cell| cell.contains(&true));
         Ok(Box::new(reader.with_masked(cells, &masked_channels)))
     }

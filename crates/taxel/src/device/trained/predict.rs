@@ -1,6 +1,6 @@
 //! The channels of a press at a position, from the surface that was learned.
 
-use crate::electronics::DigitalUnit;
+use super::ReadingUnit;
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::LENGTH;
 use crate::table::{Cell, Column};
@@ -31,11 +31,13 @@ pub struct TrainedPredictor {
     /// Standard deviation of each channel in use.
     deviation: Vec<f64>,
     columns: Vec<Column>,
+    /// SI value of the unit of a channel.
+    si_per_unit: f64,
 }
 
 impl TrainedPredictor {
     /// `None` where no positions were learned.
-    pub(crate) fn new(names: &[String], maps: &TrainedMaps, unit: DigitalUnit) -> Option<Self> {
+    pub(crate) fn new(names: &[String], maps: &TrainedMaps, unit: ReadingUnit) -> Option<Self> {
         let map = maps.position.clone()?;
         let used: Vec<String> = map
             .standard
@@ -43,11 +45,12 @@ impl TrainedPredictor {
             .iter()
             .map(|channel| names.get(*channel).map(|name| name.replace(' ', "_")))
             .collect::<Option<_>>()?;
-        let column = |name: String| Column::new(name, unit.symbol(), 1.0, "", 1);
+        let column = |name: String| Column::new(name, unit.symbol, unit.si_per_unit, unit.key, 1);
         let deviations = used.iter().map(|name| column(format!("{name}_deviation")));
         Some(Self {
             columns: used.iter().cloned().map(column).chain(deviations).collect(),
             deviation: map.deviation(),
+            si_per_unit: unit.si_per_unit,
             map,
         })
     }
@@ -76,8 +79,10 @@ impl Predictor for TrainedPredictor {
                 help: "give a position among them, or train on a larger area".into(),
             });
         }
-        row.extend(self.map.answer(position).into_iter().map(Cell::Number));
-        row.extend(self.deviation.iter().copied().map(Cell::Number));
+        // The map knows the numbers as people read them.
+        let si = |number: f64| Cell::Number(number * self.si_per_unit);
+        row.extend(self.map.answer(position).into_iter().map(si));
+        row.extend(self.deviation.iter().copied().map(si));
         Ok(())
     }
 

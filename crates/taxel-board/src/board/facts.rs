@@ -1,0 +1,221 @@
+//! What follows from a board file, as `taxel check` prints it.
+
+use taxel::summary::{Fact, fact, number, text};
+
+use super::description::{BuiltIn, Framing};
+use super::layout::Role;
+use super::resolve::shortened;
+use super::{Board, Format};
+
+impl Board {
+    /// What follows from the file, in the order of the signal: link, packets, values, what the
+    /// wire can and cannot detect.
+    pub fn facts(&self) -> Vec<Fact> {
+        let mut facts = vec![fact("board", "name", text(&self.name), "name")];
+        if let Some(rate) = self.rate {
+            facts.push(fact("board", "rate", number(rate, "hz", "Hz", 1.0), "rate"));
+        }
+        self.link_facts(&mut facts);
+        self.packet_facts(&mut facts);
+        self.value_facts(&mut facts);
+        self.detection_facts(&mut facts);
+        facts
+    }
+
+    fn link_facts(&self, facts: &mut Vec<Fact>) {
+        let Some(serial) = &self.link.serial else {
+            return;
+        };
+        let mut add = |name: &str, value: String| {
+            facts.push(fact("link", name, text(&value), "link.serial"));
+        };
+        let meaning = if serial.native_usb {
+            " (USB itself: the number means nothing)"
+        } else {
+            ""
+        };
+        add("baud", format!("{}{meaning}", serial.baud));
+        if let Some(start) = &serial.start {
+            add("sent_at_start", hexadecimal(&start.0));
+        }
+        if let Some(stop) = &serial.stop {
+            add("sent_at_end", hexadecimal(&stop.0));
+        }
+        if let Some(poll) = &serial.poll {
+            let every = poll.every;
+            add(
+                "sent_again",
+                format!("{} every {every} s", hexadecimal(&poll.send.0)),
+            );
+        }
+        if serial.reset_on_open {
+            add("open", "opening the port restarts the board".into());
+        }
+        if let (Some(bytes), Some(rate), false) =
+            (self.bytes_per_frame(), self.rate, serial.native_usb)
+        {
+            let share = bytes as f64 * rate / (f64::from(serial.baud) / 10.0);
+            add("share_of_baud", format!("{:.0} %", 100.0 * share));
+        }
+    }
+
+    fn packet_facts(&self, facts: &mut Vec<Fact>) {
+        let framing = match (&self.framing, &self.format) {
+            (_, Format::BuiltIn(BuiltIn::Papillarray)) => {
+                "packets that describe themselves (papillarray)"
+            }
+            (Framing::Lines(_), _) => "lines of text",
+            (Framing::Fixed(_), _) => "packets of one length",
+            (Framing::Marked(_), _) => "packets between head and tail",
+            (Framing::Length(_), _) => "packets that say how long they are",
+            (Framing::Cobs(_), _) => "stuffed packets ended by 0 (COBS)",
+            (Framing::Slip(_), _) => "packets between 0xc0 (SLIP)",
+        };
+        facts.push(fact("packet", "framing", text(framing), "framing"));
+        if let Format::Packet(layout) = &self.format {
+            facts.push(fact(
+                "packet",
+                "bytes",
+                text(&layout.length),
+                "packet.fields",
+            ));
+            if let Some(address) = layout.address {
+                facts.push(fact(
+                    "packet",
+                    "packets_of_a_frame",
+                    text(&address.count),
+                    "packet.fields",
+                ));
+            }
+            if let Some(check) = &layout.check {
+                let kind = format!("{:?}", check.kind);
+                facts.push(fact("packet", "check", text(&kind), "packet.check"));
+            }
+        }
+        if let (Some(bytes), Some(rate)) = (self.bytes_per_frame(), self.rate) {
+            let value = number(bytes as f64 * rate, "bytes_per_s", "bytes/s", 1.0);
+            facts.push(fact("packet", "throughput", value, "packet, rate"));
+        }
+    }
+
+    fn value_facts(&self, facts: &mut Vec<Fact>) {
+        let names: Vec<&str> = self.names().collect();
+        facts.push(fact(
+            "values",
+            "channels",
+            text(&names.len()),
+            "packet, wiring",
+        ));
+        facts.push(fact(
+            "values",
+            "names",
+            text(&shortened(&names)),
+            "packet, wiring",
+        ));
+        let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+        for (channel, place) in self.channels().zip(self.wired()) {
+            let about = self.about_value(place, &channel.unit.symbol);
+            match groups.iter_mut().find(|(other, _)| *other == about) {
+                Some((_, names)) => names.push(&channel.name),
+                None => groups.push((about, vec![&channel.name])),
+            }
+        }
+        for (about, names) in groups {
+            facts.push(fact(
+                "values",
+                shortened(&names),
+                text(&about),
+                "packet.fields",
+            ));
+        }
+    }
+
+    /// Unit, step and ends of a value.
+    fn about_value(&self, place: usize, symbol: &str) -> String {
+        let Format::Packet(layout) = &self.format else {
+            return symbol.to_owned();
+        };
+        let of_packet = place % layout.values.max(1);
+        let field = layout.fields.iter().find_map(|field| match &field.role {
+            Role::Value(value, conversion) if *value == of_packet => Some((field, conversion)),
+            _ => None,
+        });
+        let Some((field, conversion)) = field else {
+            return symbol.to_owned();
+        };
+        let unit = self.values[place].unit.si_per_unit;
+        let mut about = format!("{}, {symbol}", field.kind);
+        if !field.kind.is_float() {
+            about += &format!(", steps of {}", short(conversion.scale.abs() / unit));
+        }
+        if let Some([low, high]) = conversion.range {
+            about += &format!(", {} to {}", short(low / unit), short(high / unit));
+        }
+        about
+    }
+
+    fn detection_facts(&self, facts: &mut Vec<Fact>) {
+        let detection = self.detection();
+        let mut add = |name: &str, value: String, from: &'static str| {
+            facts.push(fact("wire", name, text(&value), from));
+        };
+        add(
+            "class",
+            format!(
+                "{}: {}",
+                detection.class.letter(),
+                detection.class.meaning()
+            ),
+            "framing, packet",
+        );
+        add(
+            "damaged_byte_passes",
+            format!(
+                "{} of the packets with one byte changed",
+                short(detection.byte_passes)
+            ),
+            "framing, packet",
+        );
+        let counter = match (detection.counter, self.rate) {
+            (None, _) => "no counter: lost frames are estimated from rate and silence".to_owned(),
+            (Some(u64::MAX), _) => {
+                "a counter without an end: every lost frame is counted".to_owned()
+            }
+            (Some(numbers), Some(rate)) => format!(
+                "{numbers} numbers: a gap of more than {} s is told by its time",
+                short(numbers as f64 / rate / 2.0)
+            ),
+            (Some(numbers), None) => {
+                format!("{numbers} numbers; without a rate long gaps are ambiguous")
+            }
+        };
+        add("lost_frames", counter, "packet.fields");
+        let clock = match (detection.clock, detection.counter, self.rate) {
+            (true, _, _) => "of the board",
+            (false, Some(_), Some(_)) => "counter times the stated rate",
+            _ => "arrival at this computer",
+        };
+        add("device_time", clock.to_owned(), "packet.fields");
+        let delay = match self.link.delay {
+            Some([least, most]) => format!("{} to {} ms", short(1e3 * least), short(1e3 * most)),
+            None => "not known, at least 0: stamps that go one way cannot show it".to_owned(),
+        };
+        add("delay", delay, "link.delay");
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    let digits: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    digits.join(" ")
+}
+
+/// Three significant digits.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        let digits = 2 - value.abs().log10().floor().clamp(-6.0, 9.0) as i32;
+        let scale = 10_f64.powi(digits);
+        ((value * scale).round() / scale).to_string()
+    } else {
+        format!("{value:.2e}")
+    }
+}

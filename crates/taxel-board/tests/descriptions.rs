@@ -1,0 +1,282 @@
+//! Board files: what is written comes back, and mistakes are shown at their word.
+
+mod common;
+
+use common::DESCRIPTIONS;
+use proptest::prelude::*;
+use taxel_board::{Begin, Board, Decoder, Encoder};
+use taxel_recording::Frame;
+
+fn decoded(board: &Board, wire: &[u8]) -> Vec<Frame> {
+    let mut decoder = Decoder::new(board, Begin::Whole);
+    decoder.push(wire, None);
+    decoder.finish();
+    std::iter::from_fn(|| decoder.next()).collect()
+}
+
+/// A packet of numbers of every type, orders, masks and scales, in any framing with a check.
+fn any_board() -> impl Strategy<Value = (Board, Vec<f64>)> {
+    let kinds = prop::sample::select(vec![
+        "u8",
+        "i8",
+        "u16",
+        "i16",
+        "u24",
+        "i24",
+        "u32",
+        "i32",
+        "f32",
+        "f64",
+        "bits(12)",
+        "signed_bits(5)",
+        "bits(3)",
+    ]);
+    let fields = prop::collection::vec((kinds, any::<bool>(), 0.0..1.0_f64), 1..12);
+    let framing = prop::sample::select(vec!["fixed", "marked", "length", "cobs", "slip"]);
+    let check = prop::sample::select(vec![
+        "CRC-16/ARC",
+        "CRC-32/ISO-HDLC",
+        "sum16",
+        "CRC-8/SMBUS",
+    ]);
+    (fields, framing, check).prop_map(|(fields, framing, check)| {
+        let mut bits = 0_usize;
+        let mut lines = Vec::new();
+        let mut values = Vec::new();
+        for (place, (kind, big, share)) in fields.iter().enumerate() {
+            let width: usize = match *kind {
+                "f32" => 32,
+                "f64" => 64,
+                "bits(12)" => 12,
+                "signed_bits(5)" => 5,
+                "bits(3)" => 3,
+                kind => kind[1..].parse().unwrap_or(0),
+            };
+            let packed = kind.ends_with(')');
+            if !packed {
+                bits = bits.next_multiple_of(8);
+            }
+            bits += width;
+            let order = if packed { "little" } else if *big { "big" } else { "little" };
+            lines.push(format!(
+                "{{ is = \"value\", name = \"c{place}\", type = \"{kind}\", order = \"{order}\", scale = 0.5, offset = 3.0 }}"
+            ));
+            let signed = kind.starts_with('i') || kind.starts_with("signed");
+            let top = if width >= 32 { 1e6 } else { f64::from(1 << (width - usize::from(signed))) - 1.0 };
+            let number = (share * top).floor() * if signed && share * 100.0 % 2.0 < 1.0 { -1.0 } else { 1.0 };
+            values.push(number * 0.5 + 3.0);
+        }
+        let payload = bits.div_ceil(8);
+        let check_bytes = match check {
+            "CRC-32/ISO-HDLC" => 4,
+            "CRC-8/SMBUS" => 1,
+            _ => 2,
+        };
+        let framing = match framing {
+            "fixed" => format!("fixed = {{ length = {}, head = \"aa\" }}", 1 + payload + check_bytes),
+            "marked" => "marked = { head = \"aa 55\", tail = \"0d 0a\" }".to_owned(),
+            "length" => {
+                lines.insert(0, "{ is = \"skip\", bytes = 1 }".into());
+                "length = { head = \"aa\", at = 1, type = \"u8\", counts = \"payload\" }".to_owned()
+            }
+            "cobs" => "cobs = {}".to_owned(),
+            _ => "slip = {}".to_owned(),
+        };
+        let text = format!(
+            "schema = 1\nname = \"any\"\nframing.{framing}\npacket = {{ fields = [{}], check = {{ kind = \"{check}\" }} }}\n",
+            lines.join(", ")
+        );
+        match Board::parse("any.toml", &text) {
+            Ok(board) => (board, values),
+            Err(error) => panic!("{text}\n{error}"),
+        }
+    })
+}
+
+proptest! {
+    #[test]
+    fn decode_inverts_encode((board, values) in any_board(), copies in 1..4_usize) {
+        let frame = Frame { values: values.clone(), ..Frame::default() };
+        let mut wire = Vec::new();
+        for _ in 0..copies {
+            Encoder::new(&board).encode(&frame, &mut wire);
+        }
+        let frames = decoded(&board, &wire);
+        prop_assert_eq!(frames.len(), copies);
+        for frame in frames {
+            for (found, sent) in frame.values.iter().zip(&values) {
+                prop_assert!((found - sent).abs() <= 1e-3 * (1.0 + sent.abs()) * 1e-3, "{} {}", found, sent);
+            }
+        }
+    }
+
+    /// Text of any kind is refused or read, never a panic.
+    #[test]
+    fn any_text_is_survived(text in "[a-z={}\\[\\]\" 0-9.\n#-]{0,200}") {
+        let _ = Board::parse("any.toml", &text);
+    }
+}
+
+#[test]
+fn every_framing_comes_back() {
+    for (name, description) in DESCRIPTIONS {
+        let board = common::board(description);
+        let wire = common::packets(&board, 0..50).concat();
+        let frames = decoded(&board, &wire);
+        assert_eq!(frames.len(), 50, "{name}");
+        for (sequence, frame) in frames.iter().enumerate() {
+            let sent = common::frame(&board, sequence as u64);
+            assert_eq!(frame.values, sent.values, "{name}");
+        }
+    }
+}
+
+/// A taxel of 64 in packets of five bytes each: twelve bits, counted down from 4095.
+#[test]
+fn several_packets_make_a_frame() {
+    let board = common::board(
+        r#"framing.fixed = { length = 5, tail = "00" }
+packet = { order = "big", fields = [
+  { is = "address", type = "u8", first = 60, count = 64, at = 0 },
+  { is = "mark", equals = "01" },
+  { is = "value", name = "p", type = "u16", mask = "0x0fff", invert_from = 4095 },
+] }"#,
+    );
+    assert_eq!(board.names().take(2).collect::<Vec<_>>(), ["p.60", "p.61"]);
+    let mut wire = Vec::new();
+    for round in 0..3_u16 {
+        for taxel in 0..64_u8 {
+            // The tenth taxel of the second round does not come.
+            if round == 1 && taxel == 10 {
+                continue;
+            }
+            let raw = 4095 - (u16::from(taxel) * 7 + round);
+            wire.extend_from_slice(&[60 + taxel, 1, (raw >> 8) as u8 | 0xf0, raw as u8, 0]);
+        }
+    }
+    let mut decoder = Decoder::new(&board, Begin::Whole);
+    decoder.push(&wire, None);
+    decoder.finish();
+    let frames: Vec<Frame> = std::iter::from_fn(|| decoder.next()).collect();
+    assert_eq!(frames.len(), 2);
+    assert_eq!(frames[0].values[9], 63.0);
+    assert_eq!(frames[1].values[63], 63.0 * 7.0 + 2.0);
+    assert_eq!(decoder.counts().incomplete, 1);
+}
+
+#[test]
+fn mistakes_are_shown_at_their_word() {
+    let head = "schema = 1\nname = \"b\"\n";
+    for (text, line, part) in [
+        (
+            "framing.fixed = { length = 4 }\npacket = { fields = [{ is = \"value\", name = \"c{1..4}\", type = \"u8\" }] }",
+            3,
+            "cannot be decided",
+        ),
+        (
+            "framing.fixed = { length = 5, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c{1..3}\", type = \"u8\" }] }",
+            3,
+            "cover 4 bytes of 5",
+        ),
+        (
+            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"a\", type = \"u16\" }, { is = \"value\", name = \"b\", type = \"u16\", at = 1 }] }",
+            4,
+            "lies over bytes 1 to 2",
+        ),
+        (
+            "framing.lines = {}\npacket = { fields = [{ is = \"mark\", equals = \"aa\" }] }",
+            4,
+            "a line has no head",
+        ),
+        ("framing.lines = { head = \"aa\" }", 3, "unknown field"),
+        (
+            "framing.fixed = { length = 4, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u8\" }], check = { kind = \"sum16\", over = [0, 4] } }",
+            4,
+            "covers itself",
+        ),
+        (
+            "framing.fixed = { length = 4, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u8\" }], check = { kind = \"sum17\" } }",
+            4,
+            "sum17",
+        ),
+        (
+            "framing.marked = { head = \"aa\", tail = \"bb\", longest = 8 }\npacket = { fields = [{ is = \"value\", name = \"c{1..9}\", type = \"u8\" }] }",
+            3,
+            "more than 8",
+        ),
+        (
+            "rate = \"100 Hz\"\nlink.serial = { baud = 1200 }\nframing.fixed = { length = 11, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c{1..10}\", type = \"u8\" }] }",
+            3,
+            "1100 bytes in a second",
+        ),
+        (
+            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u12\" }] }",
+            4,
+            "is no type",
+        ),
+        (
+            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", unit = \"furlong\" }] }",
+            4,
+            "no known unit",
+        ),
+        (
+            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", range = [5, 1] }] }",
+            4,
+            "the range is empty",
+        ),
+        (
+            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", unit = \"pF\", range = [\"1 N\", 2] }] }",
+            4,
+            "is in N",
+        ),
+        (
+            "framing.cobs = {}\npacket = { fields = [{ is = \"sequence\", type = \"f32\" }] }",
+            4,
+            "whole number without sign",
+        ),
+        (
+            "framing.cobs = {}\npacket = { fields = [{ is = \"skip\", bytes = 2 }] }",
+            4,
+            "no field is a value",
+        ),
+        (
+            "framing.cobs = {}\nwiring = [\"d\"]\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
+            4,
+            "no value is called \"d\"",
+        ),
+        (
+            "framing.lines = { template = \"A {volts x}\" }",
+            3,
+            "none of",
+        ),
+        (
+            "framing.lines = { template = [\"A {value x}\", \"B {value y}\"] }",
+            3,
+            "several lines",
+        ),
+        (
+            "framing.length = { head = \"aa\", at = 0, type = \"u8\", counts = \"all\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
+            3,
+            "behind the head",
+        ),
+        (
+            "framing.cobs = {}\nlink.serial = { baud = 1 }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
+            4,
+            "at least 50",
+        ),
+    ] {
+        let text = format!("{head}{text}\n");
+        match Board::parse("b.toml", &text) {
+            Ok(_) => panic!("accepted:\n{text}"),
+            Err(error) => {
+                let shown = error.to_string();
+                assert!(shown.contains(part), "{part}: {shown}");
+                assert_eq!(
+                    error.place.as_ref().map(|place| place.line),
+                    Some(line),
+                    "{shown}"
+                );
+            }
+        }
+    }
+}
