@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use taxel::acquisition::Stream;
-use taxel::sensor::{Element, Sensor};
+use taxel::sensor::Sensor;
 use taxel_board::{Board, Wiring};
 
 use crate::{Stop, files};
@@ -44,9 +44,8 @@ pub(crate) fn board(path: &Path) -> Result<NamedBoard, Stop> {
 
 /// Meaning of the frames that the electronics of a sensor give.
 pub(crate) fn sensor_stream(sensor: &Sensor) -> Result<Stream, Stop> {
-    if let Element::Trained(_) = sensor.element
-        && let Ok(trained) = sensor.trained()
-    {
+    // Of another element there is none.
+    if let Ok(trained) = sensor.trained() {
         return Ok(trained.stream());
     }
     let piece = files::device(sensor)?.simulated();

@@ -14,6 +14,7 @@ pub struct BoardDecoder {
     decoder: Decoder,
     begin: Begin,
     name: String,
+    class: char,
     text: bool,
 }
 
@@ -31,6 +32,7 @@ impl BoardDecoder {
             decoder: Decoder::new(board, begin),
             begin,
             name: board.name.clone(),
+            class: board.detection().class.letter(),
             text: board.carries_text(),
         }
     }
@@ -71,6 +73,14 @@ impl Decode for BoardDecoder {
             ambiguous: counts.ambiguous,
             restarts: counts.restarts,
         }
+    }
+
+    fn board(&self) -> String {
+        self.name.clone()
+    }
+
+    fn wire_class(&self) -> char {
+        self.class
     }
 
     fn expects_text(&self) -> bool {

@@ -68,6 +68,9 @@ export interface Status {
 /** The link to a board. */
 export interface Link {
   name: string;
+  board: string;
+  /** A to D: how surely damage is seen. */
+  wire_class: string;
   state: "absent" | "opening" | "connected" | "in_step" | "silent" | "garbled" | "ended";
   since_unix_s: number;
   /** Why, with advice; empty where the state says all. */

@@ -210,7 +210,7 @@ mod tests {
             (br#"{"lift":{}}"#, "lift"),
             (br#"{"move":{"force_n":[0,0,1e9]}}"#, "m and N"),
             (br#"{"move":{"force_n":[0,0,1],"radius_m":0}}"#, "radius_m"),
-            (b"[[[[", "EOF"),
+            (b"[[[[", "expected value"),
         ] {
             let message = read(line).unwrap_err();
             assert!(message.contains(expected), "{message}");

@@ -61,6 +61,12 @@ mod tests {
         fn counts(&self) -> WireCounts {
             WireCounts::default()
         }
+        fn board(&self) -> String {
+            "test".into()
+        }
+        fn wire_class(&self) -> char {
+            'A'
+        }
         fn expects_text(&self) -> bool {
             self.text
         }

@@ -44,7 +44,7 @@ impl Running {
         let baud = (!options.serial.native_usb).then_some(options.serial.baud);
         let baud = baud.filter(|_| matches!(address, LinkAddress::Serial(_)));
         let link = link(address, options.serial, &options.tell);
-        let status = LinkHandle::new(link.name());
+        let status = LinkHandle::new(link.name(), decoder.board(), decoder.wire_class());
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, items) = sync_channel(WAITING);
         let origin = Instant::now();

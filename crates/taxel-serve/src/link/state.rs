@@ -55,6 +55,10 @@ impl LinkState {
 pub struct LinkStatus {
     /// Name of the port, host or program.
     pub name: String,
+    /// Name of the board.
+    pub board: String,
+    /// Class of its wire, A to D: how surely damage is seen.
+    pub wire_class: char,
     /// Its state.
     pub state: LinkState,
     /// Since when by the wall clock, s since 1970.
@@ -78,9 +82,11 @@ pub struct LinkStatus {
 pub struct LinkHandle(Arc<Mutex<LinkStatus>>);
 
 impl LinkHandle {
-    pub(crate) fn new(name: String) -> Self {
+    pub(crate) fn new(name: String, board: String, wire_class: char) -> Self {
         Self(Arc::new(Mutex::new(LinkStatus {
             name,
+            board,
+            wire_class,
             state: LinkState::Opening,
             since_unix_s: unix_s(),
             since_ns: 0,

@@ -20,6 +20,12 @@ pub trait Decode: Send {
     /// What was counted so far.
     fn counts(&self) -> WireCounts;
 
+    /// Name of the board.
+    fn board(&self) -> String;
+
+    /// Letter of the class of its wire: how surely damage is seen.
+    fn wire_class(&self) -> char;
+
     /// True if the wire carries lines of text.
     fn expects_text(&self) -> bool;
 

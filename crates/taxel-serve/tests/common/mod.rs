@@ -117,6 +117,14 @@ impl Decode for Decoder {
         self.counts
     }
 
+    fn board(&self) -> String {
+        "test".into()
+    }
+
+    fn wire_class(&self) -> char {
+        'A'
+    }
+
     fn expects_text(&self) -> bool {
         false
     }
