@@ -191,8 +191,8 @@ fn export(scene: &Scene) -> Value {
         "tile_tilt": first.suspension.tile_tilt,
         "bump_sinking": first.suspension.bump_sinking,
         "deviation_f": calibration.deviation,
-        "farad_at_zero": calibration.channel.farad_at_zero,
-        "farad_per_count": calibration.channel.farad_per_count,
+        "farad_at_zero": calibration.channel.at_zero,
+        "farad_per_count": calibration.channel.per_number,
         "frames": scene.pressed.iter().map(|frame| frame.values.clone()).collect::<Vec<_>>(),
     })
 }

@@ -15,7 +15,9 @@ use serde_json::{Value, json};
 use taxel::acquisition::{Stimulus, Twin};
 use taxel::sensor::Sensor;
 use taxel_bench::figure;
-use taxel_serve::{Latencies, Provenance, PumpOptions, Session, Source, TwinSource, run_with_page};
+use taxel_serve::{
+    Latencies, Marks, Provenance, PumpOptions, Session, Source, TwinSource, run_with_page,
+};
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::Command;
 use tokio::task::JoinHandle;
@@ -81,6 +83,7 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         },
         provenance: Provenance::default(),
         drawing: String::new(),
+        marks: Marks::default(),
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let summary = run_with_page(session, address, |page| {

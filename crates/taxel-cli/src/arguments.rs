@@ -97,7 +97,7 @@ impl Overwrite {
 
 #[derive(Debug, Args)]
 pub(crate) struct Check {
-    /// Sensor file, or the name of a shipped one
+    /// Sensor file or board file, or the name of a shipped one
     pub(crate) sensor: PathBuf,
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
@@ -423,6 +423,10 @@ pub(crate) enum RecordingCommand {
     Export(Export),
     /// Write a stretch of time as a recording of its own
     Cut(Cut),
+    /// Make the frames anew from the bytes of the wire, with another board file
+    ///
+    /// Exit code 3 if something was lost or damaged.
+    Decode(DecodeWire),
     /// Play a recording again and say where touch is no longer the recorded one
     ///
     /// With two recordings: where their touch is not the same. Exit code 3 if it is not.
@@ -456,6 +460,20 @@ pub(crate) struct Export {
     /// Where to: X.csv for one table over time, X.npz for NumPy, or a folder for a table of
     /// each kind; a folder is made
     #[arg(short, long, value_name = "FILE|FOLDER")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DecodeWire {
+    /// Recording of taxel live --record of a board, or a file of the bytes that a board sent
+    pub(crate) file: PathBuf,
+    /// Board file (TOML), or the name of a shipped one
+    #[arg(long, value_name = "BOARD")]
+    pub(crate) board: PathBuf,
+    /// Write the frames to this file (.csv), which `taxel live --source replay:` plays
+    #[arg(short, long, value_name = "NEW")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
@@ -711,4 +729,8 @@ pub(crate) enum SchemaOf {
     Reference,
     /// Stimulus script
     Stimulus,
+    /// Board file
+    Board,
+    /// Board file, as a page for people (Markdown)
+    BoardReference,
 }

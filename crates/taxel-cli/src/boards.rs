@@ -4,6 +4,7 @@ use std::path::Path;
 
 use taxel::acquisition::Stream;
 use taxel::sensor::Sensor;
+use taxel::toml_input;
 use taxel_board::{Board, Wiring};
 
 use crate::{Stop, files};
@@ -19,6 +20,19 @@ pub(crate) struct NamedBoard {
 /// The shipped boards, for messages.
 pub(crate) fn shipped() -> String {
     Board::shipped_names().collect::<Vec<_>>().join(", ")
+}
+
+/// True if `path` is a board file, or the name of a shipped board.
+pub(crate) fn is_board(path: &Path) -> Result<bool, Stop> {
+    if !path.exists() {
+        return Ok(Board::shipped_text(&path.to_string_lossy()).is_some());
+    }
+    // The standard input is read once.
+    if path.as_os_str() == "-" || !path.is_file() {
+        return Ok(false);
+    }
+    let text = files::text(path)?;
+    Ok(toml_input::has(&text, &["framing"]) && !toml_input::has(&text, &["element"]))
 }
 
 /// Reads a board file, or a shipped one when no such file exists.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
 use std::fs;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
@@ -443,8 +443,7 @@ fn forces_of_a_taxel_are_named_by_their_axes() {
         header.ends_with("r0c0.z [mN],r0c1.x [mN],r0c1.y [mN],r0c1.z [mN]\n"),
         "{header}"
     );
-    let read =
-        |text: &str| Recording::open("f.csv", std::io::Cursor::new(text.as_bytes().to_vec()));
+    let read = |text: &str| Recording::open("f.csv", Cursor::new(text.as_bytes().to_vec()));
     let shuffled = "time [ns],r0c0.z [N],r0c0.x [N],r0c0.y [N]\n0,3,1,2\n";
     let mut recording = read(shuffled).unwrap();
     assert_eq!(recording.stream().channels_per_taxel, 3);

@@ -1,4 +1,4 @@
-//! `taxel check`: what a sensor file says and what follows from it.
+//! `taxel check`: what a sensor file or a board file says and what follows from it.
 
 use serde_json::{Map, Value as Json};
 use taxel::summary::{Fact, Value, summary};
@@ -6,7 +6,8 @@ use taxel::summary::{Fact, Value, summary};
 use taxel::table::{self, Cell, Column, Format};
 
 use crate::arguments::{COMMIT, Check, VERSION};
-use crate::{Done, Stop, files, outputs};
+use crate::outputs::Existing;
+use crate::{Done, Stop, boards, files, outputs};
 
 pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
     let outputs = [
@@ -15,22 +16,40 @@ pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
     ];
     let existing = arguments.overwrite.existing();
     outputs::check(&outputs, &[&arguments.sensor], existing)?;
+    if boards::is_board(&arguments.sensor)? {
+        return board(arguments, existing);
+    }
     let named = files::sensor(&arguments.sensor)?;
     let facts =
         summary(&named.sensor).map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))?;
-    let format = arguments.format.into();
-    let text = if format == Format::Json {
-        json(&facts, &named.hash)
-    } else {
-        let columns = ["group", "quantity", "value", "unit", "from"].map(Column::plain);
-        let rows: Vec<Vec<Cell>> = facts.iter().map(row).collect();
-        table::render(format, &Map::new(), &columns, &rows)
-    };
+    let text = rendered(&facts, arguments, ("sensor_hash", &named.hash));
     if let Some(path) = &arguments.plot {
         let drawing = files::device(&named.sensor)?.drawing();
         outputs::write(Some(path), existing, &drawing.svg())?;
     }
     outputs::write(arguments.output.as_deref(), existing, &text)
+}
+
+/// What follows from a board file.
+fn board(arguments: &Check, existing: Existing) -> Result<Done, Stop> {
+    if arguments.plot.is_some() {
+        let message = "--plot: a board file has no drawing; give a sensor file";
+        return Err(Stop::WrongInput(message.into()));
+    }
+    let named = boards::board(&arguments.sensor)?;
+    let hash = files::sha256(named.text.as_bytes());
+    let text = rendered(&named.board.facts(), arguments, ("board_hash", &hash));
+    outputs::write(arguments.output.as_deref(), existing, &text)
+}
+
+fn rendered(facts: &[Fact], arguments: &Check, hash: (&str, &str)) -> String {
+    let format = arguments.format.into();
+    if format == Format::Json {
+        return json(facts, hash);
+    }
+    let columns = ["group", "quantity", "value", "unit", "from"].map(Column::plain);
+    let rows: Vec<Vec<Cell>> = facts.iter().map(row).collect();
+    table::render(format, &Map::new(), &columns, &rows)
 }
 
 fn row(fact: &Fact) -> Vec<Cell> {
@@ -54,13 +73,9 @@ fn significant(value: f64) -> String {
     format!("{value:.*}", decimals as usize)
 }
 
-fn json(facts: &[Fact], hash: &str) -> String {
+fn json(facts: &[Fact], hash: (&str, &str)) -> String {
     let mut whole = Map::new();
-    for (key, value) in [
-        ("sensor_hash", hash),
-        ("version", VERSION),
-        ("commit", COMMIT),
-    ] {
+    for (key, value) in [hash, ("version", VERSION), ("commit", COMMIT)] {
         whole.insert(key.into(), Json::from(value));
     }
     for fact in facts {

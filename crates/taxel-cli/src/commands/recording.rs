@@ -1,7 +1,4 @@
-//! `taxel recording`: inspect, repair, export, cut and compare recordings.
-//!
-//! `decode --board BOARD` belongs here: the bytes of the wire through the decoder of a board
-//! into a new recording.
+//! `taxel recording`: inspect, repair, export, cut, decode and compare recordings.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -25,6 +22,7 @@ use crate::run_files::{RunFiles, library};
 use crate::{Done, Stop};
 
 mod compare;
+mod decode;
 
 pub(crate) fn run(arguments: &Recording) -> Result<Done, Stop> {
     match &arguments.command {
@@ -33,6 +31,7 @@ pub(crate) fn run(arguments: &Recording) -> Result<Done, Stop> {
         RecordingCommand::Export(export) => self::export(export),
         RecordingCommand::Cut(cut) => self::cut(cut),
         RecordingCommand::Compare(compare) => compare::run(compare),
+        RecordingCommand::Decode(decode) => decode::run(decode),
     }
 }
 

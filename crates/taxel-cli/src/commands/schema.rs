@@ -2,6 +2,7 @@
 
 use taxel::acquisition::Stimulus;
 use taxel::sensor::Sensor;
+use taxel_board::Board;
 
 use crate::arguments::{Schema, SchemaOf};
 use crate::{Done, Stop, outputs};
@@ -11,6 +12,8 @@ pub(crate) fn run(arguments: &Schema) -> Result<Done, Stop> {
         SchemaOf::Sensor => Sensor::json_schema(),
         SchemaOf::Reference => Sensor::reference(),
         SchemaOf::Stimulus => Stimulus::json_schema(),
+        SchemaOf::Board => Board::json_schema(),
+        SchemaOf::BoardReference => Board::reference(),
     };
     outputs::print(&text)
 }

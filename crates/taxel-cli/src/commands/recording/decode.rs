@@ -1,0 +1,133 @@
+//! `taxel recording decode`: the bytes of the wire through the decoder of a board.
+
+use std::io::{BufWriter, Read as _, Write};
+use std::path::Path;
+
+use taxel_board::{Begin, Counts, Decoder};
+use taxel_recording::ChannelWriter;
+use taxel_recording::mcap::{MAGIC, Message as _, Topic, WireMessage};
+
+use super::{check_new, known, open, reader, unreadable};
+use crate::arguments::{COMMIT, DecodeWire, VERSION};
+use crate::outputs::{self, cannot_write};
+use crate::{Done, Stop, boards};
+
+/// Bytes of a capture that are decoded at a time.
+const PIECE: usize = 1 << 16;
+
+pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
+    let DecodeWire { file, output, .. } = arguments;
+    let named = boards::board(&arguments.board)?;
+    let existing = arguments.overwrite.existing();
+    check_new(file, output, existing)?;
+    check_new(&arguments.board, output, existing)?;
+    let mut begin = [0; MAGIC.len()];
+    let recorded = open(file)?.read_exact(&mut begin).is_ok() && begin == MAGIC;
+    let begin = if recorded { Begin::Cut } else { Begin::Whole };
+    let mut decoder = Decoder::new(&named.board, begin);
+    let comments = [
+        format!("taxel {VERSION} {COMMIT}"),
+        format!("board {}", named.name),
+        format!("wire {}", file.display()),
+    ];
+    outputs::write_file(output, existing, |new| {
+        let failed = |error: std::io::Error| cannot_write(output, &error);
+        let out = BufWriter::with_capacity(PIECE, new);
+        let stream = named.board.stream();
+        let mut writer = ChannelWriter::new(out, &stream, &comments).map_err(failed)?;
+        let mut give = |decoder: &mut Decoder| {
+            while let Some(frame) = decoder.next() {
+                writer.write(&frame).map_err(failed)?;
+            }
+            Ok::<(), Stop>(())
+        };
+        if recorded {
+            of_recording(file, &mut decoder, &mut give)?;
+        } else {
+            of_capture(file, &mut decoder, &mut give)?;
+        }
+        decoder.finish();
+        give(&mut decoder)?;
+        let mut out = writer.end().map_err(failed)?;
+        out.flush().map_err(failed)
+    })?;
+    let counts = decoder.counts();
+    outputs::print(&format!("{}: {}", output.display(), in_words(&counts)))?;
+    Ok(if counts.is_clean() {
+        Done::Complete
+    } else {
+        Done::WithLosses
+    })
+}
+
+/// The bytes as they arrived, with their time.
+fn of_recording(
+    file: &Path,
+    decoder: &mut Decoder,
+    give: &mut impl FnMut(&mut Decoder) -> Result<(), Stop>,
+) -> Result<(), Stop> {
+    let mut messages = reader(file)?;
+    let mut found = false;
+    while let Some(entry) = messages.next().map_err(|error| unreadable(file, &error))? {
+        if entry.topic != Topic::Wire {
+            continue;
+        }
+        if let Some(wire) = WireMessage::decode(entry.bytes) {
+            found = true;
+            decoder.push(&wire.bytes, Some(wire.host_ns));
+            give(decoder)?;
+        }
+    }
+    known(file, messages.findings())?;
+    if found {
+        return Ok(());
+    }
+    Err(Stop::WrongInput(format!(
+        "{}: has no bytes of a wire: its frames did not come over a link\nhelp: play it with taxel live --source replay:{0}",
+        file.display()
+    )))
+}
+
+/// A file of bytes as a board sent them.
+fn of_capture(
+    file: &Path,
+    decoder: &mut Decoder,
+    give: &mut impl FnMut(&mut Decoder) -> Result<(), Stop>,
+) -> Result<(), Stop> {
+    let mut capture = open(file)?;
+    let mut piece = vec![0; PIECE];
+    loop {
+        let read = capture.read(&mut piece);
+        match read.map_err(|error| unreadable(file, &error))? {
+            0 => return Ok(()),
+            bytes => decoder.push(&piece[..bytes], None),
+        }
+        give(decoder)?;
+    }
+}
+
+fn in_words(counts: &Counts) -> String {
+    let lost = counts
+        .lost
+        .map_or("not known".to_owned(), |lost| lost.to_string());
+    let mut text = format!("{} frames, lost {lost}", counts.delivered);
+    for (count, name) in [
+        (counts.damaged, "damaged"),
+        (counts.passed_over, "bytes passed over"),
+        (counts.other, "other packets or lines"),
+        (counts.bad_status, "status not good"),
+        (counts.wrong_number, "wrong number"),
+        (counts.unconfirmed, "step not confirmed"),
+        (counts.incomplete, "incomplete"),
+        (counts.late, "late"),
+        (counts.duplicate, "duplicate"),
+        (counts.ambiguous, "ambiguous gaps"),
+        (counts.restarts, "restarts"),
+    ] {
+        if count > 0 {
+            text += &format!(", {name} {count}");
+        }
+    }
+    text.push('\n');
+    text
+}
