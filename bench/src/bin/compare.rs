@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use taxel::acquisition::Frame;
 use taxel::calibration::Calibration;
 use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
+use taxel::signal::Position;
 use taxel_bench::{Scene, figure};
 
 /// Turns of both programs; each is one pass over all frames or more.
@@ -114,8 +115,11 @@ fn units_alone(scene: &Scene) -> f64 {
 fn unit_alone(calibration: &Calibration, frame: &Frame, taxel: usize) -> UnitEstimate {
     let options = SearchOptions::default();
     let counts = &frame.values[4 * taxel..];
-    let capacitance = |i: usize| calibration.channel.capacitance(counts[i]);
-    let capacitance = std::array::from_fn(|i| capacitance(i).unwrap_or(f64::NAN));
+    let channel = calibration.channel;
+    let capacitance = std::array::from_fn(|i| match channel.position(counts[i]) {
+        Position::Inside => channel.input(counts[i]),
+        Position::Dead | Position::AtEnd => f64::NAN,
+    });
     let (unit, sigma) = (&calibration.units[taxel], calibration.deviation[taxel]);
     estimate_unit(unit, capacitance, sigma, [true; 4], &options)
 }

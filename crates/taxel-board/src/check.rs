@@ -76,6 +76,25 @@ impl CheckKind {
         Self::Crc32Iscsi,
     ];
 
+    /// Its name in a board file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sum8 => "sum8",
+            Self::Sum16 => "sum16",
+            Self::NegatedSum8 => "negated_sum8",
+            Self::Xor8 => "xor8",
+            Self::Parity => "parity",
+            Self::Crc8Smbus => "CRC-8/SMBUS",
+            Self::Crc8MaximDow => "CRC-8/MAXIM-DOW",
+            Self::Crc16Ibm3740 => "CRC-16/IBM-3740",
+            Self::Crc16Arc => "CRC-16/ARC",
+            Self::Crc16Modbus => "CRC-16/MODBUS",
+            Self::Crc16Xmodem => "CRC-16/XMODEM",
+            Self::Crc32IsoHdlc => "CRC-32/ISO-HDLC",
+            Self::Crc32Iscsi => "CRC-32/ISCSI",
+        }
+    }
+
     /// Its bytes in a packet.
     pub fn bytes(self) -> usize {
         match self {

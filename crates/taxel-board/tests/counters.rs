@@ -96,10 +96,6 @@ fn losses_are_exact_and_no_number_is_wrong() {
         for bits in [8, 16, 32] {
             let (truth, decoder, frames) = run(bits, off, 700, 60_000, &mut random);
             let counts = decoder.counts();
-            println!(
-                "{bits} bits, rate x {off}: lost {} of {} bad {}: {counts:?}",
-                truth.lost, truth.sent, truth.bad
-            );
             let wrong = frames
                 .iter()
                 .filter(|frame| frame.sequence as f64 != frame.values[0])

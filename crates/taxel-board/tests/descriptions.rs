@@ -164,107 +164,110 @@ packet = { order = "big", fields = [
     assert_eq!(decoder.counts().incomplete, 1);
 }
 
+/// A description behind two lines, the line of its mistake, and a part of the message.
+const MISTAKES: [(&str, usize, &str); 20] = [
+    (
+        "framing.fixed = { length = 4 }\npacket = { fields = [{ is = \"value\", name = \"c{1..4}\", type = \"u8\" }] }",
+        3,
+        "cannot be decided",
+    ),
+    (
+        "framing.fixed = { length = 5, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c{1..3}\", type = \"u8\" }] }",
+        3,
+        "cover 4 bytes of 5",
+    ),
+    (
+        "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"a\", type = \"u16\" }, { is = \"value\", name = \"b\", type = \"u16\", at = 1 }] }",
+        4,
+        "lies over bytes 1 to 2",
+    ),
+    (
+        "framing.lines = {}\npacket = { fields = [{ is = \"mark\", equals = \"aa\" }] }",
+        4,
+        "a line has no head",
+    ),
+    ("framing.lines = { head = \"aa\" }", 3, "unknown field"),
+    (
+        "framing.fixed = { length = 4, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u8\" }], check = { kind = \"sum16\", over = [0, 4] } }",
+        4,
+        "covers itself",
+    ),
+    (
+        "framing.fixed = { length = 4, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u8\" }], check = { kind = \"sum17\" } }",
+        4,
+        "sum17",
+    ),
+    (
+        "framing.marked = { head = \"aa\", tail = \"bb\", longest = 8 }\npacket = { fields = [{ is = \"value\", name = \"c{1..9}\", type = \"u8\" }] }",
+        3,
+        "more than 8",
+    ),
+    (
+        "rate = \"100 Hz\"\nlink.serial = { baud = 1200 }\nframing.fixed = { length = 11, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c{1..10}\", type = \"u8\" }] }",
+        3,
+        "1100 bytes in a second",
+    ),
+    (
+        "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u12\" }] }",
+        4,
+        "is no type",
+    ),
+    (
+        "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", unit = \"furlong\" }] }",
+        4,
+        "no known unit",
+    ),
+    (
+        "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", range = [5, 1] }] }",
+        4,
+        "the range is empty",
+    ),
+    (
+        "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", unit = \"pF\", range = [\"1 N\", 2] }] }",
+        4,
+        "is in N",
+    ),
+    (
+        "framing.cobs = {}\npacket = { fields = [{ is = \"sequence\", type = \"f32\" }] }",
+        4,
+        "whole number without sign",
+    ),
+    (
+        "framing.cobs = {}\npacket = { fields = [{ is = \"skip\", bytes = 2 }] }",
+        4,
+        "no field is a value",
+    ),
+    (
+        "framing.cobs = {}\nwiring = [\"d\"]\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
+        4,
+        "no value is called \"d\"",
+    ),
+    (
+        "framing.lines = { template = \"A {volts x}\" }",
+        3,
+        "none of",
+    ),
+    (
+        "framing.lines = { template = [\"A {value x}\", \"B {value y}\"] }",
+        3,
+        "several lines",
+    ),
+    (
+        "framing.length = { head = \"aa\", at = 0, type = \"u8\", counts = \"all\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
+        3,
+        "behind the head",
+    ),
+    (
+        "framing.cobs = {}\nlink.serial = { baud = 1 }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
+        4,
+        "at least 50",
+    ),
+];
+
 #[test]
 fn mistakes_are_shown_at_their_word() {
     let head = "schema = 1\nname = \"b\"\n";
-    for (text, line, part) in [
-        (
-            "framing.fixed = { length = 4 }\npacket = { fields = [{ is = \"value\", name = \"c{1..4}\", type = \"u8\" }] }",
-            3,
-            "cannot be decided",
-        ),
-        (
-            "framing.fixed = { length = 5, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c{1..3}\", type = \"u8\" }] }",
-            3,
-            "cover 4 bytes of 5",
-        ),
-        (
-            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"a\", type = \"u16\" }, { is = \"value\", name = \"b\", type = \"u16\", at = 1 }] }",
-            4,
-            "lies over bytes 1 to 2",
-        ),
-        (
-            "framing.lines = {}\npacket = { fields = [{ is = \"mark\", equals = \"aa\" }] }",
-            4,
-            "a line has no head",
-        ),
-        ("framing.lines = { head = \"aa\" }", 3, "unknown field"),
-        (
-            "framing.fixed = { length = 4, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u8\" }], check = { kind = \"sum16\", over = [0, 4] } }",
-            4,
-            "covers itself",
-        ),
-        (
-            "framing.fixed = { length = 4, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u8\" }], check = { kind = \"sum17\" } }",
-            4,
-            "sum17",
-        ),
-        (
-            "framing.marked = { head = \"aa\", tail = \"bb\", longest = 8 }\npacket = { fields = [{ is = \"value\", name = \"c{1..9}\", type = \"u8\" }] }",
-            3,
-            "more than 8",
-        ),
-        (
-            "rate = \"100 Hz\"\nlink.serial = { baud = 1200 }\nframing.fixed = { length = 11, head = \"aa\" }\npacket = { fields = [{ is = \"value\", name = \"c{1..10}\", type = \"u8\" }] }",
-            3,
-            "1100 bytes in a second",
-        ),
-        (
-            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u12\" }] }",
-            4,
-            "is no type",
-        ),
-        (
-            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", unit = \"furlong\" }] }",
-            4,
-            "no known unit",
-        ),
-        (
-            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", range = [5, 1] }] }",
-            4,
-            "the range is empty",
-        ),
-        (
-            "framing.cobs = {}\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\", unit = \"pF\", range = [\"1 N\", 2] }] }",
-            4,
-            "is in N",
-        ),
-        (
-            "framing.cobs = {}\npacket = { fields = [{ is = \"sequence\", type = \"f32\" }] }",
-            4,
-            "whole number without sign",
-        ),
-        (
-            "framing.cobs = {}\npacket = { fields = [{ is = \"skip\", bytes = 2 }] }",
-            4,
-            "no field is a value",
-        ),
-        (
-            "framing.cobs = {}\nwiring = [\"d\"]\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
-            4,
-            "no value is called \"d\"",
-        ),
-        (
-            "framing.lines = { template = \"A {volts x}\" }",
-            3,
-            "none of",
-        ),
-        (
-            "framing.lines = { template = [\"A {value x}\", \"B {value y}\"] }",
-            3,
-            "several lines",
-        ),
-        (
-            "framing.length = { head = \"aa\", at = 0, type = \"u8\", counts = \"all\" }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
-            3,
-            "behind the head",
-        ),
-        (
-            "framing.cobs = {}\nlink.serial = { baud = 1 }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
-            4,
-            "at least 50",
-        ),
-    ] {
+    for (text, line, part) in MISTAKES {
         let text = format!("{head}{text}\n");
         match Board::parse("b.toml", &text) {
             Ok(_) => panic!("accepted:\n{text}"),

@@ -4,9 +4,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use taxel::quantity::{self, FrameRate};
 
-use super::field::Field;
+use super::field::{Field, Type};
 use super::link::{self, Link};
 use super::one_or_several;
+use super::order::Order;
 use crate::check::CheckKind;
 use crate::pattern::BytePattern;
 
@@ -151,7 +152,7 @@ pub struct Length {
     pub at: usize,
     /// Type of the length: a whole number without sign.
     #[serde(rename = "type")]
-    pub kind: super::field::Type,
+    pub kind: Type,
     /// Order of its bytes; default that of `packet`.
     #[serde(default)]
     pub order: Option<Order>,
@@ -199,17 +200,6 @@ pub struct Packet {
     #[serde(deserialize_with = "one_or_several::step")]
     #[schemars(with = "Option<f64>")]
     pub step_limit: Option<f64>,
-}
-
-/// Order of the bytes of a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Order {
-    /// Lowest byte first.
-    #[default]
-    Little,
-    /// Highest byte first.
-    Big,
 }
 
 /// A check of a packet.

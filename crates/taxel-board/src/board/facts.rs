@@ -2,6 +2,7 @@
 
 use taxel::summary::{Fact, fact, number, text};
 
+use super::class::Class;
 use super::description::{BuiltIn, Framing};
 use super::layout::Role;
 use super::resolve::shortened;
@@ -88,8 +89,12 @@ impl Board {
                 ));
             }
             if let Some(check) = &layout.check {
-                let kind = format!("{:?}", check.kind);
-                facts.push(fact("packet", "check", text(&kind), "packet.check"));
+                facts.push(fact(
+                    "packet",
+                    "check",
+                    text(check.kind.name()),
+                    "packet.check",
+                ));
             }
         }
         if let (Some(bytes), Some(rate)) = (self.bytes_per_frame(), self.rate) {
@@ -146,10 +151,10 @@ impl Board {
         let unit = self.values[place].unit.si_per_unit;
         let mut about = format!("{}, {symbol}", field.kind);
         if !field.kind.is_float() {
-            about += &format!(", steps of {}", short(conversion.scale.abs() / unit));
+            about.extend([", steps of ", &short(conversion.scale.abs() / unit)]);
         }
         if let Some([low, high]) = conversion.range {
-            about += &format!(", {} to {}", short(low / unit), short(high / unit));
+            about.extend([", ", &short(low / unit), " to ", &short(high / unit)]);
         }
         about
     }
@@ -168,12 +173,14 @@ impl Board {
             ),
             "framing, packet",
         );
+        let damage = if detection.class == Class::A {
+            "damaged at random"
+        } else {
+            "with one byte changed at random"
+        };
         add(
-            "damaged_byte_passes",
-            format!(
-                "{} of the packets with one byte changed",
-                short(detection.byte_passes)
-            ),
+            "damage_passes",
+            format!("{} of the packets {damage}", short(detection.byte_passes)),
             "framing, packet",
         );
         let counter = match (detection.counter, self.rate) {

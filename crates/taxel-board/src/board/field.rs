@@ -7,8 +7,8 @@ use std::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
-use super::description::Order;
 use super::one_or_several::{self, Amount};
+use super::order::Order;
 use crate::pattern::BytePattern;
 
 /// One field of a packet, or several of one kind.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::description::Order;
 use super::field::Type;
+use super::order::Order;
 use crate::check::CheckKind;
 use crate::pattern::BytePattern;
 
@@ -162,11 +162,7 @@ impl PlacedField {
             });
         }
         let bytes = &packet[self.bit / 8..][..bits / 8];
-        let join = |whole: u64, byte: &u8| whole << 8 | u64::from(*byte);
-        match self.order {
-            Order::Big => bytes.iter().fold(0, join),
-            Order::Little => bytes.iter().rev().fold(0, join),
-        }
+        self.order.join(bytes)
     }
 
     /// Writes its bits.
@@ -236,14 +232,9 @@ impl PlacedCheck {
         };
         match self.kind.bytes() {
             0 => self.kind.of(covered) == 0,
-            bytes => packet.get(at..at + bytes).is_some_and(|found| {
-                let join = |whole: u32, byte: &u8| whole << 8 | u32::from(*byte);
-                let found = match self.order {
-                    Order::Big => found.iter().fold(0, join),
-                    Order::Little => found.iter().rev().fold(0, join),
-                };
-                found == self.kind.of(covered)
-            }),
+            bytes => packet
+                .get(at..at + bytes)
+                .is_some_and(|found| self.order.join(found) == u64::from(self.kind.of(covered))),
         }
     }
 

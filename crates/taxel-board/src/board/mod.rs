@@ -8,6 +8,7 @@ pub(crate) mod layout;
 pub(crate) mod line;
 mod link;
 mod one_or_several;
+mod order;
 mod resolve;
 mod template;
 mod unit;
@@ -18,11 +19,12 @@ use taxel_recording::{InputError, Quantity, SignalUnit, Stream};
 pub use class::{Class, Detection};
 pub use description::{
     BoardFile, BuiltIn, Check, Counted, Decimal, Empty, Fixed, FrameEnd, Framing, Length, Lines,
-    Marked, Order, Packet, Stuffed,
+    Marked, Packet, Stuffed,
 };
 pub use field::{Field, Is, Type};
 pub use link::{Link, Network, Poll, Serial, Usb, UsbName};
 pub use one_or_several::{Amount, Texts, Whole, Wholes};
+pub use order::Order;
 
 pub(crate) use resolve::counted;
 

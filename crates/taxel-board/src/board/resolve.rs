@@ -2,7 +2,7 @@
 
 use taxel_recording::{Quantity, SignalUnit};
 
-use super::description::{BoardFile, Check, Counted, Framing, Order, Packet};
+use super::description::{BoardFile, Check, Counted, Framing, Packet};
 use super::field::{Field, Is, Type};
 use super::layout::{
     AddressRange, Conversion, PacketLayout, PlacedCheck, PlacedField, Role, Status,
@@ -791,16 +791,5 @@ pub(crate) fn counted(counts: Counted, layout: &PacketLayout, behind: usize) -> 
         Counted::All => Some(layout.length),
         Counted::Rest => layout.length.checked_sub(behind),
         Counted::Payload => layout.length.checked_sub(behind + check),
-    }
-}
-
-impl Order {
-    /// Reads a whole number.
-    pub(crate) fn join(self, bytes: &[u8]) -> u64 {
-        let join = |whole: u64, byte: &u8| whole << 8 | u64::from(*byte);
-        match self {
-            Self::Big => bytes.iter().fold(0, join),
-            Self::Little => bytes.iter().rev().fold(0, join),
-        }
     }
 }

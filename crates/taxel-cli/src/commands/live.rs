@@ -14,9 +14,10 @@ use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
 use taxel_serve::link::{LinkAddress, LinkError, LinkOptions, Reconnect};
 use taxel_serve::{
-    BoardDecoder, ChannelConditions, EventFile, Failure, LineOutput, LinkSource, Marks, Next,
-    Provenance, PumpOptions, ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError,
-    StartTare, Summary, Survey, TwinSource, greeting, run_headless, run_with_page, serial_settings,
+    BoardDecoder, ChannelConditions, EventFile, Failure, LastTouch, LineOutput, LinkSource, Marks,
+    Next, Provenance, PumpOptions, ReplayOptions, ReplaySource, ServeError, Session, Source,
+    SourceError, StartTare, Summary, Survey, TwinSource, greeting, run_headless, run_with_page,
+    serial_settings,
 };
 
 use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
@@ -785,14 +786,6 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
             "largest": latencies.largest(),
         })
     };
-    // Without a pitch the positions of a map are counted in cells.
-    let in_cells = about.get("pitch_m").is_some_and(Value::is_null)
-        && summary.last.as_ref().is_some_and(|last| last.sum.is_some());
-    let centre_key = if in_cells {
-        "last_centre_of_pressure_cells"
-    } else {
-        "last_centre_of_pressure_m"
-    };
     let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
     put("frames", Value::from(counts.accepted));
     let unknown = summary
@@ -847,38 +840,53 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("wrong_channels", json!(conditions.wrong));
     put("swapped", json!(conditions.swapped));
     if let Some(last) = &summary.last {
-        put("last_sequence", Value::from(last.sequence));
-        put("last_time_ns", Value::from(last.time_ns));
-        put("last_force_n", numbers(&last.force));
-        put("last_force_deviation_n", numbers(&last.deviation));
-        put("last_moment_n_m", numbers(&last.moment));
-        put("last_sum_si", last.sum.map_or(Value::Null, number_or_null));
-        put(
-            centre_key,
-            last.centre_of_pressure.map_or(Value::Null, |c| numbers(&c)),
-        );
-        put("last_contacts", Value::from(last.contacts));
-        let states = State::ALL
-            .iter()
-            .zip(last.states)
-            .filter(|(_, count)| *count > 0);
-        put(
-            "last_states",
-            states
-                .map(|(state, count)| (state.name().to_owned(), Value::from(count)))
-                .collect::<Map<_, _>>()
-                .into(),
-        );
-        let vectors = last.values.iter().filter(|_| last.components == 3);
-        put(
-            "last_taxel_forces_n",
-            vectors.map(|value| numbers(value)).collect(),
-        );
-        if last.components == 1 && last.readings.len() <= MOST_LISTED {
-            let pressed: Vec<f64> = last.values.iter().map(|value| value[2]).collect();
-            put("last_signals_si", numbers(&last.readings));
-            put("last_taxel_values_si", numbers(&pressed));
-        }
+        fields.extend(last_fields(about, last));
+    }
+    fields
+}
+
+/// What the last frame says.
+fn last_fields(about: &Map<String, Value>, last: &LastTouch) -> Map<String, Value> {
+    let mut fields = Map::new();
+    // Without a pitch the positions of a map are counted in cells.
+    let in_cells = about.get("pitch_m").is_some_and(Value::is_null) && last.sum.is_some();
+    let centre_key = if in_cells {
+        "last_centre_of_pressure_cells"
+    } else {
+        "last_centre_of_pressure_m"
+    };
+    let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
+    put("last_sequence", Value::from(last.sequence));
+    put("last_time_ns", Value::from(last.time_ns));
+    put("last_force_n", numbers(&last.force));
+    put("last_force_deviation_n", numbers(&last.deviation));
+    put("last_moment_n_m", numbers(&last.moment));
+    put("last_sum_si", last.sum.map_or(Value::Null, number_or_null));
+    put(
+        centre_key,
+        last.centre_of_pressure.map_or(Value::Null, |c| numbers(&c)),
+    );
+    put("last_contacts", Value::from(last.contacts));
+    let states = State::ALL
+        .iter()
+        .zip(last.states)
+        .filter(|(_, count)| *count > 0);
+    put(
+        "last_states",
+        states
+            .map(|(state, count)| (state.name().to_owned(), Value::from(count)))
+            .collect::<Map<_, _>>()
+            .into(),
+    );
+    let vectors = last.values.iter().filter(|_| last.components == 3);
+    put(
+        "last_taxel_forces_n",
+        vectors.map(|value| numbers(value)).collect(),
+    );
+    if last.components == 1 && last.readings.len() <= MOST_LISTED {
+        let pressed: Vec<f64> = last.values.iter().map(|value| value[2]).collect();
+        put("last_signals_si", numbers(&last.readings));
+        put("last_taxel_values_si", numbers(&pressed));
     }
     fields
 }

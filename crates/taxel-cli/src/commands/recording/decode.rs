@@ -125,7 +125,7 @@ fn in_words(counts: &Counts) -> String {
         (counts.restarts, "restarts"),
     ] {
         if count > 0 {
-            text += &format!(", {name} {count}");
+            text.extend([", ", name, " ", &count.to_string()]);
         }
     }
     text.push('\n');

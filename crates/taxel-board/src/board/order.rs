@@ -1,0 +1,26 @@
+//! Order of the bytes of a number.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Order of the bytes of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Order {
+    /// Lowest byte first.
+    #[default]
+    Little,
+    /// Highest byte first.
+    Big,
+}
+
+impl Order {
+    /// Reads a whole number.
+    pub(crate) fn join(self, bytes: &[u8]) -> u64 {
+        let join = |whole: u64, byte: &u8| whole << 8 | u64::from(*byte);
+        match self {
+            Self::Big => bytes.iter().fold(0, join),
+            Self::Little => bytes.iter().rev().fold(0, join),
+        }
+    }
+}
