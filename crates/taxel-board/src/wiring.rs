@@ -2,7 +2,7 @@
 
 use taxel_recording::{Frame, Quantity, Stream};
 
-use crate::board::{Board, ValueOfBoard};
+use crate::board::{Board, ValueOfBoard, shortened};
 
 /// Which value of a board is which channel of a sensor.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,13 +120,5 @@ fn mismatch(value: &ValueOfBoard, sensor: &Stream) -> Mismatch {
         found: found.name(),
         needed: needed.name(),
         help,
-    }
-}
-
-/// `a, b, … z`
-fn shortened(names: &[&str]) -> String {
-    match names {
-        [first @ .., last] if names.len() > 12 => format!("{}, … {last}", first[..8].join(", ")),
-        _ => names.join(", "),
     }
 }

@@ -5,7 +5,7 @@ use taxel::summary::{Fact, fact, number, text};
 use super::class::Class;
 use super::description::{BuiltIn, Framing};
 use super::layout::Role;
-use super::resolve::shortened;
+use super::rules::shortened;
 use super::{Board, Format};
 
 impl Board {

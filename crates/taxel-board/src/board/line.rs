@@ -3,7 +3,7 @@
 use super::description::{Decimal, Empty, FrameEnd, Lines, Packet};
 use super::field::Is;
 use super::layout::Conversion;
-use super::resolve::{self, Broken, broken};
+use super::rules::{self, Broken, broken};
 use super::template::{Part, Template};
 use super::{Format, LONGEST_LINE, ValueOfBoard, unit};
 use crate::names;
@@ -67,7 +67,7 @@ pub(super) fn resolve(
             help,
         ));
     }
-    let longest = resolve::longest(lines.longest, LONGEST_LINE, "lines")?;
+    let longest = rules::longest(lines.longest, LONGEST_LINE, "lines")?;
     let mut values = Vec::new();
     let mut conversions = Vec::new();
     let templates = if lines.template.is_empty() {
@@ -146,9 +146,9 @@ fn of_fields(
                     .map_err(|message| at("name", message))?;
                 for name in names {
                     pieces.push(Piece::Value(values.len()));
-                    let value = resolve::value_of_board(name, field.unit.as_deref())
+                    let value = rules::value_of_board(name, field.unit.as_deref())
                         .map_err(|message| at("unit", message))?;
-                    conversions.push(resolve::conversion(field, value.unit.si_per_unit, place)?);
+                    conversions.push(rules::conversion(field, value.unit.si_per_unit, place)?);
                     values.push(value);
                 }
             }
@@ -194,7 +194,7 @@ fn of_templates(
             if values.iter().any(|value| value.name == name) {
                 return Err(at(format!("a second value is called \"{name}\"")));
             }
-            let value = resolve::value_of_board(name, symbol.as_deref()).map_err(at)?;
+            let value = rules::value_of_board(name, symbol.as_deref()).map_err(at)?;
             conversions.push(Conversion {
                 scale: value.unit.si_per_unit,
                 ..Conversion::plain()
@@ -238,9 +238,9 @@ fn of_templates(
                 .clone()
                 .unwrap_or_else(|| values[found].unit.symbol.clone());
             let value =
-                resolve::value_of_board(name, Some(symbol.as_str()).filter(|s| *s != "counts"))
+                rules::value_of_board(name, Some(symbol.as_str()).filter(|s| *s != "counts"))
                     .map_err(|message| at("unit", message))?;
-            conversions[found] = resolve::conversion(field, value.unit.si_per_unit, place)?;
+            conversions[found] = rules::conversion(field, value.unit.si_per_unit, place)?;
             values[found] = value;
         }
     }

@@ -10,6 +10,7 @@ mod link;
 mod one_or_several;
 mod order;
 mod resolve;
+mod rules;
 mod template;
 mod unit;
 
@@ -27,6 +28,7 @@ pub use one_or_several::{Amount, Texts, Whole, Wholes};
 pub use order::Order;
 
 pub(crate) use resolve::counted;
+pub(crate) use rules::shortened;
 
 use layout::{AddressRange, PacketLayout, Role};
 use line::LineFormat;

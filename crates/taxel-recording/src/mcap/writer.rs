@@ -26,7 +26,7 @@ pub struct RecordingHead {
     pub library: String,
     /// When it was begun, ns of UTC.
     pub utc_ns: u64,
-    /// Meaning of the raw frames, see [`super::description`].
+    /// Meaning of the raw frames, see [`described_stream`](crate::described_stream).
     pub description: String,
     /// Sensor, calibration and other files.
     pub attachments: Vec<Attachment>,
