@@ -283,3 +283,26 @@ fn mistakes_are_shown_at_their_word() {
         }
     }
 }
+
+#[test]
+fn committed_schema_and_reference_are_current() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    for (of, file, printed) in [
+        (
+            "board",
+            "crates/taxel-board/boards/board.schema.json",
+            Board::json_schema(),
+        ),
+        (
+            "board-reference",
+            "docs/book/board-file-reference.md",
+            Board::reference(),
+        ),
+    ] {
+        let committed = std::fs::read_to_string(root.join(file)).unwrap_or_default();
+        assert!(
+            committed.replace("\r\n", "\n") == printed,
+            "{file} is stale: run `cargo run -- schema {of} > {file}`"
+        );
+    }
+}

@@ -4,7 +4,12 @@ use std::time::{Duration, Instant};
 
 use taxel::acquisition::{Frame, Stream};
 
-use crate::link::{Decode, Item, LinkAddress, LinkError, LinkHandle, LinkOptions, Running};
+use taxel_recording::mcap::ClockMessage;
+
+use crate::link::{
+    ClockRelation, ClockWatch, Decode, Item, LinkAddress, LinkError, LinkHandle, LinkOptions,
+    Running,
+};
 use crate::record::{LinkRecorder, Recorder, RecorderSlot};
 use crate::source::{Next, Source, SourceError};
 
@@ -18,6 +23,8 @@ pub struct LinkSource {
     link: Running,
     newest_ns: u64,
     recorder: RecorderSlot,
+    clock: ClockWatch,
+    connects: u32,
 }
 
 impl LinkSource {
@@ -33,6 +40,7 @@ impl LinkSource {
     ) -> Result<Self, LinkError> {
         let stale_after = crate::stale_after(&stream);
         let recorder = RecorderSlot::default();
+        let clock = ClockWatch::new(options.delay);
         let observer = LinkRecorder::new(RecorderSlot::clone(&recorder));
         options.observers.push(Box::new(observer));
         Ok(Self {
@@ -40,12 +48,45 @@ impl LinkSource {
             stream,
             newest_ns: 0,
             recorder,
+            clock,
+            connects: 0,
         })
     }
 
     /// The status of the link.
     pub fn status(&self) -> LinkHandle {
         self.link.status()
+    }
+
+    /// Follows the clock of the board.
+    fn follow(&mut self, frame: &Frame) {
+        let status = self.status();
+        let Some(relation) = self.clock.push(frame, status.loss_known()) else {
+            return;
+        };
+        status.lock().clock = Some(relation);
+        if let Some(recorder) = self.recorder.get() {
+            recorder.clock(message(
+                &relation,
+                frame.host_ns.unwrap_or(0),
+                self.connects,
+            ));
+        }
+    }
+}
+
+/// The relation as a recording keeps it; `arrival_ns` is that of the newest frame.
+fn message(relation: &ClockRelation, arrival_ns: u64, segment: u32) -> ClockMessage {
+    let nanoseconds = |seconds: Option<f64>| seconds.map_or(f64::NAN, |seconds| seconds * 1e9);
+    ClockMessage {
+        host_ns: arrival_ns,
+        segment,
+        device_time_ns: Some(relation.device_time_ns),
+        offset_ns: relation.host_ns as f64 - relation.device_time_ns as f64,
+        rate: 1.0 + relation.rate_difference,
+        lower_ns: nanoseconds(relation.before_s),
+        upper_ns: nanoseconds(Some(relation.behind_s)),
+        ..ClockMessage::default()
     }
 }
 
@@ -58,9 +99,14 @@ impl Source for LinkSource {
         match self.link.receive(NAP) {
             Some(Item::Frame(frame)) => {
                 self.newest_ns = frame.time_ns;
+                self.follow(&frame);
                 Ok(Next::Frame(frame))
             }
-            Some(Item::Reconnected) => Ok(Next::Reconnected),
+            Some(Item::Reconnected) => {
+                self.clock.reconnected();
+                self.connects += 1;
+                Ok(Next::Reconnected)
+            }
             Some(Item::End(None)) => Ok(Next::End),
             Some(Item::End(Some(error))) => Err(error.into()),
             None => Ok(Next::Nothing(self.newest_ns)),

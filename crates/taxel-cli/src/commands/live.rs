@@ -239,6 +239,7 @@ fn link_session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop>
         } else {
             Reconnect::ForEver
         },
+        delay: named.board.link.delay,
         observers: Vec::new(),
         tell: Arc::new(|line| note!("{line}")),
     };

@@ -2,6 +2,7 @@
 
 mod address;
 mod advice;
+mod clock;
 mod error;
 mod exec;
 mod options;
@@ -17,6 +18,8 @@ mod tracker;
 mod wire;
 
 pub use address::{LinkAddress, SerialName};
+pub use clock::ClockRelation;
+pub(crate) use clock::ClockWatch;
 pub use error::LinkError;
 pub use options::{LinkObserver, LinkOptions, Reconnect};
 pub use ports::{FoundPort, Holder, UsbNames, found_ports};

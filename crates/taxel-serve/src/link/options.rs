@@ -33,6 +33,9 @@ pub struct LinkOptions {
     pub greeting: Greeting,
     /// What happens when it is lost.
     pub reconnect: Reconnect,
+    /// Smallest and largest time, s, that it takes at least from a reading to the arrival of
+    /// its last byte; `None` where it is not known.
+    pub delay: Option<[f64; 2]>,
     /// Those who hear everything.
     pub observers: Vec<Box<dyn LinkObserver>>,
     /// Hears what the operator should know, one line each.
@@ -45,6 +48,7 @@ impl Default for LinkOptions {
             serial: SerialSettings::default(),
             greeting: Greeting::default(),
             reconnect: Reconnect::ForEver,
+            delay: None,
             observers: Vec::new(),
             tell: Arc::new(|_| ()),
         }

@@ -5,6 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
 
+use super::clock::ClockRelation;
 use super::wire::WireCounts;
 
 /// State of a link.
@@ -75,6 +76,9 @@ pub struct LinkStatus {
     pub overrun: u64,
     /// Counts of the wire.
     pub wire: WireCounts,
+    /// The clock of the board against that of this computer, of frames that have a time or a
+    /// number of the board.
+    pub clock: Option<ClockRelation>,
 }
 
 /// The status of a link, shared by its thread and those who show it.
@@ -95,6 +99,7 @@ impl LinkHandle {
             bytes: 0,
             overrun: 0,
             wire: WireCounts::default(),
+            clock: None,
         })))
     }
 
