@@ -143,7 +143,7 @@ impl Device {
         self.control_name.as_deref()
     }
 
-    /// Plays until the source ends, `frames` are done, nobody reads the standard output any
+    /// Plays from the first connection on until the source ends, `frames` are done, nobody reads the standard output any
     /// more, or `interrupt`.
     ///
     /// # Errors
@@ -157,6 +157,12 @@ impl Device {
     }
 
     fn play(&mut self, interrupt: &Interrupt) -> Result<(), DeviceError> {
+        // What is played begins when somebody is there: a script begins untouched, and a rest
+        // capture needs that.
+        while !self.outlet.connected() && !interrupt.asked() {
+            self.look(0.0)?;
+            std::thread::sleep(Duration::from_secs_f64(LOOK));
+        }
         let start = Instant::now();
         let now = || start.elapsed().as_secs_f64();
         let period = self.options.rate.recip();

@@ -53,11 +53,11 @@ fn peaks_of_other_loads_or_columns_are_named() {
             ),
             (
                 changed(&text, "a1", |_, v| -v),
-                "a1\nthe voltages have the other sign",
+                "a1\nthe readings have the other sign",
             ),
             (
                 changed(&text, "a2", |_, v| -v),
-                "a2\nthe voltages have the other sign",
+                "a2\nthe readings have the other sign",
             ),
             (
                 changed(&text, "a2", |_, v| 1e3 * v),
