@@ -39,7 +39,7 @@ pub struct DeviceClockMap {
     /// Device time, and host less device time, of the lower hull, ns from the first stamp.
     hull: VecDeque<[f64; 2]>,
     origin: Option<[u64; 2]>,
-    /// Largest and smallest offsets of blocks of the window: the spread of the delays.
+    /// How far the arrivals have lately lain above the map, ns.
     spread: f64,
     last: Option<[u64; 2]>,
     far_since: Option<u64>,
@@ -169,7 +169,7 @@ impl DeviceClockMap {
         self.slope = self.new_slope().unwrap_or(self.slope);
     }
 
-    /// Slope of the longest side of the hull, once the window is long enough.
+    /// Slope of the side of the hull over the middle of the window, once the window is long enough.
     fn new_slope(&self) -> Option<f64> {
         let (first, last) = (self.hull.front()?, self.hull.back()?);
         let window = last[0] - first[0];

@@ -171,6 +171,10 @@ impl Decoder {
             numbering.finish(&mut self.placed);
         }
         self.deliver_placed();
+        // Nothing will confirm a step that is held.
+        if let Some(guard) = &mut self.guard {
+            guard.reset();
+        }
     }
 
     /// The next frame.
