@@ -14,7 +14,7 @@ use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::{Command, Stdio};
 
-use board::{Beside, device, objects, wait_until, web_socket};
+use board::{Beside, device, objects};
 use common::{Folder, done, refused, taxel};
 use serde_json::Value;
 
@@ -406,78 +406,5 @@ fn devices_lists_ports_or_says_that_there_are_none() {
     match list["ports"].as_array().unwrap().as_slice() {
         [] => assert!(text.contains("no serial port is plugged in"), "{text}"),
         [first, ..] => assert!(text.contains(first["path"].as_str().unwrap()), "{text}"),
-    }
-}
-
-/// Frames a second and seconds of the test without loss.
-fn load() -> (f64, f64) {
-    let number =
-        |name: &str, usual: f64| std::env::var(name).map_or(usual, |text| text.parse().unwrap());
-    (
-        number("TAXEL_LOAD_HZ", 200.0),
-        number("TAXEL_LOAD_SECONDS", 3.0),
-    )
-}
-
-/// At full length, on an idle machine:
-/// `TAXEL_LOAD_HZ=1000 TAXEL_LOAD_SECONDS=600 cargo test --release -p taxel-cli --test links -- --nocapture stalled`
-#[test]
-fn nothing_is_lost_with_four_stalled_clients() {
-    let (rate, seconds) = load();
-    let folder = Folder::new("load");
-    let board = board::board(&folder);
-    for place in ["pty", "tcp:0"] {
-        let device = device(&board, place, &["--rate", &format!("{rate} Hz")]);
-        let source = match place {
-            "pty" => format!("serial:{}", device.line),
-            _ => device.line.clone(),
-        };
-        let frames = (rate * seconds) as u64;
-        let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
-            .args([
-                "live",
-                "three-axis-8x8",
-                "--port",
-                "0",
-                "--format",
-                "json",
-                "--board",
-                &board,
-            ])
-            .args(["--source", &source, "--frames", &frames.to_string()])
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut output = BufReader::new(child.stdout.take().unwrap());
-        let mut address = String::new();
-        output.read_line(&mut address).unwrap();
-        let stalled: Vec<_> = (0..4).map(|_| web_socket(address.trim())).collect();
-        let mut reader = web_socket(address.trim());
-        let read = std::thread::spawn(move || {
-            std::io::copy(&mut reader, &mut std::io::sink()).unwrap_or(0)
-        });
-        let mut text = String::new();
-        output.read_to_string(&mut text).unwrap();
-        child.wait().unwrap();
-        drop(stalled);
-        let found: Value = serde_json::from_str(&text).unwrap();
-        println!(
-            "{place}: {} frames, lost {}, arrival to message p99 {} s, to socket p99 {} s",
-            found["frames"],
-            found["lost"],
-            found["latency_s"]["p99"],
-            found["sent_latency_s"]["p99"]
-        );
-        assert_eq!(
-            (&found["frames"], &found["lost"]),
-            (&frames.into(), &0.into()),
-            "{place}"
-        );
-        assert_eq!(
-            (&found["link"]["overrun"], &found["late"]),
-            (&0.into(), &0.into())
-        );
-        wait_until(|| read.is_finished());
-        assert!(read.join().unwrap() > frames * 1000);
     }
 }

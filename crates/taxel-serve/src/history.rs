@@ -100,6 +100,21 @@ struct Place {
     unix_s: f64,
 }
 
+impl Place {
+    const NONE: Self = Self {
+        number: u64::MAX,
+        unix_s: f64::NAN,
+    };
+}
+
+/// An empty queue for so many values whose memory is in use from now on: a run takes as much
+/// in its first minute as in its last hour.
+fn reserved<T: Clone>(value: T, count: usize) -> VecDeque<T> {
+    let mut queue = VecDeque::from(vec![value; count]);
+    queue.clear();
+    queue
+}
+
 /// Bins of one width. A time without frames takes no bin.
 #[derive(Debug)]
 struct Level {
@@ -123,8 +138,8 @@ impl Level {
             bins,
             signals,
             // One more than is kept, so that they never grow.
-            places: VecDeque::with_capacity(bins + 1),
-            stats: VecDeque::with_capacity((bins + 1) * signals),
+            places: reserved(Place::NONE, bins + 1),
+            stats: reserved(Running::NOTHING.stats(), (bins + 1) * signals),
             open: None,
             running: vec![Running::NOTHING; signals],
             dropped: false,
