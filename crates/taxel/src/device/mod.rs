@@ -18,7 +18,8 @@ use crate::drawing::Drawing;
 use crate::electronics::{Delivered, FrontEnd, LastStage};
 use crate::estimation::{FrameError, ObserverOptions, Reader, TouchSession};
 use crate::layout::Layout;
-use crate::predict::Predictor;
+use crate::predict::{LoadColumn, LoadKind, Predictor};
+use crate::quantity::FORCE;
 use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number};
 use crate::table::{Cell, Column};
@@ -161,6 +162,32 @@ fn stream_of(layout: &Layout, channels_per_taxel: usize, period: f64, unit: Sign
         unit,
         ..Stream::of_counts(taxels, pitch, channels_per_taxel, period)
     }
+}
+
+/// Names of the axes in columns.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The force on a taxel as a load, at most `largest` along each axis, N.
+const fn force_loads(largest: f64) -> [LoadColumn; 3] {
+    const fn axis(
+        name: &'static str,
+        short: &'static str,
+        about: &'static str,
+        largest: f64,
+    ) -> LoadColumn {
+        LoadColumn {
+            name,
+            short,
+            kind: LoadKind::Quantity(&FORCE, [-largest, largest]),
+            required: true,
+            about,
+        }
+    }
+    [
+        axis("force_x", "fx", "side force along x", largest),
+        axis("force_y", "fy", "side force along y", largest),
+        axis("force_z", "fz", "pressing force", largest),
+    ]
 }
 
 /// Column of the numbers of a frame: counts, or values in the unit of the instrument.

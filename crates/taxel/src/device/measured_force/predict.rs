@@ -1,11 +1,10 @@
 //! Force on one taxel to its readings: the load is the reading.
 
 use super::MeasuredForceArray;
-use crate::device::{number_cell, number_column};
+use crate::device::{AXES, force_loads, number_cell, number_column};
 use crate::electronics::{Delivered, LastStage};
 use crate::mechanics::ForceAxes;
-use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
-use crate::quantity::FORCE;
+use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Predictor};
 use crate::table::{Cell, Column};
 
 /// Predicts the readings of one taxel.
@@ -50,25 +49,8 @@ impl MeasuredForcePredictor {
     }
 }
 
-/// Largest force that is taken for a force on a taxel, N.
-const LARGEST: f64 = 1e5;
-
-const fn axis(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        name,
-        short,
-        kind: LoadKind::Quantity(&FORCE, [-LARGEST, LARGEST]),
-        required: true,
-        about,
-    }
-}
-
-static LOADS: [LoadColumn; 3] = [
-    axis("force_x", "fx", "side force along x"),
-    axis("force_y", "fy", "side force along y"),
-    axis("force_z", "fz", "pressing force"),
-];
-const NAMES: [&str; 3] = ["x", "y", "z"];
+/// The force on a taxel, at most this much along each axis, N.
+static LOADS: [LoadColumn; 3] = force_loads(1e5);
 
 impl Predictor for MeasuredForcePredictor {
     fn load_columns(&self) -> &'static [LoadColumn] {
@@ -76,7 +58,7 @@ impl Predictor for MeasuredForcePredictor {
     }
 
     fn columns(&self) -> Vec<Column> {
-        let axes = || NAMES.iter().skip(self.axes.first());
+        let axes = || AXES.iter().skip(self.axes.first());
         let force = |axis| Column::new(format!("force_{axis}"), "N", 1.0, "n", 4);
         let reading = |axis| number_column("", &format!("_{axis}"), &self.last);
         let mut columns: Vec<Column> = axes().map(force).collect();

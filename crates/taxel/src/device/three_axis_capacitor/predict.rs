@@ -1,11 +1,10 @@
 //! Force on one unit to signal, stage by stage.
 
 use super::ThreeAxisArray;
-use crate::device::{number_cell, number_column};
+use crate::device::{AXES, force_loads, number_cell, number_column};
 use crate::electronics::{Delivered, FrontEnd};
 use crate::mechanics::Deformation;
-use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
-use crate::quantity::FORCE;
+use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::{Response, UnitModel};
 
@@ -116,26 +115,9 @@ impl ThreeAxisPredictor {
     }
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
 const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
-/// Largest force that is taken for a force on a taxel, N.
-const LARGEST: f64 = 1e3;
-
-const fn axis(name: &'static str, short: &'static str, about: &'static str) -> LoadColumn {
-    LoadColumn {
-        name,
-        short,
-        kind: LoadKind::Quantity(&FORCE, [-LARGEST, LARGEST]),
-        required: true,
-        about,
-    }
-}
-
-static LOADS: [LoadColumn; 3] = [
-    axis("force_x", "fx", "side force along x"),
-    axis("force_y", "fy", "side force along y"),
-    axis("force_z", "fz", "pressing force"),
-];
+/// The force on a taxel, at most this much along each axis, N.
+static LOADS: [LoadColumn; 3] = force_loads(1e3);
 
 impl Predictor for ThreeAxisPredictor {
     fn load_columns(&self) -> &'static [LoadColumn] {
