@@ -26,9 +26,10 @@ mod wire;
 mod wiring;
 
 pub use board::{
-    Amount, Board, BoardFile, BuiltIn, Check, Class, Counted, Decimal, Detection, Empty, Field,
-    Fixed, FrameEnd, Framing, Is, Length, Lines, Link, Marked, Network, Order, Packet, Poll,
-    SCHEMA_VERSION, Serial, Stuffed, Texts, Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
+    Amount, Board, BoardFile, BuiltIn, Carrier, Check, Class, Counted, Decimal, Detection, Digits,
+    Empty, Field, Fixed, FrameEnd, Framing, Id, Is, Length, Lines, Link, Marked, Message,
+    MessageFrame, Messages, Network, Order, Packet, Poll, SCHEMA_VERSION, Serial, Stuffed, Texts,
+    Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
 };
 pub use check::CheckKind;
 pub use clock::{ClockEvent, DeviceClockMap, HostTime};

@@ -6,6 +6,7 @@ use taxel::quantity::{self, FrameRate};
 
 use super::field::{Field, Type};
 use super::link::{self, Link};
+use super::messages::{Message, Messages};
 use super::one_or_several;
 use super::order::Order;
 use crate::check::CheckKind;
@@ -32,6 +33,9 @@ pub struct BoardFile {
     /// What a packet holds.
     #[serde(default)]
     pub packet: Packet,
+    /// The messages that make a frame, for the framing `messages`, in place of `packet.fields`.
+    #[serde(default, rename = "message")]
+    pub messages: Vec<Message>,
     /// A decoder of this program, in place of `packet`, for packets that describe themselves.
     #[serde(default)]
     pub decoder: Option<BuiltIn>,
@@ -57,6 +61,8 @@ pub enum Framing {
     Cobs(Stuffed),
     /// Packets between the bytes 0xc0 (RFC 1055).
     Slip(Stuffed),
+    /// Several messages that make a frame: CAN messages as text, JSON objects.
+    Messages(Messages),
 }
 
 /// Lines of text.

@@ -7,6 +7,7 @@ mod field;
 pub(crate) mod layout;
 pub(crate) mod line;
 mod link;
+pub(crate) mod messages;
 mod one_or_several;
 mod order;
 mod resolve;
@@ -22,16 +23,18 @@ pub use description::{
     BoardFile, BuiltIn, Check, Counted, Decimal, Empty, Fixed, FrameEnd, Framing, Length, Lines,
     Marked, Packet, Stuffed,
 };
-pub use field::{Field, Is, Type};
+pub use field::{Digits, Field, Is, Type};
 pub use link::{Link, Network, Poll, Serial, Usb, UsbName};
+pub use messages::{Carrier, Id, Message, MessageFrame, Messages};
 pub use one_or_several::{Amount, Texts, Whole, Wholes};
 pub use order::Order;
 
 pub(crate) use resolve::counted;
 pub(crate) use rules::shortened;
 
-use layout::{AddressRange, PacketLayout, Role};
+use layout::{Conversion, FrameRule, PacketLayout};
 use line::LineFormat;
+use messages::MessageFormat;
 
 /// The version of the board file that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -60,6 +63,8 @@ shipped!(
     "taxel-wire-1",
     "taxel-wire-1-256",
     "touch-board-mpr121",
+    "xela-server",
+    "xela-uskin-can",
 );
 
 /// A board: how its bytes are cut into packets, and what a packet holds.
@@ -102,6 +107,7 @@ pub struct ValueOfBoard {
 pub(crate) enum Format {
     Packet(PacketLayout),
     Lines(LineFormat),
+    Messages(MessageFormat),
     BuiltIn(BuiltIn),
 }
 
@@ -204,9 +210,9 @@ impl Board {
         }
     }
 
-    /// True if the wire carries lines of text.
+    /// True if the wire carries text.
     pub fn carries_text(&self) -> bool {
-        matches!(self.format, Format::Lines(_))
+        matches!(self.format, Format::Lines(_) | Format::Messages(_))
     }
 
     /// Bytes of one frame on the wire, where they are always as many.
@@ -222,6 +228,7 @@ impl Board {
                 };
                 Some(packets * (layout.length + stuffed))
             }
+            Format::Messages(messages) => messages.bytes_per_frame(),
             Format::Lines(_) | Format::BuiltIn(_) => None,
         }
     }
@@ -231,12 +238,14 @@ impl Board {
     pub(crate) fn counter(&self) -> Counter {
         match &self.format {
             Format::Packet(layout) => {
-                let sequence = layout
-                    .fields
-                    .iter()
-                    .find(|field| field.role == Role::Sequence);
-                sequence.map_or(Counter::None, |field| Counter::Wraps(modulus(field.kind)))
+                let sequence = layout.sequence();
+                sequence.map_or(Counter::None, |kind| Counter::Wraps(modulus(kind)))
             }
+            Format::Messages(messages) => match messages.sequence() {
+                Some(Some(kind)) => Counter::Wraps(modulus(kind)),
+                Some(None) => Counter::Endless,
+                None => Counter::None,
+            },
             Format::Lines(lines) if lines.has_sequence() => Counter::Endless,
             Format::Lines(_) => Counter::None,
             Format::BuiltIn(BuiltIn::Papillarray) => Counter::Wraps(1 << 32),
@@ -246,13 +255,12 @@ impl Board {
     /// Nanoseconds of one step of the board's clock, and the steps before it begins again.
     pub(crate) fn clock(&self) -> Option<DeviceClock> {
         match &self.format {
-            Format::Packet(layout) => layout.fields.iter().find_map(|field| match field.role {
-                Role::Time(step_ns) => Some(DeviceClock {
-                    step_ns,
-                    modulus: (!field.kind.is_float()).then(|| modulus(field.kind)),
-                }),
-                _ => None,
-            }),
+            Format::Packet(layout) => layout
+                .time()
+                .map(|(step_ns, kind)| DeviceClock::new(step_ns, Some(kind))),
+            Format::Messages(messages) => messages
+                .time()
+                .map(|(step_ns, kind)| DeviceClock::new(step_ns, kind)),
             Format::Lines(lines) => lines.time_step_ns().map(|step_ns| DeviceClock {
                 step_ns,
                 modulus: None,
@@ -264,10 +272,22 @@ impl Board {
         }
     }
 
-    pub(crate) fn address(&self) -> Option<AddressRange> {
+    /// When the packets or messages of a frame make it whole.
+    pub(crate) fn frame_rule(&self) -> FrameRule {
+        let packets = match &self.format {
+            Format::Messages(messages) => return messages.rule.clone(),
+            Format::Packet(layout) => layout.address.map_or(1, |address| address.count),
+            Format::Lines(_) | Format::BuiltIn(_) => 1,
+        };
+        FrameRule::all(packets, self.values.len())
+    }
+
+    /// Type, where it has one, and conversion of the value at `place`.
+    pub(crate) fn conversion(&self, place: usize) -> Option<(Option<Type>, &Conversion)> {
         match &self.format {
-            Format::Packet(layout) => layout.address,
-            _ => None,
+            Format::Packet(layout) => layout.value(place % layout.values.max(1)),
+            Format::Messages(messages) => messages.value(place),
+            Format::Lines(_) | Format::BuiltIn(_) => None,
         }
     }
 }
@@ -286,6 +306,17 @@ pub(crate) enum Counter {
 pub(crate) struct DeviceClock {
     pub(crate) step_ns: f64,
     pub(crate) modulus: Option<u64>,
+}
+
+impl DeviceClock {
+    /// A clock of steps of so many nanoseconds, of a number of this type; text has none.
+    fn new(step_ns: f64, kind: Option<Type>) -> Self {
+        let whole = kind.filter(|kind| !kind.is_float());
+        Self {
+            step_ns,
+            modulus: whole.map(modulus),
+        }
+    }
 }
 
 /// Numbers of a whole type; a counter of 64 bits never comes to its end.

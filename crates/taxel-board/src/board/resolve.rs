@@ -3,9 +3,9 @@
 use super::description::{BoardFile, Check, Counted, Framing, Packet};
 use super::field::{Field, Is, Type};
 use super::layout::{AddressRange, PacketLayout, PlacedCheck, PlacedField, Role, Status};
-use super::line;
 use super::rules::{Broken, broken, conversion, longest, shortened, value_of_board};
 use super::{Board, Format, LONGEST_PACKET, MOST_LONGEST, SCHEMA_VERSION, ValueOfBoard, unit};
+use super::{line, messages};
 use crate::names::{self, MOST_VALUES};
 use crate::pattern::BytePattern;
 
@@ -20,11 +20,16 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         return Err(broken(&[&"name"], "the name has 1 to 200 characters", help));
     }
     check_serial(file)?;
+    if !file.messages.is_empty() && !matches!(file.framing, Framing::Messages(_)) {
+        let message = "only the framing `messages` has messages";
+        let help = "write [framing.messages] with its carrier, or the fields in packet.fields";
+        return Err(broken(&[&"message"], message, help));
+    }
     let (format, values) = match (&file.framing, file.decoder) {
         (Framing::Lines(lines), None) => line::resolve(lines, &file.packet)?,
-        (Framing::Lines(_), Some(_)) => {
+        (Framing::Lines(_) | Framing::Messages(_), Some(_)) => {
             let help = "leave out `decoder`, or describe framing.marked";
-            let message = "the decoder reads packets, not lines";
+            let message = "the decoder reads packets, not lines or messages";
             return Err(broken(&[&"decoder"], message, help));
         }
         (_, Some(decoder)) => {
@@ -39,7 +44,14 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
                 .map_err(|message| broken(&[&"decoder"], message, ""))?;
             (Format::BuiltIn(decoder), values)
         }
-        (framing, None) => packet(framing, &file.packet)?,
+        (Framing::Messages(messages), None) => {
+            messages::resolve(messages, &file.messages, &file.packet)?
+        }
+        (framing, None) => {
+            let (layout, values) = layout(framing, &file.packet)?;
+            check_framing(framing, &layout)?;
+            (Format::Packet(layout), values)
+        }
     };
     if values.is_empty() {
         let help = "add a field such as { is = \"value\", name = \"c{1..4}\", type = \"u16\" }";
@@ -116,7 +128,11 @@ pub(super) fn places(values: &[ValueOfBoard], patterns: &[String]) -> Result<Vec
     Ok(places)
 }
 
-fn packet(framing: &Framing, packet: &Packet) -> Result<(Format, Vec<ValueOfBoard>), Broken> {
+/// Where the fields of a packet stand, and its values.
+pub(super) fn layout(
+    framing: &Framing,
+    packet: &Packet,
+) -> Result<(PacketLayout, Vec<ValueOfBoard>), Broken> {
     let (head, tail) = marks(framing);
     let mut places = Placement {
         packet,
@@ -140,9 +156,7 @@ fn packet(framing: &Framing, packet: &Packet) -> Result<(Format, Vec<ValueOfBoar
     for place in 0..packet.fields.len() {
         places.add(place)?;
     }
-    let (layout, values) = places.finish(framing, tail)?;
-    check_framing(framing, &layout)?;
-    Ok((Format::Packet(layout), values))
+    places.finish(framing, tail)
 }
 
 fn marks(framing: &Framing) -> (Option<&BytePattern>, Option<&BytePattern>) {
@@ -150,7 +164,9 @@ fn marks(framing: &Framing) -> (Option<&BytePattern>, Option<&BytePattern>) {
         Framing::Fixed(fixed) => (fixed.head.as_ref(), fixed.tail.as_ref()),
         Framing::Marked(marked) => (Some(&marked.head), Some(&marked.tail)),
         Framing::Length(length) => (Some(&length.head), None),
-        Framing::Lines(_) | Framing::Cobs(_) | Framing::Slip(_) => (None, None),
+        Framing::Lines(_) | Framing::Cobs(_) | Framing::Slip(_) | Framing::Messages(_) => {
+            (None, None)
+        }
     }
 }
 
@@ -176,6 +192,14 @@ impl Placement<'_> {
             broken(&[&"packet", &"fields", &place, &key], message, help)
         };
         self.check_keys(place)?;
+        if field.key.is_some() {
+            let message = "a packet of bytes has no keys".to_owned();
+            return Err(at(
+                "key",
+                message,
+                "use `at` for the place of its first byte",
+            ));
+        }
         let names = match &field.name {
             Some(pattern) => names::expanded(pattern).map_err(|message| at("name", message, ""))?,
             None => Vec::new(),
@@ -634,7 +658,7 @@ fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken>
         Framing::Slip(stuffed) => {
             too_long(longest(stuffed.longest, LONGEST_PACKET, "slip")?, "slip")
         }
-        Framing::Lines(_) => Ok(()),
+        Framing::Lines(_) | Framing::Messages(_) => Ok(()),
     }
 }
 

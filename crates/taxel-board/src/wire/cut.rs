@@ -2,9 +2,10 @@
 
 use super::packet::{self, Reading, Verdict};
 use super::stuffing;
+use super::{can, json};
 use crate::board::layout::PacketLayout;
 use crate::board::{
-    Board, BuiltIn, Counted, Fixed, Format, Framing, LONGEST_PACKET, Length, Marked, Order,
+    Board, BuiltIn, Carrier, Counted, Fixed, Format, Framing, LONGEST_PACKET, Length, Marked, Order,
 };
 use crate::papillarray;
 use crate::pattern::BytePattern;
@@ -20,6 +21,8 @@ pub(super) enum Candidate {
     Reading(usize, Reading),
     /// A whole packet or line without one.
     Other(usize),
+    /// What stands between two, and is nothing: ends, blanks.
+    Blank(usize),
     /// A stretch between two ends that is no packet.
     Damaged(usize),
 }
@@ -43,6 +46,7 @@ pub(super) struct Cutter {
     framing: Framing,
     format: Format,
     scratch: Vec<u8>,
+    scan: json::Scan,
 }
 
 impl Cutter {
@@ -51,6 +55,7 @@ impl Cutter {
             framing: board.framing.clone(),
             format: board.format.clone(),
             scratch: Vec::new(),
+            scan: json::Scan::default(),
         }
     }
 
@@ -63,8 +68,9 @@ impl Cutter {
             Framing::Cobs(stuffed) | Framing::Slip(stuffed) => {
                 stuffed.longest.unwrap_or(LONGEST_PACKET)
             }
-            Framing::Lines(_) => match &self.format {
+            Framing::Lines(_) | Framing::Messages(_) => match &self.format {
                 Format::Lines(lines) => lines.longest,
+                Format::Messages(messages) => messages.longest,
                 _ => LONGEST_PACKET,
             },
         }
@@ -106,8 +112,17 @@ impl Cutter {
                 let end = stuffing::SLIP_END;
                 of_stuffed(end, undo, layout, around, longest, &mut self.scratch)
             }
+            (_, Format::Messages(format)) => match format.carrier {
+                Carrier::Can => can::candidate(format, around),
+                Carrier::Json => json::candidate(format, &mut self.scan, around),
+            },
             _ => Candidate::None(1),
         }
+    }
+
+    /// A new connection: what was begun does not go on.
+    pub(super) fn reset(&mut self) {
+        self.scan = json::Scan::default();
     }
 }
 
@@ -279,7 +294,7 @@ fn of_stuffed(
     };
     if at == 0 {
         // Between two ends, or before the first.
-        return Candidate::Other(1);
+        return Candidate::Blank(1);
     }
     if undo(&bytes[..at], scratch).is_none() {
         return Candidate::Damaged(at + 1);

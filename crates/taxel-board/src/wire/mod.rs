@@ -1,9 +1,12 @@
 //! Bytes to frames and back.
 
+mod assembly;
+mod can;
 mod counts;
 mod cut;
 mod decoder;
 mod encoder;
+mod json;
 mod numbering;
 mod packet;
 mod steps;
