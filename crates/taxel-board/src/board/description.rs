@@ -58,7 +58,7 @@ pub enum Framing {
     /// Packets that say how long they are.
     Length(Length),
     /// Packets without zeros, ended by a zero (consistent overhead byte stuffing).
-    Cobs(Stuffed),
+    Cobs(Cobs),
     /// Packets between the bytes 0xc0 (RFC 1055).
     Slip(Stuffed),
     /// Several messages that make a frame: CAN messages as text, JSON objects.
@@ -179,6 +179,29 @@ pub enum Counted {
     Rest,
     /// The whole packet.
     All,
+}
+
+/// Packets without zeros, ended by a zero.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cobs {
+    /// Longest packet on the wire in bytes; default 4096, with `hello` 65536.
+    pub longest: Option<usize>,
+    /// Whether the packets are those of taxel-wire-1, where the board says itself what its
+    /// frames hold: its hello counts, in place of the fields of the file. Default: no.
+    pub hello: bool,
+}
+
+impl Cobs {
+    /// Longest packet on the wire, bytes.
+    pub(crate) fn longest(&self) -> usize {
+        let usual = if self.hello {
+            crate::hello::LONGEST
+        } else {
+            super::LONGEST_PACKET
+        };
+        self.longest.unwrap_or(usual)
+    }
 }
 
 /// Packets in stuffed bytes.

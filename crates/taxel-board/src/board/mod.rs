@@ -20,8 +20,8 @@ use taxel_recording::{InputError, Quantity, SignalUnit, Stream};
 
 pub use class::{Class, Detection};
 pub use description::{
-    BoardFile, BuiltIn, Check, Counted, Decimal, Empty, Fixed, FrameEnd, Framing, Length, Lines,
-    Marked, Packet, Stuffed,
+    BoardFile, BuiltIn, Check, Cobs, Counted, Decimal, Empty, Fixed, FrameEnd, Framing, Length,
+    Lines, Marked, Packet, Stuffed,
 };
 pub use field::{Digits, Field, Is, Type};
 pub use link::{Link, Network, Poll, Serial, Usb, UsbName};

@@ -652,9 +652,7 @@ fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken>
             }
             too_long(longest(length.longest, LONGEST_PACKET, "length")?, "length")
         }
-        Framing::Cobs(stuffed) => {
-            too_long(longest(stuffed.longest, LONGEST_PACKET, "cobs")?, "cobs")
-        }
+        Framing::Cobs(cobs) => too_long(longest(cobs.longest, cobs.longest(), "cobs")?, "cobs"),
         Framing::Slip(stuffed) => {
             too_long(longest(stuffed.longest, LONGEST_PACKET, "slip")?, "slip")
         }

@@ -7,8 +7,8 @@ use crate::board::layout::PacketLayout;
 use crate::board::{
     Board, BuiltIn, Carrier, Counted, Fixed, Format, Framing, LONGEST_PACKET, Length, Marked, Order,
 };
-use crate::papillarray;
 use crate::pattern::BytePattern;
+use crate::{hello, papillarray};
 
 /// What stands at a place of the buffer.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,9 +65,8 @@ impl Cutter {
             Framing::Fixed(fixed) => fixed.length,
             Framing::Marked(marked) => marked.longest.unwrap_or(LONGEST_PACKET),
             Framing::Length(length) => length.longest.unwrap_or(LONGEST_PACKET),
-            Framing::Cobs(stuffed) | Framing::Slip(stuffed) => {
-                stuffed.longest.unwrap_or(LONGEST_PACKET)
-            }
+            Framing::Cobs(cobs) => cobs.longest(),
+            Framing::Slip(stuffed) => stuffed.longest.unwrap_or(LONGEST_PACKET),
             Framing::Lines(_) | Framing::Messages(_) => match &self.format {
                 Format::Lines(lines) => lines.longest,
                 Format::Messages(messages) => messages.longest,
@@ -117,6 +116,14 @@ impl Cutter {
                 Carrier::Json => json::candidate(format, &mut self.scan, around),
             },
             _ => Candidate::None(1),
+        }
+    }
+
+    /// The text for people in the last packet that held no reading.
+    pub(super) fn text(&self) -> Option<String> {
+        match &self.framing {
+            Framing::Cobs(cobs) if cobs.hello => hello::text(&self.scratch),
+            _ => None,
         }
     }
 

@@ -267,7 +267,9 @@ impl Decoder {
                 Candidate::Other(length) => {
                     self.end_stretch();
                     self.counts.other += 1;
-                    if self.text {
+                    if let Some(text) = self.cutter.text() {
+                        self.keep(&text);
+                    } else if self.text {
                         let bytes = &self.buffer[self.start..][..length];
                         let line = String::from_utf8_lossy(bytes).into_owned();
                         self.keep(&line);

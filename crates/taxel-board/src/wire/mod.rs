@@ -16,3 +16,4 @@ mod times;
 pub use counts::Counts;
 pub use decoder::{Begin, Decoder};
 pub use encoder::Encoder;
+pub(crate) use stuffing::{from_cobs, to_cobs};
