@@ -124,12 +124,10 @@ pub fn board_file_of_hello(hello: &str) -> Result<String, String> {
         .collect::<Result<_, _>>()?;
     push(
         &mut file,
-        &format!(
-            "\n[framing.cobs]\nlongest = {LONGEST}\n\n[packet]\norder = \"little\"\nfields = [\n  \
-             {{ is = \"mark\", equals = \"01\" }},\n  {{ is = \"mark\", equals = \"00\" }},\n  \
-             {{ is = \"sequence\", type = \"u32\" }},\n  \
-             {{ is = \"time\", type = \"u64\", unit = \"us\" }},\n"
-        ),
+        "\n[framing.cobs]\nhello = true\n\n[packet]\norder = \"little\"\nfields = [\n  \
+         { is = \"mark\", equals = \"01\" },\n  { is = \"mark\", equals = \"00\" },\n  \
+         { is = \"sequence\", type = \"u32\" },\n  \
+         { is = \"time\", type = \"u64\", unit = \"us\" },\n",
     );
     for field in fields {
         push(&mut file, &format!("  {field},\n"));

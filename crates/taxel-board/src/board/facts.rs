@@ -92,6 +92,11 @@ impl Board {
                 text(&layout.length),
                 "packet.fields",
             ));
+            if self.says_hello() {
+                let hello =
+                    "the board's hello says what the frames hold; without one, what follows";
+                facts.push(fact("packet", "fields", text(&hello), "framing.cobs.hello"));
+            }
             if let Some(address) = layout.address {
                 facts.push(fact(
                     "packet",
@@ -223,7 +228,8 @@ fn frame_end(messages: &MessageFormat) -> String {
     let rule = &messages.rule;
     let needed = rule.required.iter().filter(|required| **required).count();
     let mut end = match rule.ends_with {
-        None => format!("when {needed} messages have come"),
+        None if needed == 1 => "with each message".into(),
+        None => format!("when all {needed} messages have come"),
         Some(slot) => {
             let of = |message: &&MessageLayout| {
                 (message.first_slot..message.first_slot + message.slots()).contains(&slot)

@@ -43,7 +43,10 @@ impl Running {
     ) -> Result<Self, LinkError> {
         let baud = (!options.serial.native_usb).then_some(options.serial.baud);
         let baud = baud.filter(|_| matches!(address, LinkAddress::Serial(_)));
-        let link = link(address, options.serial, &options.tell);
+        let link = match options.heard {
+            Some(heard) => Box::new(heard),
+            None => link(address, options.serial, &options.tell),
+        };
         let status = LinkHandle::new(link.name(), decoder.board(), decoder.wire_class());
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, items) = sync_channel(WAITING);
@@ -95,7 +98,8 @@ impl Running {
     }
 }
 
-fn link(address: LinkAddress, serial: SerialSettings, tell: &Tell) -> Box<dyn Link> {
+/// The way to the bytes at an address.
+pub(super) fn link(address: LinkAddress, serial: SerialSettings, tell: &Tell) -> Box<dyn Link> {
     match address {
         LinkAddress::Serial(name) => Box::new(Serial::new(name, serial)),
         LinkAddress::Tcp(host) => Box::new(Tcp(host)),
