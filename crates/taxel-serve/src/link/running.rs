@@ -16,6 +16,7 @@ use super::serial::{Serial, SerialSettings};
 use super::socket::{Tcp, Udp};
 use super::state::LinkHandle;
 use super::stream::{Pipe, StandardInput};
+use super::web_socket::WebSocketServer;
 use super::wire::Decode;
 
 /// Frames that may wait for the pump: two seconds at 10 kHz.
@@ -103,6 +104,7 @@ pub(super) fn link(address: LinkAddress, serial: SerialSettings, tell: &Tell) ->
     match address {
         LinkAddress::Serial(name) => Box::new(Serial::new(name, serial)),
         LinkAddress::Tcp(host) => Box::new(Tcp(host)),
+        LinkAddress::WebSocket { host, path } => Box::new(WebSocketServer { host, path }),
         LinkAddress::Udp { port, group } => Box::new(Udp { port, group }),
         LinkAddress::StandardInput => Box::new(StandardInput),
         LinkAddress::Pipe(path) => Box::new(Pipe(path)),
