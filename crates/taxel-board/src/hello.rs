@@ -117,11 +117,7 @@ pub fn board_file_of_hello(hello: &str) -> Result<String, String> {
         Some(Value::Number(hertz)) => push(&mut file, &format!("rate = \"{hertz} Hz\"\n")),
         Some(rate) => push(&mut file, &format!("rate = {}\n", toml(rate)?)),
     }
-    let fields: Vec<String> = hello
-        .fields
-        .iter()
-        .map(|field| table(field))
-        .collect::<Result<_, _>>()?;
+    let fields: Vec<String> = hello.fields.iter().map(table).collect::<Result<_, _>>()?;
     push(
         &mut file,
         "\n[framing.cobs]\nhello = true\n\n[packet]\norder = \"little\"\nfields = [\n  \

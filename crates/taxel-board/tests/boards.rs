@@ -276,12 +276,11 @@ fn xela_uskin_can_vector() -> Outcome {
 #[test]
 fn frames_of_messages_are_not_mixed() -> Outcome {
     for (lost, incomplete) in [(0x710, 1), (0x713, 1), (0x71f, 1)] {
-        let mut wire = String::new();
-        for round in 0..4 {
-            for id in (0x710..=0x71f).filter(|id| round != 1 || *id != lost) {
-                wire += &format!("t{id:03x}800{round:04x}{round:04x}{round:04x}00\r");
-            }
-        }
+        let round = |round| {
+            let ids = (0x710..=0x71f).filter(move |id| round != 1 || *id != lost);
+            ids.map(move |id| format!("t{id:03x}800{round:04x}{round:04x}{round:04x}00\r"))
+        };
+        let wire: String = (0..4).flat_map(round).collect();
         let (frames, counts) = decode(&board("xela-uskin-can")?, wire.as_bytes());
         assert_eq!(frames.len(), 3, "{lost:x} {counts:?}");
         assert_eq!(counts.incomplete, incomplete, "{lost:x}");

@@ -399,11 +399,11 @@ fn a_web_socket_server_is_read_and_found_again() {
     let (mut frames, mut reconnects) = (0, 0);
     while frames < 40 && Instant::now() < deadline {
         match source.next().unwrap() {
-            taxel_serve::Next::Frame(frame) => {
+            Next::Frame(frame) => {
                 assert_eq!(frame.values[..3], [33270.0, 31184.0, 30012.0]);
                 frames += 1;
             }
-            taxel_serve::Next::Reconnected => reconnects += 1,
+            Next::Reconnected => reconnects += 1,
             _ => {}
         }
     }

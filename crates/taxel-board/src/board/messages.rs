@@ -11,7 +11,7 @@ use super::field::{Digits, Field, Is, Type};
 use super::layout::{Conversion, FrameRule, PacketLayout, Status};
 use super::order::Order;
 use super::rules::{self, Broken, broken};
-use super::{Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, resolve, unit};
+use super::{Counter, Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, resolve, unit};
 use crate::names::{self, MOST_VALUES};
 
 /// Largest id of a CAN message with 11 bits, and with 29.
@@ -246,17 +246,20 @@ impl MessageFormat {
         }
     }
 
-    /// Type of the counter; `Some(None)` for one of text.
-    pub(crate) fn sequence(&self) -> Option<Option<Type>> {
-        self.messages
+    /// Numbers of the counter before it begins again.
+    pub(crate) fn counter(&self) -> Counter {
+        let counter = self
+            .messages
             .iter()
             .find_map(|message| match &message.body {
-                Body::Bytes(layout) => layout.sequence().map(Some),
-                Body::Json(fields) => fields
-                    .iter()
-                    .find(|field| field.role == JsonRole::Sequence)
-                    .map(|field| field.kind),
-            })
+                Body::Bytes(layout) => layout.sequence().map(Counter::of),
+                Body::Json(fields) => {
+                    let counter = |field: &&JsonField| field.role == JsonRole::Sequence;
+                    let field = fields.iter().find(counter)?;
+                    Some(field.kind.map_or(Counter::Endless, Counter::of))
+                }
+            });
+        counter.unwrap_or(Counter::None)
     }
 
     /// Nanoseconds of one step of the clock, and its type.
@@ -344,7 +347,7 @@ pub(super) fn resolve(
             return Err(broken(&[&"message", &place, &"id"], message, help));
         }
         slots += layout.slots();
-        add_values(&mut values, own, message, &layout, place)?;
+        add_values(&mut values, &own, message, &layout, place)?;
         messages.push(layout);
     }
     let rule = frame_rule(&framing.frame, &messages, slots, values.len())?;
@@ -600,7 +603,7 @@ fn pointer(key: &str) -> String {
 /// Names the values of each message of one kind.
 fn add_values(
     values: &mut Vec<ValueOfBoard>,
-    own: Vec<ValueOfBoard>,
+    own: &[ValueOfBoard],
     message: &Message,
     layout: &MessageLayout,
     place: usize,
@@ -620,7 +623,7 @@ fn add_values(
         ));
     }
     for number in 0..messages {
-        for value in &own {
+        for value in own {
             let name = if messages == 1 {
                 value.name.clone()
             } else {

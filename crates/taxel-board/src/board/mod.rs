@@ -237,15 +237,8 @@ impl Board {
     /// that is text.
     pub(crate) fn counter(&self) -> Counter {
         match &self.format {
-            Format::Packet(layout) => {
-                let sequence = layout.sequence();
-                sequence.map_or(Counter::None, |kind| Counter::Wraps(modulus(kind)))
-            }
-            Format::Messages(messages) => match messages.sequence() {
-                Some(Some(kind)) => Counter::Wraps(modulus(kind)),
-                Some(None) => Counter::Endless,
-                None => Counter::None,
-            },
+            Format::Packet(layout) => layout.sequence().map_or(Counter::None, Counter::of),
+            Format::Messages(messages) => messages.counter(),
             Format::Lines(lines) if lines.has_sequence() => Counter::Endless,
             Format::Lines(_) => Counter::None,
             Format::BuiltIn(BuiltIn::Papillarray) => Counter::Wraps(1 << 32),
@@ -299,6 +292,13 @@ pub(crate) enum Counter {
     /// Begins again after so many.
     Wraps(u64),
     Endless,
+}
+
+impl Counter {
+    /// A counter of this type.
+    pub(crate) fn of(kind: Type) -> Self {
+        Self::Wraps(modulus(kind))
+    }
 }
 
 /// Clock of a board.

@@ -119,9 +119,10 @@ impl Cutter {
         }
     }
 
-    /// The text for people in the last packet that held no reading.
-    pub(super) fn text(&self) -> Option<String> {
+    /// What the bytes of the last candidate, which holds no reading, say to people.
+    pub(super) fn text(&self, bytes: &[u8]) -> Option<String> {
         match &self.framing {
+            Framing::Messages(_) => Some(String::from_utf8_lossy(bytes).into_owned()),
             Framing::Cobs(cobs) if cobs.hello => hello::text(&self.scratch),
             _ => None,
         }

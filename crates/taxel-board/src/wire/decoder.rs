@@ -12,7 +12,7 @@ use super::packet::Reading;
 use super::steps::StepGuard;
 use super::times::{Known, Times};
 use crate::board::line::LineFormat;
-use crate::board::{Board, Class, Counter, Format, Framing};
+use crate::board::{Board, Class, Counter, Format};
 
 /// Lines that fit no template and are kept for the operator.
 const KEPT_LINES: usize = 10;
@@ -68,8 +68,6 @@ pub struct Decoder {
     clock_step_ns: Option<f64>,
     period_ns: Option<f64>,
     last_host_ns: Option<u64>,
-    /// True if what is other is text.
-    text: bool,
     other_lines: VecDeque<String>,
 }
 
@@ -137,7 +135,6 @@ impl Decoder {
             clock_step_ns: clock.map(|clock| clock.step_ns),
             period_ns: board.rate.map(|rate| 1e9 / rate),
             last_host_ns: None,
-            text: matches!(board.framing, Framing::Messages(_)),
             other_lines: VecDeque::new(),
         }
     }
@@ -267,12 +264,9 @@ impl Decoder {
                 Candidate::Other(length) => {
                     self.end_stretch();
                     self.counts.other += 1;
-                    if let Some(text) = self.cutter.text() {
+                    let bytes = &self.buffer[self.start..][..length];
+                    if let Some(text) = self.cutter.text(bytes) {
                         self.keep(&text);
-                    } else if self.text {
-                        let bytes = &self.buffer[self.start..][..length];
-                        let line = String::from_utf8_lossy(bytes).into_owned();
-                        self.keep(&line);
                     }
                     self.start += length;
                     self.since_packet = Some(0);

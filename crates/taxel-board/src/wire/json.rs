@@ -95,9 +95,8 @@ fn look(format: &MessageFormat, scan: &mut Scan, around: Around<'_>) -> Candidat
         };
     }
     match scan.end(within) {
-        Err(()) => Candidate::None(to_next(bytes)),
         Ok(None) if bytes.len() < format.longest => Candidate::More,
-        Ok(None) => Candidate::None(to_next(bytes)),
+        Err(()) | Ok(None) => Candidate::None(to_next(bytes)),
         Ok(Some(end)) => match serde_json::from_slice(&bytes[..end]) {
             Err(_) => Candidate::None(to_next(bytes)),
             Ok(object) => match read(format, &object) {
