@@ -9,20 +9,10 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use crate::board::layout::{Conversion, PlacedField, Role};
-use crate::board::{Board, Format, Framing, Order};
+use crate::board::{Board, Format, Framing, LONGEST_HELLO, Order};
 use crate::check::CheckKind;
 use crate::names;
-use crate::wire::{from_cobs, to_cobs};
-
-/// Longest hello on the wire, bytes.
-pub(crate) const LONGEST: usize = 65536;
-/// Bytes before the content of a packet: type, stream, sequence, time.
-const HEADER: usize = 14;
-/// Bytes of the check behind it.
-const CHECK: usize = 4;
-/// Type of a packet that is a hello, and of one that is text for people.
-const HELLO: u8 = 2;
-const TEXT: u8 = 3;
+use crate::wire::{self, HEADER, HELLO, from_cobs, to_cobs};
 
 /// Finds the first hello in a stream of bytes; holds no more than one packet of the longest
 /// length.
@@ -49,7 +39,7 @@ impl HelloFinder {
     pub fn push(&mut self, bytes: &[u8]) -> Option<String> {
         for byte in bytes {
             if *byte != 0 {
-                self.too_long |= self.packet.len() == LONGEST;
+                self.too_long |= self.packet.len() == LONGEST_HELLO;
                 if !self.too_long {
                     self.packet.push(*byte);
                 }
@@ -59,7 +49,7 @@ impl HelloFinder {
             let whole = !std::mem::take(&mut self.too_long)
                 && from_cobs(&self.packet, &mut packet).is_some();
             self.packet.clear();
-            let hello = content(&packet, HELLO)
+            let hello = wire::content(&packet, HELLO)
                 .filter(|_| whole)
                 .map(<[u8]>::to_vec);
             if let Some(hello) = hello.and_then(|hello| String::from_utf8(hello).ok()) {
@@ -68,21 +58,6 @@ impl HelloFinder {
         }
         None
     }
-}
-
-/// The content of a packet of this type, if its check holds.
-fn content(packet: &[u8], kind: u8) -> Option<&[u8]> {
-    let (body, check) = packet.split_at_checked(packet.len().checked_sub(CHECK)?)?;
-    let right = CheckKind::Crc32IsoHdlc.of(body).to_le_bytes() == check;
-    (right && body.first() == Some(&kind))
-        .then(|| body.get(HEADER..))
-        .flatten()
-}
-
-/// The text for people in a packet; `None` for another packet.
-pub(crate) fn text(packet: &[u8]) -> Option<String> {
-    let text = content(packet, TEXT)?;
-    Some(String::from_utf8_lossy(text).into_owned())
 }
 
 /// The board file that a hello stands for.
@@ -200,7 +175,7 @@ impl Board {
         packet.extend_from_slice(&check.to_le_bytes());
         let mut wire = Vec::new();
         to_cobs(&packet, &mut wire);
-        (wire.len() <= LONGEST).then_some(wire)
+        (wire.len() <= LONGEST_HELLO).then_some(wire)
     }
 
     fn hello_json(&self) -> Option<String> {

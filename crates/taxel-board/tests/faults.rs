@@ -86,7 +86,7 @@ fn any_bytes_are_survived() {
 }
 
 #[test]
-#[ignore = "takes an hour: a thousand million bytes"]
+#[ignore = "takes half a minute in release: a thousand million bytes"]
 fn a_thousand_million_bytes() {
     let boards = (Board::shipped_names().count() + DESCRIPTIONS.len()) as u64;
     survive_any_bytes(1_000_000_000 / boards + 1);

@@ -1,11 +1,12 @@
 //! Boards that say themselves what their frames hold (taxel-wire-1).
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use taxel::acquisition::Stream;
 use taxel_board::{Board, HelloFinder, board_file_of_hello, hello_of_channels};
-use taxel_serve::link::{Heard, LinkAddress, LinkError, LinkOptions, Reconnect};
+use taxel_serve::link::{Heard, LinkAddress, LinkError, Reconnect};
 use taxel_serve::serial_settings;
 
 use crate::Stop;
@@ -82,17 +83,20 @@ pub(crate) fn board(
 
 /// The hello that comes, if one does, and the link over which it was listened for.
 fn listen(board: &Board, address: &LinkAddress) -> Result<(Option<String>, Heard), LinkError> {
-    let options = LinkOptions {
-        serial: serial_settings(board),
-        tell: std::sync::Arc::new(|line| note!("{line}")),
-        ..LinkOptions::default()
-    };
+    let tell: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(|line| note!("{line}"));
     let (mut finder, mut hello) = (HelloFinder::default(), None);
     let mut found = |bytes: &[u8]| {
         hello = finder.push(bytes);
         hello.is_some()
     };
-    let heard = Heard::listen(address.clone(), &options, QUESTION, PATIENCE, &mut found)?;
+    let heard = Heard::listen(
+        address.clone(),
+        serial_settings(board),
+        &tell,
+        QUESTION,
+        PATIENCE,
+        &mut found,
+    )?;
     Ok((hello, heard))
 }
 

@@ -1,8 +1,8 @@
 //! What a wire can show of its damage.
 
-use super::description::{BuiltIn, Framing};
+use super::description::{BuiltIn, Carrier, Framing};
 use super::layout::{PlacedCheck, Role};
-use super::messages::{Body, Carrier, MessageFormat};
+use super::messages::{Body, MessageFormat};
 use super::{Board, Counter, Format};
 use crate::check::CheckKind;
 

@@ -3,8 +3,8 @@
 use taxel::summary::{Fact, fact, number, text};
 
 use super::class::Class;
-use super::description::{BuiltIn, Framing};
-use super::messages::{Carrier, MessageFormat, MessageLayout};
+use super::description::{BuiltIn, Carrier, Framing};
+use super::messages::{MessageFormat, MessageLayout};
 use super::rules::shortened;
 use super::{Board, Format};
 

@@ -1,15 +1,8 @@
 //! Several messages that make a frame: CAN messages as text, JSON objects.
 
-use std::fmt;
-
-use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer};
-use taxel::quantity::{self, PositiveTime};
-
-use super::description::{Check, Framing, Packet, Stuffed};
+use super::description::{Carrier, Framing, Id, Message, MessageFrame, Messages, Packet, Stuffed};
 use super::field::{Digits, Field, Is, Type};
 use super::layout::{Conversion, FrameRule, PacketLayout, Status};
-use super::order::Order;
 use super::rules::{self, Broken, broken};
 use super::{Counter, Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, resolve, unit};
 use crate::names::{self, MOST_VALUES};
@@ -19,141 +12,6 @@ pub(crate) const LARGEST_STANDARD_ID: u64 = 0x7ff;
 const LARGEST_EXTENDED_ID: u64 = 0x1fff_ffff;
 /// Most bytes of a CAN message.
 pub(crate) const MOST_CAN_BYTES: usize = 8;
-
-/// Several messages that make a frame.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Messages {
-    /// What carries them.
-    pub carrier: Carrier,
-    /// When a frame is complete; default with one of each message.
-    #[serde(default)]
-    pub frame: MessageFrame,
-    /// Longest message on the wire in bytes; default 4096 for `can`, 65536 for `json`.
-    #[serde(default)]
-    pub longest: Option<usize>,
-}
-
-/// What carries messages.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Carrier {
-    /// CAN messages as text, one in a line: SLCAN such as `t71380081f679d0753c00`, or what
-    /// `candump` and `candump -L` print.
-    Can,
-    /// JSON objects, with a line feed between them or with nothing.
-    Json,
-}
-
-/// When a frame of several messages is complete.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct MessageFrame {
-    /// Id of the message that ends a frame; the frame is delivered if all others have come.
-    pub ends_with: Option<Id>,
-    /// Ids of the messages that a frame must have; of the others the last values are kept.
-    /// Default: all.
-    pub all_of: Vec<Id>,
-    /// Longest time from the first to the last message of a frame.
-    #[serde(deserialize_with = "time")]
-    #[schemars(with = "Option<quantity::Checked<PositiveTime>>")]
-    pub within: Option<f64>,
-}
-
-/// A message of a frame; of an `id_range` or a list of ids, one message of each id.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Message {
-    /// Its id, or several: a number, or text such as `0x713`; in JSON any text. The values of
-    /// several have the number of the message behind their names.
-    #[serde(default, deserialize_with = "ids")]
-    #[schemars(with = "Option<Ids>")]
-    pub id: Vec<Id>,
-    /// First and last id of several, in place of `id`.
-    #[serde(default)]
-    pub id_range: Option<[Id; 2]>,
-    /// Number of the first of several messages in the names of its values; default 0.
-    #[serde(default)]
-    pub first: Option<usize>,
-    /// Whether a CAN id has 29 bits; default if it needs them.
-    #[serde(default)]
-    pub extended: Option<bool>,
-    /// Where the id stands in a JSON message; without ids, a key that the message must have.
-    #[serde(default)]
-    pub key: Option<String>,
-    /// Bytes of a CAN message; default at least those of its fields.
-    #[serde(default)]
-    pub length: Option<usize>,
-    /// Order of the bytes of a number; default that of `packet`.
-    #[serde(default)]
-    pub order: Option<Order>,
-    /// Its fields, as those of `packet`.
-    pub fields: Vec<Field>,
-    /// A check of the bytes of a CAN message.
-    #[serde(default)]
-    pub check: Option<Check>,
-}
-
-/// Id of a message.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(from = "NumberOrText")]
-#[schemars(with = "NumberOrText")]
-pub enum Id {
-    /// A number; text such as `0x713` is one.
-    Number(u64),
-    /// Text.
-    Text(String),
-}
-
-#[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
-enum NumberOrText {
-    Number(u64),
-    Text(String),
-}
-
-/// One id or several.
-#[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
-enum Ids {
-    One(Id),
-    Several(Vec<Id>),
-}
-
-impl From<NumberOrText> for Id {
-    fn from(given: NumberOrText) -> Self {
-        match given {
-            NumberOrText::Number(number) => Self::Number(number),
-            NumberOrText::Text(text) => {
-                let digits = text.strip_prefix("0x");
-                match digits.and_then(|digits| u64::from_str_radix(digits, 16).ok()) {
-                    Some(number) => Self::Number(number),
-                    None => Self::Text(text),
-                }
-            }
-        }
-    }
-}
-
-impl fmt::Display for Id {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Number(number) => write!(f, "{number:#x}"),
-            Self::Text(text) => f.write_str(text),
-        }
-    }
-}
-
-fn ids<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Id>, D::Error> {
-    Ok(match Ids::deserialize(deserializer)? {
-        Ids::One(id) => vec![id],
-        Ids::Several(ids) => ids,
-    })
-}
-
-fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    quantity::one::<PositiveTime, D>(deserializer).map(Some)
-}
 
 /// How messages are read and written.
 #[derive(Debug, Clone, PartialEq)]

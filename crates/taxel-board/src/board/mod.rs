@@ -20,12 +20,11 @@ use taxel_recording::{InputError, Quantity, SignalUnit, Stream};
 
 pub use class::{Class, Detection};
 pub use description::{
-    BoardFile, BuiltIn, Check, Cobs, Counted, Decimal, Empty, Fixed, FrameEnd, Framing, Length,
-    Lines, Marked, Packet, Stuffed,
+    BoardFile, BuiltIn, Carrier, Check, Cobs, Counted, Decimal, Empty, Fixed, FrameEnd, Framing,
+    Id, Length, Lines, Marked, Message, MessageFrame, Messages, Packet, Stuffed,
 };
 pub use field::{Digits, Field, Is, Type};
 pub use link::{Link, Network, Poll, Serial, Usb, UsbName};
-pub use messages::{Carrier, Id, Message, MessageFrame, Messages};
 pub use one_or_several::{Amount, Texts, Whole, Wholes};
 pub use order::Order;
 
@@ -42,6 +41,8 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// Longest packet and line, bytes, where the file does not say it.
 pub(crate) const LONGEST_PACKET: usize = 4096;
 pub(crate) const LONGEST_LINE: usize = 65536;
+/// Longest hello of a board on the wire, bytes.
+pub(crate) const LONGEST_HELLO: usize = 65536;
 /// Longest packet or line that a file may name, bytes.
 pub(crate) const MOST_LONGEST: usize = 1 << 20;
 

@@ -2,10 +2,11 @@
 
 use std::io::Write as _;
 
-use super::cut::{Around, Candidate};
+use super::candidate::{Around, Candidate};
 use super::packet::{self, Reading, Verdict};
+use crate::board::Id;
 use crate::board::messages::{
-    Body, Id, LARGEST_STANDARD_ID, MOST_CAN_BYTES, MessageFormat, MessageLayout,
+    Body, LARGEST_STANDARD_ID, MOST_CAN_BYTES, MessageFormat, MessageLayout,
 };
 
 /// The bell is the answer of an adapter that refuses.

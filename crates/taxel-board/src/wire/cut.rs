@@ -1,44 +1,15 @@
 //! Where a packet begins and ends.
 
+use super::candidate::{Around, Candidate};
 use super::packet::{self, Reading, Verdict};
 use super::stuffing;
-use super::{can, json};
+use super::{can, json, taxel_wire};
 use crate::board::layout::PacketLayout;
 use crate::board::{
     Board, BuiltIn, Carrier, Counted, Fixed, Format, Framing, LONGEST_PACKET, Length, Marked, Order,
 };
+use crate::papillarray;
 use crate::pattern::BytePattern;
-use crate::{hello, papillarray};
-
-/// What stands at a place of the buffer.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Candidate {
-    /// It cannot be said before more bytes have come.
-    More,
-    /// No packet begins there; go on after so many bytes.
-    None(usize),
-    /// So many bytes: a packet with a reading.
-    Reading(usize, Reading),
-    /// A whole packet or line without one.
-    Other(usize),
-    /// What stands between two, and is nothing: ends, blanks.
-    Blank(usize),
-    /// A stretch between two ends that is no packet.
-    Damaged(usize),
-}
-
-/// What lies around a candidate.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Around<'a> {
-    /// Bytes from the candidate on.
-    pub(super) bytes: &'a [u8],
-    /// The bytes before it that are still there.
-    pub(super) before: &'a [u8],
-    /// Bytes since the end of the last packet; `None` before the first.
-    pub(super) since_packet: Option<u64>,
-    /// True if no more bytes will come.
-    pub(super) last: bool,
-}
 
 /// Cuts packets of bytes; lines have their own way.
 #[derive(Debug, Clone)]
@@ -123,7 +94,7 @@ impl Cutter {
     pub(super) fn text(&self, bytes: &[u8]) -> Option<String> {
         match &self.framing {
             Framing::Messages(_) => Some(String::from_utf8_lossy(bytes).into_owned()),
-            Framing::Cobs(cobs) if cobs.hello => hello::text(&self.scratch),
+            Framing::Cobs(cobs) if cobs.hello => taxel_wire::text(&self.scratch),
             _ => None,
         }
     }

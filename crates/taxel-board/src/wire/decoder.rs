@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use taxel_recording::{Frame, FrameFlags};
 
 use super::assembly::{Assembly, Whole};
+use super::candidate::{Around, Candidate};
 use super::counts::Counts;
-use super::cut::{Around, Candidate, Cutter};
+use super::cut::Cutter;
 use super::numbering::{Numbered, Numbering, Placed};
 use super::packet::Reading;
 use super::steps::StepGuard;

@@ -5,8 +5,8 @@ use taxel_recording::Frame;
 use super::stuffing;
 use super::{can, json};
 use crate::board::layout::{PacketLayout, PlacedField, Role};
-use crate::board::messages::{Body, Id, MessageLayout};
-use crate::board::{Board, BuiltIn, Format, Framing, Order};
+use crate::board::messages::{Body, MessageLayout};
+use crate::board::{Board, BuiltIn, Format, Framing, Id, Order};
 use crate::papillarray;
 
 /// Frames to bytes as the board would send them.

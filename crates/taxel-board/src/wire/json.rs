@@ -3,10 +3,10 @@
 use serde_json::{Map, Number, Value};
 use taxel_recording::Frame;
 
-use super::cut::{Around, Candidate};
+use super::candidate::{Around, Candidate};
 use super::packet::{Reading, Verdict};
-use crate::board::messages::{Body, Id, JsonField, JsonRole, MessageFormat, MessageLayout};
-use crate::board::{Digits, Type};
+use crate::board::messages::{Body, JsonField, JsonRole, MessageFormat, MessageLayout};
+use crate::board::{Digits, Id, Type};
 
 /// Deepest object or list.
 const DEEPEST: usize = 32;

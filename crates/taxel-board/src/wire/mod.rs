@@ -2,6 +2,7 @@
 
 mod assembly;
 mod can;
+mod candidate;
 mod counts;
 mod cut;
 mod decoder;
@@ -11,9 +12,11 @@ mod numbering;
 mod packet;
 mod steps;
 mod stuffing;
+mod taxel_wire;
 mod times;
 
 pub use counts::Counts;
 pub use decoder::{Begin, Decoder};
 pub use encoder::Encoder;
 pub(crate) use stuffing::{from_cobs, to_cobs};
+pub(crate) use taxel_wire::{HEADER, HELLO, content};

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use super::address::LinkAddress;
 use super::error::LinkError;
-use super::options::LinkOptions;
 use super::port::{Link, Port, Received};
-use super::running;
+use super::serial::SerialSettings;
+use super::way;
 
 /// Most bytes that are kept while it is heard.
 const MOST_KEPT: usize = 4 << 20;
@@ -36,12 +36,13 @@ impl Heard {
     /// [`LinkError`] when it cannot be opened, or is lost.
     pub fn listen(
         address: LinkAddress,
-        options: &LinkOptions,
+        serial: SerialSettings,
+        tell: &Arc<dyn Fn(&str) + Send + Sync>,
         question: &[u8],
         patience: Duration,
         found: &mut dyn FnMut(&[u8]) -> bool,
     ) -> Result<Self, LinkError> {
-        let mut link = running::link(address, options.serial.clone(), &Arc::clone(&options.tell));
+        let mut link = way::link(address, serial, tell);
         let mut port = link.open()?;
         let lost = |error: io::Error| LinkError::Open {
             name: link.name(),

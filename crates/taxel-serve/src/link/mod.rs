@@ -16,6 +16,7 @@ mod socket;
 mod state;
 mod stream;
 mod tracker;
+mod way;
 mod web_socket;
 mod wire;
 
