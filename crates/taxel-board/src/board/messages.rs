@@ -4,7 +4,7 @@ use super::description::{Carrier, Framing, Id, Message, MessageFrame, Messages, 
 use super::field::{Digits, Field, Is, Type};
 use super::layout::{Conversion, FrameRule, PacketLayout, Status};
 use super::rules::{self, Broken, broken};
-use super::{Counter, Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, resolve, unit};
+use super::{Counter, Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, placement, unit};
 use crate::names::{self, MOST_VALUES};
 
 /// Largest id of a CAN message with 11 bits, and with 29.
@@ -316,7 +316,7 @@ fn of_can(
     // Nothing stands around the bytes of a message.
     let nothing = Framing::Slip(Stuffed::default());
     let (layout, values) =
-        resolve::layout(&nothing, &bytes).map_err(|broken| broken.in_message(place))?;
+        placement::layout(&nothing, &bytes).map_err(|broken| broken.in_message(place))?;
     let at = |key: &'static str, text: String| broken(&[&"message", &place, &key], text, "");
     if layout.length > MOST_CAN_BYTES {
         let text = format!(

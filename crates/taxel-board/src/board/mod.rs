@@ -10,6 +10,7 @@ mod link;
 pub(crate) mod messages;
 mod one_or_several;
 mod order;
+mod placement;
 mod resolve;
 mod rules;
 mod template;
