@@ -19,6 +19,7 @@
 mod board;
 mod check;
 mod clock;
+mod hello;
 mod names;
 mod papillarray;
 mod pattern;
@@ -26,12 +27,14 @@ mod wire;
 mod wiring;
 
 pub use board::{
-    Amount, Board, BoardFile, BuiltIn, Check, Class, Counted, Decimal, Detection, Empty, Field,
-    Fixed, FrameEnd, Framing, Is, Length, Lines, Link, Marked, Network, Order, Packet, Poll,
-    SCHEMA_VERSION, Serial, Stuffed, Texts, Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
+    Amount, Board, BoardFile, BuiltIn, Carrier, Check, Class, Cobs, Counted, Decimal, Detection,
+    Digits, Empty, Field, Fixed, FrameEnd, Framing, Id, Is, Length, Lines, Link, Marked, Message,
+    MessageFrame, Messages, Network, Order, Packet, Poll, SCHEMA_VERSION, Serial, Stuffed, Texts,
+    Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
 };
 pub use check::CheckKind;
 pub use clock::{ClockEvent, DeviceClockMap, HostTime};
+pub use hello::{HelloFinder, board_file_of_hello, hello_of_channels};
 pub use pattern::{BytePattern, Sent};
 pub use wire::{Begin, Counts, Decoder, Encoder};
 pub use wiring::{Mismatch, Wiring};

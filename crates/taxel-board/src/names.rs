@@ -96,6 +96,19 @@ fn numbers(from: usize, to: usize) -> Result<Vec<usize>, String> {
     Ok((from..=to).collect())
 }
 
+/// A pattern of these names: `c1..c4` where the numbers follow each other.
+pub(crate) fn contracted(names: &[&str]) -> String {
+    let [first, .., last] = names else {
+        return names.concat();
+    };
+    let range = format!("{first}..{last}");
+    if expanded(&range).is_ok_and(|expanded| expanded == names) {
+        range
+    } else {
+        format!("{{{}}}", names.join(","))
+    }
+}
+
 fn is_name(name: &str) -> bool {
     !name.is_empty()
         && name.len() <= 64
@@ -114,6 +127,19 @@ mod tests {
         assert_eq!(names("fx"), "fx");
         assert_eq!(names("m{1..2}.{x,y}"), "m1.x m1.y m2.x m2.y");
         assert_eq!(names("c9..c11"), "c9 c10 c11");
+    }
+
+    #[test]
+    fn contraction_is_undone() {
+        for names in [
+            &["c1", "c2", "c3"][..],
+            &["fx", "fy"],
+            &["x"],
+            &["m1.x", "m2.x"],
+        ] {
+            assert_eq!(expanded(&contracted(names)).unwrap_or_default(), names);
+        }
+        assert_eq!(contracted(&["c9", "c10"]), "c9..c10");
     }
 
     #[test]

@@ -233,3 +233,99 @@ fn taxel_wire_vector() -> Outcome {
     assert_eq!(board.detection().class, Class::A);
     Ok(())
 }
+
+/// `t71380081f679d0753c00` among the messages of the other taxels, as an adapter and as
+/// `candump` give them.
+#[test]
+fn xela_uskin_can_vector() -> Outcome {
+    let mut wire = Vec::new();
+    for taxel in 0..16 {
+        let line = match taxel {
+            3 => "t71380081f679d0753c00\r".to_owned(),
+            // Another message of the bus, in between.
+            7 => "t70120102\rt71780000010002000300\r".to_owned(),
+            11 => "(1436509052.249713) can0 71B#0000010002000300\n".to_owned(),
+            12 => "  can0  71C   [8]  00 00 01 00 02 00 03 00\n".to_owned(),
+            taxel => format!("t{:03x}80000010002000300\r", 0x710 + taxel),
+        };
+        wire.extend_from_slice(line.as_bytes());
+    }
+    let frame = one("xela-uskin-can", &wire)?;
+    assert_eq!(frame.values.len(), 48);
+    for (taxel, values) in frame.values.chunks(3).enumerate() {
+        let expected = match taxel {
+            3 => [33270.0, 31184.0, 30012.0],
+            _ => [1.0, 2.0, 3.0],
+        };
+        assert_eq!(values, expected, "taxel {taxel}");
+    }
+    let board = board("xela-uskin-can")?;
+    assert_eq!(board.names().nth(9), Some("x.3"));
+    assert_eq!(decode(&board, &wire).1.other, 1);
+    // Each message of 8 bytes has 22 characters.
+    assert_eq!(board.bytes_per_frame(), Some(16 * 22));
+    let mut back = Vec::new();
+    taxel_board::Encoder::new(&board).encode(&frame, &mut back);
+    let text = String::from_utf8(back)?;
+    assert!(text.contains("\rt71380081f679d0753c00\r"), "{text}");
+    assert_eq!(board.detection().class, Class::C);
+    Ok(())
+}
+
+/// A message that is lost makes its frame incomplete; the next one is whole and not mixed.
+#[test]
+fn frames_of_messages_are_not_mixed() -> Outcome {
+    for (lost, incomplete) in [(0x710, 1), (0x713, 1), (0x71f, 1)] {
+        let round = |round| {
+            let ids = (0x710..=0x71f).filter(move |id| round != 1 || *id != lost);
+            ids.map(move |id| format!("t{id:03x}800{round:04x}{round:04x}{round:04x}00\r"))
+        };
+        let wire: String = (0..4).flat_map(round).collect();
+        let (frames, counts) = decode(&board("xela-uskin-can")?, wire.as_bytes());
+        assert_eq!(frames.len(), 3, "{lost:x} {counts:?}");
+        assert_eq!(counts.incomplete, incomplete, "{lost:x}");
+        for frame in frames {
+            assert!(frame.values.iter().all(|value| *value == frame.values[0]));
+        }
+    }
+    Ok(())
+}
+
+const XELA_SERVER: &str = r#"{"message":4507,"1":{"sensor":"1","model":"uSPa44","time":1696911224.9756384,"taxels":2,"data":"81F6,79D0,753C,81F7,79D1,753D"}}"#;
+
+#[test]
+fn xela_server_vector() -> Outcome {
+    let board = board("xela-server")?;
+    let welcome = r#"{"message":"Welcome"}"#;
+    // With line feeds, with nothing between them, and with an object that is cut.
+    for wire in [
+        format!("{welcome}\n{XELA_SERVER}\n"),
+        format!("{welcome}{XELA_SERVER}"),
+        format!("{welcome}\n{}\n{XELA_SERVER}\n", &XELA_SERVER[..100]),
+    ] {
+        for chunk in [1, 17, wire.len()] {
+            let mut decoder = Decoder::new(&board, Begin::Whole);
+            for bytes in wire.as_bytes().chunks(chunk) {
+                decoder.push(bytes, None);
+            }
+            decoder.finish();
+            let frame = decoder.next().ok_or("no frame")?;
+            assert_eq!(decoder.next(), None);
+            assert_eq!(frame.sequence, 4507);
+            // To the 256 ns that a number of 64 bits holds at this time.
+            assert!(frame.time_ns.abs_diff(1_696_911_224_975_638_400) <= 256);
+            let (read, missing) = frame.values.split_at(6);
+            assert_eq!(read, [33270.0, 31184.0, 30012.0, 33271.0, 31185.0, 30013.0]);
+            assert!(missing.len() == 42 && missing.iter().all(|value| value.is_nan()));
+            let counts = decoder.counts();
+            assert!(counts.other >= 1, "{counts:?}");
+            let other = decoder.other_lines().next();
+            assert_eq!(other, Some(welcome));
+        }
+    }
+    // A digit that is none: damage, not data.
+    let wrong = XELA_SERVER.replace("79D1", "79G1");
+    let (frames, counts) = decode(&board, wrong.as_bytes());
+    assert_eq!((frames.len(), counts.damaged), (0, 1));
+    Ok(())
+}

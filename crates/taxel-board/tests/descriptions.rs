@@ -164,8 +164,87 @@ packet = { order = "big", fields = [
     assert_eq!(decoder.counts().incomplete, 1);
 }
 
+/// Modules that send their own messages, told apart by the id in the object; a slow message
+/// that is kept; two pages under one CAN id; a counter that must agree.
+#[test]
+fn other_boards_of_messages() {
+    let json = common::board(
+        r#"[framing.messages]
+carrier = "json"
+frame = { all_of = ["left", "right"] }
+[[message]]
+key = "node"
+id = ["left", "right"]
+first = 1
+fields = [
+  { is = "sequence", key = "n" },
+  { is = "value", key = "v/0", name = "fx", unit = "N", scale = 0.001 },
+  { is = "value", key = "v/1", name = "fz", unit = "N", scale = 0.001, range = [-50, 50] },
+]
+[[message]]
+key = "temperature"
+fields = [{ is = "value", key = "temperature", name = "t", unit = "degC" }]"#,
+    );
+    let names: Vec<_> = json.names().collect();
+    assert_eq!(names, ["fx.1", "fz.1", "fx.2", "fz.2", "t"]);
+    let wire = br#"{"node":"left","n":1,"v":[100,-200]}
+{"temperature":21.5}{"node":"right","n":1,"v":[300,"4e2"]}
+{"node":"left","n":2,"v":[1,2]}{"node":"right","n":3,"v":[5,6]}{"node":"left","n":3,"v":[7,8]}
+{"node":"left","n":4,"v":[1,99000]}{"node":"up","n":4,"v":[1,2]}{"log":[{"v":{}}]}
+"#;
+    let mut decoder = Decoder::new(&json, Begin::Whole);
+    decoder.push(wire, None);
+    decoder.finish();
+    let frames: Vec<Frame> = std::iter::from_fn(|| decoder.next()).collect();
+    let counts = decoder.counts();
+    assert_eq!(frames.len(), 2, "{counts:?}");
+    assert_eq!(frames[0].values, [0.1, -0.2, 0.3, 0.4, 21.5]);
+    assert_eq!(frames[1].values, [0.007, 0.008, 0.005, 0.006, 21.5]);
+    assert_eq!(frames[1].sequence, 3);
+    assert_eq!((counts.incomplete, counts.damaged, counts.other), (1, 1, 2));
+
+    let pages = common::board(
+        r#"[framing.messages]
+carrier = "can"
+frame = { within = "2 ms" }
+[[message]]
+id = "0x181"
+extended = true
+fields = [{ is = "mark", equals = "01" }, { is = "value", name = "a", type = "i24", order = "big" }]
+[[message]]
+id = "0x181"
+extended = true
+fields = [{ is = "mark", equals = "02" }, { is = "value", name = "b", type = "f32", missing = -1 }]
+[[message]]
+id = [0x201, 0x211]
+fields = [{ is = "address", type = "u8", count = 2, first = 5 }, { is = "value", name = "p", type = "bits(12)" }]"#,
+    );
+    let names: Vec<_> = pages.names().collect();
+    assert_eq!(names, ["a", "b", "p.5.0", "p.6.0", "p.5.1", "p.6.1"]);
+    let frame = Frame {
+        values: vec![-70_000.0, f64::NAN, 1.0, 2.0, 3.0, 4095.0],
+        ..Frame::default()
+    };
+    let mut wire = Vec::new();
+    Encoder::new(&pages).encode(&frame, &mut wire);
+    let found = decoded(&pages, &wire);
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].values[0], -70_000.0);
+    assert!(found[0].values[1].is_nan());
+    assert_eq!(found[0].values[2..], frame.values[2..]);
+    // The first message comes 3 ms before the others: another frame.
+    let mut decoder = Decoder::new(&pages, Begin::Whole);
+    let second = wire.iter().position(|byte| *byte == b'\r').unwrap_or(0) + 1;
+    decoder.push(&wire[..second], Some(0));
+    decoder.push(&wire[second..], Some(3_000_000));
+    assert_eq!((decoder.next(), decoder.counts().incomplete), (None, 1));
+    // The same, after 1 ms.
+    decoder.push(&wire[..second], Some(4_000_000));
+    assert!(decoder.next().is_some());
+}
+
 /// A description behind two lines, the line of its mistake, and a part of the message.
-const MISTAKES: [(&str, usize, &str); 20] = [
+const MISTAKES: [(&str, usize, &str); 28] = [
     (
         "framing.fixed = { length = 4 }\npacket = { fields = [{ is = \"value\", name = \"c{1..4}\", type = \"u8\" }] }",
         3,
@@ -261,6 +340,46 @@ const MISTAKES: [(&str, usize, &str); 20] = [
         "framing.cobs = {}\nlink.serial = { baud = 1 }\npacket = { fields = [{ is = \"value\", name = \"c\", type = \"u16\" }] }",
         4,
         "at least 50",
+    ),
+    (
+        "framing.messages = { carrier = \"can\" }",
+        3,
+        "no message is described",
+    ),
+    (
+        "framing.messages = { carrier = \"can\" }\n[[message]]\nid = 0x713\nfields = [{ is = \"value\", name = \"c{1..5}\", type = \"u16\" }]",
+        6,
+        "at most 8",
+    ),
+    (
+        "framing.messages = { carrier = \"can\" }\n[[message]]\nid = 0x20000000\nfields = [{ is = \"value\", name = \"c\", type = \"u16\" }]",
+        5,
+        "is no id",
+    ),
+    (
+        "framing.messages = { carrier = \"can\", frame = { ends_with = 0x7 } }\n[[message]]\nid = 8\nfields = [{ is = \"value\", name = \"c\", type = \"u16\" }]",
+        3,
+        "no message has the id 0x7",
+    ),
+    (
+        "framing.messages = { carrier = \"can\" }\n[[message]]\nid = 8\nfields = [{ is = \"value\", name = \"c\", type = \"u16\", unit = \"furlong\" }]",
+        6,
+        "no known unit",
+    ),
+    (
+        "framing.messages = { carrier = \"json\" }\n[[message]]\nid = 8\nfields = [{ is = \"value\", name = \"c\", key = \"c\" }]",
+        5,
+        "where does the id stand",
+    ),
+    (
+        "framing.messages = { carrier = \"json\" }\n[[message]]\nfields = [{ is = \"value\", name = \"c\" }]",
+        5,
+        "where does it stand",
+    ),
+    (
+        "framing.cobs = {}\n[[message]]\nid = 8\nfields = [{ is = \"value\", name = \"c\", type = \"u16\" }]",
+        4,
+        "only the framing `messages`",
     ),
 ];
 

@@ -1,12 +1,13 @@
 //! Damaged wires: nothing invented, and one packet lost for one damage. The long form, with ten
-//! million faults: `cargo test --release -p taxel-board --test faults -- --ignored --nocapture`.
+//! million faults and a thousand million bytes:
+//! `cargo test --release -p taxel-board --test faults -- --ignored --nocapture`.
 
 #![allow(clippy::print_stdout, reason = "the long form shows its figures")]
 
 mod common;
 
 use common::{DESCRIPTIONS, board, run};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel_board::{Begin, Board, Class, Decoder};
 
@@ -76,32 +77,69 @@ fn without_faults_nothing_is_lost() {
     }
 }
 
-/// Any bytes, on every shipped board: no panic, and no more kept than two packets.
+/// Bytes of each board here; a thousand million over all in the long form.
+const BYTES: u64 = 150_000;
+
 #[test]
 fn any_bytes_are_survived() {
-    use rand::RngExt;
-    let mut random = ChaCha8Rng::seed_from_u64(7);
-    for name in Board::shipped_names() {
-        let Some(board) = Board::shipped(name) else {
-            panic!("{name}");
-        };
+    survive_any_bytes(BYTES);
+}
+
+#[test]
+#[ignore = "takes half a minute in release: a thousand million bytes"]
+fn a_thousand_million_bytes() {
+    let boards = (Board::shipped_names().count() + DESCRIPTIONS.len()) as u64;
+    survive_any_bytes(1_000_000_000 / boards + 1);
+}
+
+/// So many random bytes, marks, characters and damaged packets, on every board: no panic, and
+/// no more kept than two packets.
+fn survive_any_bytes(bytes: u64) {
+    let shipped = Board::shipped_names().filter_map(|name| Some((name, Board::shipped(name)?)));
+    let described = DESCRIPTIONS.map(|(name, description)| (name, board(description)));
+    for (seed, (name, board)) in shipped.chain(described).enumerate() {
+        let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
         let mut decoder = Decoder::new(&board, Begin::Cut);
-        let text: Vec<u8> = b"0123456789 ,.:-\r\nFDAT(p)C{}".to_vec();
-        for round in 0..600 {
-            let bytes: Vec<u8> = (0..500)
-                .map(|_| match round % 3 {
-                    0 => random.random(),
-                    1 => text[random.random_range(0..text.len())],
-                    // Many marks.
-                    _ => [
-                        0xaa, 0x55, 0, 0x0d, 0x0a, 0xc0, 7, 8, 0x66, 0x77, 0x88, 0xa0,
-                    ][random.random_range(0..12)],
-                })
-                .collect();
-            decoder.push(&bytes, Some(round * 1_000_000));
-            while decoder.next().is_some() {}
+        let packets = common::packets(&board, 0..64);
+        let (mut pushed, mut round, mut delivered) = (0, 0_u64, 0_u64);
+        while pushed < bytes {
+            let chunk = hostile(&packets, &mut random);
+            pushed += chunk.len() as u64;
+            round += 1;
+            decoder.push(&chunk, Some(round * 1_000_000));
+            delivered += std::iter::from_fn(|| decoder.next()).count() as u64;
             assert!(decoder.waiting() <= 2 * 65536, "{name}");
+            if random.random_range(0..500) == 0 {
+                decoder.reconnect(Begin::Cut);
+            }
         }
         decoder.finish();
+        println!(
+            "{name}: {pushed} bytes, {delivered} frames, {:?}",
+            decoder.counts()
+        );
     }
+}
+
+/// Random bytes, characters, marks, or damaged packets.
+fn hostile(packets: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
+    const TEXT: &[u8] = b"0123456789 ,.:-\r\nFDAT(p)C{}[]\"\\tTr#";
+    const MARKS: [u8; 12] = [
+        0xaa, 0x55, 0, 0x0d, 0x0a, 0xc0, 7, 8, 0x66, 0x77, 0x88, 0xa0,
+    ];
+    let kind = random.random_range(0..5);
+    let mut bytes: Vec<u8> = Vec::new();
+    match kind {
+        0 => bytes.extend((0..500).map(|_| random.random::<u8>())),
+        1 => bytes.extend((0..500).map(|_| TEXT[random.random_range(0..TEXT.len())])),
+        2 => bytes.extend((0..500).map(|_| MARKS[random.random_range(0..MARKS.len())])),
+        _ => {
+            let rate = if kind == 3 { 1e-3 } else { 5e-2 };
+            for _ in 0..4 {
+                let packet = &packets[random.random_range(0..packets.len())];
+                common::damaged(packet, rate, random, &mut bytes);
+            }
+        }
+    }
+    bytes
 }

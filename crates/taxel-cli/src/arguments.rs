@@ -197,7 +197,7 @@ pub(crate) struct Live {
     pub(crate) map: Maps,
     /// Where frames come from: sim: (the twin under a shipped script that fits
     /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING; with --board
-    /// serial:PORT, serial:auto, tcp:HOST:PORT, udp:PORT[@GROUP], -, a named pipe, or
+    /// serial:PORT, serial:auto, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT[@GROUP], -, a named pipe, or
     /// exec:"PROGRAM ARGUMENTS"
     #[arg(long, default_value = "sim:")]
     pub(crate) source: String,

@@ -15,6 +15,7 @@ mod arguments;
 mod boards;
 mod commands;
 mod files;
+mod hello;
 mod interrupt;
 mod outputs;
 mod progress;

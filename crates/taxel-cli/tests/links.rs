@@ -97,6 +97,86 @@ fn the_bytes_of_a_device_can_be_piped_and_programs_can_be_sources() {
     assert_eq!(found["frames"], 100);
 }
 
+/// taxel-wire-1: the hello of the board is all that is needed, on every kind of link.
+#[test]
+fn a_board_that_says_hello_needs_no_board_file() {
+    let folder = Folder::new("hello");
+    for place in ["pty", "tcp:0"] {
+        let device = device("taxel-wire-1", place, &["--rate", "200 Hz"]);
+        let source = match place {
+            "pty" => format!("serial:{}", device.line),
+            _ => device.line.clone(),
+        };
+        let recording = folder.path(&format!("{}.mcap", &place[..3]));
+        let found = summary(&[
+            "--source", &source, "--frames", "100", "--record", &recording,
+        ]);
+        assert_eq!(
+            (&found["frames"], &found["lost"]),
+            (&100.into(), &0.into()),
+            "{place}"
+        );
+        assert_eq!(found["link"]["wire"]["damaged"], 0);
+        let named = summary(&[
+            "--board",
+            "taxel-wire-1",
+            "--source",
+            &source,
+            "--frames",
+            "50",
+        ]);
+        assert_eq!(named["lost"], 0);
+    }
+    // A program is started once, and what it said before is not lost.
+    let program = env!("CARGO_BIN_EXE_taxel");
+    let source = format!(
+        "exec:'{program}' device three-axis-8x8 --board taxel-wire-1 --on - --frames 100 --rate \"1 kHz\""
+    );
+    let found = summary(&["--source", &source]);
+    assert_eq!((&found["frames"], &found["lost"]), (&100.into(), &0.into()));
+    let message = refused(&["live", "three-axis-8x8", "--source", "exec:echo no hello"]);
+    assert!(
+        message.contains("no hello") && message.contains("--board"),
+        "{message}"
+    );
+}
+
+/// Boards whose frames are several messages, from the device to the summary.
+#[test]
+fn messages_are_read_from_a_virtual_device() {
+    let folder = Folder::new("messages");
+    for (name, framing) in [
+        (
+            "can",
+            "carrier = \"can\"\n[[message]]\nid_range = [0x100, 0x13f]\nfields = [{ is = \"value\", name = \"c{1..4}\", type = \"u16\" }]\n",
+        ),
+        (
+            "json",
+            "carrier = \"json\"\n[[message]]\nfields = [{ is = \"sequence\", key = \"n\" }, { is = \"time\", key = \"t\", unit = \"ms\" }, { is = \"value\", key = \"c\", name = \"c1..c256\" }]\n",
+        ),
+    ] {
+        let board = folder.path(&format!("{name}.toml"));
+        let text = format!("schema = 1\nname = \"{name}\"\n[framing.messages]\n{framing}");
+        fs::write(&board, text).unwrap();
+        let device = device(&board, "tcp:0", &["--rate", "100 Hz"]);
+        let found = summary(&[
+            "--board",
+            &board,
+            "--source",
+            &device.line,
+            "--frames",
+            "100",
+        ]);
+        // Without a counter it is not known what was lost.
+        let lost = if name == "can" { Value::Null } else { 0.into() };
+        assert_eq!((&found["frames"], &found["lost"]), (&100.into(), &lost));
+        let wire = &found["link"]["wire"];
+        for count in ["damaged", "other", "incomplete", "missing_estimate"] {
+            assert_eq!(wire[count], 0, "{name}: {wire}");
+        }
+    }
+}
+
 #[test]
 fn damage_is_counted_and_is_exit_code_3() {
     let folder = Folder::new("damage");

@@ -24,9 +24,10 @@ impl BoardDecoder {
         let begin = match address {
             // A server that was sending before begins anywhere; so does a port.
             LinkAddress::Serial(_) | LinkAddress::Tcp(_) | LinkAddress::Udp { .. } => Begin::Cut,
-            LinkAddress::StandardInput | LinkAddress::Pipe(_) | LinkAddress::Program(_) => {
-                Begin::Whole
-            }
+            LinkAddress::StandardInput
+            | LinkAddress::Pipe(_)
+            | LinkAddress::Program(_)
+            | LinkAddress::WebSocket { .. } => Begin::Whole,
         };
         Self {
             decoder: Decoder::new(board, begin),
@@ -165,7 +166,10 @@ pub fn greeting(board: &Board, address: &LinkAddress) -> Greeting {
     let (serial, network) = (&board.link.serial, &board.link.network);
     match (address, serial, network) {
         (
-            LinkAddress::Tcp(_) | LinkAddress::Udp { .. } | LinkAddress::Program(_),
+            LinkAddress::Tcp(_)
+            | LinkAddress::WebSocket { .. }
+            | LinkAddress::Udp { .. }
+            | LinkAddress::Program(_),
             _,
             Some(network),
         ) => Greeting {

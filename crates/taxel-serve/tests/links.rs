@@ -348,3 +348,94 @@ fn the_truth_says_what_was_done_to_each_frame() {
     assert_eq!(found, whole);
     std::fs::remove_file(truth).unwrap();
 }
+
+/// A server whose connections each get `say`, and the address of it.
+fn web_socket_server(
+    connections: usize,
+    say: impl Fn(&mut tungstenite::WebSocket<std::net::TcpStream>, usize) + Send + 'static,
+) -> String {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("ws:{}/", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        for connection in 0..connections {
+            let (stream, _) = listener.accept().unwrap();
+            let mut socket = tungstenite::accept(stream).unwrap();
+            say(&mut socket, connection);
+            // To the end of the talk.
+            let _ = socket.close(None);
+            while socket.read().is_ok() {}
+        }
+    });
+    address
+}
+
+/// The server of XELA: a welcome, objects as text and as bytes, and a connection that is lost.
+#[test]
+fn a_web_socket_server_is_read_and_found_again() {
+    use tungstenite::Message;
+    let object = |n: usize| {
+        format!(r#"{{"message":{n},"1":{{"time":{n}.5,"taxels":1,"data":"81F6,79D0,753C"}}}}"#)
+    };
+    let address = web_socket_server(2, move |socket, connection| {
+        let welcome = r#"{"message":"Welcome"}"#;
+        socket.send(Message::text(welcome)).unwrap();
+        for n in 0..20 {
+            let object = object(100 * connection + n);
+            let message = match n % 3 {
+                0 => Message::binary(object.into_bytes()),
+                _ => Message::text(object),
+            };
+            socket.send(message).unwrap();
+            socket.send(Message::Ping(vec![1].into())).unwrap();
+        }
+    });
+    let board = taxel_board::Board::shipped("xela-server").unwrap();
+    let address = taxel_serve::link::LinkAddress::parse(&address).unwrap();
+    let decoder = Box::new(taxel_serve::BoardDecoder::new(&board, &address));
+    let (options, states) = observed();
+    let mut source =
+        taxel_serve::LinkSource::start(address, board.stream(), decoder, options).unwrap();
+    let deadline = Instant::now() + Duration::from_secs(20);
+    let (mut frames, mut reconnects) = (0, 0);
+    while frames < 40 && Instant::now() < deadline {
+        match source.next().unwrap() {
+            Next::Frame(frame) => {
+                assert_eq!(frame.values[..3], [33270.0, 31184.0, 30012.0]);
+                frames += 1;
+            }
+            Next::Reconnected => reconnects += 1,
+            _ => {}
+        }
+    }
+    let wire = source.status().now().wire;
+    assert_eq!((frames, reconnects), (40, 1), "{:?}", states.all());
+    assert_eq!(
+        (wire.damaged, wire.other, wire.lost),
+        (0, 2, Some(0)),
+        "{wire:?}"
+    );
+}
+
+#[test]
+fn a_message_without_bounds_ends_the_connection() {
+    let address = web_socket_server(1, |socket, _| {
+        // The other side closes before all of it is taken.
+        let _ = socket.send(tungstenite::Message::binary(vec![b'{'; 8 << 20]));
+    });
+    let options = LinkOptions {
+        reconnect: Reconnect::Once,
+        ..LinkOptions::default()
+    };
+    let mut source = link(&address, 4, 200.0, options);
+    let deadline = Instant::now() + Duration::from_secs(20);
+    let error = loop {
+        match source.next() {
+            Ok(_) => assert!(Instant::now() < deadline),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(
+        error.contains("too long") || error.contains("too big"),
+        "{error}"
+    );
+}

@@ -1,7 +1,8 @@
 //! What a wire can show of its damage.
 
-use super::description::{BuiltIn, Framing};
-use super::layout::Role;
+use super::description::{BuiltIn, Carrier, Framing};
+use super::layout::{PlacedCheck, Role};
+use super::messages::{Body, MessageFormat};
 use super::{Board, Counter, Format};
 use crate::check::CheckKind;
 
@@ -80,17 +81,11 @@ impl Board {
             Format::BuiltIn(BuiltIn::Papillarray) => return (Class::A, of_bits(16)),
             // A changed character is a wrong number more often than no number.
             Format::Lines(_) => return (if counted { Class::B } else { Class::C }, 10.0 / 256.0),
+            Format::Messages(messages) => return of_messages(messages, counted),
             Format::Packet(layout) => layout,
         };
         if let Some(check) = &layout.check {
-            return match (check.kind, check.kind.bytes()) {
-                // One changed byte: half of the changes keep the number of ones even.
-                (CheckKind::Parity, _) => (Class::B, 0.5),
-                // Sums and checks of 8 bits see every change of one byte; a random packet
-                // passes one time in 256.
-                (_, 1) => (Class::B, of_bits(8)),
-                (_, bytes) => (Class::A, of_bits(8 * bytes)),
-            };
+            return of_check(check);
         }
         let marks: usize = match &self.framing {
             Framing::Fixed(fixed) => [&fixed.head, &fixed.tail]
@@ -116,6 +111,38 @@ impl Board {
             _ => (Class::D, open),
         }
     }
+}
+
+fn of_check(check: &PlacedCheck) -> (Class, f64) {
+    match (check.kind, check.kind.bytes()) {
+        // One changed byte: half of the changes keep the number of ones even.
+        (CheckKind::Parity, _) => (Class::B, 0.5),
+        // Sums and checks of 8 bits see every change of one byte; a random packet passes one
+        // time in 256.
+        (_, 1) => (Class::B, of_bits(8)),
+        (_, bytes) => (Class::A, of_bits(8 * bytes)),
+    }
+}
+
+/// The class of the worst of its messages.
+fn of_messages(messages: &MessageFormat, counted: bool) -> (Class, f64) {
+    // A changed digit is another digit more often than none.
+    let digits = match messages.carrier {
+        Carrier::Can => 22.0,
+        Carrier::Json => 10.0,
+    };
+    let unchecked = (if counted { Class::B } else { Class::C }, digits / 256.0);
+    let of_body = |body: &Body| match body {
+        Body::Bytes(layout) => layout.check.as_ref().map_or(unchecked, of_check),
+        Body::Json(_) => unchecked,
+    };
+    let classes = messages
+        .messages
+        .iter()
+        .map(|message| of_body(&message.body));
+    classes
+        .reduce(|worst, class| (worst.0.max(class.0), worst.1.max(class.1)))
+        .unwrap_or(unchecked)
 }
 
 /// Probability that a random check of so many bits is right.

@@ -1,8 +1,10 @@
 //! The board file as it is written.
 
+use std::fmt;
+
 use schemars::JsonSchema;
-use serde::Deserialize;
-use taxel::quantity::{self, FrameRate};
+use serde::{Deserialize, Deserializer};
+use taxel::quantity::{self, FrameRate, PositiveTime};
 
 use super::field::{Field, Type};
 use super::link::{self, Link};
@@ -32,6 +34,9 @@ pub struct BoardFile {
     /// What a packet holds.
     #[serde(default)]
     pub packet: Packet,
+    /// The messages that make a frame, for the framing `messages`, in place of `packet.fields`.
+    #[serde(default, rename = "message")]
+    pub messages: Vec<Message>,
     /// A decoder of this program, in place of `packet`, for packets that describe themselves.
     #[serde(default)]
     pub decoder: Option<BuiltIn>,
@@ -54,9 +59,11 @@ pub enum Framing {
     /// Packets that say how long they are.
     Length(Length),
     /// Packets without zeros, ended by a zero (consistent overhead byte stuffing).
-    Cobs(Stuffed),
+    Cobs(Cobs),
     /// Packets between the bytes 0xc0 (RFC 1055).
     Slip(Stuffed),
+    /// Several messages that make a frame: CAN messages as text, JSON objects.
+    Messages(Messages),
 }
 
 /// Lines of text.
@@ -175,12 +182,170 @@ pub enum Counted {
     All,
 }
 
+/// Packets without zeros, ended by a zero.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cobs {
+    /// Longest packet on the wire in bytes; default 4096, with `hello` 65536.
+    pub longest: Option<usize>,
+    /// Whether the packets are those of taxel-wire-1, where the board says itself what its
+    /// frames hold: its hello counts, in place of the fields of the file. Default: no.
+    pub hello: bool,
+}
+
+impl Cobs {
+    /// Longest packet on the wire, bytes.
+    pub(crate) fn longest(&self) -> usize {
+        let usual = if self.hello {
+            super::LONGEST_HELLO
+        } else {
+            super::LONGEST_PACKET
+        };
+        self.longest.unwrap_or(usual)
+    }
+}
+
 /// Packets in stuffed bytes.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stuffed {
     /// Longest packet on the wire in bytes; default 4096.
     pub longest: Option<usize>,
+}
+
+/// Several messages that make a frame.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Messages {
+    /// What carries them.
+    pub carrier: Carrier,
+    /// When a frame is complete; default with one of each message.
+    #[serde(default)]
+    pub frame: MessageFrame,
+    /// Longest message on the wire in bytes; default 4096 for `can`, 65536 for `json`.
+    #[serde(default)]
+    pub longest: Option<usize>,
+}
+
+/// What carries messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Carrier {
+    /// CAN messages as text, one in a line: SLCAN such as `t71380081f679d0753c00`, or what
+    /// `candump` and `candump -L` print.
+    Can,
+    /// JSON objects, with a line feed between them or with nothing.
+    Json,
+}
+
+/// When a frame of several messages is complete.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MessageFrame {
+    /// Id of the message that ends a frame; the frame is delivered if all others have come.
+    pub ends_with: Option<Id>,
+    /// Ids of the messages that a frame must have; of the others the last values are kept.
+    /// Default: all.
+    pub all_of: Vec<Id>,
+    /// Longest time from the first to the last message of a frame.
+    #[serde(deserialize_with = "time")]
+    #[schemars(with = "Option<quantity::Checked<PositiveTime>>")]
+    pub within: Option<f64>,
+}
+
+/// A message of a frame; of an `id_range` or a list of ids, one message of each id.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Message {
+    /// Its id, or several: a number, or text such as `0x713`; in JSON any text. The values of
+    /// several have the number of the message behind their names.
+    #[serde(default, deserialize_with = "ids")]
+    #[schemars(with = "Option<Ids>")]
+    pub id: Vec<Id>,
+    /// First and last id of several, in place of `id`.
+    #[serde(default)]
+    pub id_range: Option<[Id; 2]>,
+    /// Number of the first of several messages in the names of its values; default 0.
+    #[serde(default)]
+    pub first: Option<usize>,
+    /// Whether a CAN id has 29 bits; default if it needs them.
+    #[serde(default)]
+    pub extended: Option<bool>,
+    /// Where the id stands in a JSON message; without ids, a key that the message must have.
+    #[serde(default)]
+    pub key: Option<String>,
+    /// Bytes of a CAN message; default at least those of its fields.
+    #[serde(default)]
+    pub length: Option<usize>,
+    /// Order of the bytes of a number; default that of `packet`.
+    #[serde(default)]
+    pub order: Option<Order>,
+    /// Its fields, as those of `packet`.
+    pub fields: Vec<Field>,
+    /// A check of the bytes of a CAN message.
+    #[serde(default)]
+    pub check: Option<Check>,
+}
+
+/// Id of a message.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(from = "NumberOrText")]
+#[schemars(with = "NumberOrText")]
+pub enum Id {
+    /// A number; text such as `0x713` is one.
+    Number(u64),
+    /// Text.
+    Text(String),
+}
+
+#[derive(Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum NumberOrText {
+    Number(u64),
+    Text(String),
+}
+
+/// One id or several.
+#[derive(Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum Ids {
+    One(Id),
+    Several(Vec<Id>),
+}
+
+impl From<NumberOrText> for Id {
+    fn from(given: NumberOrText) -> Self {
+        match given {
+            NumberOrText::Number(number) => Self::Number(number),
+            NumberOrText::Text(text) => {
+                let digits = text.strip_prefix("0x");
+                match digits.and_then(|digits| u64::from_str_radix(digits, 16).ok()) {
+                    Some(number) => Self::Number(number),
+                    None => Self::Text(text),
+                }
+            }
+        }
+    }
+}
+
+impl fmt::Display for Id {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number:#x}"),
+            Self::Text(text) => f.write_str(text),
+        }
+    }
+}
+
+fn ids<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Id>, D::Error> {
+    Ok(match Ids::deserialize(deserializer)? {
+        Ids::One(id) => vec![id],
+        Ids::Several(ids) => ids,
+    })
+}
+
+fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    quantity::one::<PositiveTime, D>(deserializer).map(Some)
 }
 
 /// What a packet holds.

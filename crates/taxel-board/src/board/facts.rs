@@ -3,8 +3,8 @@
 use taxel::summary::{Fact, fact, number, text};
 
 use super::class::Class;
-use super::description::{BuiltIn, Framing};
-use super::layout::Role;
+use super::description::{BuiltIn, Carrier, Framing};
+use super::messages::{MessageFormat, MessageLayout};
 use super::rules::shortened;
 use super::{Board, Format};
 
@@ -71,8 +71,20 @@ impl Board {
             (Framing::Length(_), _) => "packets that say how long they are",
             (Framing::Cobs(_), _) => "stuffed packets ended by 0 (COBS)",
             (Framing::Slip(_), _) => "packets between 0xc0 (SLIP)",
+            (Framing::Messages(messages), _) => match messages.carrier {
+                Carrier::Can => "CAN messages as text (SLCAN, candump)",
+                Carrier::Json => "JSON objects",
+            },
         };
         facts.push(fact("packet", "framing", text(framing), "framing"));
+        if let Format::Messages(messages) = &self.format {
+            let of_frame: usize = messages.messages.iter().map(MessageLayout::slots).sum();
+            let mut add = |name: &str, value: String| {
+                facts.push(fact("packet", name, text(&value), "message, framing"));
+            };
+            add("messages_of_a_frame", of_frame.to_string());
+            add("frame_ends", frame_end(messages));
+        }
         if let Format::Packet(layout) = &self.format {
             facts.push(fact(
                 "packet",
@@ -80,6 +92,11 @@ impl Board {
                 text(&layout.length),
                 "packet.fields",
             ));
+            if self.says_hello() {
+                let hello =
+                    "the board's hello says what the frames hold; without one, what follows";
+                facts.push(fact("packet", "fields", text(&hello), "framing.cobs.hello"));
+            }
             if let Some(address) = layout.address {
                 facts.push(fact(
                     "packet",
@@ -137,20 +154,15 @@ impl Board {
 
     /// Unit, step and ends of a value.
     fn about_value(&self, place: usize, symbol: &str) -> String {
-        let Format::Packet(layout) = &self.format else {
-            return symbol.to_owned();
-        };
-        let of_packet = place % layout.values.max(1);
-        let field = layout.fields.iter().find_map(|field| match &field.role {
-            Role::Value(value, conversion) if *value == of_packet => Some((field, conversion)),
-            _ => None,
-        });
-        let Some((field, conversion)) = field else {
+        let Some((kind, conversion)) = self.conversion(place) else {
             return symbol.to_owned();
         };
         let unit = self.values[place].unit.si_per_unit;
-        let mut about = format!("{}, {symbol}", field.kind);
-        if !field.kind.is_float() {
+        let mut about = match kind {
+            Some(kind) => format!("{kind}, {symbol}"),
+            None => symbol.to_owned(),
+        };
+        if kind.is_some_and(|kind| !kind.is_float()) {
             about.extend([", steps of ", &short(conversion.scale.abs() / unit)]);
         }
         if let Some([low, high]) = conversion.range {
@@ -209,6 +221,32 @@ impl Board {
         };
         add("delay", delay, "link.delay");
     }
+}
+
+/// When a frame of messages is complete.
+fn frame_end(messages: &MessageFormat) -> String {
+    let rule = &messages.rule;
+    let needed = rule.required.iter().filter(|required| **required).count();
+    let mut end = match rule.ends_with {
+        None if needed == 1 => "with each message".into(),
+        None => format!("when all {needed} messages have come"),
+        Some(slot) => {
+            let of = |message: &&MessageLayout| {
+                (message.first_slot..message.first_slot + message.slots()).contains(&slot)
+            };
+            let message = messages.messages.iter().find(of);
+            let id = message.and_then(|message| {
+                let number = (slot - message.first_slot) / message.addresses;
+                message.ids.get(number).map(ToString::to_string)
+            });
+            let last = id.unwrap_or_else(|| "the last".into());
+            format!("with the message {last}, if all {needed} have come")
+        }
+    };
+    if let Some(within) = rule.within_ns {
+        end.extend([", within ", &short(within as f64 * 1e-6), " ms"]);
+    }
+    end
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

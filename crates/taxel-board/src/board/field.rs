@@ -78,6 +78,12 @@ pub struct Field {
     /// First address; default 0.
     #[serde(default)]
     pub first: Option<i64>,
+    /// Where it stands in a JSON message: keys, and places in lists, with `/` between them.
+    #[serde(default)]
+    pub key: Option<String>,
+    /// How its numbers are written as text in a JSON message; default decimal.
+    #[serde(default)]
+    pub digits: Digits,
 }
 
 /// What a field is.
@@ -100,6 +106,17 @@ pub enum Is {
     Address,
     /// The check.
     Check,
+}
+
+/// How numbers are written as text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Digits {
+    /// `33270`
+    #[default]
+    Decimal,
+    /// `81F6`
+    Hexadecimal,
 }
 
 /// Type of a number.

@@ -26,6 +26,31 @@ pub(crate) struct AddressRange {
     pub(crate) count: usize,
 }
 
+/// When the packets or messages of a frame make it whole.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FrameRule {
+    /// Those that it must have, place by place.
+    pub(crate) required: Vec<bool>,
+    /// Values that stay until they come again.
+    pub(crate) kept: Vec<bool>,
+    /// The place that ends it; without one, it ends when all have come.
+    pub(crate) ends_with: Option<usize>,
+    /// Longest time from the first to the last, ns.
+    pub(crate) within_ns: Option<u64>,
+}
+
+impl FrameRule {
+    /// All of `packets` with `values` together.
+    pub(crate) fn all(packets: usize, values: usize) -> Self {
+        Self {
+            required: vec![true; packets],
+            kept: vec![false; values],
+            ends_with: None,
+            within_ns: None,
+        }
+    }
+}
+
 /// A check at its place.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PlacedCheck {
@@ -128,6 +153,41 @@ impl Conversion {
         let number = (value - self.offset) / self.scale;
         let number = self.invert_from.map_or(number, |from| from - number);
         number * f64::from(self.shift).exp2()
+    }
+}
+
+impl PacketLayout {
+    /// Type and conversion of the value at `place` of a packet.
+    pub(crate) fn value(&self, place: usize) -> Option<(Option<Type>, &Conversion)> {
+        self.fields.iter().find_map(|field| match &field.role {
+            Role::Value(value, conversion) if *value == place => {
+                Some((Some(field.kind), conversion))
+            }
+            _ => None,
+        })
+    }
+
+    /// Type of the counter.
+    pub(crate) fn sequence(&self) -> Option<Type> {
+        let sequence = self
+            .fields
+            .iter()
+            .find(|field| field.role == Role::Sequence);
+        sequence.map(|field| field.kind)
+    }
+
+    /// Nanoseconds of one step of the clock, and its type.
+    pub(crate) fn time(&self) -> Option<(f64, Type)> {
+        self.fields.iter().find_map(|field| match field.role {
+            Role::Time(step) => Some((step, field.kind)),
+            _ => None,
+        })
+    }
+
+    /// True if bytes tell it from another packet.
+    pub(crate) fn has_marks(&self) -> bool {
+        let is_mark = |field: &PlacedField| matches!(field.role, Role::Mark(_));
+        self.fields.iter().any(is_mark)
     }
 }
 

@@ -7,8 +7,10 @@ mod field;
 pub(crate) mod layout;
 pub(crate) mod line;
 mod link;
+pub(crate) mod messages;
 mod one_or_several;
 mod order;
+mod placement;
 mod resolve;
 mod rules;
 mod template;
@@ -19,10 +21,10 @@ use taxel_recording::{InputError, Quantity, SignalUnit, Stream};
 
 pub use class::{Class, Detection};
 pub use description::{
-    BoardFile, BuiltIn, Check, Counted, Decimal, Empty, Fixed, FrameEnd, Framing, Length, Lines,
-    Marked, Packet, Stuffed,
+    BoardFile, BuiltIn, Carrier, Check, Cobs, Counted, Decimal, Empty, Fixed, FrameEnd, Framing,
+    Id, Length, Lines, Marked, Message, MessageFrame, Messages, Packet, Stuffed,
 };
-pub use field::{Field, Is, Type};
+pub use field::{Digits, Field, Is, Type};
 pub use link::{Link, Network, Poll, Serial, Usb, UsbName};
 pub use one_or_several::{Amount, Texts, Whole, Wholes};
 pub use order::Order;
@@ -30,8 +32,9 @@ pub use order::Order;
 pub(crate) use resolve::counted;
 pub(crate) use rules::shortened;
 
-use layout::{AddressRange, PacketLayout, Role};
+use layout::{Conversion, FrameRule, PacketLayout};
 use line::LineFormat;
+use messages::MessageFormat;
 
 /// The version of the board file that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -39,6 +42,8 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// Longest packet and line, bytes, where the file does not say it.
 pub(crate) const LONGEST_PACKET: usize = 4096;
 pub(crate) const LONGEST_LINE: usize = 65536;
+/// Longest hello of a board on the wire, bytes.
+pub(crate) const LONGEST_HELLO: usize = 65536;
 /// Longest packet or line that a file may name, bytes.
 pub(crate) const MOST_LONGEST: usize = 1 << 20;
 
@@ -60,6 +65,8 @@ shipped!(
     "taxel-wire-1",
     "taxel-wire-1-256",
     "touch-board-mpr121",
+    "xela-server",
+    "xela-uskin-can",
 );
 
 /// A board: how its bytes are cut into packets, and what a packet holds.
@@ -102,6 +109,7 @@ pub struct ValueOfBoard {
 pub(crate) enum Format {
     Packet(PacketLayout),
     Lines(LineFormat),
+    Messages(MessageFormat),
     BuiltIn(BuiltIn),
 }
 
@@ -204,9 +212,9 @@ impl Board {
         }
     }
 
-    /// True if the wire carries lines of text.
+    /// True if the wire carries text.
     pub fn carries_text(&self) -> bool {
-        matches!(self.format, Format::Lines(_))
+        matches!(self.format, Format::Lines(_) | Format::Messages(_))
     }
 
     /// Bytes of one frame on the wire, where they are always as many.
@@ -222,6 +230,7 @@ impl Board {
                 };
                 Some(packets * (layout.length + stuffed))
             }
+            Format::Messages(messages) => messages.bytes_per_frame(),
             Format::Lines(_) | Format::BuiltIn(_) => None,
         }
     }
@@ -230,13 +239,8 @@ impl Board {
     /// that is text.
     pub(crate) fn counter(&self) -> Counter {
         match &self.format {
-            Format::Packet(layout) => {
-                let sequence = layout
-                    .fields
-                    .iter()
-                    .find(|field| field.role == Role::Sequence);
-                sequence.map_or(Counter::None, |field| Counter::Wraps(modulus(field.kind)))
-            }
+            Format::Packet(layout) => layout.sequence().map_or(Counter::None, Counter::of),
+            Format::Messages(messages) => messages.counter(),
             Format::Lines(lines) if lines.has_sequence() => Counter::Endless,
             Format::Lines(_) => Counter::None,
             Format::BuiltIn(BuiltIn::Papillarray) => Counter::Wraps(1 << 32),
@@ -246,13 +250,12 @@ impl Board {
     /// Nanoseconds of one step of the board's clock, and the steps before it begins again.
     pub(crate) fn clock(&self) -> Option<DeviceClock> {
         match &self.format {
-            Format::Packet(layout) => layout.fields.iter().find_map(|field| match field.role {
-                Role::Time(step_ns) => Some(DeviceClock {
-                    step_ns,
-                    modulus: (!field.kind.is_float()).then(|| modulus(field.kind)),
-                }),
-                _ => None,
-            }),
+            Format::Packet(layout) => layout
+                .time()
+                .map(|(step_ns, kind)| DeviceClock::new(step_ns, Some(kind))),
+            Format::Messages(messages) => messages
+                .time()
+                .map(|(step_ns, kind)| DeviceClock::new(step_ns, kind)),
             Format::Lines(lines) => lines.time_step_ns().map(|step_ns| DeviceClock {
                 step_ns,
                 modulus: None,
@@ -264,10 +267,22 @@ impl Board {
         }
     }
 
-    pub(crate) fn address(&self) -> Option<AddressRange> {
+    /// When the packets or messages of a frame make it whole.
+    pub(crate) fn frame_rule(&self) -> FrameRule {
+        let packets = match &self.format {
+            Format::Messages(messages) => return messages.rule.clone(),
+            Format::Packet(layout) => layout.address.map_or(1, |address| address.count),
+            Format::Lines(_) | Format::BuiltIn(_) => 1,
+        };
+        FrameRule::all(packets, self.values.len())
+    }
+
+    /// Type, where it has one, and conversion of the value at `place`.
+    pub(crate) fn conversion(&self, place: usize) -> Option<(Option<Type>, &Conversion)> {
         match &self.format {
-            Format::Packet(layout) => layout.address,
-            _ => None,
+            Format::Packet(layout) => layout.value(place % layout.values.max(1)),
+            Format::Messages(messages) => messages.value(place),
+            Format::Lines(_) | Format::BuiltIn(_) => None,
         }
     }
 }
@@ -281,11 +296,29 @@ pub(crate) enum Counter {
     Endless,
 }
 
+impl Counter {
+    /// A counter of this type.
+    pub(crate) fn of(kind: Type) -> Self {
+        Self::Wraps(modulus(kind))
+    }
+}
+
 /// Clock of a board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DeviceClock {
     pub(crate) step_ns: f64,
     pub(crate) modulus: Option<u64>,
+}
+
+impl DeviceClock {
+    /// A clock of steps of so many nanoseconds, of a number of this type; text has none.
+    fn new(step_ns: f64, kind: Option<Type>) -> Self {
+        let whole = kind.filter(|kind| !kind.is_float());
+        Self {
+            step_ns,
+            modulus: whole.map(modulus),
+        }
+    }
 }
 
 /// Numbers of a whole type; a counter of 64 bits never comes to its end.

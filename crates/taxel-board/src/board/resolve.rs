@@ -1,13 +1,13 @@
 //! From the board file as it is written to places and conversions; rules between keys.
 
-use super::description::{BoardFile, Check, Counted, Framing, Packet};
-use super::field::{Field, Is, Type};
-use super::layout::{AddressRange, PacketLayout, PlacedCheck, PlacedField, Role, Status};
-use super::line;
-use super::rules::{Broken, broken, conversion, longest, shortened, value_of_board};
-use super::{Board, Format, LONGEST_PACKET, MOST_LONGEST, SCHEMA_VERSION, ValueOfBoard, unit};
-use crate::names::{self, MOST_VALUES};
-use crate::pattern::BytePattern;
+use super::description::{BoardFile, Counted, Framing};
+use super::field::Type;
+use super::layout::{PacketLayout, Role};
+use super::placement::layout;
+use super::rules::{Broken, broken, longest, shortened, value_of_board};
+use super::{Board, Format, LONGEST_PACKET, MOST_LONGEST, SCHEMA_VERSION, ValueOfBoard};
+use super::{line, messages};
+use crate::names;
 
 pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
     if file.schema != SCHEMA_VERSION {
@@ -20,11 +20,16 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         return Err(broken(&[&"name"], "the name has 1 to 200 characters", help));
     }
     check_serial(file)?;
+    if !file.messages.is_empty() && !matches!(file.framing, Framing::Messages(_)) {
+        let message = "only the framing `messages` has messages";
+        let help = "write [framing.messages] with its carrier, or the fields in packet.fields";
+        return Err(broken(&[&"message"], message, help));
+    }
     let (format, values) = match (&file.framing, file.decoder) {
         (Framing::Lines(lines), None) => line::resolve(lines, &file.packet)?,
-        (Framing::Lines(_), Some(_)) => {
+        (Framing::Lines(_) | Framing::Messages(_), Some(_)) => {
             let help = "leave out `decoder`, or describe framing.marked";
-            let message = "the decoder reads packets, not lines";
+            let message = "the decoder reads packets, not lines or messages";
             return Err(broken(&[&"decoder"], message, help));
         }
         (_, Some(decoder)) => {
@@ -39,7 +44,14 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
                 .map_err(|message| broken(&[&"decoder"], message, ""))?;
             (Format::BuiltIn(decoder), values)
         }
-        (framing, None) => packet(framing, &file.packet)?,
+        (Framing::Messages(messages), None) => {
+            messages::resolve(messages, &file.messages, &file.packet)?
+        }
+        (framing, None) => {
+            let (layout, values) = layout(framing, &file.packet)?;
+            check_framing(framing, &layout)?;
+            (Format::Packet(layout), values)
+        }
     };
     if values.is_empty() {
         let help = "add a field such as { is = \"value\", name = \"c{1..4}\", type = \"u16\" }";
@@ -116,459 +128,6 @@ pub(super) fn places(values: &[ValueOfBoard], patterns: &[String]) -> Result<Vec
     Ok(places)
 }
 
-fn packet(framing: &Framing, packet: &Packet) -> Result<(Format, Vec<ValueOfBoard>), Broken> {
-    let (head, tail) = marks(framing);
-    let mut places = Placement {
-        packet,
-        head,
-        next_bit: 0,
-        bits_begin: None,
-        taken: Vec::new(),
-        fields: Vec::new(),
-        values: Vec::new(),
-        address: None,
-        check_at: None,
-    };
-    // A head needs no field of its own.
-    let begins_with_mark = packet
-        .fields
-        .first()
-        .is_some_and(|field| field.is == Is::Mark || field.at.is_some());
-    if !begins_with_mark {
-        places.next_bit = 8 * head.map_or(0, BytePattern::len);
-    }
-    for place in 0..packet.fields.len() {
-        places.add(place)?;
-    }
-    let (layout, values) = places.finish(framing, tail)?;
-    check_framing(framing, &layout)?;
-    Ok((Format::Packet(layout), values))
-}
-
-fn marks(framing: &Framing) -> (Option<&BytePattern>, Option<&BytePattern>) {
-    match framing {
-        Framing::Fixed(fixed) => (fixed.head.as_ref(), fixed.tail.as_ref()),
-        Framing::Marked(marked) => (Some(&marked.head), Some(&marked.tail)),
-        Framing::Length(length) => (Some(&length.head), None),
-        Framing::Lines(_) | Framing::Cobs(_) | Framing::Slip(_) => (None, None),
-    }
-}
-
-/// Fields put one behind the other.
-struct Placement<'a> {
-    packet: &'a Packet,
-    head: Option<&'a BytePattern>,
-    next_bit: usize,
-    /// First bit of the fields of bits that are beside each other.
-    bits_begin: Option<usize>,
-    /// First bit, bit behind the last, and field.
-    taken: Vec<(usize, usize, usize)>,
-    fields: Vec<PlacedField>,
-    values: Vec<ValueOfBoard>,
-    address: Option<AddressRange>,
-    check_at: Option<usize>,
-}
-
-impl Placement<'_> {
-    fn add(&mut self, place: usize) -> Result<(), Broken> {
-        let field = &self.packet.fields[place];
-        let at = |key: &'static str, message: String, help: &str| {
-            broken(&[&"packet", &"fields", &place, &key], message, help)
-        };
-        self.check_keys(place)?;
-        let names = match &field.name {
-            Some(pattern) => names::expanded(pattern).map_err(|message| at("name", message, ""))?,
-            None => Vec::new(),
-        };
-        let count = match field.is {
-            Is::Value | Is::Status => names.len().max(1),
-            _ => 1,
-        };
-        for number in 0..count {
-            let kind = field.kind;
-            let bits = match (kind, field.bytes, field.is) {
-                (_, _, Is::Check) => {
-                    8 * self
-                        .packet
-                        .check
-                        .as_ref()
-                        .map_or(0, |check| check.kind.bytes())
-                }
-                (Some(kind), _, _) => kind.bits(),
-                (None, Some(bytes), _) => 8 * bytes,
-                (None, None, _) => 8 * field.equals.as_ref().map_or(0, BytePattern::len),
-            };
-            let begin = self.begin(field, number, bits);
-            let end = begin + bits;
-            if let Some((_, _, other)) = self
-                .taken
-                .iter()
-                .find(|(from, to, _)| begin < *to && *from < end)
-            {
-                let message = format!(
-                    "the field lies over bytes {} to {}, which field {} has",
-                    begin / 8,
-                    end.div_ceil(8).saturating_sub(1),
-                    other + 1
-                );
-                let key = if field.at.is_some() { "at" } else { "is" };
-                return Err(at(key, message, "move one of the two"));
-            }
-            if end > 8 * MOST_LONGEST {
-                let message = format!("the packet is longer than {MOST_LONGEST} bytes");
-                return Err(at("is", message, "shorten it"));
-            }
-            self.taken.push((begin, end, place));
-            self.next_bit = end;
-            let name = names.get(number).cloned();
-            self.role(place, field, name, begin)?;
-        }
-        Ok(())
-    }
-
-    /// First bit of the field, or of its entry `number`.
-    fn begin(&mut self, field: &Field, number: usize, bits: usize) -> usize {
-        let packed = field.kind.is_some_and(Type::is_bits);
-        let next = if packed {
-            let begin = *self
-                .bits_begin
-                .get_or_insert_with(|| self.next_bit.next_multiple_of(8));
-            match field.bit {
-                Some(bit) => begin + bit + number * bits,
-                None => self.next_bit.max(begin),
-            }
-        } else {
-            self.bits_begin = None;
-            self.next_bit.next_multiple_of(8)
-        };
-        match field.at {
-            Some(at) if packed => {
-                self.bits_begin = Some(8 * at);
-                8 * at + field.bit.unwrap_or(0) + number * bits
-            }
-            Some(at) => 8 * at + number * bits,
-            None => next,
-        }
-    }
-
-    /// Keys that do not belong to what the field is, and those that it needs.
-    fn check_keys(&self, place: usize) -> Result<(), Broken> {
-        let field = &self.packet.fields[place];
-        let at = |key: &'static str, message: &str, help: &str| {
-            Err(broken(&[&"packet", &"fields", &place, &key], message, help))
-        };
-        let numeric = matches!(
-            field.is,
-            Is::Value | Is::Sequence | Is::Time | Is::Status | Is::Address
-        );
-        if numeric && field.kind.is_none() {
-            return at(
-                "is",
-                "the field has no type",
-                "add one, such as type = \"u16\" or \"f32\"",
-            );
-        }
-        let wrong_type = match (field.is, field.kind) {
-            (Is::Sequence, Some(kind)) => !kind.is_unsigned(),
-            (Is::Address | Is::Status, Some(kind)) => {
-                kind.is_float() && (field.is == Is::Address || !field.good.is_empty())
-            }
-            _ => false,
-        };
-        if wrong_type {
-            return at(
-                "type",
-                "a whole number without sign is needed here",
-                "use u8, u16 or u32",
-            );
-        }
-        if field.bits.values().any(|bit| *bit > 63) {
-            return at("bits", "a bit is a number from 0 to 63", "");
-        }
-        if field.is == Is::Skip && field.bytes.is_none() && field.kind.is_none() {
-            return at("is", "how much is skipped?", "add bytes = 2, or a type");
-        }
-        if field.is == Is::Mark && field.bytes.is_none() && field.equals.is_none() {
-            return at(
-                "is",
-                "the mark has no bytes",
-                "add bytes = 2, or equals = \"aa 07\"",
-            );
-        }
-        if field.is == Is::Mark && place > 0 && field.equals.is_none() && field.kind.is_none() {
-            let last = place + 1 == self.packet.fields.len();
-            if !last {
-                return at(
-                    "is",
-                    "nothing says what bytes stand there",
-                    "add equals = \"aa 07\", or use is = \"skip\"",
-                );
-            }
-        }
-        if field.is == Is::Value && field.name.is_none() {
-            return at(
-                "is",
-                "the value has no name",
-                "add one, such as name = \"c{1..4}\"",
-            );
-        }
-        if field.is == Is::Address && !matches!(field.count, Some(2..=MOST_VALUES)) {
-            return at(
-                "is",
-                "how many packets make a frame?",
-                "add count, from 2 to 4096, such as count = 8; and first where it is not 0",
-            );
-        }
-        if field
-            .bytes
-            .is_some_and(|bytes| bytes == 0 || bytes > MOST_LONGEST)
-        {
-            return at(
-                "bytes",
-                "out of range: must be at least 1 and at most 1048576",
-                "",
-            );
-        }
-        if field.shift.is_some_and(|shift| shift > 63) {
-            return at("shift", "out of range: must be at most 63", "");
-        }
-        if field.bit.is_some() && !field.kind.is_some_and(Type::is_bits) {
-            return at(
-                "bit",
-                "only fields of type bits(n) have a first bit",
-                "use `at` for bytes",
-            );
-        }
-        if field.at.is_some_and(|at| at > MOST_LONGEST) || field.bit.is_some_and(|bit| bit > 4096) {
-            return at("at", "lies behind the longest packet", "");
-        }
-        Ok(())
-    }
-
-    fn role(
-        &mut self,
-        place: usize,
-        field: &Field,
-        name: Option<String>,
-        bit: usize,
-    ) -> Result<(), Broken> {
-        let at = |key: &'static str, message: String, help: String| {
-            broken(&[&"packet", &"fields", &place, &key], message, help)
-        };
-        let only = |roles: &[PlacedField], is: &str, found: fn(&Role) -> bool| {
-            if roles.iter().any(|field| found(&field.role)) {
-                let message = format!("a second {is}; a packet has one");
-                Err(broken(&[&"packet", &"fields", &place, &"is"], message, ""))
-            } else {
-                Ok(())
-            }
-        };
-        let kind = field.kind.unwrap_or(Type::Unsigned(1));
-        let role = match field.is {
-            Is::Value => {
-                let name = name.unwrap_or_default();
-                if self.values.iter().any(|value| value.name == name) {
-                    let message = format!("a second value is called \"{name}\"");
-                    return Err(at("name", message, "give each its own name".into()));
-                }
-                let value = value_of_board(name, field.unit.as_deref()).map_err(|message| {
-                    let help = format!("use counts or one of: {}", unit::symbols());
-                    at("unit", message, help)
-                })?;
-                let conversion = conversion(field, value.unit.si_per_unit, place)?;
-                self.values.push(value);
-                if self.values.len() > MOST_VALUES {
-                    let message = format!("more than {MOST_VALUES} values");
-                    return Err(at("name", message, String::new()));
-                }
-                Role::Value(self.values.len() - 1, conversion)
-            }
-            Is::Sequence => {
-                only(&self.fields, "sequence", |role| *role == Role::Sequence)?;
-                Role::Sequence
-            }
-            Is::Time => {
-                only(&self.fields, "time", |role| matches!(role, Role::Time(_)))?;
-                let step = field.unit.as_deref().and_then(unit::of_time);
-                let step = step.ok_or_else(|| {
-                    let message = "a time needs its unit".to_owned();
-                    at("unit", message, "use one of: s, ms, us, ns".into())
-                })?;
-                let scale = field.scale.unwrap_or(1.0);
-                if !(scale > 0.0 && scale.is_finite()) {
-                    let message = format!("{scale} is out of range: must be greater than 0");
-                    return Err(at("scale", message, String::new()));
-                }
-                Role::Time(step * scale)
-            }
-            Is::Status => Role::Status(Status {
-                name: name.unwrap_or_else(|| "status".into()),
-                good: field.good.clone(),
-                bits: field.bits.clone(),
-            }),
-            Is::Address => {
-                only(&self.fields, "address", |role| *role == Role::Address)?;
-                self.address = Some(AddressRange {
-                    first: field.first.unwrap_or(0),
-                    count: field.count.unwrap_or(1),
-                });
-                Role::Address
-            }
-            Is::Mark => match &field.equals {
-                Some(bytes) => Role::Mark(bytes.clone()),
-                None => return Ok(()),
-            },
-            Is::Skip => return Ok(()),
-            Is::Check => {
-                if self.packet.check.is_none() {
-                    let message = "what kind of check is it?".to_owned();
-                    let help = "add packet.check, such as check = { kind = \"sum16\" }";
-                    return Err(at("is", message, help.into()));
-                }
-                self.check_at = Some(bit / 8);
-                return Ok(());
-            }
-        };
-        self.fields.push(PlacedField {
-            bit,
-            kind,
-            order: field.order.or(self.packet.order).unwrap_or_default(),
-            role,
-        });
-        Ok(())
-    }
-
-    fn finish(
-        mut self,
-        framing: &Framing,
-        tail: Option<&BytePattern>,
-    ) -> Result<(PacketLayout, Vec<ValueOfBoard>), Broken> {
-        let mut end = self
-            .taken
-            .iter()
-            .map(|(_, to, _)| to.div_ceil(8))
-            .max()
-            .unwrap_or(8 * self.head.map_or(0, BytePattern::len) / 8);
-        let check = match &self.packet.check {
-            None => None,
-            Some(check) => {
-                let (placed, at) = self.check(check, &mut end)?;
-                Some((placed, at))
-            }
-        };
-        // A tail needs no field of its own.
-        let with_mark = self
-            .packet
-            .fields
-            .last()
-            .is_some_and(|field| field.is == Is::Mark && self.packet.fields.len() > 1)
-            && check.as_ref().is_none_or(|(_, at)| *at < end);
-        let tail_bytes = tail.map_or(0, BytePattern::len);
-        let mut length = end;
-        if tail_bytes > 0 && !with_mark {
-            length += tail_bytes;
-        }
-        if let Framing::Fixed(fixed) = framing {
-            // Without its own field the tail may lie over what the fields leave free.
-            if length != fixed.length && end != fixed.length {
-                let message = format!(
-                    "fields, check and tail cover {length} bytes of {}",
-                    fixed.length
-                );
-                let help = "add { is = \"skip\", bytes = … } for what does not matter";
-                return Err(broken(&[&"framing", &"fixed", &"length"], message, help));
-            }
-            length = fixed.length;
-        }
-        let values = self.values.len();
-        let check = check.map(|(mut placed, at)| {
-            placed.from_end = length - at;
-            placed
-        });
-        let values_of_board = match self.address {
-            None => std::mem::take(&mut self.values),
-            Some(address) => (0..address.count)
-                .flat_map(|packet| {
-                    let number = address.first + packet.cast_signed() as i64;
-                    self.values.iter().map(move |value| ValueOfBoard {
-                        name: format!("{}.{number}", value.name),
-                        unit: value.unit.clone(),
-                    })
-                })
-                .collect(),
-        };
-        if values_of_board.len() > MOST_VALUES {
-            let message = format!("a frame has more than {MOST_VALUES} values");
-            return Err(broken(&[&"packet", &"fields"], message, ""));
-        }
-        Ok((
-            PacketLayout {
-                length,
-                fields: self.fields,
-                check,
-                values,
-                address: self.address,
-            },
-            values_of_board,
-        ))
-    }
-
-    /// The check and the place of its first byte; `end` is moved behind it.
-    fn check(&self, check: &Check, end: &mut usize) -> Result<(PlacedCheck, usize), Broken> {
-        let at = |key: &'static str, message: String, help: &str| {
-            broken(&[&"packet", &"check", &key], message, help)
-        };
-        let bytes = check.kind.bytes();
-        let place = match (check.at, self.check_at) {
-            (Some(_), Some(_)) => {
-                let message = "the place of the check is given twice".to_owned();
-                return Err(at("at", message, "leave out `at`, or the field"));
-            }
-            (Some(at), None) | (None, Some(at)) => at,
-            (None, None) => *end,
-        };
-        if place > MOST_LONGEST {
-            return Err(at("at", "lies behind the longest packet".into(), ""));
-        }
-        if self.check_at.is_none()
-            && let Some((_, _, field)) = self
-                .taken
-                .iter()
-                .find(|(from, to, _)| 8 * place < *to && *from < 8 * (place + bytes))
-        {
-            let message = format!("the check lies over the bytes of field {}", field + 1);
-            return Err(at("at", message, "move one of the two"));
-        }
-        *end = (*end).max(place + bytes);
-        let over = check
-            .over
-            .unwrap_or([0, if bytes == 0 { *end } else { place }]);
-        let [from, to] = over;
-        if from >= to || to > *end {
-            let message = format!("[{from}, {to}] is no stretch of the {end} bytes of the packet");
-            return Err(at(
-                "over",
-                message,
-                "give its first byte and the one behind its last",
-            ));
-        }
-        if bytes > 0 && from < place + bytes && place < to {
-            let message = format!(
-                "the check stands at bytes {place} to {} and covers itself",
-                place + bytes - 1
-            );
-            return Err(at("over", message, "end it before its own bytes"));
-        }
-        let placed = PlacedCheck {
-            kind: check.kind,
-            over,
-            from_end: 0,
-            order: check.order.or(self.packet.order).unwrap_or_default(),
-        };
-        Ok((placed, place))
-    }
-}
-
 /// What a framing needs to be decided.
 fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken> {
     let too_long = |longest: usize, kind: &str| {
@@ -628,13 +187,11 @@ fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken>
             }
             too_long(longest(length.longest, LONGEST_PACKET, "length")?, "length")
         }
-        Framing::Cobs(stuffed) => {
-            too_long(longest(stuffed.longest, LONGEST_PACKET, "cobs")?, "cobs")
-        }
+        Framing::Cobs(cobs) => too_long(longest(cobs.longest, cobs.longest(), "cobs")?, "cobs"),
         Framing::Slip(stuffed) => {
             too_long(longest(stuffed.longest, LONGEST_PACKET, "slip")?, "slip")
         }
-        Framing::Lines(_) => Ok(()),
+        Framing::Lines(_) | Framing::Messages(_) => Ok(()),
     }
 }
 

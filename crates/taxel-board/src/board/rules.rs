@@ -28,6 +28,17 @@ pub(super) fn broken(
     }
 }
 
+impl Broken {
+    /// The same rule where the table `packet` stands for the message of this place.
+    pub(super) fn in_message(mut self, place: usize) -> Self {
+        if self.path.first().is_some_and(|key| key == "packet") {
+            self.path
+                .splice(..1, ["message".to_owned(), place.to_string()]);
+        }
+        self
+    }
+}
+
 /// `a, b, … z`
 pub(crate) fn shortened(names: &[&str]) -> String {
     match names {

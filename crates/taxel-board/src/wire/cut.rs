@@ -1,41 +1,15 @@
 //! Where a packet begins and ends.
 
+use super::candidate::{Around, Candidate};
 use super::packet::{self, Reading, Verdict};
 use super::stuffing;
+use super::{can, json, taxel_wire};
 use crate::board::layout::PacketLayout;
 use crate::board::{
-    Board, BuiltIn, Counted, Fixed, Format, Framing, LONGEST_PACKET, Length, Marked, Order,
+    Board, BuiltIn, Carrier, Counted, Fixed, Format, Framing, LONGEST_PACKET, Length, Marked, Order,
 };
 use crate::papillarray;
 use crate::pattern::BytePattern;
-
-/// What stands at a place of the buffer.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Candidate {
-    /// It cannot be said before more bytes have come.
-    More,
-    /// No packet begins there; go on after so many bytes.
-    None(usize),
-    /// So many bytes: a packet with a reading.
-    Reading(usize, Reading),
-    /// A whole packet or line without one.
-    Other(usize),
-    /// A stretch between two ends that is no packet.
-    Damaged(usize),
-}
-
-/// What lies around a candidate.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Around<'a> {
-    /// Bytes from the candidate on.
-    pub(super) bytes: &'a [u8],
-    /// The bytes before it that are still there.
-    pub(super) before: &'a [u8],
-    /// Bytes since the end of the last packet; `None` before the first.
-    pub(super) since_packet: Option<u64>,
-    /// True if no more bytes will come.
-    pub(super) last: bool,
-}
 
 /// Cuts packets of bytes; lines have their own way.
 #[derive(Debug, Clone)]
@@ -43,6 +17,7 @@ pub(super) struct Cutter {
     framing: Framing,
     format: Format,
     scratch: Vec<u8>,
+    scan: json::Scan,
 }
 
 impl Cutter {
@@ -51,6 +26,7 @@ impl Cutter {
             framing: board.framing.clone(),
             format: board.format.clone(),
             scratch: Vec::new(),
+            scan: json::Scan::default(),
         }
     }
 
@@ -60,11 +36,11 @@ impl Cutter {
             Framing::Fixed(fixed) => fixed.length,
             Framing::Marked(marked) => marked.longest.unwrap_or(LONGEST_PACKET),
             Framing::Length(length) => length.longest.unwrap_or(LONGEST_PACKET),
-            Framing::Cobs(stuffed) | Framing::Slip(stuffed) => {
-                stuffed.longest.unwrap_or(LONGEST_PACKET)
-            }
-            Framing::Lines(_) => match &self.format {
+            Framing::Cobs(cobs) => cobs.longest(),
+            Framing::Slip(stuffed) => stuffed.longest.unwrap_or(LONGEST_PACKET),
+            Framing::Lines(_) | Framing::Messages(_) => match &self.format {
                 Format::Lines(lines) => lines.longest,
+                Format::Messages(messages) => messages.longest,
                 _ => LONGEST_PACKET,
             },
         }
@@ -106,8 +82,26 @@ impl Cutter {
                 let end = stuffing::SLIP_END;
                 of_stuffed(end, undo, layout, around, longest, &mut self.scratch)
             }
+            (_, Format::Messages(format)) => match format.carrier {
+                Carrier::Can => can::candidate(format, around),
+                Carrier::Json => json::candidate(format, &mut self.scan, around),
+            },
             _ => Candidate::None(1),
         }
+    }
+
+    /// What the bytes of the last candidate, which holds no reading, say to people.
+    pub(super) fn text(&self, bytes: &[u8]) -> Option<String> {
+        match &self.framing {
+            Framing::Messages(_) => Some(String::from_utf8_lossy(bytes).into_owned()),
+            Framing::Cobs(cobs) if cobs.hello => taxel_wire::text(&self.scratch),
+            _ => None,
+        }
+    }
+
+    /// A new connection: what was begun does not go on.
+    pub(super) fn reset(&mut self) {
+        self.scan = json::Scan::default();
     }
 }
 
@@ -279,7 +273,7 @@ fn of_stuffed(
     };
     if at == 0 {
         // Between two ends, or before the first.
-        return Candidate::Other(1);
+        return Candidate::Blank(1);
     }
     if undo(&bytes[..at], scratch).is_none() {
         return Candidate::Damaged(at + 1);

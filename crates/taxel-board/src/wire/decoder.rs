@@ -4,13 +4,14 @@ use std::collections::VecDeque;
 
 use taxel_recording::{Frame, FrameFlags};
 
+use super::assembly::{Assembly, Whole};
+use super::candidate::{Around, Candidate};
 use super::counts::Counts;
-use super::cut::{Around, Candidate, Cutter};
+use super::cut::Cutter;
 use super::numbering::{Numbered, Numbering, Placed};
 use super::packet::Reading;
 use super::steps::StepGuard;
 use super::times::{Known, Times};
-use crate::board::layout::Role;
 use crate::board::line::LineFormat;
 use crate::board::{Board, Class, Counter, Format};
 
@@ -71,15 +72,6 @@ pub struct Decoder {
     other_lines: VecDeque<String>,
 }
 
-/// Values of a frame that come in several packets or lines.
-#[derive(Debug, Clone)]
-struct Assembly {
-    values: Vec<f64>,
-    /// Packets of a frame, and which have come.
-    packets: usize,
-    come: Vec<bool>,
-}
-
 /// A frame before it has its number.
 #[derive(Debug, Clone, PartialEq)]
 struct Assembled {
@@ -108,7 +100,6 @@ impl Decoder {
                 .collect();
             StepGuard::new(board.step_limit, &units, steps(board, &wired))
         });
-        let packets = board.address().map_or(1, |address| address.count);
         Self {
             cutter: Cutter::new(board),
             lines: match &board.format {
@@ -124,11 +115,7 @@ impl Decoder {
             stretch: 0,
             begun: begin == Begin::Whole,
             discard_line: begin == Begin::Cut,
-            assembly: Assembly {
-                values: vec![f64::NAN; board.values.len()],
-                packets,
-                come: vec![false; packets],
-            },
+            assembly: Assembly::new(board, begin == Begin::Cut),
             frames: VecDeque::new(),
             counts: Counts {
                 lost: numbering.as_ref().map(|_| 0),
@@ -199,7 +186,8 @@ impl Decoder {
         self.since_packet = (begin == Begin::Whole).then_some(0);
         self.begun = begin == Begin::Whole;
         self.discard_line = begin == Begin::Cut;
-        self.assembly.clear();
+        self.assembly.reconnect(begin == Begin::Cut);
+        self.cutter.reset();
         if let Some(numbering) = &mut self.numbering {
             numbering.reconnect();
         }
@@ -222,6 +210,7 @@ impl Decoder {
             counts.duplicate = numbers.duplicate;
             counts.restarts += numbers.restarts;
         }
+        counts.incomplete = self.assembly.incomplete;
         counts.unconfirmed = self.guard.as_ref().map_or(0, |guard| guard.unconfirmed);
         counts
     }
@@ -272,14 +261,15 @@ impl Decoder {
                     self.pass_over(bytes);
                     self.end_stretch();
                 }
-                Candidate::Other(1) => {
-                    // An end without a packet.
-                    self.start += 1;
-                }
-                Candidate::Other(bytes) => {
+                Candidate::Blank(bytes) => self.start += bytes,
+                Candidate::Other(length) => {
                     self.end_stretch();
                     self.counts.other += 1;
-                    self.start += bytes;
+                    let bytes = &self.buffer[self.start..][..length];
+                    if let Some(text) = self.cutter.text(bytes) {
+                        self.keep(&text);
+                    }
+                    self.start += length;
                     self.since_packet = Some(0);
                 }
                 Candidate::Reading(bytes, reading) => {
@@ -358,17 +348,22 @@ impl Decoder {
         }
     }
 
+    /// Keeps a line that holds no reading.
+    fn keep(&mut self, line: &str) {
+        if self.other_lines.len() == KEPT_LINES {
+            self.other_lines.pop_front();
+        }
+        let kept = line.trim_end().chars().take(LONGEST_KEPT).collect();
+        self.other_lines.push_back(kept);
+    }
+
     fn line(&mut self, lines: &LineFormat, line: &str, host_ns: Option<u64>) {
         if line.trim().is_empty() {
             return;
         }
         let Some(read) = lines.read(line) else {
             self.counts.other += 1;
-            if self.other_lines.len() == KEPT_LINES {
-                self.other_lines.pop_front();
-            }
-            let kept = line.trim_end().chars().take(LONGEST_KEPT).collect();
-            self.other_lines.push_back(kept);
+            self.keep(line);
             return;
         };
         if read.out_of_range {
@@ -377,7 +372,7 @@ impl Decoder {
             return;
         }
         for (place, value) in read.values {
-            self.assembly.values[place] = value;
+            self.assembly.put(place, value);
         }
         if read.completes {
             let values = self.assembly.take();
@@ -393,25 +388,20 @@ impl Decoder {
     }
 
     fn assemble(&mut self, reading: &Reading, host_ns: Option<u64>) {
-        let address = reading.address.unwrap_or(0);
-        let per_packet = reading.values.len();
-        if self.assembly.come[address] {
-            // The frame before was not complete.
-            self.counts.incomplete += 1;
-            self.assembly.clear();
-        }
-        let from = address * per_packet;
-        self.assembly.values[from..from + per_packet].copy_from_slice(&reading.values);
-        self.assembly.come[address] = true;
-        if self.assembly.packets > 1 && !self.assembly.is_whole() {
+        let Some(Whole {
+            values,
+            sequence,
+            time,
+            bad_status,
+        }) = self.assembly.packet(reading, host_ns)
+        else {
             return;
-        }
-        let values = self.assembly.take();
+        };
         self.assembled(
-            reading.sequence,
+            sequence,
             Assembled {
-                values: (!reading.bad_status).then_some(values),
-                time: reading.time,
+                values: (!bad_status).then_some(values),
+                time,
                 host_ns,
             },
         );
@@ -506,23 +496,6 @@ impl Decoder {
     }
 }
 
-impl Assembly {
-    fn is_whole(&self) -> bool {
-        self.come.iter().all(|come| *come)
-    }
-
-    fn clear(&mut self) {
-        self.values.fill(f64::NAN);
-        self.come.fill(false);
-    }
-
-    fn take(&mut self) -> Vec<f64> {
-        let values = self.values.clone();
-        self.clear();
-        values
-    }
-}
-
 /// A number that tells values apart (FNV-1a).
 fn fingerprint(values: Option<&[f64]>) -> u64 {
     let values = values.unwrap_or(&[]).iter();
@@ -533,20 +506,9 @@ fn fingerprint(values: Option<&[f64]>) -> u64 {
 
 /// Smallest step of each channel, SI: one of a whole number.
 fn steps(board: &Board, wired: &[usize]) -> Vec<f64> {
-    let Format::Packet(layout) = &board.format else {
-        return vec![0.0; wired.len()];
+    let of = |place: &usize| match board.conversion(*place) {
+        Some((Some(kind), conversion)) if !kind.is_float() => conversion.scale.abs(),
+        _ => 0.0,
     };
-    wired
-        .iter()
-        .map(|place| {
-            let of_packet = place % layout.values.max(1);
-            let step = layout.fields.iter().find_map(|field| match &field.role {
-                Role::Value(value, conversion) if *value == of_packet => {
-                    (!field.kind.is_float()).then_some(conversion.scale.abs())
-                }
-                _ => None,
-            });
-            step.unwrap_or(0.0)
-        })
-        .collect()
+    wired.iter().map(of).collect()
 }

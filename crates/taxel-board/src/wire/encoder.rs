@@ -3,8 +3,10 @@
 use taxel_recording::Frame;
 
 use super::stuffing;
+use super::{can, json};
 use crate::board::layout::{PacketLayout, PlacedField, Role};
-use crate::board::{Board, BuiltIn, Format, Framing, Order};
+use crate::board::messages::{Body, MessageLayout};
+use crate::board::{Board, BuiltIn, Format, Framing, Id, Order};
 use crate::papillarray;
 
 /// Frames to bytes as the board would send them.
@@ -54,10 +56,23 @@ impl Encoder {
             Format::BuiltIn(BuiltIn::Papillarray) => {
                 papillarray::write(&self.values, frame.sequence, frame.time_ns / 1000, out);
             }
+            Format::Messages(format) => {
+                for message in &format.messages {
+                    match &message.body {
+                        Body::Bytes(layout) => {
+                            can_messages(&self.board, message, layout, &self.values, frame, out);
+                        }
+                        Body::Json(fields) => {
+                            json::write(message, fields, &self.values, frame, out);
+                        }
+                    }
+                }
+            }
             Format::Packet(layout) => {
                 let packets = layout.address.map_or(1, |address| address.count);
                 for packet in 0..packets {
-                    let bytes = packet_of(&self.board, layout, &self.values, packet, frame);
+                    let values = &self.values[packet * layout.values..];
+                    let bytes = packet_of(&self.board, layout, values, packet, frame);
                     match &self.board.framing {
                         Framing::Cobs(_) => stuffing::to_cobs(&bytes, out),
                         Framing::Slip(_) => stuffing::to_slip(&bytes, out),
@@ -69,6 +84,27 @@ impl Encoder {
     }
 }
 
+fn can_messages(
+    board: &Board,
+    message: &MessageLayout,
+    layout: &PacketLayout,
+    values: &[f64],
+    frame: &Frame,
+    out: &mut Vec<u8>,
+) {
+    for slot in 0..message.slots() {
+        let Some(Id::Number(id)) = message.ids.get(slot / message.addresses) else {
+            continue;
+        };
+        let values = &values[message.first_value + slot * message.values..];
+        let address = slot % message.addresses;
+        let mut bytes = packet_of(board, layout, values, address, frame);
+        bytes.resize(message.length.unwrap_or(layout.length), 0);
+        can::write(*id, message.extended, &bytes, out);
+    }
+}
+
+/// The bytes of the packet of this address, whose values are the first of `values`.
 fn packet_of(
     board: &Board,
     layout: &PacketLayout,
@@ -96,13 +132,12 @@ fn packet_of(
             put(layout.length - marked.tail.len(), &marked.tail);
         }
         Framing::Length(length) => put(0, &length.head),
-        Framing::Lines(_) | Framing::Cobs(_) | Framing::Slip(_) => {}
+        Framing::Lines(_) | Framing::Cobs(_) | Framing::Slip(_) | Framing::Messages(_) => {}
     }
-    let first = packet * layout.values;
     for field in &layout.fields {
         match &field.role {
             Role::Value(place, conversion) => {
-                let number = conversion.number(values[first + place]);
+                let number = conversion.number(values[*place]);
                 // Not a number has no place among whole ones.
                 let number = if number.is_nan() && !field.kind.is_float() {
                     0.0

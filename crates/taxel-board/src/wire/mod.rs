@@ -1,15 +1,22 @@
 //! Bytes to frames and back.
 
+mod assembly;
+mod can;
+mod candidate;
 mod counts;
 mod cut;
 mod decoder;
 mod encoder;
+mod json;
 mod numbering;
 mod packet;
 mod steps;
 mod stuffing;
+mod taxel_wire;
 mod times;
 
 pub use counts::Counts;
 pub use decoder::{Begin, Decoder};
 pub use encoder::Encoder;
+pub(crate) use stuffing::{from_cobs, to_cobs};
+pub(crate) use taxel_wire::{HEADER, HELLO, content};

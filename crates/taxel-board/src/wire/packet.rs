@@ -10,8 +10,10 @@ pub(super) struct Reading {
     pub(super) sequence: Option<u64>,
     /// Steps of the board's clock; whole for a clock of a whole type.
     pub(super) time: Option<f64>,
-    /// Which packet of a frame, from 0.
-    pub(super) address: Option<usize>,
+    /// Which packet or message of a frame, from 0.
+    pub(super) slot: usize,
+    /// Place of its first value in the frame.
+    pub(super) first: usize,
     /// True if its status is not good: it is numbered, and not delivered.
     pub(super) bad_status: bool,
 }
@@ -23,6 +25,14 @@ pub(super) enum Verdict {
     /// Whole, with another length.
     Other,
     Damaged,
+}
+
+/// True if the bytes that tell a packet from others stand in `packet`, which is as long.
+pub(super) fn has_marks(layout: &PacketLayout, packet: &[u8]) -> bool {
+    layout.fields.iter().all(|field| match &field.role {
+        Role::Mark(bytes) => bytes.begins(&packet[field.bit / 8..]),
+        _ => true,
+    })
 }
 
 pub(super) fn read(layout: &PacketLayout, packet: &[u8]) -> Verdict {
@@ -67,7 +77,10 @@ pub(super) fn read(layout: &PacketLayout, packet: &[u8]) -> Verdict {
                 let range = layout.address.map(|range| (range.first, range.count));
                 let (first, count) = range.unwrap_or((0, 1));
                 match usize::try_from(address - first) {
-                    Ok(address) if address < count => reading.address = Some(address),
+                    Ok(address) if address < count => {
+                        reading.slot = address;
+                        reading.first = address * layout.values;
+                    }
                     _ => return Verdict::Damaged,
                 }
             }

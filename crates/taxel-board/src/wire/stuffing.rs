@@ -7,7 +7,7 @@ const SLIP_ESCAPED_END: u8 = 0xdc;
 const SLIP_ESCAPED_ESCAPE: u8 = 0xdd;
 
 /// Undoes consistent overhead byte stuffing; `None` for bytes that are none.
-pub(super) fn from_cobs(stuffed: &[u8], packet: &mut Vec<u8>) -> Option<()> {
+pub(crate) fn from_cobs(stuffed: &[u8], packet: &mut Vec<u8>) -> Option<()> {
     packet.clear();
     let mut at = 0;
     while at < stuffed.len() {
@@ -25,7 +25,7 @@ pub(super) fn from_cobs(stuffed: &[u8], packet: &mut Vec<u8>) -> Option<()> {
 }
 
 /// Stuffs a packet, with its end.
-pub(super) fn to_cobs(packet: &[u8], out: &mut Vec<u8>) {
+pub(crate) fn to_cobs(packet: &[u8], out: &mut Vec<u8>) {
     let mut code_at = out.len();
     out.push(1);
     for byte in packet {

@@ -7,7 +7,7 @@ use taxel_board::{Board, Encoder};
 use taxel_recording::Frame;
 
 /// One description for each framing and check that the fault tests go over.
-pub(crate) const DESCRIPTIONS: [(&str, &str); 9] = [
+pub(crate) const DESCRIPTIONS: [(&str, &str); 12] = [
     (
         "fixed, CRC-32",
         r#"framing.fixed = { length = 28, head = "aa 55" }
@@ -71,6 +71,34 @@ packet = { fields = [
     (
         "lines",
         r#"framing.lines = { template = "F {sequence}: {value c1..c4}" }"#,
+    ),
+    (
+        "CAN, check in each message",
+        r#"framing.messages = { carrier = "can" }
+[[message]]
+id_range = [0x100, 0x103]
+order = "big"
+fields = [{ is = "sequence", type = "u32" }, { is = "value", name = "c", type = "i16" }]
+check = { kind = "CRC-16/IBM-3740" }"#,
+    ),
+    (
+        "CAN",
+        r#"framing.messages = { carrier = "can", frame = { ends_with = 0x18ff0002 } }
+[[message]]
+id_range = [0x18ff0000, 0x18ff0002]
+fields = [{ is = "sequence", type = "u32" }, { is = "value", name = "{a,b}", type = "i16" }]"#,
+    ),
+    (
+        "JSON",
+        r#"framing.messages = { carrier = "json" }
+[[message]]
+key = "data"
+fields = [
+  { is = "sequence", key = "n" },
+  { is = "time", key = "data/t", unit = "ms" },
+  { is = "value", key = "data/c", name = "c{1..5}" },
+  { is = "value", key = "data/h", name = "h{1..3}", type = "i16", digits = "hexadecimal" },
+]"#,
     ),
 ];
 

@@ -11,9 +11,10 @@ use taxel_serve::device::{
 use taxel_serve::{BoardEncoder, ReplayOptions, ReplaySource, Source as _};
 
 use crate::arguments::Device;
+use crate::boards::NamedBoard;
 use crate::interrupt::Interrupt;
 use crate::outputs::{self, Existing};
-use crate::{Done, Stop, boards, files};
+use crate::{Done, Stop, boards, files, hello};
 
 /// Frames a second where neither board nor sensor says how many, Hz.
 const USUAL_RATE: f64 = 100.0;
@@ -28,8 +29,7 @@ pub(crate) fn run(arguments: &Device) -> Result<Done, Stop> {
         Some(path) => Faults::parse(&path.to_string_lossy(), &files::text(path)?)?,
         None => Faults::default(),
     };
-    let named = boards::board(&arguments.board)?;
-    let (player, stream) = player(arguments, &named)?;
+    let (player, stream, named) = player(arguments, boards::board(&arguments.board)?)?;
     if control.is_some() && matches!(player, Player::Source(_)) {
         let message = "--control moves the twin: leave --replay out";
         return Err(Stop::WrongInput(message.into()));
@@ -45,6 +45,7 @@ pub(crate) fn run(arguments: &Device) -> Result<Done, Stop> {
         replace_files: existing == Existing::Replaced,
         control,
         frames: arguments.frames,
+        hello: named.board.hello(),
     };
     let encoder = Box::new(BoardEncoder::new(&named.board));
     let interrupt = Interrupt::listen();
@@ -88,17 +89,19 @@ fn check_outputs(arguments: &Device, existing: Existing) -> Result<(), Stop> {
     outputs::check(&outputs, &inputs, existing)
 }
 
-/// What is played, and the meaning of its frames; it fits the board.
-fn player(arguments: &Device, named: &boards::NamedBoard) -> Result<(Player, Stream), Stop> {
+/// What is played, the meaning of its frames, and the board, which they fit.
+fn player(arguments: &Device, named: NamedBoard) -> Result<(Player, Stream, NamedBoard), Stop> {
     let sensor = files::sensor(&arguments.sensor)?;
     if let Some(path) = &arguments.replay {
         let source = ReplaySource::open(path, &ReplayOptions::default());
         let source = source.map_err(|error| Stop::WrongInput(error.to_string()))?;
         let stream = source.stream().clone();
-        fits(named, &stream, path)?;
-        return Ok((Player::Source(Box::new(source)), stream));
+        let named = hello::with_channels(named, &stream)?;
+        fits(&named, &stream, path)?;
+        return Ok((Player::Source(Box::new(source)), stream, named));
     }
-    boards::fit(named, &sensor.sensor, &arguments.sensor)?;
+    let named = hello::with_channels(named, &boards::sensor_stream(&sensor.sensor)?)?;
+    boards::fit(&named, &sensor.sensor, &arguments.sensor)?;
     let usual = PathBuf::from(sensor.sensor.element.usual_script());
     let script = arguments.script.as_ref().unwrap_or(&usual);
     let name = script.to_string_lossy();
@@ -110,10 +113,10 @@ fn player(arguments: &Device, named: &boards::NamedBoard) -> Result<(Player, Str
     let twin = Twin::new(&sensor.sensor, &stimulus, arguments.seed)
         .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
     let stream = twin.stream();
-    Ok((Player::Twin(Box::new(twin)), stream))
+    Ok((Player::Twin(Box::new(twin)), stream, named))
 }
 
-fn fits(named: &boards::NamedBoard, stream: &Stream, path: &Path) -> Result<(), Stop> {
+fn fits(named: &NamedBoard, stream: &Stream, path: &Path) -> Result<(), Stop> {
     let fitted = taxel_board::Wiring::fit(&named.board, stream);
     fitted.map(drop).map_err(|mismatch| {
         Stop::WrongInput(format!(

@@ -24,7 +24,7 @@ use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
 use crate::commands::calibrate;
 use crate::outputs::{self, Existing};
 use crate::run_files::{NamedText, RunFiles};
-use crate::{Done, Stop, boards, files};
+use crate::{Done, Stop, boards, files, hello};
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
     let options = options(arguments)?;
@@ -208,37 +208,33 @@ pub(crate) fn session(arguments: &Live, options: PumpOptions) -> Result<Session,
 fn link_session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
     let wrong = |error: LinkError| Stop::WrongInput(error.to_string());
     let address = LinkAddress::parse(&arguments.source).map_err(wrong)?;
-    let Some(path) = &arguments.link.board else {
-        return Err(Stop::WrongInput(format!(
-            "--source {}: what its bytes mean is not known; give --board with a board file or a shipped board: {}",
-            arguments.source,
-            boards::shipped()
-        )));
-    };
-    let named = boards::board(path)?;
     let sensor = match &arguments.named_sensor {
         _ if arguments.map.raw => None,
         Some(sensor) => Some(files::sensor(sensor)?),
         None => {
             return Err(Stop::WrongInput(format!(
-                "--board {}: of which sensor? name its file, or give --raw for a map of the readings",
-                named.name
+                "--source {}: of which sensor? name its file, or give --raw for a map of the readings",
+                arguments.source
             )));
         }
     };
+    let reconnect = if arguments.link.once {
+        Reconnect::Once
+    } else {
+        Reconnect::ForEver
+    };
+    let board = arguments.link.board.as_deref();
+    let (named, heard) = hello::board(board, &arguments.source, &address, reconnect)?;
     let stream = match &sensor {
         Some(sensor) => boards::fit(&named, &sensor.sensor, arguments.sensor())?,
         None => named.board.stream(),
     };
     let decoder = Box::new(BoardDecoder::new(&named.board, &address));
     let link = LinkOptions {
+        heard,
         serial: serial_settings(&named.board),
         greeting: greeting(&named.board, &address),
-        reconnect: if arguments.link.once {
-            Reconnect::Once
-        } else {
-            Reconnect::ForEver
-        },
+        reconnect,
         delay: named.board.link.delay,
         observers: Vec::new(),
         tell: Arc::new(|line| note!("{line}")),

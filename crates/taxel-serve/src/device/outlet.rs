@@ -76,6 +76,11 @@ pub(super) trait Outlet {
     /// True if somebody is connected.
     fn connected(&self) -> bool;
 
+    /// What was written to it since it was last asked; some do not hear.
+    fn heard(&mut self) -> Vec<u8> {
+        Vec::new()
+    }
+
     /// Sends bytes to all.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
 
@@ -135,13 +140,13 @@ impl Client {
         Ok(())
     }
 
-    /// True while the other side is there; what it says is not heard.
-    fn alive(&mut self) -> bool {
+    /// True while the other side is there; what it says is added to `heard`.
+    fn alive(&mut self, heard: &mut Vec<u8>) -> bool {
         let mut buffer = [0; 256];
         loop {
             match self.stream.read(&mut buffer) {
                 Ok(0) => return false,
-                Ok(_) => {}
+                Ok(bytes) => hear(heard, &buffer[..bytes]),
                 Err(error) => {
                     return matches!(
                         error.kind(),
@@ -153,7 +158,17 @@ impl Client {
     }
 }
 
+/// Most bytes that are kept of what a computer says.
+const MOST_HEARD: usize = 256;
+
+/// Keeps the first bytes of what is said.
+fn hear(heard: &mut Vec<u8>, bytes: &[u8]) {
+    let room = MOST_HEARD.saturating_sub(heard.len());
+    heard.extend(bytes.iter().take(room));
+}
+
 struct Server {
+    heard: Vec<u8>,
     address: String,
     listener: Option<TcpListener>,
     clients: Vec<Client>,
@@ -162,6 +177,7 @@ struct Server {
 impl Server {
     fn open(address: &str) -> io::Result<Self> {
         let mut server = Self {
+            heard: Vec::new(),
             address: address.into(),
             listener: None,
             clients: Vec::new(),
@@ -177,8 +193,9 @@ impl Outlet for Server {
     }
 
     fn connections(&mut self) -> io::Result<usize> {
+        let heard = &mut self.heard;
         self.clients
-            .retain_mut(|client| client.alive() && client.send(&[]).is_ok());
+            .retain_mut(|client| client.alive(heard) && client.send(&[]).is_ok());
         let Some(listener) = &self.listener else {
             return Ok(0);
         };
@@ -196,6 +213,10 @@ impl Outlet for Server {
 
     fn connected(&self) -> bool {
         !self.clients.is_empty()
+    }
+
+    fn heard(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.heard)
     }
 
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
@@ -344,6 +365,7 @@ mod terminal {
         link: Option<PathBuf>,
         open: bool,
         waiting: Vec<u8>,
+        heard: Vec<u8>,
     }
 
     impl Terminal {
@@ -359,6 +381,7 @@ mod terminal {
                 link,
                 open: false,
                 waiting: Vec::new(),
+                heard: Vec::new(),
             };
             terminal.come_back()?;
             Ok(terminal)
@@ -378,9 +401,11 @@ mod terminal {
             let new = open && !self.open;
             self.open = open;
             if open {
-                // What the computer says is not heard, but must not pile up.
-                let mut heard = [0; 256];
-                while matches!(rustix::io::read(&pair.board, &mut heard), Ok(1..)) {}
+                // What the computer says must not pile up.
+                let mut said = [0; 256];
+                while let Ok(bytes @ 1..) = rustix::io::read(&pair.board, &mut said) {
+                    super::hear(&mut self.heard, &said[..bytes]);
+                }
             }
             self.send(&[])?;
             Ok(new.into())
@@ -388,6 +413,10 @@ mod terminal {
 
         fn connected(&self) -> bool {
             self.open
+        }
+
+        fn heard(&mut self) -> Vec<u8> {
+            std::mem::take(&mut self.heard)
         }
 
         fn send(&mut self, bytes: &[u8]) -> io::Result<()> {

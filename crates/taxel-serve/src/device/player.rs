@@ -51,6 +51,8 @@ pub struct DeviceOptions {
     pub control: Option<ControlPlace>,
     /// End after so many frames.
     pub frames: Option<u64>,
+    /// Packet in which the board says what its frames hold.
+    pub hello: Option<Vec<u8>>,
 }
 
 /// What was played.
@@ -92,12 +94,18 @@ pub struct Device {
     leaves: usize,
     away: bool,
     cut_next: bool,
+    /// When the next hello is sent unasked, s; infinite once the computer has written.
+    next_hello: f64,
 }
 
 /// Longest sleep before connections, commands and the end are looked at.
 const NAP: f64 = 2e-3;
 /// Time between looks for connections, s.
 const LOOK: f64 = 5e-3;
+/// Time between two hellos, s.
+const HELLO: f64 = 1.0;
+/// What a computer writes to ask for one.
+const HELLO_ASKED: u8 = b'?';
 
 impl Device {
     /// Opens the wire; the frames of `player` are encoded by `encoder`.
@@ -130,6 +138,7 @@ impl Device {
             leaves: 0,
             away: false,
             cut_next: false,
+            next_hello: 0.0,
         })
     }
 
@@ -222,9 +231,27 @@ impl Device {
             self.cut_next = self.options.faults.link.half_packet_first;
             let banner = self.options.faults.link.banner.clone();
             self.put(banner.as_bytes())?;
+            self.next_hello = time;
         }
+        self.greet(time)?;
         self.obey();
         Ok(())
+    }
+
+    /// Says hello once a second until the computer writes, and when it asks.
+    fn greet(&mut self, time: f64) -> Result<(), DeviceError> {
+        let heard = self.outlet.heard();
+        if !heard.is_empty() {
+            self.next_hello = f64::INFINITY;
+        }
+        let due = time >= self.next_hello && self.outlet.connected();
+        if due {
+            self.next_hello = time + HELLO;
+        }
+        match self.options.hello.clone() {
+            Some(hello) if due || heard.contains(&HELLO_ASKED) => self.put(&hello).map(drop),
+            _ => Ok(()),
+        }
     }
 
     fn obey(&mut self) {

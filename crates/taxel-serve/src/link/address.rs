@@ -12,6 +12,13 @@ pub enum LinkAddress {
     Serial(SerialName),
     /// Host and port of a TCP server.
     Tcp(String),
+    /// Host and port of a WebSocket server, and the path there.
+    WebSocket {
+        /// Host and port.
+        host: String,
+        /// The path, with the stroke that it begins with.
+        path: String,
+    },
     /// A UDP port of this machine, and a multicast group to join.
     Udp {
         /// The port.
@@ -37,14 +44,14 @@ pub enum SerialName {
 }
 
 /// How links are written, for messages.
-const FORMS: &str = "serial:PORT, serial:auto, tcp:HOST:PORT, udp:PORT[@GROUP], -, a named pipe, or exec:\"PROGRAM ARGUMENTS\"";
+const FORMS: &str = "serial:PORT, serial:auto, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT[@GROUP], -, a named pipe, or exec:\"PROGRAM ARGUMENTS\"";
 
 impl LinkAddress {
     /// True if `text` begins like a link and not like a recording or the twin.
     pub fn is_one(text: &str) -> bool {
         let kind = text.split_once(':').map(|(kind, _)| kind);
         text == "-"
-            || matches!(kind, Some("serial" | "tcp" | "udp" | "exec"))
+            || matches!(kind, Some("serial" | "tcp" | "ws" | "udp" | "exec"))
             || (kind.is_none() && is_pipe(text))
     }
 
@@ -75,6 +82,7 @@ impl LinkAddress {
                 name => Ok(Self::Serial(SerialName::Named(name.into()))),
             },
             "tcp" => tcp(rest).map(Self::Tcp).map_err(wrong),
+            "ws" => web_socket(rest).map_err(wrong),
             "udp" => udp(rest).map_err(wrong),
             "exec" => words(rest).map(Self::Program).map_err(wrong),
             _ => Err(wrong(format!("\"{kind}\" is no kind of link; use {FORMS}"))),
@@ -108,6 +116,26 @@ fn tcp(rest: &str) -> Result<String, String> {
     port(number)?;
     let host = if host.is_empty() { "localhost" } else { host };
     Ok(format!("{host}:{number}"))
+}
+
+fn web_socket(rest: &str) -> Result<LinkAddress, String> {
+    let rest = rest.strip_prefix("//").unwrap_or(rest);
+    let (host, path) = match rest.find('/') {
+        Some(at) => rest.split_at(at),
+        None => (rest, "/"),
+    };
+    let plain = |c: char| c.is_ascii_graphic();
+    if !path.chars().all(plain) {
+        return Err(format!(
+            "\"{path}\" is no path: it has letters without accents, digits and signs"
+        ));
+    }
+    let host =
+        tcp(host).map_err(|_| "needs host and port, such as ws:localhost:5000/".to_owned())?;
+    Ok(LinkAddress::WebSocket {
+        host,
+        path: path.into(),
+    })
 }
 
 fn udp(rest: &str) -> Result<LinkAddress, String> {
@@ -176,6 +204,10 @@ mod tests {
             parsed("tcp::7000"),
             LinkAddress::Tcp("localhost:7000".into())
         );
+        for text in ["ws:xela:5000/live?x=1", "ws://xela:5000/live?x=1"] {
+            let (host, path) = ("xela:5000".into(), "/live?x=1".into());
+            assert_eq!(parsed(text), LinkAddress::WebSocket { host, path });
+        }
         assert_eq!(
             parsed("tcp:[::1]:7000"),
             LinkAddress::Tcp("[::1]:7000".into())
@@ -198,6 +230,8 @@ mod tests {
             ("tcp:localhost:0", "1 to 65535"),
             ("udp:70000", "1 to 65535"),
             ("udp:7000@10.0.0.1", "224.0.0.0"),
+            ("ws:localhost", "ws:localhost:5000"),
+            ("ws:localhost:1/a b", "is no path"),
             ("exec:", "names no program"),
             ("exec:\"a", "is not closed"),
             ("usb:1", "tcp:HOST:PORT"),

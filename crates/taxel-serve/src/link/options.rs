@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::heard::Heard;
 use super::serial::SerialSettings;
 use super::state::LinkStatus;
 use super::wire::Greeting;
@@ -27,6 +28,8 @@ pub enum Reconnect {
 
 /// How a link is used.
 pub struct LinkOptions {
+    /// The link itself, where it was opened and heard before.
+    pub heard: Option<Heard>,
     /// How a serial port is opened.
     pub serial: SerialSettings,
     /// What is said to the board.
@@ -45,6 +48,7 @@ pub struct LinkOptions {
 impl Default for LinkOptions {
     fn default() -> Self {
         Self {
+            heard: None,
             serial: SerialSettings::default(),
             greeting: Greeting::default(),
             reconnect: Reconnect::ForEver,

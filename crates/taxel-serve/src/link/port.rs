@@ -61,7 +61,8 @@ pub(crate) fn received(read: io::Result<usize>) -> io::Result<Received> {
     }
 }
 
-fn is_wait(error: &io::Error) -> bool {
+/// True if there was only nothing yet.
+pub(crate) fn is_wait(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), Interrupted | TimedOut | WouldBlock)
 }

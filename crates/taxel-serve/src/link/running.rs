@@ -8,14 +8,11 @@ use std::time::{Duration, Instant};
 
 use super::address::LinkAddress;
 use super::error::LinkError;
-use super::exec::{Program, Tell};
 use super::options::LinkOptions;
 use super::port::Link;
 use super::reader::{Item, Reader};
-use super::serial::{Serial, SerialSettings};
-use super::socket::{Tcp, Udp};
 use super::state::LinkHandle;
-use super::stream::{Pipe, StandardInput};
+use super::way;
 use super::wire::Decode;
 
 /// Frames that may wait for the pump: two seconds at 10 kHz.
@@ -43,7 +40,10 @@ impl Running {
     ) -> Result<Self, LinkError> {
         let baud = (!options.serial.native_usb).then_some(options.serial.baud);
         let baud = baud.filter(|_| matches!(address, LinkAddress::Serial(_)));
-        let link = link(address, options.serial, &options.tell);
+        let link: Box<dyn Link> = match options.heard {
+            Some(heard) => Box::new(heard),
+            None => way::link(address, options.serial, &options.tell),
+        };
         let status = LinkHandle::new(link.name(), decoder.board(), decoder.wire_class());
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, items) = sync_channel(WAITING);
@@ -92,17 +92,6 @@ impl Running {
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => Some(Item::End(None)),
         }
-    }
-}
-
-fn link(address: LinkAddress, serial: SerialSettings, tell: &Tell) -> Box<dyn Link> {
-    match address {
-        LinkAddress::Serial(name) => Box::new(Serial::new(name, serial)),
-        LinkAddress::Tcp(host) => Box::new(Tcp(host)),
-        LinkAddress::Udp { port, group } => Box::new(Udp { port, group }),
-        LinkAddress::StandardInput => Box::new(StandardInput),
-        LinkAddress::Pipe(path) => Box::new(Pipe(path)),
-        LinkAddress::Program(words) => Box::new(Program::new(words, Arc::clone(tell))),
     }
 }
 

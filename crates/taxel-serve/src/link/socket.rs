@@ -19,31 +19,38 @@ impl Link for Tcp {
     }
 
     fn open(&mut self) -> Result<Box<dyn Port>, LinkError> {
-        let refuse = |reason: String| LinkError::Open {
+        let stream = connect(&self.0).map_err(|reason| LinkError::Open {
             name: self.name(),
             reason,
-        };
-        let addresses: Vec<SocketAddr> = self
-            .0
-            .to_socket_addrs()
-            .map_err(|error| refuse(format!("the name of the host is not known: {error}")))?
-            .collect();
-        let mut last = refuse("the host has no address".into());
-        for address in addresses {
-            match TcpStream::connect_timeout(&address, CONNECT) {
-                Ok(stream) => {
-                    // A question to the board must not wait for more to send.
-                    let _ = stream.set_nodelay(true);
-                    return Ok(Box::new(OpenTcp {
-                        stream,
-                        patience: None,
-                    }));
-                }
-                Err(error) => last = refuse(format!("nobody answers: {error}")),
-            }
-        }
-        Err(last)
+        })?;
+        Ok(Box::new(OpenTcp {
+            stream,
+            patience: None,
+        }))
     }
+}
+
+/// A connection to `HOST:PORT`.
+///
+/// # Errors
+/// Why there is none, for people.
+pub(super) fn connect(host: &str) -> Result<TcpStream, String> {
+    let addresses: Vec<SocketAddr> = host
+        .to_socket_addrs()
+        .map_err(|error| format!("the name of the host is not known: {error}"))?
+        .collect();
+    let mut last = "the host has no address".to_owned();
+    for address in addresses {
+        match TcpStream::connect_timeout(&address, CONNECT) {
+            Ok(stream) => {
+                // A question to the board must not wait for more to send.
+                let _ = stream.set_nodelay(true);
+                return Ok(stream);
+            }
+            Err(error) => last = format!("nobody answers: {error}"),
+        }
+    }
+    Err(last)
 }
 
 struct OpenTcp {

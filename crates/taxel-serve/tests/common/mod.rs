@@ -177,6 +177,7 @@ impl Playing {
             replace_files: true,
             control: None,
             frames,
+            hello: None,
         };
         let interrupt = Interrupt::default();
         let (sender, name) = std::sync::mpsc::channel();

@@ -1,0 +1,283 @@
+//! The hello of taxel-wire-1: a board that says itself what its frames hold.
+//!
+//! A hello becomes a board file, so that the same rules, messages and recordings hold for it
+//! as for a written one. It can name neither a port nor a path nor a command.
+
+use std::fmt::Write as _;
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+use crate::board::layout::{Conversion, PlacedField, Role};
+use crate::board::{Board, Format, Framing, LONGEST_HELLO, Order};
+use crate::check::CheckKind;
+use crate::names;
+use crate::wire::{self, HEADER, HELLO, from_cobs, to_cobs};
+
+/// Finds the first hello in a stream of bytes; holds no more than one packet of the longest
+/// length.
+#[derive(Debug, Clone, Default)]
+pub struct HelloFinder {
+    packet: Vec<u8>,
+    /// True until the end of a packet that is too long.
+    too_long: bool,
+}
+
+/// What a hello says; other keys are passed over.
+#[derive(Deserialize)]
+struct Hello {
+    name: String,
+    #[serde(default)]
+    firmware: String,
+    #[serde(default)]
+    rate: Option<Value>,
+    fields: Vec<Map<String, Value>>,
+}
+
+impl HelloFinder {
+    /// Takes bytes: the JSON of the first hello that ends in them.
+    pub fn push(&mut self, bytes: &[u8]) -> Option<String> {
+        for byte in bytes {
+            if *byte != 0 {
+                self.too_long |= self.packet.len() == LONGEST_HELLO;
+                if !self.too_long {
+                    self.packet.push(*byte);
+                }
+                continue;
+            }
+            let mut packet = Vec::new();
+            let whole = !std::mem::take(&mut self.too_long)
+                && from_cobs(&self.packet, &mut packet).is_some();
+            self.packet.clear();
+            let hello = wire::content(&packet, HELLO)
+                .filter(|_| whole)
+                .map(<[u8]>::to_vec);
+            if let Some(hello) = hello.and_then(|hello| String::from_utf8(hello).ok()) {
+                return Some(hello);
+            }
+        }
+        None
+    }
+}
+
+/// The board file that a hello stands for.
+///
+/// ```
+/// use taxel_board::{Board, board_file_of_hello};
+///
+/// let hello = r#"{"name":"glove","firmware":"1.2","rate":"100 Hz",
+///     "fields":[{"is":"value","name":"f{1..2}.{x,z}","type":"i16","scale":0.01,"unit":"N"}]}"#;
+/// let text = board_file_of_hello(hello).expect("a right hello");
+/// let board = Board::parse("hello", &text).expect("a right board file");
+/// assert_eq!(board.names().collect::<Vec<_>>(), ["f1.x", "f1.z", "f2.x", "f2.z"]);
+/// ```
+///
+/// # Errors
+/// A message for people where it is no such JSON.
+pub fn board_file_of_hello(hello: &str) -> Result<String, String> {
+    let hello: Hello = serde_json::from_str(hello).map_err(|error| {
+        format!("the hello of the board is not what taxel-wire-1 says: {error}; it needs name and fields")
+    })?;
+    let name = match hello.firmware.as_str() {
+        "" => hello.name,
+        firmware => format!("{}, firmware {firmware}", hello.name),
+    };
+    let mut file = format!(
+        "# From the hello of the board.\nschema = 1\nname = {}\n",
+        quoted(&name)
+    );
+    match &hello.rate {
+        None | Some(Value::Null) => {}
+        // A number without a unit is one of Hz.
+        Some(Value::Number(hertz)) => push(&mut file, &format!("rate = \"{hertz} Hz\"\n")),
+        Some(rate) => push(&mut file, &format!("rate = {}\n", toml(rate)?)),
+    }
+    let fields: Vec<String> = hello.fields.iter().map(table).collect::<Result<_, _>>()?;
+    push(
+        &mut file,
+        "\n[framing.cobs]\nhello = true\n\n[packet]\norder = \"little\"\nfields = [\n  \
+         { is = \"mark\", equals = \"01\" },\n  { is = \"mark\", equals = \"00\" },\n  \
+         { is = \"sequence\", type = \"u32\" },\n  \
+         { is = \"time\", type = \"u64\", unit = \"us\" },\n",
+    );
+    for field in fields {
+        push(&mut file, &format!("  {field},\n"));
+    }
+    push(&mut file, "]\ncheck = { kind = \"CRC-32/ISO-HDLC\" }\n");
+    Ok(file)
+}
+
+fn push(file: &mut String, text: &str) {
+    file.push_str(text);
+}
+
+/// Text in quotes; JSON's escapes are TOML's too.
+fn quoted(text: &str) -> String {
+    Value::String(text.to_owned())
+        .to_string()
+        .replace('\u{7f}', "\\u007f")
+}
+
+/// An inline table.
+fn table(keys: &Map<String, Value>) -> Result<String, String> {
+    let mut pairs = Vec::new();
+    for (key, value) in keys.iter().filter(|(_, value)| !value.is_null()) {
+        pairs.push(format!("{} = {}", quoted(key), toml(value)?));
+    }
+    Ok(format!("{{ {} }}", pairs.join(", ")))
+}
+
+fn toml(value: &Value) -> Result<String, String> {
+    Ok(match value {
+        Value::String(text) => quoted(text),
+        Value::Array(values) => {
+            let values: Vec<_> = values.iter().map(toml).collect::<Result<_, String>>()?;
+            format!("[{}]", values.join(", "))
+        }
+        Value::Object(keys) => table(keys)?,
+        Value::Null => return Err("the hello of the board has a list with null in it".into()),
+        Value::Bool(_) | Value::Number(_) => value.to_string(),
+    })
+}
+
+/// The JSON of a hello of a board with so many channels in this unit, as 32-bit floating point.
+pub fn hello_of_channels(name: &str, rate: Option<f64>, channels: usize, symbol: &str) -> String {
+    let mut hello = Map::new();
+    hello.insert("name".into(), name.into());
+    if let Some(rate) = rate {
+        hello.insert("rate".into(), format!("{rate} Hz").into());
+    }
+    let mut field = Map::new();
+    let names = format!("c{{1..{channels}}}");
+    for (key, value) in [("is", "value"), ("name", &names), ("type", "f32")] {
+        field.insert(key.into(), value.into());
+    }
+    if symbol != "counts" {
+        field.insert("unit".into(), symbol.into());
+    }
+    hello.insert("fields".into(), Value::Array(vec![Value::Object(field)]));
+    Value::Object(hello).to_string()
+}
+
+impl Board {
+    /// True if the board says itself what its frames hold (taxel-wire-1).
+    pub fn says_hello(&self) -> bool {
+        matches!(&self.framing, Framing::Cobs(cobs) if cobs.hello)
+    }
+
+    /// The packet in which the board says what its frames hold; `None` where it does not.
+    pub fn hello(&self) -> Option<Vec<u8>> {
+        let json = self.hello_json().filter(|_| self.says_hello())?;
+        let mut packet = vec![HELLO];
+        packet.resize(HEADER, 0);
+        packet.extend_from_slice(json.as_bytes());
+        let check = CheckKind::Crc32IsoHdlc.of(&packet);
+        packet.extend_from_slice(&check.to_le_bytes());
+        let mut wire = Vec::new();
+        to_cobs(&packet, &mut wire);
+        (wire.len() <= LONGEST_HELLO).then_some(wire)
+    }
+
+    fn hello_json(&self) -> Option<String> {
+        let Format::Packet(layout) = &self.format else {
+            return None;
+        };
+        let mut fields: Vec<&PlacedField> = layout.fields.iter().collect();
+        fields.sort_by_key(|field| field.bit);
+        let mut said: Vec<(String, Vec<&str>)> = Vec::new();
+        let mut end = 8 * HEADER;
+        for field in fields.into_iter().filter(|field| field.bit >= 8 * HEADER) {
+            if field.bit > end && !field.kind.is_bits() {
+                let bytes = (field.bit - end) / 8;
+                said.push((format!("\"is\":\"skip\",\"bytes\":{bytes}"), Vec::new()));
+            }
+            end = field.bit + field.kind.bits();
+            let (about, name) = match &field.role {
+                Role::Value(place, conversion) => {
+                    let value = self.values.get(*place)?;
+                    (
+                        about(field, conversion, &value.unit),
+                        Some(value.name.as_str()),
+                    )
+                }
+                Role::Status(status) => {
+                    let good = format!("{:?}", status.good);
+                    let kind = field.kind;
+                    (
+                        format!("\"is\":\"status\",\"type\":\"{kind}\",\"good\":{good}"),
+                        None,
+                    )
+                }
+                // A frame of taxel-wire-1 has all others before its values.
+                _ => return None,
+            };
+            match (said.last_mut(), name) {
+                (Some((last, names)), Some(name)) if *last == about && !names.is_empty() => {
+                    names.push(name);
+                }
+                _ => said.push((about, name.into_iter().collect())),
+            }
+        }
+        let fields: Vec<String> = said
+            .into_iter()
+            .map(|(about, names)| match names[..] {
+                [] => format!("{{{about}}}"),
+                _ => format!(
+                    "{{{about},\"name\":{}}}",
+                    quoted(&names::contracted(&names))
+                ),
+            })
+            .collect();
+        let rate = self
+            .rate
+            .map_or(String::new(), |rate| format!("\"rate\":\"{rate} Hz\","));
+        let name = quoted(&self.name);
+        Some(format!(
+            "{{\"name\":{name},{rate}\"fields\":[{}]}}",
+            fields.join(",")
+        ))
+    }
+}
+
+/// What a hello says of a value, but for its name.
+fn about(
+    field: &PlacedField,
+    conversion: &Conversion,
+    unit: &taxel_recording::SignalUnit,
+) -> String {
+    let si = unit.si_per_unit;
+    let mut about = format!("\"is\":\"value\",\"type\":\"{}\"", field.kind);
+    let mut add = |key: &str, value: String| {
+        let written = write!(about, ",\"{key}\":{value}");
+        debug_assert!(written.is_ok(), "memory takes all");
+    };
+    if field.order == Order::Big {
+        add("order", "\"big\"".into());
+    }
+    if unit.symbol != "counts" {
+        add("unit", quoted(&unit.symbol));
+    }
+    let in_unit = |value: f64| format!("{:?}", value / si);
+    if (conversion.scale / si - 1.0).abs() > 1e-12 {
+        add("scale", in_unit(conversion.scale));
+    }
+    if conversion.offset != 0.0 {
+        add("offset", in_unit(conversion.offset));
+    }
+    if let Some(mask) = conversion.mask {
+        add("mask", mask.to_string());
+    }
+    if conversion.shift > 0 {
+        add("shift", conversion.shift.to_string());
+    }
+    if let Some(from) = conversion.invert_from {
+        add("invert_from", format!("{from:?}"));
+    }
+    if let Some(missing) = conversion.missing {
+        add("missing", format!("{missing:?}"));
+    }
+    if let Some([low, high]) = conversion.range {
+        add("range", format!("[{},{}]", in_unit(low), in_unit(high)));
+    }
+    about
+}

@@ -1,0 +1,354 @@
+//! JSON objects, one behind the other.
+
+use serde_json::{Map, Number, Value};
+use taxel_recording::Frame;
+
+use super::candidate::{Around, Candidate};
+use super::packet::{Reading, Verdict};
+use crate::board::messages::{Body, JsonField, JsonRole, MessageFormat, MessageLayout};
+use crate::board::{Digits, Id, Type};
+
+/// Deepest object or list.
+const DEEPEST: usize = 32;
+/// Longest number, characters.
+const LONGEST_NUMBER: usize = 64;
+
+/// How far the object at a place of the buffer was followed.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scan {
+    at: usize,
+    depth: usize,
+    in_string: bool,
+    escaped: bool,
+    /// Last byte that is no blank, outside strings.
+    last: u8,
+}
+
+impl Scan {
+    /// Goes on with an object that begins with `bytes[0]`: where it ends; `None` before it
+    /// does, and an error for bytes that are no JSON.
+    fn end(&mut self, bytes: &[u8]) -> Result<Option<usize>, ()> {
+        while let Some(byte) = bytes.get(self.at).copied() {
+            self.at += 1;
+            if self.in_string {
+                match byte {
+                    _ if self.escaped => self.escaped = false,
+                    b'\\' => self.escaped = true,
+                    b'"' => self.in_string = false,
+                    // A line feed in a string: its end is missing.
+                    0..=0x1f => return Err(()),
+                    _ => {}
+                }
+                continue;
+            }
+            match byte {
+                b' ' | b'\t' | b'\r' | b'\n' => continue,
+                b'"' => self.in_string = true,
+                b'{' | b'[' => {
+                    // Anything else before it: the end of another object is missing.
+                    let follows = matches!(self.last, 0 | b':' | b',' | b'[');
+                    if !follows || self.depth == DEEPEST {
+                        return Err(());
+                    }
+                    self.depth += 1;
+                }
+                b'}' | b']' => {
+                    self.depth -= 1;
+                    if self.depth == 0 {
+                        return Ok(Some(self.at));
+                    }
+                }
+                b':' | b',' | b'+' | b'-' | b'.' | b'0'..=b'9' | b'a'..=b'z' | b'A'..=b'Z' => {}
+                _ => return Err(()),
+            }
+            self.last = byte;
+        }
+        Ok(None)
+    }
+}
+
+/// The object, or the text that is none, at a place of the buffer.
+pub(super) fn candidate(format: &MessageFormat, scan: &mut Scan, around: Around<'_>) -> Candidate {
+    let found = look(format, scan, around);
+    if found != Candidate::More {
+        *scan = Scan::default();
+    }
+    found
+}
+
+fn look(format: &MessageFormat, scan: &mut Scan, around: Around<'_>) -> Candidate {
+    let bytes = around.bytes;
+    let blanks = bytes.iter().take_while(|byte| byte.is_ascii_whitespace());
+    match blanks.count() {
+        0 => {}
+        blanks => return Candidate::Blank(blanks),
+    }
+    let within = &bytes[..bytes.len().min(format.longest)];
+    if bytes[0] != b'{' {
+        // Text to the end of its line, or to an object.
+        let end = within.iter().position(|byte| matches!(byte, b'\n' | b'{'));
+        return match end {
+            Some(end) => Candidate::Other(end),
+            None if bytes.len() >= format.longest => Candidate::Damaged(format.longest),
+            None if around.last => Candidate::Other(bytes.len()),
+            None => Candidate::More,
+        };
+    }
+    match scan.end(within) {
+        Ok(None) if bytes.len() < format.longest => Candidate::More,
+        Err(()) | Ok(None) => Candidate::None(to_next(bytes)),
+        Ok(Some(end)) => match serde_json::from_slice(&bytes[..end]) {
+            Err(_) => Candidate::None(to_next(bytes)),
+            Ok(object) => match read(format, &object) {
+                Verdict::Reading(reading) => Candidate::Reading(end, reading),
+                Verdict::Other => Candidate::Other(end),
+                Verdict::Damaged => Candidate::Damaged(end),
+            },
+        },
+    }
+}
+
+/// Bytes to the next object.
+fn to_next(bytes: &[u8]) -> usize {
+    let next = bytes[1..].iter().position(|byte| *byte == b'{');
+    next.map_or(bytes.len(), |next| next + 1)
+}
+
+/// What an object says: other, where none with its keys is described.
+fn read(format: &MessageFormat, object: &Value) -> Verdict {
+    for layout in &format.messages {
+        let Body::Json(fields) = &layout.body else {
+            continue;
+        };
+        let there = |field: &JsonField| object.pointer(&field.pointer).is_some();
+        let Some(number) = number_of(layout, object) else {
+            continue;
+        };
+        if fields.iter().all(there) {
+            return match reading(layout, fields, object) {
+                None => Verdict::Damaged,
+                Some(mut reading) => {
+                    reading.slot = layout.first_slot + number;
+                    reading.first = layout.first_value + number * layout.values;
+                    Verdict::Reading(reading)
+                }
+            };
+        }
+    }
+    Verdict::Other
+}
+
+/// Which of the messages of one kind an object is; `None` for none.
+fn number_of(layout: &MessageLayout, object: &Value) -> Option<usize> {
+    let Some(key) = &layout.key else {
+        return Some(0);
+    };
+    let found = object.pointer(key)?;
+    if layout.ids.is_empty() {
+        return Some(0);
+    }
+    layout.ids.iter().position(|id| match (id, found) {
+        (Id::Number(id), Value::Number(found)) => found.as_u64() == Some(*id),
+        (Id::Number(id), Value::String(found)) => found.parse() == Ok(*id),
+        (Id::Text(id), Value::String(found)) => id == found,
+        _ => false,
+    })
+}
+
+/// The values of an object; `None` where one is no number, or outside its range.
+fn reading(layout: &MessageLayout, fields: &[JsonField], object: &Value) -> Option<Reading> {
+    let mut reading = Reading {
+        values: vec![f64::NAN; layout.values],
+        ..Reading::default()
+    };
+    let mut numbers = Vec::new();
+    for field in fields {
+        numbers.clear();
+        field.numbers(object.pointer(&field.pointer)?, &mut numbers)?;
+        match &field.role {
+            JsonRole::Values {
+                first,
+                count,
+                conversion,
+            } => {
+                // A list that ends before: the board has fewer.
+                if numbers.is_empty() || numbers.len() > *count {
+                    return None;
+                }
+                for (value, number) in reading.values[*first..].iter_mut().zip(&numbers) {
+                    *value = if number.is_nan() {
+                        f64::NAN
+                    } else {
+                        conversion.value(*number)?
+                    };
+                }
+            }
+            JsonRole::Sequence => reading.sequence = Some(whole(&numbers)?),
+            JsonRole::Time(_) => match numbers[..] {
+                [time] if time.is_finite() => reading.time = Some(time),
+                _ => return None,
+            },
+            JsonRole::Status(status) => {
+                let good = &status.good;
+                reading.bad_status |= !good.is_empty() && !good.contains(&whole(&numbers)?);
+            }
+        }
+    }
+    Some(reading)
+}
+
+/// One whole number without sign.
+fn whole(numbers: &[f64]) -> Option<u64> {
+    match numbers {
+        [number] if *number >= 0.0 && number.fract() == 0.0 && *number < 2_f64.powi(63) => {
+            Some(*number as u64)
+        }
+        _ => None,
+    }
+}
+
+impl JsonField {
+    /// The numbers of a value: of a number, of text with delimiters, of lists of these. NaN
+    /// for `null`.
+    fn numbers(&self, value: &Value, out: &mut Vec<f64>) -> Option<()> {
+        match value {
+            Value::Null => out.push(f64::NAN),
+            Value::Bool(is) => out.push(f64::from(u8::from(*is))),
+            Value::Number(number) => out.push(number.as_f64()?),
+            Value::String(text) => {
+                let delimiter = |c: char| matches!(c, ',' | ';') || c.is_whitespace();
+                for word in text.split(delimiter).filter(|word| !word.is_empty()) {
+                    out.push(self.number(word)?);
+                }
+            }
+            Value::Array(values) => {
+                for value in values {
+                    self.numbers(value, out)?;
+                }
+            }
+            Value::Object(_) => return None,
+        }
+        Some(())
+    }
+
+    fn number(&self, word: &str) -> Option<f64> {
+        if word.len() > LONGEST_NUMBER {
+            return None;
+        }
+        match self.digits {
+            Digits::Decimal => word.parse().ok().filter(|number: &f64| number.is_finite()),
+            Digits::Hexadecimal => {
+                let digits = word.strip_prefix("0x").unwrap_or(word);
+                if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+                    return None;
+                }
+                let whole = u64::from_str_radix(digits, 16).ok()?;
+                let bits = self.kind.map_or(64, Type::bits);
+                if bits < 64 && whole >> bits != 0 {
+                    return None;
+                }
+                match self.kind {
+                    Some(Type::Signed(_) | Type::SignedBits(_)) => {
+                        let shift = 64 - bits;
+                        Some(((whole << shift).cast_signed() >> shift) as f64)
+                    }
+                    _ => Some(whole as f64),
+                }
+            }
+        }
+    }
+
+    /// The inverse of [`Self::numbers`].
+    fn value(&self, numbers: impl ExactSizeIterator<Item = f64>) -> Value {
+        match self.digits {
+            Digits::Hexadecimal => {
+                let bits = self.kind.map_or(32, Type::bits);
+                let words: Vec<String> = numbers
+                    .map(|number| {
+                        let mask = u64::MAX >> (64 - bits);
+                        let whole = (number.round() as i64).cast_unsigned() & mask;
+                        format!("{whole:0width$X}", width = bits.div_ceil(4))
+                    })
+                    .collect();
+                Value::String(words.join(","))
+            }
+            Digits::Decimal => {
+                let mut values: Vec<Value> = numbers.map(json_number).collect();
+                if values.len() == 1 {
+                    values.remove(0)
+                } else {
+                    Value::Array(values)
+                }
+            }
+        }
+    }
+}
+
+/// A number as JSON has it: whole without a point, `null` for none.
+fn json_number(number: f64) -> Value {
+    let whole = number as i64;
+    if whole as f64 == number && whole.unsigned_abs() < 1 << 53 {
+        Value::Number(whole.into())
+    } else {
+        Number::from_f64(number).map_or(Value::Null, Value::Number)
+    }
+}
+
+/// Appends the objects of one kind of message, each with its line feed.
+pub(super) fn write(
+    layout: &MessageLayout,
+    fields: &[JsonField],
+    values: &[f64],
+    frame: &Frame,
+    out: &mut Vec<u8>,
+) {
+    for number in 0..layout.slots() {
+        let mut object = Value::Object(Map::new());
+        if let Some(key) = &layout.key {
+            let id = match layout.ids.get(number) {
+                Some(Id::Number(id)) => Value::Number((*id).into()),
+                Some(Id::Text(id)) => Value::String(id.clone()),
+                None => Value::Bool(true),
+            };
+            put(&mut object, key, id);
+        }
+        for field in fields {
+            let value = match &field.role {
+                JsonRole::Values {
+                    first,
+                    count,
+                    conversion,
+                } => {
+                    let from = layout.first_value + number * layout.values + first;
+                    let values = values[from..from + count].iter();
+                    field.value(values.map(|value| conversion.number(*value)))
+                }
+                JsonRole::Sequence => {
+                    let bits = field.kind.map_or(64, Type::bits).min(64);
+                    Value::Number((frame.sequence & (u64::MAX >> (64 - bits))).into())
+                }
+                JsonRole::Time(step_ns) => json_number(frame.time_ns as f64 / step_ns),
+                JsonRole::Status(status) => {
+                    Value::Number(status.good.first().copied().unwrap_or(0).into())
+                }
+            };
+            put(&mut object, &field.pointer, value);
+        }
+        out.extend_from_slice(object.to_string().as_bytes());
+        out.push(b'\n');
+    }
+}
+
+/// Puts a value where the pointer leads, in objects that it makes on the way.
+fn put(object: &mut Value, pointer: &str, value: Value) {
+    let mut place = object;
+    for key in pointer.split('/').skip(1) {
+        if !place.is_object() {
+            *place = Value::Object(Map::new());
+        }
+        let Value::Object(keys) = place else { return };
+        let key = key.replace("~1", "/").replace("~0", "~");
+        place = keys.entry(key).or_insert(Value::Null);
+    }
+    *place = value;
+}
