@@ -97,6 +97,140 @@ fn the_bytes_of_a_device_can_be_piped_and_programs_can_be_sources() {
     assert_eq!(found["frames"], 100);
 }
 
+/// Rows of a file of raw channels.
+fn rows(path: &str) -> Vec<String> {
+    let text = fs::read_to_string(path).unwrap();
+    let rows = text.lines().filter(|line| !line.starts_with('#'));
+    rows.map(str::to_owned).collect()
+}
+
+#[test]
+fn captured_bytes_are_played_as_they_are_decoded() {
+    let folder = Folder::new("capture");
+    let capture = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../taxel-board/tests/data/optoforce.bin"
+    );
+    let (played, decoded) = (folder.path("played.csv"), folder.path("decoded.csv"));
+    let source = format!("replay:{capture}");
+    let live = |more: &[&str]| {
+        let mut all = vec!["live", "--raw", "--board", "optoforce-16"];
+        all.extend(["--source", &source, "--format", "json"]);
+        all.extend(more);
+        let output = taxel(&all);
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+        (output.status.code(), found)
+    };
+    let (code, found) = live(&["--headless", "--speed", "max", "--save", &played]);
+    // 54 frames are missing in this capture of a real device.
+    assert_eq!(code, Some(3));
+    let wire = &found["link"]["wire"];
+    assert_eq!(
+        (&found["frames"], &found["lost"], &wire["lost"]),
+        (&34_320.into(), &54.into(), &54.into())
+    );
+    assert_eq!(
+        (&found["link"]["state"], &found["last_sequence"]),
+        (&"ended".into(), &45_999.into())
+    );
+    let output = taxel(&[
+        "recording",
+        "decode",
+        capture,
+        "--board",
+        "optoforce-16",
+        "-o",
+        &decoded,
+    ]);
+    let told = String::from_utf8(output.stdout).unwrap();
+    for count in [
+        "34320 frames, lost 54".to_owned(),
+        format!("damaged {}", wire["damaged"]),
+        format!("bytes passed over {}", wire["passed_over_bytes"]),
+    ] {
+        assert!(told.contains(&count), "{count}: {told}");
+    }
+    assert_eq!(rows(&played), rows(&decoded));
+
+    // 100 Hz, four times as fast.
+    let (_, found) = live(&["--headless", "--speed", "4", "--frames", "201"]);
+    let took = found["duration_s"].as_f64().unwrap();
+    assert!((0.5..0.8).contains(&took), "{took} s");
+
+    // The page stays after the end; the status says that the file is over.
+    let page = Beside::start(&[
+        "live",
+        "--raw",
+        "--board",
+        "optoforce-16",
+        "--source",
+        &source,
+        "--speed",
+        "max",
+        "--port",
+        "0",
+    ]);
+    let mut socket = BufReader::new(web_socket(&page.line));
+    let status = std::iter::from_fn(|| {
+        let mut until = Vec::new();
+        socket.read_until(b'}', &mut until).unwrap();
+        Some(String::from_utf8_lossy(&until).into_owned())
+    });
+    let ended = |text: &String| text.contains(r#""state":"ended""#);
+    let status = status.take(100_000).find(ended).unwrap();
+    assert!(
+        status.contains(r#""delivered":34320,"lost":54"#),
+        "{status}"
+    );
+}
+
+#[test]
+fn a_capture_of_a_board_with_a_clock_has_its_times() {
+    let folder = Folder::new("capture-clock");
+    let (board, capture) = (board::board(&folder), folder.path("capture.bin"));
+    let device = ["device", "three-axis-8x8", "--board", &board, "--on", "-"];
+    let bytes = taxel(&[&device[..], &["--frames", "100", "--rate", "1 kHz"]].concat()).stdout;
+    fs::write(&capture, &bytes).unwrap();
+    let source = format!("replay:{capture}");
+    let found = summary(&["--board", &board, "--source", &source, "--speed", "max"]);
+    assert_eq!((&found["frames"], &found["lost"]), (&100.into(), &0.into()));
+    assert_eq!(found["last_time_ns"], 99_000_000);
+
+    // Neither a recording nor the bytes of another board are played.
+    let message = refused(&[
+        "live",
+        "three-axis-8x8",
+        "--board",
+        "taxel-wire-1-256",
+        "--source",
+        &source,
+    ]);
+    assert!(
+        message.contains("no frame of taxel-wire-1-256"),
+        "{message}"
+    );
+    let recording = folder.path("run.csv");
+    done(&[
+        "recording",
+        "decode",
+        &capture,
+        "--board",
+        &board,
+        "-o",
+        &recording,
+    ]);
+    let source = format!("replay:{recording}");
+    let message = refused(&[
+        "live",
+        "three-axis-8x8",
+        "--board",
+        &board,
+        "--source",
+        &source,
+    ]);
+    assert!(message.contains("leave --board out"), "{message}");
+}
+
 #[test]
 fn damage_is_counted_and_is_exit_code_3() {
     let folder = Folder::new("damage");

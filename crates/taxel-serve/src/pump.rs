@@ -361,12 +361,11 @@ impl Clock {
 }
 
 /// The recorder that the options ask for.
-fn recorder(options: &PumpOptions, stream: &Stream) -> Result<Option<Recorder>, SaveError> {
-    let pace = if options.speed.is_infinite() {
-        Pace::Waits
-    } else {
-        Pace::Device
-    };
+fn recorder(
+    options: &PumpOptions,
+    stream: &Stream,
+    pace: Pace,
+) -> Result<Option<Recorder>, SaveError> {
     Ok(match &options.record {
         None => None,
         Some(RecordTo::Messages(receiver)) => Some(Recorder::piped(receiver.clone())),
@@ -385,13 +384,19 @@ impl Pump {
         shared: Arc<Shared>,
         commands: mpsc::Receiver<Command>,
     ) -> Result<Self, SaveError> {
-        let recorder = recorder(&options, source.stream())?;
+        let pace = if options.speed.is_infinite() && !source.is_live() {
+            Pace::Waits
+        } else {
+            Pace::Device
+        };
+        let recorder = recorder(&options, source.stream(), pace)?;
         let saver = match &options.save {
             Some(path) => Some(Saver::create(
                 path,
                 source.stream(),
                 &options.provenance,
                 options.replace_files,
+                pace,
             )?),
             None => None,
         };
@@ -412,10 +417,10 @@ impl Pump {
         }
         let outputs = outputs(&options, &session, &shared)?;
         let clock = Clock {
-            // The frames of a link come when they come.
-            speed: match shared.link.get() {
-                Some(_) => f64::INFINITY,
-                None => options.speed,
+            speed: if source.is_live() {
+                f64::INFINITY
+            } else {
+                options.speed
             },
             origin: None,
         };
