@@ -508,6 +508,70 @@ fn a_recording_can_be_played_on_a_wire() {
 }
 
 #[test]
+fn a_recording_of_several_segments_plays_byte_for_byte() {
+    let folder = Folder::new("segments");
+    let (board, faults) = (board::board(&folder), folder.path("faults.toml"));
+    let leaves = "[link]\nleave = [{ at = \"1 s\", for = \"200 ms\" }, { at = \"2 s\", for = \"300 ms\" }]\n\
+                  [frames]\nlose = 0.01\n";
+    fs::write(&faults, leaves).unwrap();
+    let device = device(&board, "tcp:0", &["--rate", "200 Hz", "--faults", &faults]);
+    let (file, again) = (folder.path("run.mcap"), folder.path("again.mcap"));
+    let live = ["live", "three-axis-8x8", "--headless", "--format", "json"];
+    let more = ["--board", &board, "--source", &device.line];
+    let more = [&more[..], &["--frames", "500", "--record", &file]].concat();
+    let output = taxel(&[&live[..], &more].concat());
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["link"]["connects"], 3, "{output:?}");
+    let inspected: Value =
+        serde_json::from_slice(&taxel(&["recording", "inspect", &file, "--format", "json"]).stdout)
+            .unwrap();
+    assert_eq!(inspected["segments"], 3);
+    let same = "same touch in 500 frames";
+    assert!(done(&["recording", "compare", &file]).contains(same));
+    let source = format!("replay:{file}");
+    let replay = ["live", "--headless", "--speed", "max", "--format", "json"];
+    let output = taxel(&[&replay[..], &["--source", &source, "--record", &again]].concat());
+    let replayed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(done(&["recording", "compare", &file, &again]).contains(same));
+    for count in ["frames", "lost", "late", "duplicate", "last_taxel_forces_n"] {
+        assert_eq!(replayed[count], found[count], "{count}");
+    }
+}
+
+#[test]
+fn a_kill_in_a_silence_costs_no_byte_before_it() {
+    let folder = Folder::new("silence");
+    let board = board::board(&folder);
+    // The silence is that from one frame to the next: shorter than what changes the state.
+    let device = device(&board, "tcp:0", &["--rate", "3 Hz"]);
+    let (file, decoded) = (folder.path("run.mcap"), folder.path("decoded.csv"));
+    let mut live = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["live", "three-axis-8x8", "--headless", "--board", &board])
+        .args(["--source", &device.line, "--record", &file])
+        .args(["--out", "jsonl"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let frames = BufReader::new(live.stdout.take().unwrap()).lines();
+    assert_eq!(frames.take(4).map(Result::unwrap).count(), 4);
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    live.kill().unwrap();
+    live.wait().unwrap();
+    let output = taxel(&[
+        "recording",
+        "decode",
+        &file,
+        "--board",
+        &board,
+        "-o",
+        &decoded,
+    ]);
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.contains("4 frames, lost 0"), "{told}");
+}
+
+#[test]
 fn commands_move_what_presses() {
     let folder = Folder::new("control");
     let (board, truth) = (board::board(&folder), folder.path("quiet.toml"));
