@@ -539,6 +539,27 @@ fn a_recording_of_several_segments_plays_byte_for_byte() {
 }
 
 #[test]
+fn a_tare_that_had_to_wait_plays_byte_for_byte() {
+    let folder = Folder::new("owed-tare");
+    let (board, script) = (board::board(&folder), folder.path("lying.toml"));
+    fs::write(
+        &script,
+        "schema = 1\nname = \"lying\"\nduration = \"20 s\"\n[[finger]]\nradius = \"2.6 mm\"\npath = [\n\
+         { time = \"0 s\", at = [\"0 mm\", \"0 mm\"], force = [\"0 N\", \"0 N\", \"60 mN\"] },\n\
+         { time = \"3 s\", at = [\"0 mm\", \"0 mm\"], force = [\"0 N\", \"0 N\", \"60 mN\"] },\n\
+         { time = \"3.1 s\", at = [\"0 mm\", \"0 mm\"], force = [\"0 N\", \"0 N\", \"0 mN\"] },\n]\n",
+    )
+    .unwrap();
+    let device = device(&board, "tcp:0", &["--script", &script, "--rate", "120 Hz"]);
+    let file = folder.path("run.mcap");
+    let source = ["--board", &board, "--source", &device.line];
+    let found = summary(&[&source[..], &["--frames", "400", "--record", &file]].concat());
+    assert_eq!(found["tare"], "done", "{}", found["notice"]);
+    let compared = done(&["recording", "compare", &file]);
+    assert!(compared.contains("same touch in 400 frames"), "{compared}");
+}
+
+#[test]
 fn a_kill_in_a_silence_costs_no_byte_before_it() {
     let folder = Folder::new("silence");
     let board = board::board(&folder);
@@ -619,6 +640,32 @@ fn load() -> (f64, f64) {
 
 /// At full length, on an idle machine:
 /// `TAXEL_LOAD_HZ=1000 TAXEL_LOAD_SECONDS=600 cargo test --release -p taxel-cli --test links -- --nocapture stalled`
+#[test]
+fn what_a_client_never_reads_is_no_latency() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["live", "three-axis-8x8", "--port", "0", "--format", "json"])
+        .args(["--speed", "40", "--frames", "9600"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut output = BufReader::new(child.stdout.take().unwrap());
+    let mut address = String::new();
+    output.read_line(&mut address).unwrap();
+    let mut reader = web_socket(address.trim());
+    let read = std::thread::spawn(move || std::io::copy(&mut reader, &mut std::io::sink()));
+    // Its buffers are full long before it goes.
+    let stalled = web_socket(address.trim());
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    drop(stalled);
+    let mut text = String::new();
+    output.read_to_string(&mut text).unwrap();
+    child.wait().unwrap();
+    read.join().unwrap().unwrap();
+    let found: Value = serde_json::from_str(&text).unwrap();
+    let largest = found["sent_latency_s"]["largest"].as_f64().unwrap();
+    assert!(largest < 1.0, "{largest} s");
+}
+
 #[test]
 fn nothing_is_lost_with_four_stalled_clients() {
     let (rate, seconds) = load();

@@ -57,7 +57,7 @@ export interface Status {
   ended: boolean;
   clients: number;
   dropped: number;
-  tare: "none" | "running" | "done" | "loaded";
+  tare: "none" | "running" | "done" | "loaded" | "waiting";
   tare_time_ns: number | null;
   message: string;
   below_zero: BelowZero | null;

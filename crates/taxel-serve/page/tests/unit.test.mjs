@@ -188,6 +188,7 @@ test("below zero has a mark, words with the moment of the zero, and a way back",
   assert.equal(words(1, "no zero was taken", null), `1 taxel reads below zero: no zero was taken. ${way}`);
   assert.equal(tareInWords("loaded"), "tare: from a recording");
   assert.equal(tareInWords("done"), "tare: done");
+  assert.equal(tareInWords("waiting"), "tare: not taken yet");
 });
 
 test("changes are in per cent, without a rest value to relate to in the unit", async () => {
