@@ -197,8 +197,8 @@ pub(crate) struct Live {
     pub(crate) map: Maps,
     /// Where frames come from: sim: (the twin under a shipped script that fits
     /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING; with --board
-    /// serial:PORT, serial:auto, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT[@GROUP], -, a named pipe, or
-    /// exec:"PROGRAM ARGUMENTS"
+    /// serial:PORT, serial:auto, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT[@GROUP], -, a named pipe,
+    /// exec:"PROGRAM ARGUMENTS", or replay:FILE of bytes that were captured
     #[arg(long, default_value = "sim:")]
     pub(crate) source: String,
     #[command(flatten)]

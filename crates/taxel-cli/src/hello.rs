@@ -1,5 +1,7 @@
 //! Boards that say themselves what their frames hold (taxel-wire-1).
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,6 +22,8 @@ const QUESTION: &[u8] = b"?";
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Time between attempts to open a link.
 const AGAIN: Duration = Duration::from_millis(500);
+/// Beginning of a file in which a hello is looked for, bytes.
+const SEARCHED: u64 = 1 << 20;
 
 /// The board that is named, or that answers at `source`; and the link over which it did.
 pub(crate) fn board(
@@ -68,17 +72,37 @@ pub(crate) fn board(
         );
         return Ok((asked, Some(heard)));
     };
-    let text = board_file_of_hello(&hello)
+    Ok((as_said(asked, &hello, source)?, Some(heard)))
+}
+
+/// The board as a hello in the bytes of a file says, if it says hello and there is one.
+pub(crate) fn recorded(named: NamedBoard, path: &Path) -> Result<NamedBoard, Stop> {
+    let Ok(file) = File::open(path) else {
+        return Ok(named);
+    };
+    let mut bytes = Vec::new();
+    if !named.board.says_hello() || file.take(SEARCHED).read_to_end(&mut bytes).is_err() {
+        return Ok(named);
+    }
+    match HelloFinder::default().push(&bytes) {
+        Some(hello) => as_said(named, &hello, &path.to_string_lossy()),
+        None => Ok(named),
+    }
+}
+
+/// The board that `hello` describes, with the link of `asked`.
+fn as_said(asked: NamedBoard, hello: &str, source: &str) -> Result<NamedBoard, Stop> {
+    let text = board_file_of_hello(hello)
         .map_err(|message| Stop::WrongInput(format!("{source}: {message}")))?;
     let mut board = Board::parse("hello of the board", &text)?;
-    board.link = asked.board.link.clone();
+    board.link = asked.board.link;
     note!(
         "the board says: {}, {} values",
         board.name,
         board.values().len()
     );
     let name = asked.name;
-    Ok((NamedBoard { name, board, text }, Some(heard)))
+    Ok(NamedBoard { name, board, text })
 }
 
 /// The hello that comes, if one does, and the link over which it was listened for.

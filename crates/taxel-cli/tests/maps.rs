@@ -11,7 +11,7 @@ use common::{Folder, done, refused, taxel};
 use serde_json::Value;
 use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{MOST_CONTACTS, MapOptions, TouchEventKind, TouchSession};
-use taxel_serve::{Next, ReplayOptions, ReplaySource, Source as _};
+use taxel_serve::{Next, ReplayOptions, ReplaySource, Source as _, Survey};
 
 /// A short recording of a vendor.
 fn recording(name: &str) -> PathBuf {
@@ -23,7 +23,7 @@ fn recording(name: &str) -> PathBuf {
 /// A session of a recording, as the program has it, and its frames.
 fn session(path: &Path, all_events: bool) -> (TouchSession, Stream, Vec<Frame>) {
     let open = || ReplaySource::open(path, &ReplayOptions::default()).unwrap();
-    let (survey, end) = open().survey();
+    let (survey, end) = Survey::of(open());
     end.unwrap();
     let mut source = open().paced(&survey);
     let stream = source.stream().clone();

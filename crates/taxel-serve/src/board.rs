@@ -1,7 +1,7 @@
 //! Boards as the links and the virtual device take them.
 
 use taxel::acquisition::Frame;
-use taxel_board::{Begin, Board, Decoder, Encoder, Poll as BoardPoll, Sent, Usb, UsbName};
+use taxel_board::{Begin, Board, Counts, Decoder, Encoder, Poll as BoardPoll, Sent, Usb, UsbName};
 
 use crate::device::Encode;
 use crate::link::{Decode, Greeting, LinkAddress, Poll, SerialSettings, UsbMatch, WireCounts};
@@ -57,23 +57,7 @@ impl Decode for BoardDecoder {
     }
 
     fn counts(&self) -> WireCounts {
-        let counts = self.decoder.counts();
-        WireCounts {
-            delivered: counts.delivered,
-            lost: counts.lost,
-            missing_estimate: counts.missing_estimate,
-            damaged: counts.damaged,
-            passed_over_bytes: counts.passed_over,
-            other: counts.other,
-            bad_status: counts.bad_status,
-            wrong_number: counts.wrong_number,
-            unconfirmed: counts.unconfirmed,
-            incomplete: counts.incomplete,
-            late: counts.late,
-            duplicate: counts.duplicate,
-            ambiguous: counts.ambiguous,
-            restarts: counts.restarts,
-        }
+        wire_counts(&self.decoder.counts())
     }
 
     fn board(&self) -> String {
@@ -94,6 +78,26 @@ impl Decode for BoardDecoder {
             .filter(|(_, board)| board.name != self.name && speaks(board, sample))
             .map(|(name, _)| name.to_owned())
             .collect()
+    }
+}
+
+/// Counts of a decoder as the status of a link has them.
+pub(crate) fn wire_counts(counts: &Counts) -> WireCounts {
+    WireCounts {
+        delivered: counts.delivered,
+        lost: counts.lost,
+        missing_estimate: counts.missing_estimate,
+        damaged: counts.damaged,
+        passed_over_bytes: counts.passed_over,
+        other: counts.other,
+        bad_status: counts.bad_status,
+        wrong_number: counts.wrong_number,
+        unconfirmed: counts.unconfirmed,
+        incomplete: counts.incomplete,
+        late: counts.late,
+        duplicate: counts.duplicate,
+        ambiguous: counts.ambiguous,
+        restarts: counts.restarts,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Live sources, HTTP and WebSocket service, and the page.
 
 mod board;
+mod capture;
 mod condition;
 mod connection;
 pub mod device;
@@ -30,6 +31,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
 pub use board::{BoardDecoder, BoardEncoder, greeting, serial_settings};
+pub use capture::CaptureSource;
 pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;

@@ -122,6 +122,10 @@ impl Source for LinkSource {
         Some(self.status())
     }
 
+    fn is_live(&self) -> bool {
+        true
+    }
+
     fn record_to(&mut self, recorder: &Recorder) {
         let _ = self.recorder.set(recorder.clone());
     }

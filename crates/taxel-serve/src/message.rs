@@ -298,6 +298,8 @@ pub enum Tare {
     Done,
     /// The rest values are from a recording.
     Loaded,
+    /// The capture at the start was refused; it is taken as soon as nothing touches.
+    Waiting,
 }
 
 /// The message every 100 ms.

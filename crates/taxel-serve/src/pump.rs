@@ -30,7 +30,7 @@ use crate::record::{
 };
 use crate::save::{SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
-use crate::tare::{BaselineSender, BelowZero, By, TareHistory, unix_s};
+use crate::tare::{BaselineSender, BelowZero, By, Owed, TareHistory, unix_s};
 
 /// Options of the pump.
 #[derive(Debug, Clone)]
@@ -308,6 +308,7 @@ pub(crate) struct Pump {
     recorded_health: Option<Instant>,
     events: Events,
     tares: TareHistory,
+    owed: Owed,
     below_zero: Option<BelowZero>,
     conditions: ConditionSender,
     baselines: BaselineSender,
@@ -361,12 +362,11 @@ impl Clock {
 }
 
 /// The recorder that the options ask for.
-fn recorder(options: &PumpOptions, stream: &Stream) -> Result<Option<Recorder>, SaveError> {
-    let pace = if options.speed.is_infinite() {
-        Pace::Waits
-    } else {
-        Pace::Device
-    };
+fn recorder(
+    options: &PumpOptions,
+    stream: &Stream,
+    pace: Pace,
+) -> Result<Option<Recorder>, SaveError> {
     Ok(match &options.record {
         None => None,
         Some(RecordTo::Messages(receiver)) => Some(Recorder::piped(receiver.clone())),
@@ -385,13 +385,19 @@ impl Pump {
         shared: Arc<Shared>,
         commands: mpsc::Receiver<Command>,
     ) -> Result<Self, SaveError> {
-        let recorder = recorder(&options, source.stream())?;
+        let pace = if options.speed.is_infinite() && !source.is_live() {
+            Pace::Waits
+        } else {
+            Pace::Device
+        };
+        let recorder = recorder(&options, source.stream(), pace)?;
         let saver = match &options.save {
             Some(path) => Some(Saver::create(
                 path,
                 source.stream(),
                 &options.provenance,
                 options.replace_files,
+                pace,
             )?),
             None => None,
         };
@@ -412,10 +418,10 @@ impl Pump {
         }
         let outputs = outputs(&options, &session, &shared)?;
         let clock = Clock {
-            // The frames of a link come when they come.
-            speed: match shared.link.get() {
-                Some(_) => f64::INFINITY,
-                None => options.speed,
+            speed: if source.is_live() {
+                f64::INFINITY
+            } else {
+                options.speed
             },
             origin: None,
         };
@@ -428,6 +434,7 @@ impl Pump {
                 writer,
             ),
             tares: TareHistory::new(&session, options.rest_from.as_deref()),
+            owed: Owed::default(),
             below_zero: None,
             conditions: ConditionSender::default(),
             baselines: BaselineSender::default(),
@@ -537,6 +544,23 @@ impl Pump {
         self.tell_rest();
     }
 
+    /// Takes the rest capture that is owed since the start, once nothing stands out any more.
+    fn tare_owed(&mut self, time_ns: u64) {
+        if self.owed.is_due(time_ns)
+            && !self.session.capturing()
+            && self.session.estimator().standing_out().is_none()
+        {
+            self.tares.begin(By::Start, false);
+            self.begin_capture(
+                RestKind::StartedUnasked,
+                self.options.tare_frames,
+                By::Start,
+                Some(time_ns),
+            );
+            self.tell_rest();
+        }
+    }
+
     fn frames(&mut self) -> Result<(), Failure> {
         while !self.done() {
             let next = self.source.next()?;
@@ -583,9 +607,13 @@ impl Pump {
     fn command(&mut self, command: Command) {
         let now = self.last.as_ref().map(|last| last.time_ns);
         let running = self.session.capturing();
-        self.shared.status().notice.clear();
+        // A mark changes nothing that a notice may be about.
+        if !matches!(command, Command::Mark { .. }) {
+            self.shared.status().notice.clear();
+        }
         match command {
             Command::Tare { by, force } => {
+                self.owed.settle();
                 let pressed = self.session.pressed();
                 self.tares.begin(by, pressed.is_some());
                 match pressed.filter(|_| !force) {
@@ -600,6 +628,7 @@ impl Pump {
                 self.shared.status().notice = RUNNING.into();
             }
             Command::ClearTare => {
+                self.owed.settle();
                 self.session.clear_rest();
                 self.tares.cleared(now, &self.session);
                 self.record_rest(RestKind::Cleared, By::Page, now, String::new());
@@ -608,6 +637,7 @@ impl Pump {
             }
             Command::UndoTare { to } => {
                 if self.tares.undo(to, now, &mut self.session) {
+                    self.owed.settle();
                     self.record_rest(RestKind::Undone, By::Page, now, String::new());
                     self.forget_below_zero();
                     self.mark("tare undone", now);
@@ -722,6 +752,7 @@ impl Pump {
         if let Some(captured) = captured {
             self.captured(captured, Some(frame.time_ns));
         }
+        self.tare_owed(frame.time_ns);
         self.tell_condition(frame.time_ns);
         self.save(frame)
     }
@@ -750,25 +781,35 @@ impl Pump {
     }
 
     fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: Option<u64>) {
-        let refused = captured.err().map(|refused| refused.to_string());
-        let kind = if refused.is_none() {
-            "tare"
-        } else {
-            "tare refused"
+        let by = self.tares.by();
+        let Err(refused) = captured else {
+            self.mark("tare", time_ns);
+            self.tares.captured(time_ns, None, &self.session);
+            self.record_rest(RestKind::Captured, by, time_ns, String::new());
+            self.forget_below_zero();
+            if let Some(why) = self.owed.why() {
+                let mut status = self.shared.status();
+                if status.notice == why {
+                    status.notice.clear();
+                }
+            }
+            self.owed.settle();
+            return self.tell_rest();
         };
-        self.mark(kind, time_ns);
-        self.tares
-            .captured(time_ns, refused.as_deref(), &self.session);
-        let kind = if refused.is_none() {
-            RestKind::Captured
-        } else {
-            RestKind::Refused
-        };
-        let message = refused.clone().unwrap_or_default();
-        self.record_rest(kind, self.tares.by(), time_ns, message);
-        match refused {
-            Some(refused) => self.shared.status().notice = refused,
-            None => self.forget_below_zero(),
+        let message = refused.to_string();
+        // Of attempts that nobody asked for the first refusal says it all.
+        if by != By::Start || !self.tares.is_refused_at_start() {
+            self.mark("tare refused", time_ns);
+            self.tares.captured(time_ns, Some(&message), &self.session);
+            self.shared.status().notice.clone_from(&message);
+        }
+        self.record_rest(RestKind::Refused, by, time_ns, message);
+        let unasked = by == By::Start && self.options.start_tare == StartTare::Automatic;
+        if unasked && self.source.is_live() {
+            self.owed.refused(&refused, time_ns.unwrap_or(0));
+            if let Some(why) = self.owed.why() {
+                why.clone_into(&mut self.shared.status().notice);
+            }
         }
         self.tell_rest();
     }
@@ -934,6 +975,7 @@ impl Pump {
             _ if self.session.capturing() => Tare::Running,
             Some(_) => Tare::Done,
             None if self.session.estimator().is_tared() => Tare::Loaded,
+            None if self.owed.why().is_some() => Tare::Waiting,
             None => Tare::None,
         };
         drop(status);

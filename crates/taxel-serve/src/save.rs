@@ -10,7 +10,10 @@ use std::time::{Duration, Instant};
 use taxel::acquisition::{Frame, Stream};
 use taxel_recording::ChannelWriter;
 
-/// Frames that may wait for the disk before the run is ended with an error.
+use crate::record::Pace;
+
+/// Frames that may wait for the disk; then a source that waits does, and the run of a device is
+/// ended with an error.
 const WAITING: usize = 1 << 14;
 
 /// Lines are written out after this time, so that no more than 100 ms are lost with the
@@ -73,6 +76,7 @@ fn locked(file: File) -> std::io::Result<File> {
 pub(crate) struct Saver {
     path: PathBuf,
     frames: mpsc::SyncSender<Frame>,
+    pace: Pace,
     writer: JoinHandle<std::io::Result<()>>,
 }
 
@@ -82,6 +86,7 @@ impl Saver {
         stream: &Stream,
         provenance: &[String],
         replace: bool,
+        pace: Pace,
     ) -> Result<Self, SaveError> {
         let fail = |cause| SaveError::Create {
             path: path.to_owned(),
@@ -116,12 +121,17 @@ impl Saver {
         Ok(Self {
             path: path.to_owned(),
             frames,
+            pace,
             writer,
         })
     }
 
     pub(crate) fn push(&self, frame: Frame) -> Result<(), SaveError> {
-        self.frames.try_send(frame).map_err(|error| {
+        let sent = match self.pace {
+            Pace::Device => self.frames.try_send(frame),
+            Pace::Waits => self.frames.send(frame).map_err(Into::into),
+        };
+        sent.map_err(|error| {
             let message = match error {
                 mpsc::TrySendError::Full(_) => "the disk cannot keep up; frames would be lost",
                 mpsc::TrySendError::Disconnected(_) => "writing failed; is the disk full?",

@@ -285,7 +285,10 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
                 Ok(outgoing) if outgoing.is_end() => {}
                 Ok(outgoing) => {
                     alive = socket.send(Message::Binary(outgoing.bytes)).await.is_ok();
-                    shared.sent().push(outgoing.arrival.elapsed().as_secs_f64());
+                    // What a client never read was not sent.
+                    if alive {
+                        shared.sent().push(outgoing.arrival.elapsed().as_secs_f64());
+                    }
                 }
                 Err(RecvError::Lagged(frames)) => dropped += frames,
                 Err(RecvError::Closed) => break,

@@ -44,15 +44,21 @@ pub trait Source: Send {
     /// Gives the source the recorder of the run, before its first frame: for what only the
     /// source knows, such as the bytes of the wire, states of the link and relations of clocks.
     fn record_to(&mut self, _recorder: &Recorder) {}
+
     /// When the last byte of `frame` arrived, for sources that read a link.
     fn arrival(&self, frame: &Frame) -> Option<Instant> {
         let _ = frame;
         None
     }
 
-    /// The status of the link that it reads, if it reads one.
+    /// The status of the link that it reads, or that its bytes were captured from.
     fn link(&self) -> Option<LinkHandle> {
         None
+    }
+
+    /// True if its frames come when they come; else they are due by their device times.
+    fn is_live(&self) -> bool {
+        false
     }
 }
 
@@ -69,6 +75,14 @@ pub enum SourceError {
     /// The file cannot be opened.
     #[error("{}: cannot be opened: {cause}", path.display())]
     Open {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        cause: std::io::Error,
+    },
+    /// The file cannot be read to its end.
+    #[error("{}: cannot be read: {cause}", path.display())]
+    Read {
         /// The file.
         path: PathBuf,
         /// The system's reason.
@@ -144,6 +158,26 @@ pub struct Survey {
 }
 
 impl Survey {
+    /// Reads all that a file still holds once, so that a mistake in its middle is found before
+    /// anything is shown: what was found, and how it ended.
+    pub fn of(mut source: impl Source) -> (Self, Result<(), SourceError>) {
+        let mut survey = Self::default();
+        let mut first = None;
+        loop {
+            let frame = match source.next() {
+                Ok(Next::Frame(frame)) => frame,
+                Ok(Next::Rest(_) | Next::Reconnected) => continue,
+                Ok(_) => return (survey, Ok(())),
+                Err(error) => return (survey, Err(error)),
+            };
+            survey.frames += 1;
+            let first = *first.get_or_insert(frame.time_ns);
+            let elapsed = frame.time_ns.saturating_sub(first);
+            survey.duration_ns = survey.duration_ns.max(elapsed);
+            survey.noise.push(&frame);
+        }
+    }
+
     /// Mean time between frames, s.
     fn period(&self) -> Option<f64> {
         let steps = self.frames.saturating_sub(1);
@@ -200,26 +234,6 @@ impl ReplaySource {
         self.recording.sensors()
     }
 
-    /// Reads all of the rest once, so that a mistake in its middle is found before anything
-    /// is shown: what was found, and how it ended.
-    pub fn survey(mut self) -> (Survey, Result<(), SourceError>) {
-        let mut survey = Survey::default();
-        let mut first = None;
-        loop {
-            let frame = match self.next() {
-                Ok(Next::Frame(frame)) => frame,
-                Ok(Next::Rest(_) | Next::Reconnected) => continue,
-                Ok(_) => return (survey, Ok(())),
-                Err(error) => return (survey, Err(error)),
-            };
-            survey.frames += 1;
-            let first = *first.get_or_insert(frame.time_ns);
-            let elapsed = frame.time_ns.saturating_sub(first);
-            survey.duration_ns = survey.duration_ns.max(elapsed);
-            survey.noise.push(&frame);
-        }
-    }
-
     /// The same source, whose stream states the mean time between frames that `survey`
     /// found where the recording itself states none.
     #[must_use]
@@ -229,7 +243,8 @@ impl ReplaySource {
     }
 }
 
-fn reader(path: &Path) -> Result<BufReader<File>, SourceError> {
+/// The bytes of an ordinary file.
+pub(crate) fn reader(path: &Path) -> Result<BufReader<File>, SourceError> {
     let open = |cause| SourceError::Open {
         path: path.to_owned(),
         cause,

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::SystemTime;
 
 use serde::Serialize;
-use taxel::estimation::{Rest, TouchSession, Why};
+use taxel::estimation::{Rest, RestRefused, TouchSession, Why};
 
 /// Who changed rest values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -100,6 +100,63 @@ pub struct BelowZero {
     pub zero_time_ns: Option<u64>,
 }
 
+/// A rest capture that is owed since the start of a run: something touched the sensor of a link
+/// as it was joined. It is taken as soon as nothing does.
+#[derive(Debug, Default)]
+pub(crate) struct Owed {
+    /// Why the zero is not taken yet, in words; `None` for nothing owed.
+    why: Option<String>,
+    /// Device time of the last refusal, ns.
+    refused_ns: u64,
+}
+
+/// Time from a refusal to the next attempt at least, ns.
+const NEXT_ATTEMPT_NS: u64 = 1_000_000_000;
+
+impl Owed {
+    /// The capture was refused at this device time, ns.
+    pub(crate) fn refused(&mut self, refused: &RestRefused, time_ns: u64) {
+        let why = match refused {
+            RestRefused::StandsOut {
+                row,
+                column,
+                value,
+                others,
+            } => format!(
+                "row {row}, column {column} reads {value} where the others read {others}: something may press"
+            ),
+            RestRefused::Moving {
+                moving,
+                units,
+                unit,
+                ..
+            } => format!("{moving} of {units} {unit}s moved"),
+            // It would be refused again.
+            RestRefused::NotTaken { .. } => return,
+            other => other.to_string(),
+        };
+        self.why = Some(format!(
+            "the zero is not taken yet: {why}; it is taken as soon as nothing touches"
+        ));
+        self.refused_ns = time_ns;
+    }
+
+    /// Nothing is owed any more.
+    pub(crate) fn settle(&mut self) {
+        self.why = None;
+    }
+
+    /// Why the zero is not taken yet; `None` where nothing is owed.
+    pub(crate) fn why(&self) -> Option<&str> {
+        self.why.as_deref()
+    }
+
+    /// True if it is time for another attempt, ns of device time.
+    pub(crate) fn is_due(&self, time_ns: u64) -> bool {
+        self.why.is_some() && time_ns.abs_diff(self.refused_ns) >= NEXT_ATTEMPT_NS
+    }
+}
+
 /// The history of the rest values of one run.
 #[derive(Debug)]
 pub(crate) struct TareHistory {
@@ -135,6 +192,12 @@ impl TareHistory {
     /// A capture begins, under load or not.
     pub(crate) fn begin(&mut self, by: By, under_load: bool) {
         (self.by, self.under_load) = (by, under_load);
+    }
+
+    /// True if the last that happened is a refusal of the capture at the start.
+    pub(crate) fn is_refused_at_start(&self) -> bool {
+        let refused = |entry: &Entry| (entry.kind, entry.by) == (TareKind::Refused, By::Start);
+        self.entries.back().is_some_and(refused)
     }
 
     /// Who asked for the capture that runs, or ran last.

@@ -8,6 +8,7 @@ use taxel::estimation::TouchSession;
 use taxel::sensor::Sensor;
 
 use crate::history::History;
+use crate::message::Tare;
 use crate::pump::{Command, Pump, PumpOptions, Shared, Summary};
 use crate::source::{Next, Source, SourceError, TwinSource};
 use crate::tare::{By, TareHistory};
@@ -241,6 +242,100 @@ fn fingers_that_cross_keep_their_numbers() {
     assert!(first > 4e-3 && second < -4e-3, "{last:?}");
 }
 
+/// A twin whose frames come as those of a link do.
+struct Linked(TwinSource);
+
+impl Source for Linked {
+    fn stream(&self) -> &Stream {
+        self.0.stream()
+    }
+
+    fn next(&mut self) -> Result<Next, SourceError> {
+        self.0.next()
+    }
+
+    fn is_live(&self) -> bool {
+        true
+    }
+}
+
+/// A finger that lies on the array when the run begins, and leaves it at 3 s.
+const LYING: &str = r#"
+schema = 1
+name = "lying"
+duration = "20 s"
+[[finger]]
+radius = "2.6 mm"
+path = [
+  { time = "0 s", at = ["0 mm", "0 mm"], force = ["0 N", "0 N", "60 mN"] },
+  { time = "3.0 s", at = ["0 mm", "0 mm"], force = ["0 N", "0 N", "60 mN"] },
+  { time = "3.1 s", at = ["0 mm", "0 mm"], force = ["0 N", "0 N", "0 mN"] },
+]
+"#;
+
+/// Kinds in the history of the rest values.
+fn tare_kinds(posts: &[String]) -> Vec<String> {
+    let tares: Value = serde_json::from_str(&posts[1]).unwrap();
+    let entries = tares["entries"].as_array().unwrap().iter();
+    entries
+        .map(|entry| entry["kind"].as_str().unwrap().to_owned())
+        .collect()
+}
+
+#[test]
+fn a_tare_that_a_touch_prevented_is_taken_when_it_ends() {
+    let run = |frames: u64| {
+        let (twin, session) = twin("three-axis-8x8", LYING);
+        let source = Box::new(Linked(TwinSource::new(twin)));
+        let (summary, _, posts) = pumped(source, session, frames);
+        (summary, tare_kinds(&posts))
+    };
+    // 60 frames a second: refused after 50, and the finger still lies there.
+    let (summary, kinds) = run(150);
+    assert_eq!(summary.tare, Tare::Waiting);
+    assert!(
+        summary.notice.contains("not taken yet") && summary.notice.contains("may press"),
+        "{}",
+        summary.notice
+    );
+    assert_eq!(kinds, ["begun", "refused"]);
+    let (summary, kinds) = run(400);
+    assert_eq!((summary.tare, summary.notice.as_str()), (Tare::Done, ""));
+    assert_eq!(kinds, ["begun", "refused", "captured"]);
+    let force = summary.last.unwrap().force[2];
+    assert!(force.abs() < 2e-3, "{force} N");
+}
+
+#[test]
+fn what_the_operator_says_comes_before_a_tare_that_is_owed() {
+    let (twin, session) = twin("three-axis-8x8", LYING);
+    let source = Box::new(Linked(TwinSource::new(twin)));
+    let options = PumpOptions {
+        speed: f64::INFINITY,
+        frames: Some(400),
+        ..PumpOptions::default()
+    };
+    let shared = Shared::new();
+    let (sender, commands) = mpsc::sync_channel(1);
+    let pump = Pump::new(source, session, options, shared.clone(), commands).unwrap();
+    let running = std::thread::spawn(move || pump.run());
+    while shared.status().tare != Tare::Waiting {
+        std::thread::yield_now();
+    }
+    sender.send(Command::ClearTare).unwrap();
+    let summary = running.join().unwrap();
+    assert_eq!((summary.tare, summary.notice.as_str()), (Tare::None, ""));
+}
+
+#[test]
+fn a_twin_and_a_recording_are_not_tared_unasked_later() {
+    let (twin, session) = twin("three-axis-8x8", LYING);
+    let (summary, _, posts) = pumped(Box::new(TwinSource::new(twin)), session, 400);
+    assert_eq!(summary.tare, Tare::None);
+    assert!(summary.notice.contains("then tare"), "{}", summary.notice);
+    assert_eq!(tare_kinds(&posts), ["begun", "refused"]);
+}
+
 /// Sends each frame of the twin twice, the second time under a new number.
 struct Stutter {
     source: TwinSource,
@@ -391,7 +486,7 @@ fn a_command_that_cannot_be_done_says_why_and_changes_nothing() {
         "{}",
         summary.notice
     );
-    assert_eq!(summary.tare, crate::Tare::Done);
+    assert_eq!(summary.tare, Tare::Done);
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use std::io::{ErrorKind, Write as _};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 use taxel::acquisition::{Quantity, Stimulus, Stream, Twin};
@@ -12,19 +11,20 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
-use taxel_serve::link::{LinkAddress, LinkError, LinkOptions, Reconnect};
+use taxel_serve::link::LinkAddress;
 use taxel_serve::{
-    BoardDecoder, ChannelConditions, EventFile, Failure, LastTouch, LineOutput, LinkSource, Marks,
-    Next, Provenance, PumpOptions, ReplayOptions, ReplaySource, ServeError, Session, Source,
-    SourceError, StartTare, Summary, Survey, TwinSource, greeting, run_headless, run_with_page,
-    serial_settings,
+    ChannelConditions, EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance,
+    PumpOptions, ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare,
+    Summary, Survey, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
 use crate::commands::calibrate;
 use crate::outputs::{self, Existing};
 use crate::run_files::{NamedText, RunFiles};
-use crate::{Done, Stop, boards, files, hello};
+use crate::{Done, Stop, files};
+
+mod hardware;
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
     let options = options(arguments)?;
@@ -181,19 +181,25 @@ fn check_outputs(arguments: &Live) -> Result<(), Stop> {
 
 pub(crate) fn session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
     if LinkAddress::is_one(&arguments.source) {
-        return link_session(arguments, options);
-    }
-    if let Some(board) = &arguments.link.board {
-        return Err(Stop::WrongInput(format!(
-            "--board {}: --source \"{}\" is no link; use serial:PORT, tcp:HOST:PORT, udp:PORT, - or exec:\"PROGRAM\"",
-            board.display(),
-            arguments.source
-        )));
+        return hardware::link_session(arguments, options);
     }
     let (kind, rest) = arguments
         .source
         .split_once(':')
         .unwrap_or((&arguments.source, ""));
+    match &arguments.link.board {
+        Some(board) if kind == "replay" && !rest.is_empty() => {
+            return hardware::capture_session(arguments, board, Path::new(rest), options);
+        }
+        Some(board) => {
+            return Err(Stop::WrongInput(format!(
+                "--board {}: --source \"{}\" is no link; use serial:PORT, tcp:HOST:PORT, udp:PORT, -, exec:\"PROGRAM\", or replay:FILE of captured bytes",
+                board.display(),
+                arguments.source
+            )));
+        }
+        None => {}
+    }
     match kind {
         "sim" => twin_session(arguments, rest, options),
         "replay" if !rest.is_empty() => replay_session(arguments, &PathBuf::from(rest), options),
@@ -201,55 +207,6 @@ pub(crate) fn session(arguments: &Live, options: PumpOptions) -> Result<Session,
             "--source \"{}\" is no source\nhelp: use sim:, sim:SCRIPT.toml or replay:RECORDING; of hardware serial:PORT, tcp:HOST:PORT, udp:PORT, - or exec:\"PROGRAM\", with --board",
             arguments.source
         ))),
-    }
-}
-
-/// A session whose frames come over a link.
-fn link_session(arguments: &Live, options: PumpOptions) -> Result<Session, Stop> {
-    let wrong = |error: LinkError| Stop::WrongInput(error.to_string());
-    let address = LinkAddress::parse(&arguments.source).map_err(wrong)?;
-    let sensor = match &arguments.named_sensor {
-        _ if arguments.map.raw => None,
-        Some(sensor) => Some(files::sensor(sensor)?),
-        None => {
-            return Err(Stop::WrongInput(format!(
-                "--source {}: of which sensor? name its file, or give --raw for a map of the readings",
-                arguments.source
-            )));
-        }
-    };
-    let reconnect = if arguments.link.once {
-        Reconnect::Once
-    } else {
-        Reconnect::ForEver
-    };
-    let board = arguments.link.board.as_deref();
-    let (named, heard) = hello::board(board, &arguments.source, &address, reconnect)?;
-    let stream = match &sensor {
-        Some(sensor) => boards::fit(&named, &sensor.sensor, arguments.sensor())?,
-        None => named.board.stream(),
-    };
-    let decoder = Box::new(BoardDecoder::new(&named.board, &address));
-    let link = LinkOptions {
-        heard,
-        serial: serial_settings(&named.board),
-        greeting: greeting(&named.board, &address),
-        reconnect,
-        delay: named.board.link.delay,
-        observers: Vec::new(),
-        tell: Arc::new(|line| note!("{line}")),
-    };
-    let source = LinkSource::start(address, stream, decoder, link).map_err(wrong)?;
-    let run = RunFiles {
-        board: Some(NamedText {
-            name: named.name,
-            text: named.text,
-        }),
-        ..asked(arguments)?
-    };
-    match sensor {
-        Some(sensor) => sensed(sensor, source, run, options, arguments),
-        None => map_session(source, &MapNoise::default(), &run, options, arguments),
     }
 }
 
@@ -345,7 +302,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         };
         ReplaySource::open(path, &options)
     };
-    let surveyed = open().map(ReplaySource::survey);
+    let surveyed = open().map(Survey::of);
     let survey = match surveyed.unwrap_or_else(|error| (Survey::default(), Err(error))) {
         (survey, Ok(())) if survey.frames == 0 => {
             let message = format!("{}: there is no frame in it", path.display());
@@ -504,7 +461,7 @@ fn rest_options(bare: bool, arguments: &Live) -> ReplayOptions {
 fn noise_of(path: &Path, bare: bool, arguments: &Live) -> Result<MapNoise, Stop> {
     let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
     let options = rest_options(bare, arguments);
-    let (survey, end) = ReplaySource::open(path, &options).map_err(wrong)?.survey();
+    let (survey, end) = Survey::of(ReplaySource::open(path, &options).map_err(wrong)?);
     end.map_err(wrong)?;
     Ok(survey.noise)
 }

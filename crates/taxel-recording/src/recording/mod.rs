@@ -395,7 +395,7 @@ fn recognise<R: BufRead>(
                 lines.file(),
                 "the file is binary, or UTF-16 text without its mark",
             )
-            .help("save it as plain CSV text in UTF-8")
+            .help("save it as plain CSV text in UTF-8; bytes as a board sent them are played with its board file (--board)")
             .into());
         }
         if channels::is_comment(text) {

@@ -88,6 +88,7 @@ export function belowZeroInWords({ taxels, cause, zero_unix_s: at }: BelowZero):
 
 /** A state of the rest values, for people. */
 export function tareInWords(tare: Status["tare"]): string {
+  if (tare === "waiting") return "tare: not taken yet";
   return tare === "loaded" ? "tare: from a recording" : `tare: ${tare}`;
 }
 

@@ -57,7 +57,7 @@ export interface Status {
   ended: boolean;
   clients: number;
   dropped: number;
-  tare: "none" | "running" | "done" | "loaded";
+  tare: "none" | "running" | "done" | "loaded" | "waiting";
   tare_time_ns: number | null;
   message: string;
   below_zero: BelowZero | null;
@@ -79,6 +79,22 @@ export interface Link {
   bytes: number;
   overrun: number;
   wire: { delivered: number; lost: number | null; damaged: number; passed_over_bytes: number };
+  /** Null without a time or a number of the board, and before the first second. */
+  clock: ClockRelation | null;
+}
+
+/** The clock of a board against that of the computer that reads it. */
+export interface ClockRelation {
+  device_time_ns: number;
+  /** When that was by the steady clock of the computer, since the source was opened. */
+  host_ns: number;
+  /** Seconds of the computer in one of the board, less 1. */
+  rate_difference: number;
+  /** The reading was taken at most so long before that; null where the delay of the link is not known. */
+  before_s: number | null;
+  /** And at most so long behind it. */
+  behind_s: number;
+  segments: number;
 }
 
 /** Taxels that read below zero, and why. */

@@ -23,12 +23,17 @@ const repository = join(page, "../../..");
 const screenshots = join(tests, "screenshots");
 const mock = process.env.TAXEL_MOCK === "1";
 
+/** A virtual device, on its standard output. */
+const BOARD = "taxel-wire-1-256";
+const DEVICE = `device three-axis-8x8 --board ${BOARD} --on -`;
+
 /** What is served in a case: arguments of `taxel live`, and of the mock. */
 const CASES = {
   finger: { source: () => `sim:${script("finger")}`, mock: ["--scene", "all-states"] },
   quiet: { source: () => `sim:${script("quiet")}`, options: ["--no-tare"], mock: ["--scene", "quiet"] },
   held: { source: () => `sim:${script("held")}` },
   outage: { source: () => `sim:${script("outage")}`, mock: ["--outage", "3:6"] },
+  linked: { source: () => `exec:'${program()}' ${DEVICE} --script '${script("quiet")}'`, options: ["--board", BOARD] },
   heat: { mock: ["--kind", "3", "--scene", "all-states"], mockOnly: true },
   grey: { mock: ["--kind", "3", "--grayscale"], mockOnly: true },
   map: { source: () => `replay:${recording()}`, mock: ["--kind", "2"], describesItself: true },
@@ -365,6 +370,49 @@ test("events are listed, the newest first, and a kind can be chosen", async (con
   const first = byTestId(late, "events").locator("tr").last();
   await first.getByText("touch").waitFor();
   assert.equal(await first.locator("td").first().innerText(), times.at(-1));
+  assert.deepEqual(complaints, []);
+});
+
+test("key M notes words at the newest frame, and the list of events has them", { skip: mock }, async (context) => {
+  const { url } = await serve("quiet", context);
+  const { tab, complaints } = await open(url, context);
+  await badge(tab, "live");
+  const dialog = tab.locator("#mark-dialog");
+  await tab.keyboard.press("m");
+  assert.ok(await dialog.isVisible());
+  // The key itself is no letter of the mark, and keys of the page are letters in it.
+  assert.equal(await tab.getByTestId("mark-text").inputValue(), "");
+  await tab.keyboard.type("map the first grasp");
+  assert.equal(await tab.getByTestId("mark-text").inputValue(), "map the first grasp");
+  await tab.keyboard.press("Enter");
+  assert.ok(!(await dialog.isVisible()));
+  await tab.getByText("mark: map the first grasp").first().waitFor();
+  // Without words, or cancelled, nothing is noted.
+  await tab.keyboard.press("m");
+  await tab.keyboard.press("Enter");
+  await tab.keyboard.press("m");
+  await tab.keyboard.type("no");
+  await tab.keyboard.press("Escape");
+  assert.ok(!(await dialog.isVisible()));
+  await tab.waitForTimeout(400);
+  assert.equal(await tab.getByText("mark: no", { exact: true }).count(), 0);
+  assert.deepEqual(complaints, []);
+});
+
+test("the clock of a board stands beside the state of its link, with its bound", { skip: mock }, async (context) => {
+  const { url } = await serve("linked", context);
+  const { tab, complaints } = await open(url, context);
+  const clock = tab.getByTestId("clock");
+  await clock.waitFor();
+  assert.match(await clock.textContent(), /^clock (\d+\.\d ppm (fast|slow)|rate not known yet), .*\d\.\d\d ms/);
+  assert.match(await clock.getAttribute("title"), /by the clock of the board was/);
+  for (const [name, width, scheme] of [["light", 1366, "light"], ["dark", 1366, "dark"], ["narrow", 390, "light"]]) {
+    await tab.setViewportSize({ width, height: width === 390 ? 844 : 768 });
+    await tab.emulateMedia({ colorScheme: scheme });
+    await tab.waitForTimeout(200);
+    assert.ok(await tab.evaluate(() => document.documentElement.scrollWidth <= innerWidth), name);
+    await tab.screenshot({ path: join(screenshots, `clock-${name}.png`) });
+  }
   assert.deepEqual(complaints, []);
 });
 

@@ -22,7 +22,7 @@ async function load(name) {
 }
 
 const { decodeFrame, decodeHeader, parseMessage, ProtocolError } = await load("protocol");
-const { boardLinkInWords, linkState } = await load("link");
+const { boardLinkInWords, clockInWords, linkState } = await load("link");
 const { eventInWords } = await load("events");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
@@ -188,6 +188,7 @@ test("below zero has a mark, words with the moment of the zero, and a way back",
   assert.equal(words(1, "no zero was taken", null), `1 taxel reads below zero: no zero was taken. ${way}`);
   assert.equal(tareInWords("loaded"), "tare: from a recording");
   assert.equal(tareInWords("done"), "tare: done");
+  assert.equal(tareInWords("waiting"), "tare: not taken yet");
 });
 
 test("changes are in per cent, without a rest value to relate to in the unit", async () => {
@@ -437,6 +438,29 @@ test("an event is reported in words and with its value, deviation and unit", () 
   assert.equal(eventValue(2.857, 0.01, "Hz"), "2.857 ± 0.010 Hz");
   assert.equal(eventValue(295, null, "1"), "295.0");
   assert.equal(eventValue(null, null, "N"), "–");
+});
+
+test("the clock of a board is said with its bound, and only while the link is in step", () => {
+  const clock = {
+    device_time_ns: 12_340_000_000,
+    host_ns: 15_342_000_000,
+    rate_difference: 60e-6,
+    before_s: 0.0004,
+    behind_s: 0.0012,
+    segments: 1,
+  };
+  const link = { state: "in_step", clock };
+  const { short, full } = clockInWords(link);
+  assert.equal(short, "clock 60.0 ppm slow, −0.40 ms +1.20 ms");
+  assert.match(full, /12\.340 s by the clock of the board was 15\.342 s/);
+  assert.match(full, /at most 0\.40 ms before and 1\.20 ms behind it/);
+  const oneWay = clockInWords({ ...link, clock: { ...clock, before_s: null, rate_difference: -2e-6, segments: 3 } });
+  assert.equal(oneWay.short, "clock 2.0 ppm fast, +1.20 ms, delay not known");
+  assert.match(oneWay.full, /is not known.*runs 2\.0 ppm too fast\. Segment 3/);
+  assert.equal(clockInWords({ ...link, clock: { ...clock, rate_difference: 0 } }).short, "clock rate not known yet, −0.40 ms +1.20 ms");
+  assert.equal(clockInWords({ ...link, state: "silent" }), null);
+  assert.equal(clockInWords({ ...link, clock: null }), null);
+  assert.equal(clockInWords(null), null);
 });
 
 test("the link to a board is said while it is not in step, and marks are events", () => {

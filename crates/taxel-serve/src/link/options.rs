@@ -12,6 +12,9 @@ pub trait LinkObserver: Send {
     /// Bytes as they arrived, ns since the source was opened.
     fn wire(&mut self, host_ns: u64, bytes: &[u8]);
 
+    /// Nothing has arrived since; called again and again while that is so.
+    fn quiet(&mut self, _host_ns: u64) {}
+
     /// The state has changed.
     fn link(&mut self, status: &LinkStatus);
 }

@@ -16,8 +16,8 @@ use super::state::{LinkHandle, LinkState};
 use super::tracker::Tracker;
 use super::wire::{Decode, Greeting};
 
-/// Longest wait for bytes before state, questions and the end are looked at.
-const PATIENCE: Duration = Duration::from_millis(50);
+/// Longest wait for bytes before state, questions, observers and the end are looked at.
+const PATIENCE: Duration = Duration::from_millis(10);
 /// Waits between attempts to open: the first, and the longest.
 const FIRST_WAIT: Duration = Duration::from_millis(100);
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
@@ -216,6 +216,9 @@ impl Reader {
                     }
                 }
                 Ok(Received::Nothing) => {
+                    for observer in &mut self.observers {
+                        observer.quiet(host_ns);
+                    }
                     let changed = tracker.passed(host_ns);
                     self.changed(changed, &tracker);
                 }

@@ -84,8 +84,15 @@ impl LinkObserver for LinkRecorder {
                 ..ClockMessage::default()
             });
         }
+        if self.bytes.len() >= MOST_TOGETHER {
+            self.hand_over();
+        }
+        self.quiet(host_ns);
+    }
+
+    fn quiet(&mut self, host_ns: u64) {
         let old = host_ns.saturating_sub(self.first_ns) >= TOGETHER_NS;
-        if old || self.bytes.len() >= MOST_TOGETHER {
+        if old && !self.bytes.is_empty() {
             self.hand_over();
         }
     }
@@ -103,5 +110,37 @@ impl LinkObserver for LinkRecorder {
             self.early.remove(0);
         }
         self.hand_over();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Recorded;
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    #[test]
+    fn bytes_before_a_silence_do_not_wait_for_its_end() {
+        let (sender, recorded) = std::sync::mpsc::sync_channel(8);
+        let slot = RecorderSlot::default();
+        let mut observer = LinkRecorder::new(RecorderSlot::clone(&slot));
+        observer.wire(5 * MS, b"early ");
+        observer.quiet(100 * MS);
+        let recorder = Recorder::piped(sender);
+        slot.set(recorder.clone()).unwrap();
+        observer.quiet(110 * MS);
+        observer.wire(120 * MS, b"one ");
+        observer.wire(130 * MS, b"two");
+        observer.quiet(139 * MS);
+        observer.quiet(141 * MS);
+        observer.quiet(161 * MS);
+        recorder.finish();
+        let wire = recorded.iter().filter_map(|message| match message {
+            Recorded::Wire(wire) => Some((wire.host_ns / MS, wire.bytes)),
+            _ => None,
+        });
+        let expected = [(5, b"early ".to_vec()), (130, b"one two".to_vec())];
+        assert_eq!(wire.collect::<Vec<_>>(), expected);
     }
 }

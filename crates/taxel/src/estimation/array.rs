@@ -313,8 +313,9 @@ impl ArrayEstimator {
         }))
     }
 
-    /// The taxel that stands out from the others, if one does.
-    fn standing_out(&self) -> Option<RestRefused> {
+    /// The taxel that stands out from the others in the last frame, if one does: why a capture
+    /// that nobody asked for would be refused.
+    pub fn standing_out(&self) -> Option<RestRefused> {
         let taxels = &self.touch.taxels;
         // Beside the rest values of the drawing many contradict themselves.
         let values = taxels.iter().map(TaxelTouch::pressed).enumerate();
