@@ -13,8 +13,12 @@ const TRUSTED: f64 = 30.0;
 /// Arrivals so many spreads behind the map, for so long, are a break.
 const BREAK_SPREADS: f64 = 5.0;
 const BREAK_NS: u64 = 1_000_000_000;
-/// Most points of the hull; the oldest goes.
-const MOST_POINTS: usize = 512;
+/// The window is so many stretches, each with a hull of its own: with the oldest one goes all
+/// that it says, and the others are still whole.
+const STRETCHES: usize = 10;
+const STRETCH_NS: f64 = WINDOW_NS as f64 / STRETCHES as f64;
+/// Most points of the hull of a stretch; then the next one begins.
+const MOST_POINTS: usize = 64;
 /// Largest difference of two clocks that is believed, as a share.
 const LARGEST_RATE: f64 = 2e-3;
 
@@ -37,7 +41,9 @@ pub struct DeviceClockMap {
     /// Smallest and largest delay that the path has at least, ns, where the board file says it.
     delay: Option<[f64; 2]>,
     /// Device time, and host less device time, of the lower hull, ns from the first stamp.
-    hull: VecDeque<[f64; 2]>,
+    hull: Vec<[f64; 2]>,
+    /// The hulls of the stretches of the window, the oldest first.
+    stretches: VecDeque<Vec<[f64; 2]>>,
     origin: Option<[u64; 2]>,
     /// How far the arrivals have lately lain above the map, ns.
     spread: f64,
@@ -74,7 +80,8 @@ impl DeviceClockMap {
     pub fn new(delay: Option<[f64; 2]>) -> Self {
         Self {
             delay: delay.map(|delay| delay.map(|seconds| seconds * 1e9)),
-            hull: VecDeque::new(),
+            hull: Vec::new(),
+            stretches: VecDeque::new(),
             origin: None,
             spread: 0.0,
             last: None,
@@ -98,6 +105,7 @@ impl DeviceClockMap {
     /// Begins a new segment: after a reconnect or a restart of the board.
     pub fn reset(&mut self) {
         self.hull.clear();
+        self.stretches.clear();
         self.origin = None;
         self.last = None;
         self.far_since = None;
@@ -152,26 +160,35 @@ impl DeviceClockMap {
 
     /// Keeps the lower convex hull of the window.
     fn add(&mut self, x: f64, y: f64) {
-        while let [.., before, last] = self.hull.make_contiguous() {
-            let rises = (last[1] - before[1]) * (x - before[0]);
-            if rises < (y - before[1]) * (last[0] - before[0]) {
-                break;
-            }
-            self.hull.pop_back();
+        let full = |stretch: &Vec<[f64; 2]>| {
+            stretch.len() >= MOST_POINTS || x - stretch[0][0] >= STRETCH_NS
+        };
+        if self.stretches.back().is_none_or(full) {
+            self.stretches.push_back(Vec::new());
         }
-        self.hull.push_back([x, y]);
-        let first = |hull: &VecDeque<[f64; 2]>| hull.front().map_or(x, |point| point[0]);
-        while self.hull.len() > 2
-            && (x - first(&self.hull) > WINDOW_NS as f64 || self.hull.len() > MOST_POINTS)
-        {
-            self.hull.pop_front();
+        if let Some(newest) = self.stretches.back_mut() {
+            add_to_hull(newest, [x, y]);
+        }
+        let old = |stretch: &Vec<[f64; 2]>| x - stretch[0][0] > WINDOW_NS as f64;
+        let mut gone = false;
+        while self.stretches.len() > STRETCHES || self.stretches.front().is_some_and(old) {
+            self.stretches.pop_front();
+            gone = true;
+        }
+        if gone {
+            self.hull.clear();
+            for point in self.stretches.iter().flatten() {
+                add_to_hull(&mut self.hull, *point);
+            }
+        } else {
+            add_to_hull(&mut self.hull, [x, y]);
         }
         self.slope = self.new_slope().unwrap_or(self.slope);
     }
 
     /// Slope of the side of the hull over the middle of the window, once the window is long enough.
     fn new_slope(&self) -> Option<f64> {
-        let (first, last) = (self.hull.front()?, self.hull.back()?);
+        let (first, last) = (self.hull.first()?, self.hull.last()?);
         let window = last[0] - first[0];
         if window < TRUSTED * self.spread.max(1e5) {
             return None;
@@ -212,4 +229,16 @@ impl DeviceClockMap {
             behind: (half + scatter) * 1e-9,
         })
     }
+}
+
+/// Adds a point behind all others to a lower convex hull.
+fn add_to_hull(hull: &mut Vec<[f64; 2]>, [x, y]: [f64; 2]) {
+    while let [.., before, last] = hull[..] {
+        let rises = (last[1] - before[1]) * (x - before[0]);
+        if rises < (y - before[1]) * (last[0] - before[0]) {
+            break;
+        }
+        hull.pop();
+    }
+    hull.push([x, y]);
 }

@@ -1,11 +1,16 @@
 //! The map of device time to host time, on models of four kinds of links.
+#![allow(
+    clippy::print_stdout,
+    clippy::expect_used,
+    reason = "a panic is how a test fails, and figures are printed"
+)]
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel_board::{ClockEvent, DeviceClockMap};
 
 /// Delays of a link, s.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Path {
     Usb,
     Ftdi,
@@ -96,6 +101,218 @@ fn the_hull_finds_offset_and_rate() {
             }
         }
     }
+}
+
+/// What a path and a clock do, beyond what the map was made with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Case {
+    /// One of the four models, with pauses of up to 0.5 s.
+    Known(Path),
+    /// Delays of a Pareto law: no mean square.
+    HeavyTail,
+    /// Good and bad spells of some seconds, as a radio has them.
+    Spells,
+    /// Polled every 16 ms by a clock that is 10 ppm off: the phases of frame and poll beat.
+    Beating,
+    /// A USB path and a clock whose rate wanders by 1e-8 in a second.
+    Wander,
+    /// A USB path and a clock that warms up: 3 ppm in the first minutes.
+    Warming,
+    /// A USB path whose pauses last up to 3 s.
+    LongPauses,
+}
+
+const CASES: [Case; 10] = [
+    Case::Known(Path::Usb),
+    Case::Known(Path::Ftdi),
+    Case::Known(Path::Wifi),
+    Case::Known(Path::Bluetooth),
+    Case::HeavyTail,
+    Case::Spells,
+    Case::Beating,
+    Case::Wander,
+    Case::Warming,
+    Case::LongPauses,
+];
+
+impl Case {
+    fn path(self) -> Path {
+        match self {
+            Self::Known(path) => path,
+            Self::Beating => Path::Ftdi,
+            Self::Spells => Path::Wifi,
+            _ => Path::Usb,
+        }
+    }
+
+    /// Delay of a frame, s.
+    fn delay(self, now: f64, phase: f64, random: &mut impl Rng) -> f64 {
+        let least = self.path().least();
+        match self {
+            Self::HeavyTail => {
+                let share: f64 = 1.0 - random.random::<f64>();
+                least + 0.2e-3 * (share.powf(-1.0 / 1.5) - 1.0).min(2e3)
+            }
+            Self::Spells => {
+                let bad = ((now + 100.0 * phase) / 3.7).sin() > 0.6;
+                let mean = if bad { 0.030 } else { 0.001 };
+                least - mean * (1.0 - random.random::<f64>()).ln()
+            }
+            Self::Beating => {
+                let polls = (now * (1.0 + 10e-6) + phase) / 0.016;
+                least + (polls.ceil() - polls) * 0.016
+            }
+            _ => self.path().delay(now, phase, random),
+        }
+    }
+
+    /// Longest pause, s.
+    fn pause(self) -> f64 {
+        match self {
+            Self::LongPauses => 3.0,
+            _ => 0.5,
+        }
+    }
+}
+
+/// A second of a run: the errors of the map, of its bound and of its rate.
+#[derive(Debug, Clone, Copy)]
+struct Second {
+    /// Map less truth less the smallest delay, s.
+    offset: f64,
+    /// Found rate less the true one.
+    rate: f64,
+    /// How far the truth lies outside of the bound, s; 0 inside.
+    outside: f64,
+    /// Width of the bound less the stated uncertainty of the delay, s.
+    scatter: f64,
+}
+
+/// Seconds of a run of a case at 100 Hz. The smallest delay lies anywhere in what is stated of it.
+fn run(case: Case, seconds: usize, seed: u64) -> Vec<Second> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let phase = random.random::<f64>() * 0.016;
+    let least = case.path().least();
+    let share: f64 = random.random();
+    let stated = [least - 0.2e-3 * share, least + 0.2e-3 * (1.0 - share)];
+    let (mut known, mut unknown) = (DeviceClockMap::new(Some(stated)), DeviceClockMap::new(None));
+    let mut rate = 200e-6 * (random.random::<f64>() - 0.5);
+    let (mut host, mut arrival, mut pause_until) = (12.345_f64, 0.0_f64, 0.0);
+    let mut found = Vec::new();
+    for frame in 0..seconds * 100 {
+        let device = frame as f64 / 100.0;
+        let pace = match case {
+            Case::Wander => {
+                let kick: f64 = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+                rate += 1e-8 * 0.1 * kick;
+                rate
+            }
+            Case::Warming => rate + 3e-6 * (1.0 - (-device / 100.0).exp()),
+            _ => rate,
+        };
+        if frame > 0 {
+            host += 0.01 * (1.0 + pace);
+        }
+        if random.random::<f64>() < 1.0 / 3000.0 {
+            pause_until = host + 0.05 + (case.pause() - 0.05) * random.random::<f64>();
+        }
+        arrival = arrival
+            .max(host + case.delay(host, phase, &mut random))
+            .max(if host < pause_until { pause_until } else { 0.0 });
+        let stamp = [(device * 1e9).round() as u64, (arrival * 1e9) as u64];
+        known.push(stamp[0], stamp[1]);
+        unknown.push(stamp[0], stamp[1]);
+        if frame % 100 != 99 {
+            continue;
+        }
+        let (Some(with), Some(without)) = (known.host(stamp[0]), unknown.host(stamp[0])) else {
+            panic!("{case:?}: no time after a stamp");
+        };
+        let error = with.time_ns as f64 * 1e-9 - host;
+        let bare = without.time_ns as f64 * 1e-9 - host;
+        let before = with.before.expect("the delay is stated");
+        found.push(Second {
+            offset: bare - least,
+            rate: known.rate_difference() - pace,
+            outside: (error - before)
+                .max(-error - with.behind)
+                .max(-bare - without.behind)
+                .max(0.0),
+            scatter: with.behind - 0.1e-3,
+        });
+    }
+    found
+}
+
+/// Value that a share of all stays below.
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * share) as usize]
+}
+
+/// Runs the cases with so many seeds and prints the figures: offset (half of the span that holds
+/// nine of ten) and rate after one minute and after five, how often the truth lies in the bound,
+/// how far outside it lies at most, and how wide the bound is.
+fn coverage(seeds: u64) -> Vec<(Case, f64, f64)> {
+    println!(
+        "case, offset at 60 s [ms], rate at 60 s [ppm], offset at 300 s [ms], rate at 300 s [ppm], inside [%], furthest outside [ms], scatter stated, median [ms]"
+    );
+    let mut shares = Vec::new();
+    for case in CASES {
+        let runs: Vec<_> = (0..seeds).map(|seed| run(case, 420, seed)).collect();
+        let spread = |from: usize| {
+            let near = || runs.iter().flat_map(move |run| &run[from..from + 20]);
+            let offsets = || near().map(|second| second.offset);
+            let rates = near().map(|second| second.rate.abs());
+            (
+                0.5e3 * (quantile(offsets(), 0.95) - quantile(offsets(), 0.05)),
+                1e6 * quantile(rates, 0.9),
+            )
+        };
+        let all = || runs.iter().flat_map(|run| run.iter());
+        let inside =
+            all().filter(|second| second.outside == 0.0).count() as f64 / all().count() as f64;
+        let furthest = all().map(|second| second.outside).fold(0.0, f64::max);
+        let (minute, five) = (spread(60), spread(300));
+        println!(
+            "{case:?}, {:.3}, {:.1}, {:.3}, {:.2}, {:.2}, {:.3}, {:.3}",
+            minute.0,
+            minute.1,
+            five.0,
+            five.1,
+            1e2 * inside,
+            1e3 * furthest,
+            1e3 * quantile(all().map(|second| second.scatter), 0.5),
+        );
+        shares.push((case, inside, furthest));
+    }
+    shares
+}
+
+/// Long form: `TAXEL_CLOCK_SEEDS=50 cargo test --release -p taxel-board --test clocks -- --nocapture coverage`
+#[test]
+fn coverage_of_the_stated_bound() {
+    let seeds =
+        std::env::var("TAXEL_CLOCK_SEEDS").map_or(3, |text| text.parse().expect("a number"));
+    for (case, inside, furthest) in coverage(seeds) {
+        assert!(inside >= 0.99, "{case:?}: {inside}, {furthest} s outside");
+    }
+}
+
+#[test]
+fn what_is_older_than_the_window_says_nothing() {
+    let mut map = DeviceClockMap::new(None);
+    // The first stamp was the fastest by far; then both clocks go alike for half an hour.
+    for step in 0..180_000_u64 {
+        let device = step * 10_000_000;
+        let delay = if step == 0 { 0 } else { 2_000_000 };
+        map.push(device, 1_000_000_000 + device + delay);
+    }
+    let device = 179_999 * 10_000_000;
+    let host = map.host(device).expect("there were stamps");
+    assert!(host.time_ns.abs_diff(1_000_000_000 + device + 2_000_000) < 1000);
+    assert!(host.behind < 1e-6, "{host:?}");
 }
 
 #[test]
