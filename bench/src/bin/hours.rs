@@ -1,10 +1,12 @@
 //! Hours of ordinary touches on each device: the figures of every hour beside those of
 //! the first.
 //!
-//!     cargo run --release --bin hours [HOURS] [SENSOR]
-//!     cargo run --release --bin hours HOURS FILE LEAST_FORCE LARGEST_FORCE [CHANNEL TAXEL]
+//!     cargo run --release --bin hours [HOURS] [SENSOR] [CASE]
+//!     cargo run --release --bin hours HOURS FILE LEAST_FORCE LARGEST_FORCE [CHANNEL TAXEL] [CASE]
 //!
-//! Forces are those of the touches, N. CHANNEL, which TAXEL reads, is dead.
+//! Forces are those of the touches, N. CHANNEL, which TAXEL reads, is dead. CASE is one
+//! drift, or `overload`: every twentieth touch presses from the side beyond first contact,
+//! without a drift; on three-axis units only.
 
 #[path = "../../../crates/taxel/tests/common/hours.rs"]
 mod hours;
@@ -27,9 +29,14 @@ const DRIFTS: [(&str, Drift); 4] = [
     ("temperature", Drift::Temperature(0.056)),
     ("creep", Drift::Creep(0.01)),
 ];
+const OVERLOAD: &str = "overload";
+/// Force of an overload, N.
+const OVERLOAD_FORCE: [f64; 3] = [-0.119, -0.161, 1.516];
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    let cases = DRIFTS.map(|(name, _)| name);
+    let case = arguments.pop_if(|last| *last == OVERLOAD || cases.contains(&last.as_str()));
     let number = |index: usize| -> Option<f64> {
         let text = arguments.get(index)?;
         Some(text.parse().expect("a number"))
@@ -57,22 +64,31 @@ fn main() {
         let sensor = Sensor::parse(&arguments[1], &text).expect("a sensor file");
         let dead = number(4).zip(number(5));
         let dead = dead.map(|(channel, taxel)| [channel as usize, taxel as usize]);
-        return device(&sensor, [low, high], dead, hours);
+        return device(&sensor, [low, high], dead, hours, case.as_deref());
     }
     for (name, forces) in DEVICES {
         if arguments.get(1).is_none_or(|only| only == name) {
             let sensor = Sensor::shipped(name).expect("a shipped sensor");
-            device(&sensor, forces, None, hours);
+            device(&sensor, forces, None, hours, case.as_deref());
         }
     }
 }
 
-fn device(sensor: &Sensor, forces: [f64; 2], dead: Option<[usize; 2]>, hours: f64) {
+fn device(
+    sensor: &Sensor,
+    forces: [f64; 2],
+    dead: Option<[usize; 2]>,
+    hours: f64,
+    case: Option<&str>,
+) {
     let device: String = sensor.name.chars().take(16).collect();
-    for (name, drift) in DRIFTS {
+    let beyond = sensor.three_axis().is_ok().then_some((OVERLOAD, Drift::None));
+    let cases = DRIFTS.into_iter().chain(beyond);
+    for (name, drift) in cases.filter(|(name, _)| case.is_none_or(|only| only == *name)) {
         let course = Course {
             sensor: sensor.clone(),
             dead,
+            overload: (name == OVERLOAD).then_some(OVERLOAD_FORCE),
             forces,
             pauses: [1.0, 25.0],
             drift,
@@ -82,7 +98,7 @@ fn device(sensor: &Sensor, forces: [f64; 2], dead: Option<[usize; 2]>, hours: f6
         for (hour, interval) in (1..).zip(run(&course, 1)) {
             let [touches, found] = interval.touches;
             let [touch, release, other] = interval.events;
-            println!(
+            print!(
                 "{device:16} {name:11} {hour:>4} {touches:>8} {found:>6} {:>6} {touch:>9} {release:>7} {other:>6} {:>9.3} {:>9.3} {:>7.1} {:>7.1} {:>7.1}",
                 interval.empty[1],
                 1e3 * interval.stated[0],
@@ -91,6 +107,10 @@ fn device(sensor: &Sensor, forces: [f64; 2], dead: Option<[usize; 2]>, hours: f6
                 100.0 * interval.within[1],
                 interval.memory
             );
+            match interval.overloads {
+                [0, _] => println!(),
+                [overloads, bounds] => println!("  {bounds} of {overloads} overloads are bounds"),
+            }
         }
     }
 }

@@ -7,6 +7,7 @@ mod hours;
 
 use hours::{Course, Drift, run};
 use taxel::acquisition::{Delivery, Stimulus, Twin};
+use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel::sensor::Sensor;
 
 /// Before this was so, the stated deviation grew fourfold in twenty minutes.
@@ -38,6 +39,7 @@ fn the_last_minutes_of_touching_are_as_the_first() {
         let course = Course {
             sensor,
             dead,
+            overload: None,
             forces,
             drift,
             pauses: [1.0, 10.0],
@@ -61,6 +63,102 @@ fn the_last_minutes_of_touching_are_as_the_first() {
             }
             assert!(interval.within.iter().all(|share| *share > 0.93), "{what}");
             assert!(interval.memory - first.memory < 1.0, "{what}");
+        }
+    }
+}
+
+/// A unit alone has no neighbours that drift beside it. Before, its steps of temperature
+/// were touches: one step without an end if nothing had touched it for a while, some for a
+/// few frames between touches.
+#[test]
+fn a_step_of_temperature_is_no_touch_of_a_unit_alone() {
+    for (pauses, length) in [([500.0, 550.0], 1800.0), ([1.0, 25.0], 3.0 * 3600.0)] {
+        let course = Course {
+            sensor: Sensor::shipped("three-axis-unit").unwrap(),
+            dead: None,
+            overload: None,
+            forces: [1e-3, 10e-3],
+            drift: Drift::Temperature(0.056),
+            pauses,
+            length,
+            interval: length,
+        };
+        let interval = &run(&course, 1)[0];
+        let what = format!("{pauses:?}: {interval:?}");
+        let [touches, found] = interval.touches;
+        assert_eq!(found, touches, "{what}");
+        assert_eq!(interval.empty[1], 0, "{what}");
+        assert_eq!(interval.events, [touches, touches, 0], "{what}");
+        let at_rest = interval.within[0];
+        assert!((0.93..0.97).contains(&at_rest), "{what}");
+    }
+}
+
+/// Warmth that raises four capacitances alike is a normal force to the model of a unit:
+/// the misfit says nothing, and only the rate tells the two apart.
+#[test]
+fn what_four_capacitors_drift_together_reads_as_a_normal_force_without_misfit() {
+    let sensor = Sensor::shipped("three-axis-unit").unwrap();
+    let unit = sensor.three_axis().unwrap().unit_model();
+    let rest = unit.rest();
+    let read = |change: [f64; 4]| {
+        let readings = std::array::from_fn(|i| rest[i] + change[i]);
+        estimate_unit(
+            &unit,
+            readings,
+            [1e-16; 4],
+            [true; 4],
+            &SearchOptions::default(),
+        )
+    };
+    let together = read([0.4e-15; 4]);
+    println!(
+        "0.4 fF on all four: {:?} N, misfit {:.2} deviations",
+        together.force, together.signed_residual
+    );
+    assert!(
+        (0.18e-3..0.22e-3).contains(&together.force[2]),
+        "{together:?}"
+    );
+    assert!(together.signed_residual.abs() < 0.5, "{together:?}");
+    // One capacitor alone would be a contradiction of the same size.
+    let alone = read([0.4e-15, 0.0, 0.0, 0.0]);
+    println!(
+        "0.4 fF on one: misfit {:.2} deviations",
+        alone.signed_residual
+    );
+    assert!(alone.signed_residual.abs() > 1.5, "{alone:?}");
+}
+
+/// From the side, closed tiles and all: what comes after is as without it.
+#[test]
+fn overloads_change_nothing_of_the_touches_after_them() {
+    for name in ["three-axis-unit", "three-axis-8x8"] {
+        let course = Course {
+            sensor: Sensor::shipped(name).unwrap(),
+            dead: None,
+            overload: Some([-0.119, -0.161, 1.516]),
+            forces: [2e-3, 10e-3],
+            drift: Drift::None,
+            pauses: [1.0, 10.0],
+            length: 1200.0,
+            interval: 600.0,
+        };
+        for interval in run(&course, 1) {
+            let what = format!("{name}: {interval:?}");
+            let [touches, found] = interval.touches;
+            assert_eq!(found, touches, "{what}");
+            let [overloads, bounds] = interval.overloads;
+            assert!(overloads >= 3, "{what}");
+            assert_eq!(bounds, overloads, "{what}");
+            assert_eq!(interval.empty[1], 0, "{what}");
+            let [touch, release, other] = interval.events;
+            assert!(touch.abs_diff(touches) <= 1, "{what}");
+            assert!(release.abs_diff(touches) <= 1, "{what}");
+            // Each says once that its plates touch each other.
+            assert_eq!(other, overloads, "{what}");
+            let held = |share: &f64| (0.93..0.97).contains(share);
+            assert!(interval.within.iter().all(held), "{what}");
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use super::drift_rate::DriftRate;
+use super::drift_rate::{DriftRate, Seen};
 
 /// Options of the baseline.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,6 +149,14 @@ impl Known {
         }
     }
 
+    /// When a drift at a rate of the deviation `rate` may have begun `age` seconds ago.
+    fn drifted(&mut self, rate: f64, age: f64) {
+        let hidden = rate * age;
+        self.level += hidden * hidden;
+        self.both += rate * hidden;
+        self.rate = rate * rate;
+    }
+
     /// After a measurement of the level with this noise, and the gains of level and
     /// rate.
     fn measured(self, noise: f64) -> (Self, [f64; 2]) {
@@ -201,6 +209,8 @@ struct Held {
     pause: Pause,
     /// The last pause; the level as it was held before the first.
     last: Measured,
+    /// The last look at what no contact is known to hold.
+    looked: Option<Measured>,
     /// Rate of drift from the pause before to the last one, and its variances over that of
     /// a reading; until it is learned from.
     seen: Option<[f64; 3]>,
@@ -343,6 +353,7 @@ impl Baseline {
         self.last_time_ns = Some(time_ns);
         let rate = self.rate.deviation();
         let fastest = self.rate.fastest();
+        let mut seen = false;
         for (index, reading) in readings.iter().enumerate().take(self.channels.len()) {
             let channel = &mut self.channels[index];
             let deviation = self.options.deviations[index];
@@ -357,22 +368,30 @@ impl Baseline {
             } else {
                 None
             };
+            seen |= channel.held.is_some_and(|held| held.seen.is_some());
             let moved = (channel.level - channel.recorded).abs() > RECORDED * deviation;
             if let Some(why) = change.or(moved.then_some(Why::Drift)) {
                 self.record(time_ns, index, why);
             }
         }
-        if self.rate.is_due(pace.step) {
+        if self.rate.is_due(pace.step, seen) {
             let options = &self.options;
             let channels = self.channels.iter_mut().zip(&options.deviations);
             let channels = channels.filter(|(_, deviation)| **deviation > 0.0);
             let rates = channels.filter_map(|(channel, deviation)| {
                 if channel.followed > FOLLOWED * options.follow {
-                    let noise = rate_noise(options);
-                    return Some([channel.rate / deviation, noise, noise]);
+                    return Some(Seen {
+                        rate: channel.rate / deviation,
+                        noise: [rate_noise(options); 2],
+                        followed: true,
+                    });
                 }
-                let [seen, noise, least] = channel.held.as_mut()?.seen.take()?;
-                Some([seen / deviation, noise, least])
+                let [rate, noise, least] = channel.held.as_mut()?.seen.take()?;
+                Some(Seen {
+                    rate: rate / deviation,
+                    noise: [noise, least],
+                    followed: false,
+                })
             });
             if self.rate.learn(rates, rate_noise(options)) {
                 let begun = self.rate.deviation();
@@ -466,6 +485,12 @@ impl Baseline {
     }
 }
 
+/// By how much an average leaves the baseline when neither its noise nor a drift that
+/// begins at the `fastest` rate can have done it.
+fn gate(noise: f64, fastest: f64, options: &BaselineOptions) -> f64 {
+    noise + BEHIND * fastest * options.follow
+}
+
 /// Variance of a level that is followed without a drift, over that of a reading: of
 /// readings averaged over the time of following.
 fn level_noise(options: &BaselineOptions) -> f64 {
@@ -519,7 +544,7 @@ impl Channel {
         self.average += weight * (off - self.average);
         self.spread = (1.0 - weight).powi(2) * self.spread + weight * weight;
         let noise = LEAVES * deviation * self.spread.sqrt();
-        let leaves = self.average.abs() > noise + BEHIND * fastest * options.follow;
+        let leaves = self.average.abs() > gate(noise, fastest, options);
         let Some(mut held) = self.held else {
             if occupied || leaves {
                 return self.hold(elapsed, rate, options);
@@ -533,6 +558,9 @@ impl Channel {
         };
         held.age += elapsed;
         held.last.age += elapsed;
+        if let Some(looked) = &mut held.looked {
+            looked.age += elapsed;
+        }
         self.known = self.known.later(pace, rate * rate);
         let ahead = self.rate * elapsed;
         self.rate *= pace.steady;
@@ -547,8 +575,12 @@ impl Channel {
             self.measure(&mut held, deviation, options);
         } else {
             held.pause.push(off, step, options.settling);
+            if !held.known && held.pause.age > SETTLED * options.smoothing {
+                self.look(&mut held);
+            }
         }
-        let drifted = fastest * (held.age + options.follow) + noise;
+        let hidden = options.fastest_drift * deviation * held.age;
+        let drifted = hidden + fastest * options.follow + noise;
         let came_down = self.average.abs() < drifted.min(GONE * held.most.abs());
         let gone = came_down || !leaves && !occupied;
         held.gone = if gone { held.gone + elapsed } else { 0.0 };
@@ -571,10 +603,7 @@ impl Channel {
             return;
         };
         if held.known {
-            let hidden = rate * held.age;
-            self.known.level += hidden * hidden;
-            self.known.both += rate * hidden;
-            self.known.rate = rate * rate;
+            self.known.drifted(rate, held.age);
         } else {
             // It was the drift that was taken for a contact.
             self.held = None;
@@ -600,25 +629,46 @@ impl Channel {
         }
     }
 
+    /// What no contact is known to hold is looked at again and again: a light touch that
+    /// stays keeps its reading, and a drift goes on.
+    fn look(&self, held: &mut Held) {
+        let pause = std::mem::take(&mut held.pause);
+        let Some(now) = self.read(&pause) else {
+            return;
+        };
+        let last = held.looked.replace(now);
+        held.seen = last.map(|last| last.rate_to(&now));
+    }
+
+    /// What a pause read.
+    fn read(&self, pause: &Pause) -> Option<Measured> {
+        let [mean, noise] = pause.mean()?;
+        Some(Measured {
+            reading: self.level + mean,
+            noise: [noise, pause.least_noise()],
+            age: pause.since_middle(),
+        })
+    }
+
     /// A pause has ended: what it measured, and the drift that was hidden before it,
     /// weigh as they are known. False when the channel was not measured.
     fn measure(&mut self, held: &mut Held, deviation: f64, options: &BaselineOptions) -> bool {
         let fastest = options.fastest_drift * deviation;
         let pause = std::mem::take(&mut held.pause);
-        let Some([mean, noise]) = pause.mean() else {
+        let Some(now) = self.read(&pause) else {
             return false;
         };
-        let now = Measured {
-            reading: self.level + mean,
-            noise: [noise, pause.least_noise()],
-            age: pause.since_middle(),
-        };
+        let (mean, noise) = (now.reading - self.level, now.noise[0]);
         held.seen = Some(std::mem::replace(&mut held.last, now).rate_to(&now));
         // Neither more than drift explains, nor a light touch that has stayed.
         let explained = EMPTY * deviation * (self.known.level + noise).sqrt();
         let back = (EMPTY * deviation * noise.sqrt()).max(GONE * held.most.abs());
-        if mean.abs() > explained.min(back) {
+        if mean.abs() > back.min(explained + fastest * held.age) {
             return false;
+        }
+        if mean.abs() > explained {
+            // More than was known to be possible: a drift has begun since.
+            self.known.drifted(options.fastest_drift, held.age);
         }
         let (known, [level, rate]) = self.known.measured(noise);
         self.known = known;
@@ -656,6 +706,7 @@ impl Channel {
                 noise: [self.variance(drift, options); 2],
                 age: elapsed,
             },
+            looked: None,
             seen: None,
         });
         (before != self.level).then_some(Why::Contact)

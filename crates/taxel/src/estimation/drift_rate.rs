@@ -21,8 +21,21 @@ pub(super) struct DriftRate {
     elapsed: f64,
 }
 
+/// The rate of an empty channel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    /// In deviations of a reading per second.
+    pub(super) rate: f64,
+    /// Variance of its noise as large as it may be, and the least that it has.
+    pub(super) noise: [f64; 2],
+    /// True if it is followed all the time, not measured now.
+    pub(super) followed: bool,
+}
+
 /// Time between samples, s.
 const EVERY: f64 = 20.0;
+/// ... when a channel that is held was seen to drift.
+const SOON: f64 = 1.0;
 /// Time over which samples are forgotten, s.
 const MEMORY: f64 = 600.0;
 /// Samples that what is expected beforehand is worth.
@@ -60,30 +73,30 @@ impl DriftRate {
         (FASTEST * self.deviation).clamp(SLOW * self.fastest, self.fastest)
     }
 
-    /// True when it is time for samples; `step` s have passed.
-    pub(super) fn is_due(&mut self, step: f64) -> bool {
+    /// True when it is time for samples; `step` s have passed, and a channel that is held
+    /// was `seen` to drift or not.
+    pub(super) fn is_due(&mut self, step: f64, seen: bool) -> bool {
         self.elapsed += step;
-        let due = self.elapsed >= EVERY;
-        if due {
-            self.elapsed = 0.0;
-        }
-        due
+        self.elapsed >= if seen { SOON } else { EVERY }
     }
 
-    /// Takes observed rates with the variances of their noise, about `noise` or more, and the
-    /// least variances that they have. True if they show that a drift has begun.
+    /// Takes observed rates, whose noise has about the variance `noise` or more. True if they
+    /// show that a drift has begun.
     ///
     /// The larger variance says what a rate may be and what it weighs; the least is taken
     /// from its square: more would let a drift that goes on be forgotten.
-    pub(super) fn learn(&mut self, rates: impl Iterator<Item = [f64; 3]>, noise: f64) -> bool {
+    pub(super) fn learn(&mut self, rates: impl Iterator<Item = Seen>, noise: f64) -> bool {
+        let elapsed = std::mem::take(&mut self.elapsed);
         let known = self.deviation * self.deviation;
         let [mut sum, mut count, mut surprise, mut number] = [0.0; 4];
-        for [rate, variance, least] in rates {
+        for seen in rates {
+            let (rate, [variance, least]) = (seen.rate, seen.noise);
             // Faster is no drift.
             if rate.abs() > self.fastest + LEAST * variance.sqrt() {
                 continue;
             }
-            let weight = 2.0 * noise / (noise + variance);
+            let share = if seen.followed { elapsed / EVERY } else { 1.0 };
+            let weight = share * 2.0 * noise / (noise + variance);
             sum += weight * (rate * rate - least);
             count += weight;
             surprise += rate * rate / (known + variance);
@@ -93,7 +106,7 @@ impl DriftRate {
             return false;
         }
         let new = surprise > number + NEW * f64::sqrt(2.0 * number);
-        let stay = if new { 0.0 } else { (-EVERY / MEMORY).exp() };
+        let stay = if new { 0.0 } else { (-elapsed / MEMORY).exp() };
         self.sum = stay * self.sum + sum;
         self.count = stay * self.count + count;
         // The mean of the samples and of what is expected, and its deviation.

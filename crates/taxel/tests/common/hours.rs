@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
-use taxel::estimation::{TouchEventKind, TouchSession};
+use taxel::estimation::{State, TouchEventKind, TouchSession};
 use taxel::sensor::Sensor;
 use taxel_numerics::Noise;
 
@@ -18,6 +18,8 @@ pub(crate) struct Course {
     pub(crate) dead: Option<[usize; 2]>,
     /// Least and largest force of a touch, N.
     pub(crate) forces: [f64; 2],
+    /// Force of every twentieth touch, N, beyond what the device can measure.
+    pub(crate) overload: Option<[f64; 3]>,
     /// Shortest and longest pause between touches, s.
     pub(crate) pauses: [f64; 2],
     /// Drift of the channels.
@@ -49,6 +51,8 @@ pub(crate) enum Drift {
 pub(crate) struct Interval {
     /// Touches whose held part lay in it, and those that were found on their taxel.
     pub(crate) touches: [usize; 2],
+    /// Overloads among them, and those whose taxel says that its force is a bound.
+    pub(crate) overloads: [usize; 2],
     /// Frames without a touch, and those that show a contact.
     pub(crate) empty: [usize; 2],
     /// Touches and releases among the events, and all other events but steps.
@@ -75,10 +79,13 @@ struct Sums {
 struct Planned {
     taxel: usize,
     held: [f64; 2],
+    overload: bool,
 }
 
 /// Length of the script of touches, which repeats, s.
 const SCRIPT: f64 = 1200.0;
+/// Each so many touches one is an overload.
+const OVERLOAD_EVERY: usize = 20;
 /// Time of coming and going, s.
 const RAMP: f64 = 0.1;
 /// Time after a touch in which nothing is expected yet, s.
@@ -161,7 +168,8 @@ impl Interval {
         if capturing || !touched && time > one.held[0] - RAMP - 0.1 {
             return;
         }
-        if let Some([force, deviation]) = touch.pressing_force() {
+        let beyond = touched && one.overload;
+        if let Some([force, deviation]) = touch.pressing_force().filter(|_| !beyond) {
             let sums = &mut self.sums[usize::from(touched)];
             sums.frames += 1.0;
             sums.stated += deviation;
@@ -183,6 +191,9 @@ impl Interval {
                 .iter()
                 .any(|contact| contact.peak_taxel == one.taxel);
             self.touches[1] += usize::from(here);
+            let bound = touch.taxels[one.taxel].state == State::Closed;
+            self.overloads[0] += usize::from(beyond);
+            self.overloads[1] += usize::from(beyond && bound);
         }
     }
 
@@ -311,21 +322,26 @@ fn script(course: &Course, seed: u64) -> (String, Vec<Planned>) {
         if course.dead.is_some_and(|[_, dead]| dead == taxel) {
             taxel = (taxel + 1) % layout.taxels();
         }
-        let force = between(course.forces);
-        for (at, force) in [
-            (start, 0.0),
+        let ordinary = [0.0, 0.0, between(course.forces)];
+        let overload = course
+            .overload
+            .filter(|_| planned.len() % OVERLOAD_EVERY == OVERLOAD_EVERY - 1);
+        let force = overload.unwrap_or(ordinary);
+        for (at, [x, y, z]) in [
+            (start, [0.0; 3]),
             (start + RAMP, force),
             (start + RAMP + held, force),
-            (time, 0.0),
+            (time, [0.0; 3]),
         ] {
             let _ = writeln!(
                 paths[taxel],
-                "{{ time = \"{at} s\", force = [\"0 N\", \"0 N\", \"{force} N\"] }},"
+                "{{ time = \"{at} s\", force = [\"{x} N\", \"{y} N\", \"{z} N\"] }},"
             );
         }
         planned.push(Planned {
             taxel,
             held: [start + RAMP, start + RAMP + held],
+            overload: overload.is_some(),
         });
     }
     let mut text = format!("schema = 1\nname = \"hours\"\nduration = \"{SCRIPT} s\"\n");
