@@ -181,6 +181,40 @@ fn a_restart_is_told_apart_from_a_loss() {
     );
 }
 
+/// The same damage in two numbers in a row looks like a jump that goes on: with the time of the
+/// frames neither the way there nor the way back is a loss.
+#[test]
+fn two_wrong_numbers_in_a_row_do_not_shift_those_behind_them() {
+    for wrong in [-1_000_000_i64, 1_000_000] {
+        let board = board(32);
+        let mut encoder = Encoder::new(&board);
+        let mut decoder = Decoder::new(&board, Begin::Whole);
+        for number in 0..3000_u64 {
+            let shift = if [1500, 1501].contains(&number) {
+                wrong
+            } else {
+                0
+            };
+            let frame = Frame {
+                sequence: (5_000_000 + number).saturating_add_signed(shift),
+                values: vec![1.0],
+                ..Frame::default()
+            };
+            let mut wire = Vec::new();
+            encoder.encode(&frame, &mut wire);
+            decoder.push(&wire, Some(number * 10_000_000));
+        }
+        decoder.finish();
+        let last = std::iter::from_fn(|| decoder.next()).last().unwrap();
+        let counts = decoder.counts();
+        assert_eq!(
+            (last.sequence, counts.delivered, counts.lost),
+            (5_002_999, 3000, Some(0)),
+            "{wrong}: {counts:?}"
+        );
+    }
+}
+
 /// Frames that were swapped on the way come in order, or are counted as late.
 #[test]
 fn swapped_frames_are_late() {

@@ -327,7 +327,7 @@ impl<T> Numbering<T> {
                     restarted = true;
                     self.counts.restarts += 1;
                     self.counts.ambiguous += 1;
-                    self.forget();
+                    self.carry_over(frame.time);
                     last.number + 1
                 }
             }
@@ -370,6 +370,20 @@ impl<T> Numbering<T> {
         self.held = None;
         self.forget();
         self.fresh = self.last.is_some();
+    }
+
+    /// The counter begins anew at this time. What is known of the rate and of the delays holds
+    /// on: without it the way back from a wrong restart would count as a loss.
+    fn carry_over(&mut self, time: Option<f64>) {
+        let Some((now, (_, last))) = time.zip(self.recent.back().copied()) else {
+            return;
+        };
+        let Some((rate, ..)) = self.rate() else {
+            return self.forget();
+        };
+        let moved = now - rate.recip() - last;
+        let points = self.recent.iter_mut().chain(&mut self.rate_points);
+        points.for_each(|(_, at)| *at += moved);
     }
 
     fn forget(&mut self) {

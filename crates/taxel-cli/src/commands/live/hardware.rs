@@ -139,12 +139,10 @@ impl Fitted {
             surveyed: noise.is_some(),
             ..asked(arguments)?
         };
-        match self.sensor {
-            Some(sensor) => sensed(sensor, source, run, options, arguments),
-            None => {
-                let unknown = MapNoise::default();
-                map_session(source, noise.unwrap_or(&unknown), &run, options, arguments)
-            }
+        if let Some(sensor) = self.sensor {
+            return sensed(sensor, source, run, options, arguments);
         }
+        let unknown = MapNoise::default();
+        map_session(source, noise.unwrap_or(&unknown), &run, options, arguments)
     }
 }
