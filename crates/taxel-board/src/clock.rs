@@ -53,7 +53,7 @@ pub struct DeviceClockMap {
     slope: f64,
 }
 
-/// A host time with its bound.
+/// A host time with its bound. How often the bound holds stands in theory/acquisition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HostTime {
     /// Time of the steady clock of this computer, ns.

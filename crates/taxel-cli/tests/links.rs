@@ -14,7 +14,7 @@ use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::{Command, Stdio};
 
-use board::{Beside, device, objects};
+use board::{Beside, device, objects, web_socket};
 use common::{Folder, done, refused, taxel};
 use serde_json::Value;
 
