@@ -25,10 +25,10 @@ use crate::moved_rest::MovedRest;
 use crate::out::{LineOutput, LineSummary, Lines};
 use crate::outgoing::Outgoing;
 use crate::record::{
-    Pace, RecordTo, Recorder, RecordingSummary, WhenRecordingFails, event_message, rest_message,
-    rest_of, touch_message,
+    RecordTo, Recorder, RecordingSummary, WhenRecordingFails, event_message, rest_message, rest_of,
+    touch_message,
 };
-use crate::save::{SaveError, Saver};
+use crate::save::{Pace, SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineSender, BelowZero, By, Owed, TareHistory, unix_s};
 

@@ -10,8 +10,6 @@ use std::time::{Duration, Instant};
 use taxel::acquisition::{Frame, Stream};
 use taxel_recording::ChannelWriter;
 
-use crate::record::Pace;
-
 /// Frames that may wait for the disk; then a source that waits does, and the run of a device is
 /// ended with an error.
 const WAITING: usize = 1 << 14;
@@ -69,6 +67,15 @@ fn locked(file: File) -> std::io::Result<File> {
         // Some file systems have no locks.
         _ => Ok(file),
     }
+}
+
+/// Whether a run waits for the files that it writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pace {
+    /// A device does not wait: what the disk cannot take is lost, and counted.
+    Device,
+    /// A twin or a recording played as fast as possible waits.
+    Waits,
 }
 
 /// Writes frames on a thread of its own, so that the disk cannot delay them.

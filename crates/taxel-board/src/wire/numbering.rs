@@ -135,7 +135,12 @@ impl<T> Numbering<T> {
         let held_place = self.place(&held, last);
         let held_jump = held_place.number - last.number;
         let goes_on = (1..=CONTINUES).contains(&jump);
-        if (1..=CONTINUES).contains(&ahead) && !(held_jump <= 0 && goes_on) {
+        if (1..=CONTINUES).contains(&ahead) && self.returned(held_place.number, last) {
+            // The numbers behind the gap were wrong, and these are what it lacks.
+            self.counts.late += 1;
+            self.refused += 1;
+            self.alone(frame, place, jump, out);
+        } else if (1..=CONTINUES).contains(&ahead) && !(held_jump <= 0 && goes_on) {
             // The jump goes on: it happened.
             self.counts.late += std::mem::take(&mut self.early);
             self.accept(held, Some(held_place), out);
@@ -149,6 +154,13 @@ impl<T> Numbering<T> {
             self.refuse(&held, held_jump, last, goes_on);
             self.alone(frame, place, jump, out);
         }
+    }
+
+    /// True if a number lies a little back, behind the beginning of a gap: no board begins anew
+    /// there, but damaged numbers that seemed to go on leave such a gap.
+    fn returned(&self, number: i64, last: Last) -> bool {
+        let behind = |[first, _]: &[i64; 2]| (*first..=last.number).contains(&number);
+        last.number - number <= CONTINUES && self.missing.iter().any(behind)
     }
 
     /// Counts a held frame that the next one does not continue.

@@ -21,7 +21,7 @@ use taxel_recording::mcap::{
 };
 use taxel_recording::{Stream, description_of};
 
-use crate::save::SaveError;
+use crate::save::{Pace, SaveError};
 
 pub(crate) use disk::DiskFile;
 pub(crate) use link::{LinkRecorder, RecorderSlot};
@@ -100,15 +100,6 @@ impl Recorded {
             Self::Mark(_) => Topic::Marks,
         }
     }
-}
-
-/// Whether a run waits for its recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Pace {
-    /// A device does not wait: what the disk cannot take is lost, and counted.
-    Device,
-    /// A twin or a recording played as fast as possible waits.
-    Waits,
 }
 
 /// What a recorder has done.
