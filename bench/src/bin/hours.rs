@@ -82,7 +82,10 @@ fn device(
     case: Option<&str>,
 ) {
     let device: String = sensor.name.chars().take(16).collect();
-    let beyond = sensor.three_axis().is_ok().then_some((OVERLOAD, Drift::None));
+    let beyond = sensor
+        .three_axis()
+        .is_ok()
+        .then_some((OVERLOAD, Drift::None));
     let cases = DRIFTS.into_iter().chain(beyond);
     for (name, drift) in cases.filter(|(name, _)| case.is_none_or(|only| only == *name)) {
         let course = Course {

@@ -63,6 +63,8 @@ pub(super) struct Numbering<T> {
     held: Option<Numbered<T>>,
     /// First and last number of the latest gaps.
     missing: VecDeque<[i64; 2]>,
+    /// The last frame before the counter began anew.
+    before_restart: Option<Last>,
     /// True if the next number begins anew.
     fresh: bool,
     /// Frames placed before the held one, which came before them.
@@ -99,6 +101,7 @@ impl<T> Numbering<T> {
             last: None,
             recent: VecDeque::new(),
             missing: VecDeque::new(),
+            before_restart: None,
             fresh: false,
             rate_points: VecDeque::new(),
             held: None,
@@ -126,14 +129,14 @@ impl<T> Numbering<T> {
             return;
         }
         let place = self.place(&frame, last);
-        let jump = place.number - last.number;
+        let jump = place.number.saturating_sub(last.number);
         let Some(held) = self.held.take() else {
             self.alone(frame, place, jump, out);
             return;
         };
         let ahead = self.distance(held.number.cast_signed(), frame.number.cast_signed());
         let held_place = self.place(&held, last);
-        let held_jump = held_place.number - last.number;
+        let held_jump = held_place.number.saturating_sub(last.number);
         let goes_on = (1..=CONTINUES).contains(&jump);
         if (1..=CONTINUES).contains(&ahead) && self.returned(held_place.number, last) {
             // The numbers behind the gap were wrong, and these are what it lacks.
@@ -160,12 +163,12 @@ impl<T> Numbering<T> {
     /// there, but damaged numbers that seemed to go on leave such a gap.
     fn returned(&self, number: i64, last: Last) -> bool {
         let behind = |[first, _]: &[i64; 2]| (*first..=last.number).contains(&number);
-        last.number - number <= CONTINUES && self.missing.iter().any(behind)
+        last.number.saturating_sub(number) <= CONTINUES && self.missing.iter().any(behind)
     }
 
     /// Counts a held frame that the next one does not continue.
     fn refuse(&mut self, held: &Numbered<T>, jump: i64, last: Last, goes_on: bool) {
-        let number = last.number + jump;
+        let number = last.number.saturating_add(jump);
         let was_missing = |[first, end]: &[i64; 2]| (*first..=*end).contains(&number);
         if jump < 0 && goes_on && self.missing.iter().any(was_missing) {
             // It came too late: the frames behind it have gone out.
@@ -210,7 +213,7 @@ impl<T> Numbering<T> {
 
     /// How far `number` is behind `from` on the wire: forward, or back where that is shorter.
     fn distance(&self, from: i64, number: i64) -> i64 {
-        let ahead = number - from;
+        let ahead = number.wrapping_sub(from);
         match self.modulus {
             None => ahead,
             Some(modulus) => {
@@ -226,7 +229,7 @@ impl<T> Numbering<T> {
 
     fn place(&self, frame: &Numbered<T>, last: Last) -> Place {
         let ahead = self.distance(last.raw, frame.number.cast_signed());
-        let near = last.number + ahead;
+        let near = last.number.saturating_add(ahead);
         let expected = frame.time.and_then(|time| self.expected(time, last));
         let Some((expected, uncertainty)) = expected else {
             return Place {
@@ -299,7 +302,7 @@ impl<T> Numbering<T> {
 
     /// The first frame after a reconnect: what was lost in between is not known.
     fn begin_anew(&mut self, frame: Numbered<T>, last: Last, out: &mut Vec<Placed<T>>) {
-        let (raw, number) = (frame.number.cast_signed(), last.number + 1);
+        let (raw, number) = (frame.number.cast_signed(), last.number.saturating_add(1));
         self.last = Some(Last {
             raw,
             number,
@@ -315,32 +318,45 @@ impl<T> Numbering<T> {
         });
     }
 
+    /// The number of a frame that comes in order; `None` if the counter begins anew.
+    fn next_in_order(&self, place: Place, raw: i64, last: Last) -> Option<i64> {
+        if place.plausible && place.number > last.number {
+            return Some(place.number);
+        }
+        // Where the counter goes on as before a restart, that was none.
+        let before = self.before_restart?;
+        let number = before.number.saturating_add(self.distance(before.raw, raw));
+        let follows = (1..=CONTINUES).contains(&number.saturating_sub(last.number));
+        follows.then_some(number)
+    }
+
     fn accept(&mut self, frame: Numbered<T>, place: Option<Place>, out: &mut Vec<Placed<T>>) {
         let raw = frame.number.cast_signed();
         let fingerprint = frame.fingerprint;
         let mut restarted = false;
         let number = match (self.last, place) {
             (Some(last), Some(place)) => {
-                if place.plausible && place.number > last.number {
-                    let gap = place.number - last.number - 1;
+                if let Some(number) = self.next_in_order(place, raw, last) {
+                    let gap = number - last.number - 1;
                     self.counts.lost += gap.cast_unsigned();
                     if gap > 0 {
                         if self.missing.len() == GAPS {
                             self.missing.pop_front();
                         }
-                        self.missing.push_back([last.number + 1, place.number - 1]);
+                        self.missing.push_back([last.number + 1, number - 1]);
                     }
                     if !place.certain {
                         self.counts.ambiguous += 1;
                     }
-                    place.number
+                    number
                 } else {
                     // The counter begins anew: what was lost in between is not known.
                     restarted = true;
                     self.counts.restarts += 1;
                     self.counts.ambiguous += 1;
                     self.carry_over(frame.time);
-                    last.number + 1
+                    self.before_restart = Some(last);
+                    last.number.saturating_add(1)
                 }
             }
             _ => raw,
