@@ -82,6 +82,7 @@ pub fn board_file_of_hello(hello: &str) -> Result<String, String> {
         "" => hello.name,
         firmware => format!("{}, firmware {firmware}", hello.name),
     };
+    let name = name.replace(char::is_control, " ");
     let mut file = format!(
         "# From the hello of the board.\nschema = 1\nname = {}\n",
         quoted(&name)

@@ -91,10 +91,10 @@ packet = { fields = [
 
 #[test]
 fn a_hello_names_no_command_and_no_path() -> Outcome {
-    let hello = r#"{"name":"x\" \nstart = \"rm","fields":[{"is":"value","name":"a","type":"u8"}],
+    let hello = r#"{"name":"x\" \u001bstart = \"rm","fields":[{"is":"value","name":"a","type":"u8"}],
         "link":{"serial":{"baud":9600,"start":"stop"}},"wiring":["a"]}"#;
     let board = said(hello)?;
-    assert_eq!(board.name, "x\" \nstart = \"rm");
+    assert_eq!(board.name, "x\"  start = \"rm");
     assert_eq!(board.link, taxel_board::Link::default());
     for wrong in [
         "",

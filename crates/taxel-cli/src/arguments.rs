@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Validate a sensor file and print what was understood and what follows
+    /// Check a sensor file or a board file and print what was understood and what follows
     Check(Check),
     /// Loads in, electrical response out
     Predict(Predict),

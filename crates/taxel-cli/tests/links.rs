@@ -97,6 +97,41 @@ fn the_bytes_of_a_device_can_be_piped_and_programs_can_be_sources() {
     assert_eq!(found["frames"], 100);
 }
 
+#[test]
+fn bytes_of_another_board_are_counted_and_are_exit_code_3() {
+    let folder = Folder::new("another");
+    let capture = folder.path("zeros.bin");
+    fs::write(&capture, [0; 100_000]).unwrap();
+    let source = format!("exec:cat '{capture}'");
+    let output = taxel(&[
+        "live",
+        "--raw",
+        "--headless",
+        "--format",
+        "json",
+        "--board",
+        "optoforce-16",
+        "--source",
+        &source,
+    ]);
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["frames"], 0);
+    let passed_over = found["link"]["wire"]["passed_over_bytes"].as_u64().unwrap();
+    assert!(passed_over > 99_900, "{passed_over}");
+    let frames = folder.path("frames.csv");
+    let decode = [
+        "recording",
+        "decode",
+        &capture,
+        "--board",
+        "optoforce-16",
+        "-o",
+        &frames,
+    ];
+    assert_eq!(taxel(&decode).status.code(), Some(3));
+}
+
 /// taxel-wire-1: the hello of the board is all that is needed, on every kind of link.
 #[test]
 fn a_board_that_says_hello_needs_no_board_file() {

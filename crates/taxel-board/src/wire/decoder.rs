@@ -201,6 +201,10 @@ impl Decoder {
     /// What came and what did not, so far.
     pub fn counts(&self) -> Counts {
         let mut counts = self.counts;
+        // A stretch longer than any packet is no packet, whatever comes behind it.
+        if self.stretch > self.cutter.longest() as u64 {
+            counts.passed_over += self.stretch;
+        }
         if let Some(numbering) = &self.numbering {
             let numbers = numbering.counts();
             counts.lost = Some(numbers.lost);

@@ -680,7 +680,8 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
     }
     let wire_losses = summary.link.as_ref().is_some_and(|link| {
         let wire = &link.wire;
-        link.overrun + wire.damaged + wire.bad_status + wire.missing_estimate > 0
+        let nothing_decoded = link.bytes > 0 && wire.delivered == 0;
+        nothing_decoded || link.overrun + wire.damaged + wire.bad_status + wire.missing_estimate > 0
     });
     let losses = summary.continuity.lost > 0
         || summary.continuity.late > 0

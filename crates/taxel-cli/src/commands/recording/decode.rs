@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     })?;
     let counts = decoder.counts();
     outputs::print(&format!("{}: {}", output.display(), in_words(&counts)))?;
-    Ok(if counts.is_clean() {
+    Ok(if counts.is_clean() && counts.delivered > 0 {
         Done::Complete
     } else {
         Done::WithLosses
