@@ -97,6 +97,43 @@ fn the_bytes_of_a_device_can_be_piped_and_programs_can_be_sources() {
     assert_eq!(found["frames"], 100);
 }
 
+/// The bytes of every frame of a run are in its recording, however it ends.
+#[test]
+fn the_last_bytes_of_a_run_are_recorded() {
+    let folder = Folder::new("last-bytes");
+    let board = board::board(&folder);
+    let device = device(&board, "tcp:0", &["--rate", "500 Hz"]);
+    for run in 0..5 {
+        let recording = folder.path(&format!("{run}.mcap"));
+        let frames = (100 + run * 7).to_string();
+        let found = summary(&[
+            "--board",
+            &board,
+            "--source",
+            &device.line,
+            "--frames",
+            &frames,
+            "--record",
+            &recording,
+        ]);
+        let decoded = folder.path(&format!("{run}.csv"));
+        done(&[
+            "recording",
+            "decode",
+            &recording,
+            "--board",
+            &board,
+            "-o",
+            &decoded,
+        ]);
+        let frames = rows(&decoded).len() as u64 - 1;
+        assert!(
+            frames >= found["frames"].as_u64().unwrap(),
+            "{frames}: {found}"
+        );
+    }
+}
+
 #[test]
 fn bytes_of_another_board_are_counted_and_are_exit_code_3() {
     let folder = Folder::new("another");

@@ -129,4 +129,8 @@ impl Source for LinkSource {
     fn record_to(&mut self, recorder: &Recorder) {
         let _ = self.recorder.set(recorder.clone());
     }
+
+    fn stop(&mut self) {
+        self.link.stop();
+    }
 }

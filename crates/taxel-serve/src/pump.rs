@@ -481,6 +481,8 @@ impl Pump {
         if self.recorder.is_some() {
             self.record_health();
         }
+        let link = self.shared.link.get().map(LinkHandle::now);
+        self.source.stop();
         let recording = self.recorder.take().map(|recorder| recorder.finish());
         if let Some(saver) = self.saver.take()
             && let Err(error) = saver.finish()
@@ -526,7 +528,7 @@ impl Pump {
             last: self.last,
             recording: recording.filter(|recording| !recording.path.as_os_str().is_empty()),
             outputs,
-            link: self.shared.link.get().map(LinkHandle::now),
+            link,
             failure,
         }
     }

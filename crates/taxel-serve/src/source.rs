@@ -45,6 +45,9 @@ pub trait Source: Send {
     /// source knows, such as the bytes of the wire, states of the link and relations of clocks.
     fn record_to(&mut self, _recorder: &Recorder) {}
 
+    /// Nothing is asked for any more: what has come so far goes to the recorder.
+    fn stop(&mut self) {}
+
     /// When the last byte of `frame` arrived, for sources that read a link.
     fn arrival(&self, frame: &Frame) -> Option<Instant> {
         let _ = frame;

@@ -95,8 +95,9 @@ impl Running {
     }
 }
 
-impl Drop for Running {
-    fn drop(&mut self) {
+impl Running {
+    /// Ends the thread and closes the link.
+    pub(crate) fn stop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let deadline = Instant::now() + FAREWELL;
         let Some(thread) = self.thread.take() else {
@@ -107,5 +108,11 @@ impl Drop for Running {
             while self.items.try_recv().is_ok() {}
             std::thread::sleep(Duration::from_millis(1));
         }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.stop();
     }
 }

@@ -113,6 +113,13 @@ impl LinkObserver for LinkRecorder {
     }
 }
 
+impl Drop for LinkRecorder {
+    /// The link is closed: the last bytes do not wait for others.
+    fn drop(&mut self) {
+        self.hand_over();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::Recorded;
