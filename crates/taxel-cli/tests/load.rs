@@ -55,9 +55,15 @@ impl Memory {
         memory
     }
 
-    /// Slope of the least-squares line through the samples behind the first fifth, MiB/h.
+    /// The samples without the start and without the end of the run, at which memory is given back.
+    fn settled(&self) -> &[[f64; 2]] {
+        let count = self.samples.len();
+        &self.samples[count / 5..count - count / 20 - count.min(1)]
+    }
+
+    /// Slope of the least-squares line through the settled samples, MiB/h.
     fn slope(&self) -> Option<f64> {
-        let settled = &self.samples[self.samples.len() / 5..];
+        let settled = self.settled();
         let count = settled.len() as f64;
         let mean = |of: usize| settled.iter().map(|sample| sample[of]).sum::<f64>() / count;
         let (time, size) = (mean(0), mean(1));
@@ -70,7 +76,7 @@ impl Memory {
     }
 
     fn ends(&self) -> Option<[f64; 2]> {
-        let settled = &self.samples[self.samples.len() / 5..];
+        let settled = self.settled();
         Some([settled.first()?[1], settled.last()?[1]])
     }
 }
