@@ -138,7 +138,7 @@ fn the_last_bytes_of_a_run_are_recorded() {
 fn bytes_of_another_board_are_counted_and_are_exit_code_3() {
     let folder = Folder::new("another");
     let capture = folder.path("zeros.bin");
-    fs::write(&capture, [0; 100_000]).unwrap();
+    fs::write(&capture, vec![0; 100_000]).unwrap();
     let source = format!("exec:cat '{capture}'");
     let output = taxel(&[
         "live",
