@@ -21,7 +21,8 @@ pub struct BaselineOptions {
     /// Time after a contact until the readings of the empty channel count, s;
     /// default 0.25.
     pub settling: f64,
-    /// A pause between frames after which the average begins anew, s; default 1.
+    /// A pause between frames after which the average begins anew, and the time without a
+    /// reading after which a channel is held, s; default 1.
     pub longest_pause: f64,
 }
 
@@ -84,7 +85,8 @@ pub struct Change {
 /// An empty channel is followed in level and rate, the rate bounded by the
 /// fastest drift. A channel is held as soon as a contact is known there, or its
 /// averaged reading leaves the baseline by more than noise and drift can do; a
-/// held baseline does not move however long the contact lasts. Between contacts
+/// held baseline does not move however long the contact lasts. So is a channel that has no
+/// reading: it drifts on unseen. Between contacts
 /// the empty channel is measured anew, each pause weighed with what drift may have
 /// hidden before it. The hold ends when the reading stays back, or has come down to
 /// what drift can have done since.
@@ -120,6 +122,8 @@ struct Channel {
     known: Known,
     /// For how long the channel has been followed, s.
     followed: f64,
+    /// For how long it has had no reading, s.
+    absent: f64,
     held: Option<Held>,
 }
 
@@ -153,7 +157,8 @@ impl Known {
     fn drifted(&mut self, rate: f64, age: f64) {
         let hidden = rate * age;
         self.level += hidden * hidden;
-        self.both += rate * hidden;
+        // The rate before is not the one that the drift has.
+        self.both = rate * hidden;
         self.rate = rate * rate;
     }
 
@@ -202,6 +207,9 @@ struct Held {
     age: f64,
     /// A contact is or was known there.
     known: bool,
+    /// It had no reading while no contact was known: where it comes back, within what
+    /// drift can have done, is empty.
+    unseen: bool,
     /// The largest average so far.
     most: f64,
     /// For how long the contact seems to have gone, s.
@@ -234,6 +242,14 @@ impl Measured {
         let rate = (later.reading - self.reading) / elapsed;
         [rate, noise(0), noise(1)]
     }
+}
+
+/// What a pause says of the level: by how much it and its rate differ, and what is known of
+/// them with it.
+struct Measurement {
+    known: Known,
+    level: f64,
+    rate: f64,
 }
 
 /// The empty channel between two contacts: sum of the readings less the level over
@@ -366,7 +382,7 @@ impl Baseline {
                     &self.options,
                 )
             } else {
-                None
+                channel.miss(&pace, occupied(index), [deviation, rate], &self.options)
             };
             seen |= channel.held.is_some_and(|held| held.seen.is_some());
             let moved = (channel.level - channel.recorded).abs() > RECORDED * deviation;
@@ -395,9 +411,10 @@ impl Baseline {
             });
             if self.rate.learn(rates, rate_noise(options)) {
                 let begun = self.rate.deviation();
-                self.channels
-                    .iter_mut()
-                    .for_each(|channel| channel.drift_began(begun));
+                let channels = self.channels.iter_mut().zip(&options.deviations);
+                channels.for_each(|(channel, deviation)| {
+                    channel.drift_began(begun, options.fastest_drift * deviation, options);
+                });
             }
         }
     }
@@ -411,14 +428,14 @@ impl Baseline {
 
     /// Baseline of a channel, in its unit.
     pub fn level(&self, channel: usize) -> f64 {
-        self.channels[channel].level
+        let (deviation, options) = (self.options.deviations[channel], &self.options);
+        self.channels[channel].level_now(deviation, options)
     }
 
     /// Drift of the empty channel since the last tare, in its unit: to be taken from a
     /// reading before the model is asked what it means.
     pub fn drift(&self, channel: usize) -> f64 {
-        let channel = &self.channels[channel];
-        channel.level - channel.declared
+        self.level(channel) - self.channels[channel].declared
     }
 
     /// Standard deviation of the baseline of a channel, in its unit.
@@ -432,7 +449,7 @@ impl Baseline {
     pub fn variance(&self, channel: usize) -> f64 {
         let options = &self.options;
         let deviation = options.deviations[channel];
-        let hidden = self.channels[channel].variance(self.rate.deviation(), options);
+        let hidden = self.channels[channel].variance(deviation, self.rate.deviation(), options);
         deviation * deviation * hidden
     }
 
@@ -510,14 +527,34 @@ fn lag(rate: f64, options: &BaselineOptions) -> f64 {
 
 impl Channel {
     /// Variance of the level, over that of a reading; `rate` is that of drifts.
-    fn variance(&self, rate: f64, options: &BaselineOptions) -> f64 {
+    fn variance(&self, deviation: f64, rate: f64, options: &BaselineOptions) -> f64 {
         let Some(held) = &self.held else {
             return self.known.level + level_noise(options) + lag(rate, options);
         };
-        match held.pause.mean() {
-            Some([_, noise]) => self.known.measured(noise).0.level,
+        match self.between_contacts(held, deviation, options) {
+            Some(pause) => pause.known.level,
             None => self.known.level,
         }
+    }
+
+    /// The level with what the pause so far measured.
+    fn level_now(&self, deviation: f64, options: &BaselineOptions) -> f64 {
+        let held = self.held.as_ref();
+        let pause = held.and_then(|held| self.between_contacts(held, deviation, options));
+        self.level + pause.map_or(0.0, |pause| pause.level)
+    }
+
+    /// What the pause so far measured; what no contact is known to hold is measured once it
+    /// has stayed.
+    fn between_contacts(
+        &self,
+        held: &Held,
+        deviation: f64,
+        options: &BaselineOptions,
+    ) -> Option<Measurement> {
+        held.known
+            .then(|| self.measurement(held, deviation, options))
+            .flatten()
     }
 
     fn follow(
@@ -534,6 +571,7 @@ impl Channel {
             weight,
             ..
         } = pace;
+        self.absent = 0.0;
         if elapsed > options.longest_pause {
             (self.average, self.spread) = (0.0, 0.0);
         }
@@ -547,7 +585,7 @@ impl Channel {
         let leaves = self.average.abs() > gate(noise, fastest, options);
         let Some(mut held) = self.held else {
             if occupied || leaves {
-                return self.hold(elapsed, rate, options);
+                return self.hold(elapsed, [deviation, rate], options);
             }
             self.followed += step;
             // What was not known when the hold ended.
@@ -556,15 +594,7 @@ impl Channel {
             self.learn(off, pace, fastest, options);
             return None;
         };
-        held.age += elapsed;
-        held.last.age += elapsed;
-        if let Some(looked) = &mut held.looked {
-            looked.age += elapsed;
-        }
-        self.known = self.known.later(pace, rate * rate);
-        let ahead = self.rate * elapsed;
-        self.rate *= pace.steady;
-        self.level += ahead;
+        let ahead = self.wait(&mut held, pace, rate);
         self.average -= ahead;
         let off = off - ahead;
         if self.average.abs() > held.most.abs() {
@@ -575,20 +605,25 @@ impl Channel {
             self.measure(&mut held, deviation, options);
         } else {
             held.pause.push(off, step, options.settling);
-            if !held.known && held.pause.age > SETTLED * options.smoothing {
-                self.look(&mut held);
+            let known = held.known || held.unseen;
+            if !known && held.pause.age > SETTLED * options.smoothing {
+                self.look(&mut held, options);
             }
         }
         let hidden = options.fastest_drift * deviation * held.age;
         let drifted = hidden + fastest * options.follow + noise;
         let came_down = self.average.abs() < drifted.min(GONE * held.most.abs());
-        let gone = came_down || !leaves && !occupied;
+        let gone = came_down || !occupied && (!leaves || held.unseen);
         held.gone = if gone { held.gone + elapsed } else { 0.0 };
         if held.gone < SETTLED * options.smoothing {
             self.held = Some(held);
             return None;
         }
         let measured = self.measure(&mut held, deviation, options);
+        if leaves && held.unseen && !measured {
+            self.held = Some(held);
+            return None;
+        }
         (self.held, self.followed) = (None, 0.0);
         self.earlier = [self.now(); 2];
         if !measured && came_down {
@@ -597,12 +632,57 @@ impl Channel {
         (measured || came_down).then_some(Why::AfterContact)
     }
 
-    /// A drift at rates of the deviation `rate` began while the channel was held.
-    fn drift_began(&mut self, rate: f64) {
+    /// A frame without a reading of this channel.
+    fn miss(
+        &mut self,
+        pace: &Pace,
+        occupied: bool,
+        known @ [_, rate]: [f64; 2],
+        options: &BaselineOptions,
+    ) -> Option<Why> {
+        self.absent += pace.elapsed;
+        let absent = self.absent > options.longest_pause;
+        let Some(mut held) = self.held else {
+            self.level += self.rate * pace.step;
+            return if absent {
+                self.hold(self.absent, known, options)
+            } else {
+                None
+            };
+        };
+        self.wait(&mut held, pace, rate);
+        held.known |= occupied;
+        if absent {
+            held.unseen |= !occupied;
+            (held.pause, held.gone) = (Pause::default(), 0.0);
+            (self.average, self.spread) = (0.0, 0.0);
+        }
+        self.held = Some(held);
+        None
+    }
+
+    /// Time passes for a channel that is held: by how much its level goes on.
+    fn wait(&mut self, held: &mut Held, pace: &Pace, rate: f64) -> f64 {
+        held.age += pace.elapsed;
+        held.last.age += pace.elapsed;
+        if let Some(looked) = &mut held.looked {
+            looked.age += pace.elapsed;
+        }
+        self.known = self.known.later(pace, rate * rate);
+        let ahead = self.rate * pace.elapsed;
+        self.rate *= pace.steady;
+        self.level += ahead;
+        ahead
+    }
+
+    /// A drift at rates of the deviation `rate`, of at most `fastest`, began while the
+    /// channel was held.
+    fn drift_began(&mut self, rate: f64, fastest: f64, options: &BaselineOptions) {
         let Some(held) = &self.held else {
             return;
         };
-        if held.known {
+        let drifted = fastest * (held.age + options.follow);
+        if held.known || self.average.abs() > drifted {
             self.known.drifted(rate, held.age);
         } else {
             // It was the drift that was taken for a contact.
@@ -630,10 +710,11 @@ impl Channel {
     }
 
     /// What no contact is known to hold is looked at again and again: a light touch that
-    /// stays keeps its reading, and a drift goes on.
-    fn look(&self, held: &mut Held) {
+    /// stays keeps its reading, and a drift goes on. The first look may see it come.
+    fn look(&self, held: &mut Held, options: &BaselineOptions) {
         let pause = std::mem::take(&mut held.pause);
-        let Some(now) = self.read(&pause) else {
+        let came = held.age < 1.5 * SETTLED * options.smoothing;
+        let Some(now) = self.read(&pause).filter(|_| !came) else {
             return;
         };
         let last = held.looked.replace(now);
@@ -650,37 +731,66 @@ impl Channel {
         })
     }
 
-    /// A pause has ended: what it measured, and the drift that was hidden before it,
-    /// weigh as they are known. False when the channel was not measured.
-    fn measure(&mut self, held: &mut Held, deviation: f64, options: &BaselineOptions) -> bool {
+    /// What the pause so far says of level and rate: it, and the drift that was hidden
+    /// before it, weigh as they are known. None where it is more than drift explains, or a
+    /// light touch that has stayed.
+    fn measurement(
+        &self,
+        held: &Held,
+        deviation: f64,
+        options: &BaselineOptions,
+    ) -> Option<Measurement> {
         let fastest = options.fastest_drift * deviation;
+        let [mean, noise] = held.pause.mean()?;
+        let mut known = self.known;
+        let explained = EMPTY * deviation * (known.level + noise).sqrt();
+        let back = if held.unseen {
+            f64::INFINITY
+        } else {
+            (EMPTY * deviation * noise.sqrt()).max(GONE * held.most.abs())
+        };
+        if mean.abs() > back.min(explained + fastest * held.age) {
+            return None;
+        }
+        if mean.abs() > explained {
+            // More than was known to be possible: a drift has begun since.
+            known.drifted(options.fastest_drift, held.age);
+        }
+        let (known, [level, rate]) = known.measured(noise);
+        Some(Measurement {
+            known,
+            level: level * mean,
+            rate: rate * mean,
+        })
+    }
+
+    /// A pause has ended. False when the channel was not measured.
+    fn measure(&mut self, held: &mut Held, deviation: f64, options: &BaselineOptions) -> bool {
+        let found = self.measurement(held, deviation, options);
         let pause = std::mem::take(&mut held.pause);
         let Some(now) = self.read(&pause) else {
             return false;
         };
-        let (mean, noise) = (now.reading - self.level, now.noise[0]);
         held.seen = Some(std::mem::replace(&mut held.last, now).rate_to(&now));
-        // Neither more than drift explains, nor a light touch that has stayed.
-        let explained = EMPTY * deviation * (self.known.level + noise).sqrt();
-        let back = (EMPTY * deviation * noise.sqrt()).max(GONE * held.most.abs());
-        if mean.abs() > back.min(explained + fastest * held.age) {
+        let Some(found) = found else {
             return false;
-        }
-        if mean.abs() > explained {
-            // More than was known to be possible: a drift has begun since.
-            self.known.drifted(options.fastest_drift, held.age);
-        }
-        let (known, [level, rate]) = self.known.measured(noise);
-        self.known = known;
-        self.level += level * mean;
-        self.average -= level * mean;
-        self.rate = (self.rate + rate * mean).clamp(-fastest, fastest);
+        };
+        let fastest = options.fastest_drift * deviation;
+        self.known = found.known;
+        self.level += found.level;
+        self.average -= found.level;
+        self.rate = (self.rate + found.rate).clamp(-fastest, fastest);
         held.age = 0.0;
         true
     }
 
     /// Holds level and rate of some time ago: a slow touch was followed meanwhile.
-    fn hold(&mut self, elapsed: f64, drift: f64, options: &BaselineOptions) -> Option<Why> {
+    fn hold(
+        &mut self,
+        elapsed: f64,
+        [deviation, drift]: [f64; 2],
+        options: &BaselineOptions,
+    ) -> Option<Why> {
         let before = self.level;
         let earlier = self.earlier[1];
         self.level = earlier.level;
@@ -690,7 +800,7 @@ impl Channel {
         let share = drift * drift / (drift * drift + noise);
         self.rate = share * earlier.rate;
         self.known = Known {
-            level: self.variance(drift, options),
+            level: self.variance(deviation, drift, options),
             both: 0.0,
             rate: share * noise,
         };
@@ -698,12 +808,13 @@ impl Channel {
         self.held = Some(Held {
             age: elapsed,
             known: false,
+            unseen: false,
             most: self.average,
             gone: 0.0,
             pause: Pause::default(),
             last: Measured {
                 reading: self.level,
-                noise: [self.variance(drift, options); 2],
+                noise: [self.variance(deviation, drift, options); 2],
                 age: elapsed,
             },
             looked: None,

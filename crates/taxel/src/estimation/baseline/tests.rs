@@ -21,7 +21,8 @@ impl Bench {
     }
 
     /// Mean of reading less baseline over the last ten seconds of `seconds`;
-    /// `truth` is the noiseless reading at the time from the start of the run.
+    /// `truth` is the noiseless reading at the time from the start of the run, `NaN` where
+    /// there is none.
     fn run(&mut self, seconds: f64, truth: impl Fn(f64) -> f64) -> f64 {
         let steps = (50.0 * seconds) as usize;
         let (mut sum, mut count) = (0.0, 0.0);
@@ -30,9 +31,10 @@ impl Bench {
             // Twelve even numbers: variance one.
             let noise: f64 = (0..12).map(|_| self.random.random_range(-0.5..0.5)).sum();
             let reading = truth((step + 1) as f64 / 50.0) + noise;
-            let known = reading - self.baseline.level(0) > 6.0;
+            let threshold = 6.0 * (1.0 + self.baseline.variance(0)).sqrt();
+            let known = reading - self.baseline.level(0) > threshold;
             self.baseline.push(self.time_ns, &[reading], |_| known);
-            if step + 500 >= steps {
+            if step + 500 >= steps && reading.is_finite() {
                 sum += reading - self.baseline.level(0);
                 count += 1.0;
             }
@@ -67,6 +69,43 @@ proptest! {
         let after = bench.run(40.0, |_| 0.0);
         let stated = 4.0 * bench.baseline.deviation(0);
         prop_assert!(after.abs() < allowed + stated, "{after}, {stated}");
+    }
+
+    /// Out of the range of its board for minutes, and back, untouched or under a touch.
+    #[test]
+    fn a_channel_that_was_not_read_drifts_on_within_the_stated_deviation(
+        rate in -0.03_f64..0.03,
+        absent in 10.0_f64..900.0,
+        touch in prop_oneof![Just(0.0), 100.0_f64..1000.0],
+        seed in 0_u64..1000,
+    ) {
+        let mut bench = Bench::new(seed);
+        bench.run(300.0, |t| rate * t);
+        let before = bench.baseline.deviation(0);
+        bench.run(absent, |_| f64::NAN);
+        let start = rate * (300.0 + absent);
+        let off = bench.run(7.0, |t| start + rate * t + touch) - touch;
+        let stated = bench.baseline.deviation(0);
+        prop_assert!(off.abs() < 0.25 + 4.0 * stated, "{off}, {stated}");
+        prop_assert!(touch == 0.0 || stated > before, "{stated}, {before}");
+        let start = start + 7.0 * rate;
+        let off = bench.run(120.0, |t| start + rate * t);
+        let stated = bench.baseline.deviation(0);
+        prop_assert!(off.abs() < 0.25 + 4.0 * stated, "{off}, {stated}");
+        prop_assert!(stated < 1.0 && !bench.baseline.held(0), "{stated}");
+    }
+
+    #[test]
+    fn readings_that_are_missing_here_and_there_hold_nothing(
+        rate in -0.01_f64..0.01,
+        seed in 0_u64..1000,
+    ) {
+        let mut bench = Bench::new(seed);
+        let gaps = |t: f64| if (50.0 * t).round() % 3.0 == 0.0 { f64::NAN } else { rate * t };
+        let off = bench.run(300.0, gaps);
+        let stated = bench.baseline.deviation(0);
+        prop_assert!(off.abs() < 0.25 + 4.0 * stated, "{off}, {stated}");
+        prop_assert!(!bench.baseline.held(0));
     }
 
     #[test]
@@ -262,4 +301,20 @@ fn the_page_states_the_gates_at_50_readings_per_second() {
     let page = std::fs::read_to_string(page).unwrap();
     let words = page.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains(&sentence), "{sentence}");
+}
+
+/// However gently it came: the end of its rise is no drift.
+#[test]
+fn an_offset_that_no_contact_explains_is_kept() {
+    for (seed, share) in (0..60).map(|seed| (seed, seed as f64 / 60.0)) {
+        let (offset, rise) = (
+            -(1.0 + 6.0 * share).exp(),
+            0.1 + 3.0 * (7.0 * share).fract(),
+        );
+        let mut bench = Bench::new(seed);
+        bench.run(60.0, |_| 0.0);
+        bench.run(12.0, |t| offset * (t / rise).min(1.0));
+        let late = bench.run(240.0, |_| offset);
+        assert!((late - offset).abs() < 1.2, "{offset} in {rise} s: {late}");
+    }
 }
