@@ -96,7 +96,11 @@ fn the_hull_finds_offset_and_rate() {
         for (seconds, bound, ppm) in [(spread, minute, 15e-6), (300.0, five, 3e-6)] {
             for seed in 0..6 {
                 let (offset, rate) = errors(path, seconds, seed);
-                println!("{path:?} {seconds} {seed} {:.4} ms {:.2} ppm", 1e3*offset, 1e6*rate);
+                println!(
+                    "{path:?} {seconds} {seed} {:.4} ms {:.2} ppm",
+                    1e3 * offset,
+                    1e6 * rate
+                );
                 assert!(offset.abs() < bound, "{path:?} {seconds} s: {offset} s");
                 assert!(rate.abs() < ppm, "{path:?} {seconds} s: {rate}");
             }

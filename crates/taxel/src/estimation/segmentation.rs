@@ -51,8 +51,10 @@ struct Peak {
     cell: u32,
     /// The higher peak that it belongs to, or itself; later its contact.
     into: u32,
-    /// Cells of a region, and whether one of them was touched in the last frame.
+    /// Cells of a region, those above their thresholds, and whether one of them was touched
+    /// in the last frame.
     cells: u32,
+    above: u32,
     held: bool,
     /// No contact after all.
     left_out: bool,
@@ -184,6 +186,7 @@ impl Segmentation {
                     cell: index,
                     into: self.peaks.len() as u32,
                     cells: 0,
+                    above: 0,
                     held: false,
                     left_out: false,
                 });
@@ -241,12 +244,15 @@ impl Segmentation {
     }
 
     /// Finds regions of less than `least` cells, and those that neither begin in this frame
-    /// nor were there in the last one.
+    /// nor were there in the last one. For a begin half of the least must be above their
+    /// thresholds: one cell that always reads too much, and noise beside it, are no touch.
     fn find_slight(&mut self, least: usize) {
         for rank in 0..self.order.len() {
             let index = self.order[rank] as usize;
             let peak = self.root(self.labels[index]) as usize;
+            let cell = &self.cells[index];
             self.peaks[peak].cells += 1;
+            self.peaks[peak].above += u32::from(cell.weight > cell.threshold);
             self.peaks[peak].held |= self.touched[index];
         }
         self.touched.fill(false);
@@ -254,8 +260,7 @@ impl Segmentation {
             self.touched[*index as usize] = true;
         }
         for peak in &mut self.peaks {
-            let top = &self.cells[peak.cell as usize];
-            let begins = top.weight > top.threshold;
+            let begins = peak.above as usize >= least.div_ceil(2);
             peak.left_out = (peak.cells as usize) < least || !begins && !peak.held;
         }
     }

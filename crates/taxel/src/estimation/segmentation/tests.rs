@@ -226,6 +226,15 @@ fn regions_of_less_than_the_least_area_are_none_and_near_ones_are_one() {
 }
 
 #[test]
+fn one_cell_that_reads_too_much_and_noise_beside_it_are_no_touch() {
+    let stuck: &[f64] = &[0.0, 1.1, 5.0, 1.2, 1.0, 0.0];
+    let touch: &[f64] = &[0.0, 1.1, 5.0, 2.1, 1.0, 0.0];
+    let none: Vec<usize> = Vec::new();
+    let found = regions(6, 4, &[stuck, touch, stuck]);
+    assert_eq!(found, [none, vec![4], vec![4]]);
+}
+
+#[test]
 fn more_contacts_than_a_frame_can_have_are_merged() {
     // Single cells of growing height on a grid with two cells between them.
     for division in [Division::Peaks, Division::Regions { least: 1 }] {
