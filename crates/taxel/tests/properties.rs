@@ -267,7 +267,11 @@ fn frame(first: [f64; 4], rest: [f64; 4]) -> Frame {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3_000))]
+    // About every fourth load leaves the unit open.
+    #![proptest_config(ProptestConfig {
+        max_global_rejects: 30_000,
+        ..ProptestConfig::with_cases(3_000)
+    })]
 
     #[test]
     fn no_capacitance_falls_after_first_contact(
