@@ -1,6 +1,7 @@
 //! Bytes to frames and back.
 
 mod assembly;
+mod board_times;
 mod can;
 mod candidate;
 mod counts;
@@ -9,6 +10,7 @@ mod decoder;
 mod encoder;
 mod json;
 mod numbering;
+mod pace;
 mod packet;
 mod steps;
 mod stuffing;

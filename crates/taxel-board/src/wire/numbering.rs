@@ -16,7 +16,7 @@ const GAPS: usize = 16;
 const RATE_STRIDE: i64 = 64;
 const RATE_POINTS: usize = 32;
 /// Relative error of a rate that is stated, and of one that was measured.
-const STATED_RATE: f64 = 0.05;
+pub(super) const STATED_RATE: f64 = 0.05;
 const MEASURED_RATE: f64 = 2e-3;
 
 /// A frame with its number, to be placed.
