@@ -487,6 +487,7 @@ impl Pump {
             self.record_health();
         }
         let link = self.shared.link.get().map(LinkHandle::now);
+        let restarts = self.restarts();
         self.source.stop();
         let recording = self.recorder.take().map(|recorder| recorder.finish());
         if let Some(saver) = self.saver.take()
@@ -518,7 +519,7 @@ impl Pump {
         };
         let status = self.shared.status().clone();
         Summary {
-            restarts: self.restarts(),
+            restarts,
             continuity: self.continuity,
             clipped_frames: self.clipped_frames,
             merged_frames: self.merged_frames,
