@@ -1,5 +1,9 @@
 //! Times of the board's clock, and the rate of its frames, beside their arrival.
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic is how a test fails, and figures are printed"
+)]
 
 mod common;
 
@@ -107,6 +111,20 @@ fn a_wrong_time_is_a_fault_of_its_frame_alone() {
     }
 }
 
+/// The same damage twice is no clock that goes on.
+#[test]
+fn two_equal_wrong_times_are_two_faults() {
+    for arrives in [true, false] {
+        let clock = |number| match number {
+            300 | 301 => "4294967.295".to_owned(),
+            number => format!("{:.3}", seconds(number)),
+        };
+        let (frames, counts) = decoded(&lines(), &sent(600, arrives, clock));
+        assert_eq!((counts.wrong_time, counts.restarts), (2, 0));
+        assert_eq!(frames[599].time_ns, right_ns(599));
+    }
+}
+
 /// A clock that begins again, or jumps for good, is a restart; the time in between is that of
 /// the arrival.
 #[test]
@@ -204,13 +222,18 @@ fn damaged_times_on_a_wire_without_a_check() {
             counts.wrong_time.abs_diff(wrong) <= 8,
             "{wrong}: {counts:?}"
         );
-        for (number, frame) in frames.iter().enumerate() {
-            let off = frame.time_ns as i64 - 3_000_000 * number as i64;
-            assert!(
-                off.abs() < 60_000_000,
-                "seed {seed}: {number} is off by {off} ns"
-            );
-        }
+        let off = |(number, frame): (usize, &Frame)| {
+            (frame.time_ns as i64 - 3_000_000 * number as i64).unsigned_abs()
+        };
+        let most = frames.iter().enumerate().map(off).max().unwrap_or(0);
+        let exact = frames.iter().enumerate().map(off).filter(|off| *off < 1000);
+        println!(
+            "seed {seed}: {wrong} damaged times of {count}, {} counted, {} frames exact, at most {:.0} ms off",
+            counts.wrong_time,
+            exact.count(),
+            most as f64 / 1e6
+        );
+        assert!(most < 60_000_000, "seed {seed}: {most} ns");
         let last = frames[frames.len() - 1].time_ns;
         assert!(
             last.abs_diff(3_000_000 * (count - 1)) < 60_000_000,

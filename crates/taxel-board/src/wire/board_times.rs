@@ -18,7 +18,8 @@ const USUAL: f64 = 1.5;
 const CLOCK_ERROR: f64 = 0.01;
 /// Frames whose arrival took less than this share of their own time came out of a store.
 const STORED: f64 = 0.5;
-/// Share of its numbers above which a step forward is one back.
+/// Share of its numbers above which a step forward is one back; of a step, above which a clock
+/// is a coarse one.
 const HALF: f64 = 0.5;
 /// Latest time that is believed, ns: 146 years.
 pub(super) const LATEST_NS: f64 = (1_u64 << 62) as f64;
@@ -240,12 +241,17 @@ impl BoardTimes {
 
     /// True if a reading goes on from one that did not fit.
     fn goes_on(&self, suspect: Stamp, stamp: Stamp, ahead: f64, usual: Option<f64>) -> bool {
+        // Two equal times go on only by a clock whose steps are longer than those of the frames.
+        let coarse = self.whole && usual.is_none_or(|usual| self.clock.step_ns >= HALF * usual);
+        if ahead < 0.0 || (ahead == 0.0 && !coarse) {
+            return false;
+        }
         if is_usual(suspect, stamp, ahead, usual) {
             return true;
         }
         let elapsed = self.elapsed(suspect, stamp, usual);
         let agrees = |elapsed: f64| (ahead - elapsed).abs() <= self.slack(elapsed, usual);
-        ahead >= 0.0 && elapsed.is_none_or(agrees)
+        elapsed.is_none_or(agrees)
     }
 
     /// How far a time may be off for the delays of the link and the steps of the clock, ns.

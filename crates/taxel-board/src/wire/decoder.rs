@@ -575,6 +575,9 @@ impl Decoder {
 
 /// Three digits, as a person would write them.
 fn significant(number: f64) -> String {
+    if number == 0.0 {
+        return "0".into();
+    }
     let magnitude = number.abs().log10().floor() as i32;
     let unit = 10_f64.powi(magnitude - 2);
     let rounded = (number / unit).round() * unit;

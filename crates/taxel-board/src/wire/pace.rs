@@ -88,7 +88,7 @@ impl Pace {
         let frames = passed.frames.saturating_sub(begin.frames) as f64;
         put(&mut self.rates, frames * 1e9 / window);
         if let Some((board_ns, host_ns)) = board_ns.zip(host_ns)
-            && board_ns > 0.0
+            && board_ns >= 0.0
         {
             put(&mut self.clocks, board_ns / host_ns);
         }
