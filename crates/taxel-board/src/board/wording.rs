@@ -8,6 +8,7 @@ use taxel_recording::InputError;
 pub(super) fn in_words(error: InputError) -> InputError {
     let message = of_type(&error.message)
         .or_else(|| of_choice(&error.message))
+        .or_else(|| of_number(&error.message))
         .unwrap_or_else(|| error.message.clone());
     let help = error.help.replace("`taxel schema`", "`taxel schema board`");
     InputError {
@@ -60,6 +61,18 @@ fn of_choice(message: &str) -> Option<String> {
     Some(format!("\"{found}\" is not known here; use one of: {names}").replace(" or ", ", "))
 }
 
+/// "invalid length 1, expected an array of length 2", "wanted exactly 1 element, found 0 elements"
+fn of_number(message: &str) -> Option<String> {
+    if message.starts_with("wanted exactly 1 element") {
+        return Some("exactly one table is needed here, whose name says the kind".into());
+    }
+    let said = message.strip_prefix("invalid length ")?;
+    let (found, expected) = said.split_once(", expected an array of length ")?;
+    Some(format!(
+        "a list of {expected} is needed here, not one of {found}"
+    ))
+}
+
 /// The mistake under these bytes of the text in quotes at its place.
 pub(super) fn narrowed(mut error: InputError, within: Range<usize>) -> InputError {
     let Some(place) = &mut error.place else {
@@ -106,6 +119,14 @@ mod tests {
             (
                 "unknown variant `middle`, expected `little` or `big`",
                 "\"middle\" is not known here; use one of: little, big",
+            ),
+            (
+                "invalid length 1, expected an array of length 2",
+                "a list of 2 is needed here, not one of 1",
+            ),
+            (
+                "wanted exactly 1 element, found 0 elements",
+                "exactly one table is needed here, whose name says the kind",
             ),
         ] {
             let error = in_words(InputError::whole("f", message));
