@@ -50,6 +50,11 @@ fn seconds(number: u64) -> f64 {
     40.0 + 0.01 * number as f64
 }
 
+/// How far a time lies behind the right one, ns.
+fn off_ns(time_ns: u64, right_ns: u64) -> i64 {
+    time_ns.cast_signed() - right_ns.cast_signed()
+}
+
 fn right_ns(number: usize) -> u64 {
     40_000_000_000 + number as u64 * PERIOD_NS
 }
@@ -77,8 +82,8 @@ fn a_wrong_time_is_a_fault_of_its_frame_alone() {
                 let (frames, counts) = decoded(&board, &sent(600, arrives, clock));
                 let about = format!("{wrong} at {place}, arrives {arrives}");
                 assert_eq!(frames.len(), 600, "{about}");
-                let base = frames[599 - usize::from(place == 599)].time_ns as i64
-                    - right_ns(599 - usize::from(place == 599)) as i64;
+                let last = 599 - usize::from(place == 599);
+                let base = off_ns(frames[last].time_ns, right_ns(last));
                 // Nothing can be told of the first one, nor of the second where nobody knows
                 // when they arrived.
                 if !arrives && place < 2 {
@@ -89,7 +94,7 @@ fn a_wrong_time_is_a_fault_of_its_frame_alone() {
                     assert!(base.abs() < 1000, "{about}: {base}");
                 }
                 for (number, frame) in frames.iter().enumerate().skip(begins) {
-                    let off = frame.time_ns as i64 - right_ns(number) as i64 - base;
+                    let off = off_ns(frame.time_ns, right_ns(number)) - base;
                     let most = if number == place as usize {
                         15_000_000
                     } else {
@@ -222,9 +227,8 @@ fn damaged_times_on_a_wire_without_a_check() {
             counts.wrong_time.abs_diff(wrong) <= 8,
             "{wrong}: {counts:?}"
         );
-        let off = |(number, frame): (usize, &Frame)| {
-            (frame.time_ns as i64 - 3_000_000 * number as i64).unsigned_abs()
-        };
+        let off =
+            |(number, frame): (usize, &Frame)| frame.time_ns.abs_diff(3_000_000 * number as u64);
         let most = frames.iter().enumerate().map(off).max().unwrap_or(0);
         let exact = frames.iter().enumerate().map(off).filter(|off| *off < 1000);
         println!(

@@ -40,7 +40,7 @@ fn of_type(message: &str) -> Option<String> {
     };
     let found = found.replace('`', "");
     let found = match found.split_once(' ') {
-        Some(("integer" | "boolean", number)) | Some(("floating", number)) => {
+        Some(("integer" | "boolean" | "floating", number)) => {
             number.trim_start_matches("point ").to_owned()
         }
         Some(("string", text)) => format!("the text {text}"),

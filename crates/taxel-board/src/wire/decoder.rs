@@ -9,8 +9,9 @@ use super::candidate::{Around, Candidate};
 use super::counts::Counts;
 use super::cut::Cutter;
 use super::numbering::{Numbered, Numbering, Placed};
-use super::pace::{Disagrees, Pace, Passed};
+use super::pace::Passed;
 use super::packet::Reading;
+use super::remarks::Remarks;
 use super::steps::StepGuard;
 use super::times::{Known, Times};
 use crate::board::line::LineFormat;
@@ -71,12 +72,7 @@ pub struct Decoder {
     period_ns: Option<f64>,
     last_host_ns: Option<u64>,
     other_lines: VecDeque<String>,
-    pace: Pace,
-    /// Bytes of the last packet of another length, and those of the fields.
-    other_length: Option<[usize; 2]>,
-    stated_rate: Option<f64>,
-    says_hello: bool,
-    untimed: bool,
+    remarks: Remarks,
 }
 
 /// A frame before it has its number.
@@ -145,11 +141,7 @@ impl Decoder {
             period_ns: board.rate.map(|rate| 1e9 / rate),
             last_host_ns: None,
             other_lines: VecDeque::new(),
-            pace: Pace::new(board.rate),
-            other_length: None,
-            stated_rate: board.rate,
-            says_hello: board.says_hello(),
-            untimed: false,
+            remarks: Remarks::new(board),
         }
     }
 
@@ -209,7 +201,7 @@ impl Decoder {
             guard.reset();
         }
         self.times.finish();
-        self.pace.reconnect();
+        self.remarks.reconnect();
         self.restarted = true;
         self.last_host_ns = None;
     }
@@ -238,42 +230,7 @@ impl Decoder {
 
     /// What the operator should change in the board file, by what came so far: one line.
     pub fn remark(&self) -> Option<String> {
-        if let (0, Some([found, expected])) = (self.counts.delivered, self.other_length) {
-            let (by, how) = (found.abs_diff(expected), found.cmp(&expected));
-            let longer = if how.is_gt() { "longer" } else { "shorter" };
-            let said = if self.says_hello {
-                "the hello of the board, or its board file, says"
-            } else {
-                "the fields of the board file say"
-            };
-            return Some(format!(
-                "frames are {by} bytes {longer} than {said}: {found} bytes, not {expected}, with the right check; name all values in the fields"
-            ));
-        }
-        if self.untimed {
-            return Some(
-                "nobody wrote down when these bytes arrived, and the board file has neither a time nor a rate: the frames are placed 1 ms apart; write rate = \"100 Hz\" or what it is"
-                    .into(),
-            );
-        }
-        match (self.pace.found()?, self.stated_rate) {
-            (Disagrees::Clock(ratio), _) => Some(format!(
-                "the clock of the board runs {} times as fast as that of this computer; compare the unit of its time in the board file with the firmware",
-                significant(ratio)
-            )),
-            (Disagrees::Rate(_), None) => None,
-            (Disagrees::Rate(measured), Some(stated)) => {
-                let (measured, stated) = (significant(measured), significant(stated));
-                let hello = if self.says_hello {
-                    " (in a hello \"rate\")"
-                } else {
-                    ""
-                };
-                Some(format!(
-                    "{measured} frames a second come, the board file says {stated}; what follows from the rate is wrong by as much; write rate = \"{measured} Hz\"{hello}"
-                ))
-            }
-        }
+        self.remarks.of(self.counts.delivered)
     }
 
     /// The last ten lines that fit no template.
@@ -328,7 +285,7 @@ impl Decoder {
                     self.counts.other += 1;
                     let bytes = &self.buffer[self.start..][..length];
                     let text = self.cutter.text(bytes);
-                    self.other_length = self.cutter.other_length(bytes).or(self.other_length);
+                    self.remarks.other_length(self.cutter.other_length(bytes));
                     if let Some(text) = text {
                         self.keep(&text);
                     }
@@ -518,17 +475,14 @@ impl Decoder {
     }
 
     fn deliver(&mut self, number: u64, restarted: bool, frame: Assembled) {
-        self.untimed |= frame.host_ns.is_none() && self.times.are_unknown();
         let unseen = match self.numbering {
             Some(_) => 0,
             None => self.counts.damaged + self.assembly.incomplete,
         };
-        self.pace.push(Passed {
+        let board_ns = frame.time.zip(self.clock_step_ns);
+        self.remarks.push(Passed {
             frames: number + unseen,
-            board_ns: frame
-                .time
-                .zip(self.clock_step_ns)
-                .map(|(raw, step)| raw * step),
+            board_ns: board_ns.map(|(raw, step_ns)| raw * step_ns),
             host_ns: frame.host_ns,
         });
         let timed = self.times.time(Known {
@@ -571,20 +525,6 @@ impl Decoder {
             None => give(frame),
         }
     }
-}
-
-/// Three digits, as a person would write them.
-fn significant(number: f64) -> String {
-    if number == 0.0 {
-        return "0".into();
-    }
-    let magnitude = number.abs().log10().floor() as i32;
-    let unit = 10_f64.powi(magnitude - 2);
-    let rounded = (number / unit).round() * unit;
-    format!("{rounded:.*}", (2 - magnitude).clamp(0, 9) as usize)
-        .trim_end_matches(|c| c == '0' && magnitude < 2)
-        .trim_end_matches('.')
-        .to_owned()
 }
 
 /// A number that tells values apart (FNV-1a).

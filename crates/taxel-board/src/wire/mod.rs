@@ -12,6 +12,7 @@ mod json;
 mod numbering;
 mod pace;
 mod packet;
+mod remarks;
 mod steps;
 mod stuffing;
 mod taxel_wire;

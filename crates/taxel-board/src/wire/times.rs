@@ -64,11 +64,6 @@ impl Times {
         self.clock.as_ref().map_or(0, BoardTimes::wrong)
     }
 
-    /// True if neither clock nor rate says how far apart frames are that nobody timed.
-    pub(super) fn are_unknown(&self) -> bool {
-        self.clock.is_none() && self.period_ns.is_none()
-    }
-
     /// The end, or a new connection: what waits for the next frame is decided.
     pub(super) fn finish(&mut self) {
         if let Some(clock) = &mut self.clock {
