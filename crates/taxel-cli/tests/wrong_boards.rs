@@ -154,6 +154,32 @@ fn restarts_are_counted_once() {
     assert_eq!(found["restarts"], 2);
 }
 
+/// A frame of which a message is missing is a loss: exit code 3.
+#[test]
+fn incomplete_frames_are_losses() {
+    let folder = Folder::new("incomplete");
+    let text = "framing.messages = { carrier = \"can\", frame = { ends_with = 0x102 } }\n\
+                [[message]]\nid_range = [0x100, 0x102]\n\
+                fields = [{ is = \"value\", name = \"c\", type = \"u8\" }]";
+    let board = written(&folder, "can.toml", text);
+    for (missing, code) in [(false, 0), (true, 3)] {
+        let file = folder.path("can.txt");
+        let mut wire = String::new();
+        for frame in 0..50 {
+            for id in 0..3 {
+                if !(missing && frame == 20 && id == 1) {
+                    wire += &format!("t10{id}1{:02x}\r", frame + id);
+                }
+            }
+        }
+        fs::write(&file, wire).unwrap();
+        let source = format!("exec:cat {file}");
+        let begin = ["live", "--raw", "--headless", "--board", &board];
+        let output = taxel(&[&begin[..], &["--source", &source]].concat());
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+    }
+}
+
 /// A hello with three fields before frames of four values.
 #[test]
 fn frames_that_are_longer_than_the_hello_says_are_told() {
