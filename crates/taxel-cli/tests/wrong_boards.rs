@@ -154,6 +154,20 @@ fn restarts_are_counted_once() {
     assert_eq!(found["restarts"], 2);
 }
 
+#[test]
+fn a_virtual_device_says_the_rate_at_which_it_sends() {
+    let device = ["device", "three-axis-unit", "--board", "taxel-wire-1"];
+    let sent = taxel(
+        &[
+            &device[..],
+            &["--on", "-", "--frames", "3", "--rate", "500 Hz"],
+        ]
+        .concat(),
+    );
+    let hello = String::from_utf8_lossy(&sent.stdout);
+    assert!(hello.contains("500 Hz"), "{hello}");
+}
+
 /// A frame of which a message is missing is a loss: exit code 3.
 #[test]
 fn incomplete_frames_are_losses() {
