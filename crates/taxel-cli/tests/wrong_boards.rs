@@ -182,7 +182,12 @@ fn incomplete_frames_are_losses() {
         for frame in 0..50 {
             for id in 0..3 {
                 if !(missing && frame == 20 && id == 1) {
-                    wire += &format!("t10{id}1{:02x}\r", frame + id);
+                    wire.extend([
+                        "t10",
+                        &id.to_string(),
+                        "1",
+                        &format!("{:02x}\r", frame + id),
+                    ]);
                 }
             }
         }
