@@ -1,5 +1,7 @@
 //! Counters of 8, 16 and 32 bits with gaps, bad numbers and a rate that is off.
 
+mod common;
+
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel_board::{Begin, Board, Decoder, Encoder};
@@ -254,4 +256,49 @@ fn swapped_frames_are_late() {
         (swaps, 400, Some(0)),
         "{counts:?}"
     );
+}
+
+/// A link that waits, and a board that does: the numbers go on, so nothing began anew, and the
+/// times stay those of the board.
+#[test]
+fn a_pause_is_no_restart() {
+    for kind in ["u8", "u16", "u32"] {
+        let board = common::board(&format!(
+            "framing.fixed = {{ length = {}, head = \"aa 55\" }}
+packet = {{ fields = [
+  {{ is = \"mark\", bytes = 2 }}, {{ is = \"sequence\", type = \"{kind}\" }},
+  {{ is = \"time\", type = \"u32\", unit = \"us\" }}, {{ is = \"value\", name = \"c\", type = \"i16\" }},
+], check = {{ kind = \"CRC-32/ISO-HDLC\" }} }}",
+            12 + match kind {
+                "u8" => 1,
+                "u16" => 2,
+                _ => 4,
+            }
+        ));
+        let packets = common::packets(&board, 0..900);
+        for pause in [0.3, 0.9, 2.0] {
+            for waits in ["link", "board"] {
+                let mut decoder = Decoder::new(&board, Begin::Whole);
+                let mut frames = Vec::new();
+                for (number, packet) in packets.iter().enumerate() {
+                    let due = 1.0 + 0.01 * number as f64;
+                    let resumes = 4.0 + pause;
+                    let now = match waits {
+                        "link" if due >= 4.0 => due.max(resumes),
+                        "board" if due >= 4.0 => due + pause,
+                        _ => due,
+                    };
+                    decoder.push(packet, Some((now * 1e9) as u64));
+                    frames.extend(std::iter::from_fn(|| decoder.next()));
+                }
+                let counts = decoder.counts();
+                let about = format!("{kind}, the {waits} waits {pause} s: {counts:?}");
+                assert_eq!((frames.len(), counts.restarts), (900, 0), "{about}");
+                assert_eq!((counts.lost, counts.wrong_time), (Some(0), 0), "{about}");
+                for (number, frame) in frames.iter().enumerate() {
+                    assert_eq!(frame.time_ns, 10_000_000 * number as u64, "{about}");
+                }
+            }
+        }
+    }
 }

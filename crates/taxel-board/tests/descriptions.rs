@@ -403,6 +403,136 @@ fn mistakes_are_shown_at_their_word() {
     }
 }
 
+/// A description behind two lines, the very words that are marked, and a part of the message.
+const MARKED: [(&str, &str, &str); 22] = [
+    (
+        "framing.lines = { template = \"A {value x},{volts y}\" }",
+        "{volts y}",
+        "none of",
+    ),
+    (
+        "framing.lines = { template = [\"A {value x}\", \"B {time s}{time s}\"] }",
+        "{time s}",
+        "a second time",
+    ),
+    (
+        "framing.lines = { template = \"{sequence},{value µ},{sequence}\" }",
+        "{sequence}",
+        "a second sequence",
+    ),
+    (
+        "framing.lines = { template = \"A {value x furlong}\" }",
+        "{value x furlong}",
+        "no known unit",
+    ),
+    (
+        "framing.lines = { template = \"A {time ms}\" }",
+        "\"A {time ms}\"",
+        "no line has a value",
+    ),
+    (
+        "framing.lines = {}\npacket.fields = [{ is = \"time\", unit = \"s\" }, { is = \"time\", unit = \"s\" }, { is = \"value\", name = \"x\" }]",
+        "\"time\"",
+        "a second time",
+    ),
+    ("framing.cobs = {}", "framing", "no field is a value"),
+    (
+        "framing.fixed = { length = 4, head = \"aa\" }\npacket.fields = [{ is = \"value\", name = \"c{1..5}\", type = \"u8\" }]",
+        "4",
+        "write length = 6",
+    ),
+    (
+        "framing.fixed = { length = 9, head = \"aa\" }\npacket.fields = [{ is = \"value\", name = \"c{1..5}\", type = \"u8\" }]",
+        "9",
+        "bytes = 3 }",
+    ),
+    (
+        "framing.fixed = { length = -9, head = \"aa\" }",
+        "-9",
+        "a whole number of 0 or more",
+    ),
+    (
+        "framing.lines = {}\nlink.serial = { baud = \"fast\" }",
+        "\"fast\"",
+        "a whole number from 0 to 4294967295 is needed here, not the text \"fast\"",
+    ),
+    (
+        "framing.cobs = {}\npacket.order = \"middle\"",
+        "\"middle\"",
+        "use one of: little, big",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"sequence\", type = \"u8\", range = [5, 2] }]",
+        "[5, 2]",
+        "only a field that is a value has `range`",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"value\", name = \"c\", type = \"u16\", missing = 70000 }]",
+        "70000",
+        "from 0 to 65535",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"value\", name = \"c\", type = \"i16\", missing = -1.5 }]",
+        "-1.5",
+        "from -32768 to 32767",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"value\", name = \"c\", type = \"u16\", mask = \"0x1ffff\" }]",
+        "\"0x1ffff\"",
+        "from 0x1 to 0xffff",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"value\", name = \"c\", type = \"u16\", mask = -1 }]",
+        "-1",
+        "a whole number of 0 or more",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"value\", name = \"c\", type = \"u8\", shift = 8 }]",
+        "8",
+        "at most 7",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"status\", type = \"u8\", good = 256 }, { is = \"value\", name = \"c\", type = \"u8\" }]",
+        "256",
+        "never comes",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"value\", name = \"c\", type = \"u8\", scale = 0.5, range = [200, 300] }]",
+        "[200, 300]",
+        "from 0 to 127.5",
+    ),
+    (
+        "framing.cobs = {}\npacket.fields = [{ is = \"address\", type = \"u8\", first = 250, count = 64 }, { is = \"value\", name = \"c\", type = \"u8\" }]",
+        "64",
+        "never come all",
+    ),
+    (
+        "framing.messages = { carrier = \"json\" }\n[[message]]\nfields = [{ is = \"time\", key = \"t\", unit = \"s\" }, { is = \"time\", key = \"u\", unit = \"s\" }, { is = \"value\", name = \"c\", key = \"c\" }]",
+        "\"time\"",
+        "one of each",
+    ),
+];
+
+#[test]
+fn the_very_words_are_marked() {
+    for (text, words, part) in MARKED {
+        let text = format!("schema = 1\nname = \"b\"\n{text}\n");
+        let Err(error) = Board::parse("b.toml", &text) else {
+            panic!("accepted:\n{text}");
+        };
+        let shown = error.to_string();
+        assert!(shown.contains(part), "{part}: {shown}");
+        let place = error.place.as_ref().map(|place| {
+            let marked = place.text.chars().skip(place.column - 1);
+            marked.take(place.width).collect::<String>()
+        });
+        assert_eq!(place.as_deref(), Some(words), "{shown}");
+    }
+    let error = Board::parse("b.toml", "schema = 1\nframing.lines = {}\n").map(|_| ());
+    let shown = error.map_or_else(|error| error.to_string(), |()| String::new());
+    assert!(shown.contains("`taxel schema board`"), "{shown}");
+}
+
 #[test]
 fn committed_schema_and_reference_are_current() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

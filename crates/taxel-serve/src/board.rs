@@ -21,14 +21,7 @@ pub struct BoardDecoder {
 impl BoardDecoder {
     /// The decoder of `board` for a link at `address`.
     pub fn new(board: &Board, address: &LinkAddress) -> Self {
-        let begin = match address {
-            // A server that was sending before begins anywhere; so does a port.
-            LinkAddress::Serial(_) | LinkAddress::Tcp(_) | LinkAddress::Udp { .. } => Begin::Cut,
-            LinkAddress::StandardInput
-            | LinkAddress::Pipe(_)
-            | LinkAddress::Program(_)
-            | LinkAddress::WebSocket { .. } => Begin::Whole,
-        };
+        let begin = begin(address);
         Self {
             decoder: Decoder::new(board, begin),
             begin,
@@ -36,6 +29,18 @@ impl BoardDecoder {
             class: board.detection().class.letter(),
             text: board.carries_text(),
         }
+    }
+}
+
+/// How the bytes of a link at `address` begin, at each connect.
+pub fn begin(address: &LinkAddress) -> Begin {
+    match address {
+        // A server that was sending before begins anywhere; so does a port.
+        LinkAddress::Serial(_) | LinkAddress::Tcp(_) | LinkAddress::Udp { .. } => Begin::Cut,
+        LinkAddress::StandardInput
+        | LinkAddress::Pipe(_)
+        | LinkAddress::Program(_)
+        | LinkAddress::WebSocket { .. } => Begin::Whole,
     }
 }
 
@@ -72,6 +77,10 @@ impl Decode for BoardDecoder {
         self.text
     }
 
+    fn remark(&self) -> Option<String> {
+        self.decoder.remark()
+    }
+
     fn others(&self, sample: &[u8]) -> Vec<String> {
         let known = Board::shipped_names().filter_map(|name| Some((name, Board::shipped(name)?)));
         known
@@ -92,6 +101,7 @@ pub(crate) fn wire_counts(counts: &Counts) -> WireCounts {
         other: counts.other,
         bad_status: counts.bad_status,
         wrong_number: counts.wrong_number,
+        wrong_time: counts.wrong_time,
         unconfirmed: counts.unconfirmed,
         incomplete: counts.incomplete,
         late: counts.late,

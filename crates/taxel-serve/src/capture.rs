@@ -74,6 +74,7 @@ impl CaptureSource {
         let mut status = self.status.lock();
         status.bytes += length as u64;
         status.wire = wire_counts(&self.decoder.counts());
+        status.remarked(self.decoder.remark());
         Ok(())
     }
 

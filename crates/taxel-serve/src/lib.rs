@@ -30,7 +30,7 @@ use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 
-pub use board::{BoardDecoder, BoardEncoder, greeting, serial_settings};
+pub use board::{BoardDecoder, BoardEncoder, begin, greeting, serial_settings};
 pub use capture::CaptureSource;
 pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};

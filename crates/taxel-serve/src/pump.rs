@@ -224,6 +224,8 @@ impl Shared {
 /// Summary of a run of the pump.
 #[derive(Debug)]
 pub struct Summary {
+    /// Times that the board began anew, as the frames or its wire tell.
+    pub restarts: u64,
     /// Count of the frames.
     pub continuity: Continuity,
     /// Frames with a clipped channel.
@@ -295,6 +297,8 @@ pub(crate) struct Pump {
     waited: Latencies,
     latency: Latencies,
     moved_rest: MovedRest,
+    /// What was said last of the description of the board.
+    remark: String,
     outputs: Vec<Lines>,
     recent: VecDeque<Instant>,
     first: Option<Instant>,
@@ -450,6 +454,7 @@ impl Pump {
             waited: Latencies::default(),
             latency: Latencies::default(),
             moved_rest: MovedRest::default(),
+            remark: String::new(),
             outputs,
             recent: VecDeque::new(),
             first: None,
@@ -482,6 +487,7 @@ impl Pump {
             self.record_health();
         }
         let link = self.shared.link.get().map(LinkHandle::now);
+        let restarts = self.restarts();
         self.source.stop();
         let recording = self.recorder.take().map(|recorder| recorder.finish());
         if let Some(saver) = self.saver.take()
@@ -513,6 +519,7 @@ impl Pump {
         };
         let status = self.shared.status().clone();
         Summary {
+            restarts,
             continuity: self.continuity,
             clipped_frames: self.clipped_frames,
             merged_frames: self.merged_frames,
@@ -709,6 +716,7 @@ impl Pump {
         if let Some(advice) = self.moved_rest.push(&frame.values) {
             self.shared.status().notice = advice;
         }
+        self.pass_on_remark();
         let rate = self.rate(arrival);
         let tared = self.session.estimator().is_tared();
         let capturing = self.session.capturing();
@@ -757,6 +765,23 @@ impl Pump {
         self.tare_owed(frame.time_ns);
         self.tell_condition(frame.time_ns);
         self.save(frame)
+    }
+
+    /// Shows the operator what should be changed in the description of the board.
+    fn pass_on_remark(&mut self) {
+        let link = self.shared.link.get();
+        if let Some(remark) = link.and_then(|link| link.remark_beside(&self.remark)) {
+            if !remark.is_empty() {
+                self.shared.status().notice.clone_from(&remark);
+            }
+            self.remark = remark;
+        }
+    }
+
+    /// Times that the board began anew, as the frames or its wire tell.
+    fn restarts(&self) -> u64 {
+        let link = self.shared.link.get();
+        self.continuity.restarts + link.map_or(0, LinkHandle::restarts)
     }
 
     fn find_below_zero(&mut self) {
@@ -945,7 +970,7 @@ impl Pump {
             late: counts.late,
             duplicate: counts.duplicate,
             repeated: counts.repeated,
-            restarts: counts.restarts,
+            restarts: self.restarts(),
             clipped: self.clipped_frames,
             rate: self.recent.len().saturating_sub(1) as f64 / span,
             wrong,

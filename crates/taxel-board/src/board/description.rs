@@ -299,7 +299,10 @@ pub enum Id {
 }
 
 #[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "an id is needed here: a whole number of 0 or more such as 0x713, or text"
+)]
 enum NumberOrText {
     Number(u64),
     Text(String),
@@ -307,7 +310,10 @@ enum NumberOrText {
 
 /// One id or several.
 #[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "an id is needed here: a whole number of 0 or more such as 0x713, or text; or a list of ids"
+)]
 enum Ids {
     One(Id),
     Several(Vec<Id>),

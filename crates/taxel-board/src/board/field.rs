@@ -163,6 +163,18 @@ impl Type {
         }
     }
 
+    /// Least and largest number of a whole type.
+    pub(crate) fn limits(self) -> [f64; 2] {
+        let bits = self.bits() as f64;
+        match self {
+            Self::Signed(_) | Self::SignedBits(_) => {
+                let top = (bits - 1.0).exp2();
+                [-top, top - 1.0]
+            }
+            _ => [0.0, bits.exp2() - 1.0],
+        }
+    }
+
     /// True for a type that is packed bit by bit.
     pub fn is_bits(self) -> bool {
         matches!(self, Self::Bits(_) | Self::SignedBits(_))

@@ -75,6 +75,16 @@ pub(super) fn resolve(
     } else {
         of_templates(lines, packet, &mut values, &mut conversions)?
     };
+    if values.is_empty() {
+        let (key, help): (&[&dyn std::fmt::Display], _) = if lines.template.is_empty() {
+            let help = "add framing.lines.template, such as \"{value c1..c4}\", or fields";
+            (&[&"framing", &"lines"], help)
+        } else {
+            let help = "name one in a template, such as {value c1..c4}";
+            (&[&"framing", &"lines", &"template"], help)
+        };
+        return Err(broken(key, "no line has a value", help));
+    }
     let holds_value =
         |pieces: &Vec<Piece>| pieces.iter().any(|piece| matches!(piece, Piece::Value(_)));
     let last = templates.iter().rposition(holds_value).unwrap_or(0);
@@ -137,6 +147,7 @@ fn of_fields(
 ) -> Result<Vec<Piece>, Broken> {
     let mut pieces = Vec::new();
     for (place, field) in packet.fields.iter().enumerate() {
+        rules::check_numbers(field, place)?;
         let at = |key: &'static str, message: String| {
             broken(&[&"packet", &"fields", &place, &key], message, "")
         };
@@ -152,7 +163,13 @@ fn of_fields(
                     values.push(value);
                 }
             }
+            Is::Sequence if pieces.contains(&Piece::Sequence) => {
+                return Err(at("is", "a second sequence; a line has one".into()));
+            }
             Is::Sequence => pieces.push(Piece::Sequence),
+            Is::Time if pieces.iter().any(|piece| matches!(piece, Piece::Time(_))) => {
+                return Err(at("is", "a second time; a line has one".into()));
+            }
             Is::Time => {
                 let step = field.unit.as_deref().and_then(unit::of_time);
                 let step = step
@@ -181,34 +198,29 @@ fn of_templates(
     for (place, text) in lines.template.iter().enumerate() {
         let at =
             |message: String| broken(&[&"framing", &"lines", &"template", &place], message, "");
-        let template = Template::parse(text).map_err(at)?;
+        let template =
+            Template::parse(text).map_err(|(message, within)| at(message).within(within))?;
         if all.len() >= 64 {
             return Err(at("more than 64 templates".into()));
         }
-        let named: Vec<_> = template
-            .names()
-            .map(|(name, unit)| (name.to_owned(), unit.map(str::to_owned)))
-            .collect();
-        let mut next = values.len();
-        for (name, symbol) in named {
-            if values.iter().any(|value| value.name == name) {
-                return Err(at(format!("a second value is called \"{name}\"")));
-            }
-            let value = rules::value_of_board(name, symbol.as_deref()).map_err(at)?;
-            conversions.push(Conversion {
-                scale: value.unit.si_per_unit,
-                ..Conversion::plain()
-            });
-            values.push(value);
-        }
         let mut pieces = Vec::new();
-        for part in template.parts {
+        for (part, within) in template.parts {
             match part {
                 Part::Words(words) => pieces.push(Piece::Words(words)),
-                Part::Values(names, _) => {
-                    for _ in names {
-                        pieces.push(Piece::Value(next));
-                        next += 1;
+                Part::Values(names, symbol) => {
+                    for name in names {
+                        if values.iter().any(|value| value.name == name) {
+                            let message = format!("a second value is called \"{name}\"");
+                            return Err(at(message).within(within));
+                        }
+                        let value = rules::value_of_board(name, symbol.as_deref())
+                            .map_err(|message| at(message).within(within.clone()))?;
+                        conversions.push(Conversion {
+                            scale: value.unit.si_per_unit,
+                            ..Conversion::plain()
+                        });
+                        pieces.push(Piece::Value(values.len()));
+                        values.push(value);
                     }
                 }
                 Part::Sequence => pieces.push(Piece::Sequence),
@@ -223,6 +235,7 @@ fn of_templates(
         let at = |key: &'static str, message: String| {
             broken(&[&"packet", &"fields", &place, &key], message, "")
         };
+        rules::check_numbers(field, place)?;
         if field.is != Is::Value {
             let message = "beside a template, fields only say what its values are";
             return Err(at("is", message.into()));

@@ -95,7 +95,10 @@ pub enum UsbName {
 }
 
 #[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a name is needed here, or a number from 0 to 0xffff such as \"0x2341\""
+)]
 enum NameOrNumber {
     Number(u16),
     Name(String),

@@ -345,6 +345,7 @@ fn of_json(message: &Message, place: usize) -> Result<(Body, Vec<ValueOfBoard>),
             broken(&[&"message", &place, &"fields", &number, &key], text, help)
         };
         check_json_keys(field).map_err(|(key, text, help)| at(key, text, help))?;
+        rules::check_numbers(field, number).map_err(|broken| broken.in_message(place))?;
         let Some(key) = &field.key else {
             let text = "where does it stand in the object?".to_owned();
             return Err(at("is", text, "add key, such as key = \"1/data\""));
@@ -378,6 +379,14 @@ fn of_json(message: &Message, place: usize) -> Result<(Body, Vec<ValueOfBoard>),
                     count,
                     conversion: conversion.unwrap_or_else(Conversion::plain),
                 }
+            }
+            Is::Sequence | Is::Time
+                if message.fields[..number]
+                    .iter()
+                    .any(|other| other.is == field.is) =>
+            {
+                let text = "a message has one of each: a sequence and a time".to_owned();
+                return Err(at("is", text, "leave out the second"));
             }
             Is::Sequence => JsonRole::Sequence,
             Is::Time => {

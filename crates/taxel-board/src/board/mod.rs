@@ -15,6 +15,7 @@ mod resolve;
 mod rules;
 mod template;
 mod unit;
+mod wording;
 
 use taxel::toml_input;
 use taxel_recording::{InputError, Quantity, SignalUnit, Stream};
@@ -120,10 +121,14 @@ impl Board {
     /// The first mistake at its word: of the TOML, of a key, and of rules between keys, such as
     /// two fields over the same bytes.
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let description: BoardFile = toml_input::parse(file, text)?;
+        let description: BoardFile = toml_input::parse(file, text).map_err(wording::in_words)?;
         resolve::board(&description).map_err(|broken| {
             let path: Vec<&str> = broken.path.iter().map(String::as_str).collect();
-            toml_input::at_key(file, text, &path, &broken.message, &broken.help)
+            let error = toml_input::at_key(file, text, &path, &broken.message, &broken.help);
+            match broken.within {
+                Some(within) => wording::narrowed(error, within),
+                None => error,
+            }
         })
     }
 

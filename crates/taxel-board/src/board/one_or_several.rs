@@ -6,7 +6,10 @@ use serde::{Deserialize, Deserializer};
 
 /// One text or several.
 #[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "text in quotes is needed here, or a list of them"
+)]
 pub enum Texts {
     /// One.
     One(String),
@@ -23,7 +26,10 @@ pub(super) fn texts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<St
 
 /// A whole number, or text such as `0x0fff`.
 #[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a whole number of 0 or more is needed here, such as 15 or \"0x000f\""
+)]
 pub enum Whole {
     /// A number.
     Number(u64),
@@ -53,7 +59,10 @@ pub(super) fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option
 
 /// One whole number or several.
 #[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a whole number of 0 or more is needed here, such as 15 or \"0x000f\", or a list of them"
+)]
 pub enum Wholes {
     /// One.
     One(Whole),
@@ -70,7 +79,10 @@ pub(super) fn wholes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u
 
 /// A number, or text with a unit.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a number is needed here, or text with a unit such as \"2.5 pF\""
+)]
 pub enum Amount {
     /// In the unit of the field.
     Number(f64),

@@ -3,7 +3,7 @@
 use super::description::{Check, Framing, Packet};
 use super::field::{Field, Is, Type};
 use super::layout::{AddressRange, PacketLayout, PlacedCheck, PlacedField, Role, Status};
-use super::rules::{Broken, broken, conversion, value_of_board};
+use super::rules::{self, Broken, broken, conversion, value_of_board};
 use super::{MOST_LONGEST, ValueOfBoard, unit};
 use crate::names::{self, MOST_VALUES};
 use crate::pattern::BytePattern;
@@ -246,7 +246,7 @@ impl Placement<'_> {
         if field.at.is_some_and(|at| at > MOST_LONGEST) || field.bit.is_some_and(|bit| bit > 4096) {
             return at("at", "lies behind the longest packet", "");
         }
-        Ok(())
+        rules::check_numbers(field, place)
     }
 
     fn role(
@@ -379,7 +379,14 @@ impl Placement<'_> {
                     "fields, check and tail cover {length} bytes of {}",
                     fixed.length
                 );
-                let help = "add { is = \"skip\", bytes = … } for what does not matter";
+                let help = if length > fixed.length {
+                    format!("write length = {length}, or leave fields out")
+                } else {
+                    let more = fixed.length - length;
+                    format!(
+                        "add {{ is = \"skip\", bytes = {more} }} where bytes stand that do not matter, or write length = {length}"
+                    )
+                };
                 return Err(broken(&[&"framing", &"fixed", &"length"], message, help));
             }
             length = fixed.length;

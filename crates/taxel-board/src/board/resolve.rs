@@ -55,7 +55,12 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
     };
     if values.is_empty() {
         let help = "add a field such as { is = \"value\", name = \"c{1..4}\", type = \"u16\" }";
-        return Err(broken(&[&"packet"], "no field is a value", help));
+        let path: &[&dyn std::fmt::Display] = match &file.framing {
+            Framing::Messages(_) => &[&"message"],
+            _ if file.packet.fields.is_empty() => &[&"framing"],
+            _ => &[&"packet", &"fields"],
+        };
+        return Err(broken(path, "no field is a value", help));
     }
     let wired = places(&values, &file.wiring).map_err(|message| {
         let names: Vec<_> = values.iter().map(|value| value.name.as_str()).collect();

@@ -1,8 +1,10 @@
 //! Rules between keys that every framing has, and their messages.
 
+use std::ops::Range;
+
 use taxel_recording::{Quantity, SignalUnit};
 
-use super::field::Field;
+use super::field::{Field, Is, Type};
 use super::layout::Conversion;
 use super::one_or_several::Amount;
 use super::{MOST_LONGEST, ValueOfBoard, unit};
@@ -11,6 +13,8 @@ use super::{MOST_LONGEST, ValueOfBoard, unit};
 #[derive(Debug)]
 pub(super) struct Broken {
     pub(super) path: Vec<String>,
+    /// The part of a text that it is about, bytes; `None` for the whole value.
+    pub(super) within: Option<Range<usize>>,
     pub(super) message: String,
     pub(super) help: String,
 }
@@ -23,12 +27,21 @@ pub(super) fn broken(
 ) -> Broken {
     Broken {
         path: path.iter().map(ToString::to_string).collect(),
+        within: None,
         message: message.into(),
         help: help.into(),
     }
 }
 
 impl Broken {
+    /// The same rule about these bytes of a text.
+    pub(super) fn within(self, within: Range<usize>) -> Self {
+        Self {
+            within: Some(within),
+            ..self
+        }
+    }
+
     /// The same rule where the table `packet` stands for the message of this place.
     pub(super) fn in_message(mut self, place: usize) -> Self {
         if self.path.first().is_some_and(|key| key == "packet") {
@@ -72,6 +85,102 @@ pub(crate) fn longest(given: Option<usize>, default: usize, kind: &str) -> Resul
             format!("{longest} is out of range: must be at least 1 and at most {MOST_LONGEST}"),
             "",
         )),
+    }
+}
+
+/// Refuses what only a reading has in a field that is none, and what its type cannot hold.
+pub(super) fn check_numbers(field: &Field, place: usize) -> Result<(), Broken> {
+    let at = |key: &'static str, message: String, help: &str| {
+        broken(&[&"packet", &"fields", &place, &key], message, help)
+    };
+    if field.is != Is::Value {
+        for (given, key) in [
+            (field.offset.is_some(), "offset"),
+            (field.mask.is_some(), "mask"),
+            (field.shift.is_some(), "shift"),
+            (field.invert_from.is_some(), "invert_from"),
+            (field.range.is_some(), "range"),
+            (field.missing.is_some(), "missing"),
+        ] {
+            if given {
+                let message = format!("only a field that is a value has `{key}`");
+                let help = "leave it out; type = \"bits(12)\" takes part of a number";
+                return Err(at(key, message, help));
+            }
+        }
+    }
+    let Some(kind) = field.kind.filter(|kind| !kind.is_float()) else {
+        return Ok(());
+    };
+    let (bits, limits) = (kind.bits(), kind.limits());
+    let [least, most] = limits;
+    let span = format!("from {least} to {most}");
+    let held = |number: f64| number.fract() == 0.0 && (least..=most).contains(&number);
+    if let Some(missing) = field.missing.filter(|missing| !held(*missing)) {
+        let message = format!("{missing} never comes: {kind} holds whole numbers {span}");
+        return Err(at("missing", message, ""));
+    }
+    let beyond = |number: u64| bits < 64 && number >> bits != 0;
+    if let Some(mask) = field.mask.filter(|mask| *mask == 0 || beyond(*mask)) {
+        let all = u64::MAX >> (64 - bits);
+        let message = format!("{mask:#x} is out of range: {kind} has {bits} bits");
+        let help = format!("write a mask from 0x1 to {all:#x}");
+        return Err(at("mask", message, &help));
+    }
+    if let Some(shift) = field.shift.filter(|shift| *shift as usize >= bits) {
+        let message = format!("{shift} is out of range: must be at most {}", bits - 1);
+        return Err(at("shift", message, "nothing is left of the number"));
+    }
+    if let Some(good) = field.good.iter().find(|good| beyond(**good)) {
+        let message = format!("{good:#x} never comes: {kind} has {bits} bits");
+        return Err(at("good", message, ""));
+    }
+    if let Some((name, bit)) = field.bits.iter().find(|(_, bit)| **bit as usize >= bits) {
+        let message = format!(
+            "{name} = {bit} is out of range: {kind} has the bits 0 to {}",
+            bits - 1
+        );
+        return Err(at("bits", message, ""));
+    }
+    if field.is == Is::Address {
+        let first = field.first.unwrap_or(0) as f64;
+        let last = first + field.count.unwrap_or(1) as f64 - 1.0;
+        if !held(first) || !held(last) {
+            let message =
+                format!("the addresses {first} to {last} never come all: {kind} holds {span}");
+            let key = if field.count.is_some() { "count" } else { "is" };
+            return Err(at(key, message, ""));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a range that no number of this type reaches.
+fn check_reached(conversion: &Conversion, kind: Option<Type>) -> Result<(), String> {
+    let Some(kind) = kind.filter(|kind| !kind.is_float()) else {
+        return Ok(());
+    };
+    let Some([low, high]) = conversion.range else {
+        return Ok(());
+    };
+    let numbers = match conversion.mask {
+        Some(mask) => [0.0, mask as f64],
+        None => kind.limits(),
+    };
+    let free = Conversion {
+        mask: None,
+        missing: None,
+        range: None,
+        ..conversion.clone()
+    };
+    let ends = numbers.map(|number| free.value(number).unwrap_or(f64::NAN));
+    let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    if low > most || high < least {
+        Err(format!(
+            "no number of {kind} gives a value in this range: they reach from {least} to {most} in SI"
+        ))
+    } else {
+        Ok(())
     }
 }
 
@@ -129,7 +238,7 @@ pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Convers
             Some([low, high])
         }
     };
-    Ok(Conversion {
+    let conversion = Conversion {
         mask: field.mask,
         shift: field.shift.unwrap_or(0),
         invert_from: field.invert_from,
@@ -137,7 +246,10 @@ pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Convers
         scale: scale * si,
         offset: field.offset.unwrap_or(0.0) * si,
         range,
-    })
+    };
+    check_reached(&conversion, field.kind)
+        .map_err(|message| at("range", message, "compare scale, offset and unit"))?;
+    Ok(conversion)
 }
 
 /// SI value of `2.5 pF` in a field with the unit `symbol`.

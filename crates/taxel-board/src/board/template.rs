@@ -1,12 +1,15 @@
 //! Templates of lines: words, and in braces what stands between them.
 
+use std::ops::Range;
+
 use super::unit;
 use crate::names;
 
 /// One line.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Template {
-    pub(crate) parts: Vec<Part>,
+    /// Its parts, and where each stands in its text, bytes.
+    pub(crate) parts: Vec<(Part, Range<usize>)>,
 }
 
 /// A stretch of a line.
@@ -28,11 +31,12 @@ impl Template {
     /// Reads `Capacitance (pF):{value c1..c4}`; `{{` and `}}` are braces of the line itself.
     ///
     /// # Errors
-    /// A message for people.
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+    /// A message for people, and the bytes of the text that it is about.
+    pub(crate) fn parse(text: &str) -> Result<Self, (String, Range<usize>)> {
         let mut parts = Vec::new();
         let mut rest = text;
         let mut words = String::new();
+        let place = |rest: &str| text.len() - rest.len();
         while let Some(open) = rest.find('{') {
             let (before, inner) = rest.split_at(open);
             words.push_str(&before.replace("}}", "}"));
@@ -41,33 +45,38 @@ impl Template {
                 rest = behind;
                 continue;
             }
+            let begin = place(inner);
             if !words.is_empty() {
-                parts.push(Part::Words(std::mem::take(&mut words)));
+                parts.push((Part::Words(std::mem::take(&mut words)), begin..begin));
             }
-            let close = closing(inner)
-                .ok_or_else(|| format!("\"{text}\" has a brace that is not closed"))?;
-            parts.push(part(&inner[1..close])?);
+            let Some(close) = closing(inner) else {
+                return Err(("a brace is not closed".into(), begin..text.len()));
+            };
+            let at = begin..begin + close + 1;
+            let part = part(&inner[1..close]).map_err(|message| (message, at.clone()))?;
+            parts.push((part, at));
             rest = &inner[close + 1..];
         }
         words.push_str(&rest.replace("}}", "}"));
         if !words.is_empty() {
-            parts.push(Part::Words(words));
+            parts.push((Part::Words(words), text.len()..text.len()));
         }
+        let all = || 0..text.len();
         if parts.is_empty() {
-            return Err("a template cannot be empty".into());
+            return Err(("a template cannot be empty".into(), all()));
+        }
+        for (kind, is) in [
+            (
+                "sequence",
+                (|part| *part == Part::Sequence) as fn(&Part) -> bool,
+            ),
+            ("time", |part| matches!(part, Part::Time(_))),
+        ] {
+            if let Some((_, at)) = parts.iter().filter(|(part, _)| is(part)).nth(1) {
+                return Err((format!("a second {kind}; a line has one"), at.clone()));
+            }
         }
         Ok(Self { parts })
-    }
-
-    /// Names of its values in order.
-    pub(crate) fn names(&self) -> impl Iterator<Item = (&str, Option<&str>)> {
-        self.parts.iter().flat_map(|part| match part {
-            Part::Values(names, unit) => names
-                .iter()
-                .map(|name| (name.as_str(), unit.as_deref()))
-                .collect(),
-            _ => Vec::new(),
-        })
     }
 }
 
@@ -124,8 +133,9 @@ mod tests {
         let template = Template::parse("{{\"n\":{sequence},\"v\":[{value c{1..2}}]}}").unwrap();
         let words = |text: &str| Part::Words(text.to_owned());
         let names = vec!["c1".to_owned(), "c2".to_owned()];
+        let parts: Vec<Part> = template.parts.into_iter().map(|(part, _)| part).collect();
         assert_eq!(
-            template.parts,
+            parts,
             [
                 words("{\"n\":"),
                 Part::Sequence,
@@ -134,5 +144,18 @@ mod tests {
                 words("]}"),
             ]
         );
+    }
+
+    #[test]
+    fn mistakes_have_their_place() {
+        for (text, wrong) in [
+            ("T {time s} {volts x},{value y}", "{volts x}"),
+            ("{time s}{time ms}", "{time ms}"),
+            ("{value a},{value b", "{value b"),
+            ("{value a furlong}", "{value a furlong}"),
+        ] {
+            let (message, at) = Template::parse(text).unwrap_err();
+            assert_eq!(&text[at], wrong, "{message}");
+        }
     }
 }

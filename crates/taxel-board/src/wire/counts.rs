@@ -8,8 +8,9 @@ pub struct Counts {
     /// Frames that the board numbered and that did not come; `None` without a counter: then it
     /// is not known.
     pub lost: Option<u64>,
-    /// Frames that are missing by rate and silence, where no counter says it: an estimate.
-    pub missing_estimate: u64,
+    /// Frames that are missing by rate and silence, where no counter says it: an estimate;
+    /// `None` without a counter and without a rate: then there is none.
+    pub missing_estimate: Option<u64>,
     /// Gaps of the counter whose length in time is not known to half of its numbers.
     pub ambiguous: u64,
     /// Stretches of the wire that hold a damaged packet: a mark, a length, a check or a range
@@ -17,6 +18,9 @@ pub struct Counts {
     pub damaged: u64,
     /// Frames whose number does not fit the numbers before and behind it.
     pub wrong_number: u64,
+    /// Frames whose time fits neither the times around it nor the arrival; they are delivered
+    /// with a time that follows from those.
+    pub wrong_time: u64,
     /// Frames that were held back for a large step, which the next frame did not confirm.
     pub unconfirmed: u64,
     /// Bytes that belong to no packet.
@@ -46,8 +50,9 @@ impl Counts {
     /// True if nothing was lost, damaged or refused.
     pub fn is_clean(&self) -> bool {
         self.lost.unwrap_or(0) == 0
-            && self.missing_estimate == 0
+            && self.missing_estimate.unwrap_or(0) == 0
             && self.damaged == 0
+            && self.wrong_time == 0
             && self.refused() == 0
     }
 }

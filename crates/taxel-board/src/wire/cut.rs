@@ -99,6 +99,20 @@ impl Cutter {
         }
     }
 
+    /// Bytes of the last candidate, where it is a packet with the marks and the check of a
+    /// frame and another length; and those that the fields have.
+    pub(super) fn other_length(&self, bytes: &[u8]) -> Option<[usize; 2]> {
+        let Format::Packet(layout) = &self.format else {
+            return None;
+        };
+        let packet = match &self.framing {
+            Framing::Cobs(_) | Framing::Slip(_) => &self.scratch,
+            _ => bytes,
+        };
+        let frame = layout.has_marks() && packet::has_marks(layout, packet);
+        frame.then_some([packet.len(), layout.length])
+    }
+
     /// A new connection: what was begun does not go on.
     pub(super) fn reset(&mut self) {
         self.scan = json::Scan::default();

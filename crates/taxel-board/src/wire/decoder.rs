@@ -9,7 +9,9 @@ use super::candidate::{Around, Candidate};
 use super::counts::Counts;
 use super::cut::Cutter;
 use super::numbering::{Numbered, Numbering, Placed};
+use super::pace::Passed;
 use super::packet::Reading;
+use super::remarks::Remarks;
 use super::steps::StepGuard;
 use super::times::{Known, Times};
 use crate::board::line::LineFormat;
@@ -70,6 +72,7 @@ pub struct Decoder {
     period_ns: Option<f64>,
     last_host_ns: Option<u64>,
     other_lines: VecDeque<String>,
+    remarks: Remarks,
 }
 
 /// A frame before it has its number.
@@ -119,6 +122,7 @@ impl Decoder {
             frames: VecDeque::new(),
             counts: Counts {
                 lost: numbering.as_ref().map(|_| 0),
+                missing_estimate: (numbering.is_some() || board.rate.is_some()).then_some(0),
                 ..Counts::default()
             },
             numbering,
@@ -137,6 +141,7 @@ impl Decoder {
             period_ns: board.rate.map(|rate| 1e9 / rate),
             last_host_ns: None,
             other_lines: VecDeque::new(),
+            remarks: Remarks::new(board),
         }
     }
 
@@ -158,6 +163,7 @@ impl Decoder {
             numbering.finish(&mut self.placed);
         }
         self.deliver_placed();
+        self.times.finish();
         // Nothing will confirm a step that is held.
         if let Some(guard) = &mut self.guard {
             guard.reset();
@@ -194,6 +200,8 @@ impl Decoder {
         if let Some(guard) = &mut self.guard {
             guard.reset();
         }
+        self.times.finish();
+        self.remarks.reconnect();
         self.restarted = true;
         self.last_host_ns = None;
     }
@@ -214,9 +222,15 @@ impl Decoder {
             counts.duplicate = numbers.duplicate;
             counts.restarts += numbers.restarts;
         }
+        counts.wrong_time = self.times.wrong();
         counts.incomplete = self.assembly.incomplete;
         counts.unconfirmed = self.guard.as_ref().map_or(0, |guard| guard.unconfirmed);
         counts
+    }
+
+    /// What the operator should change in the board file, by what came so far: one line.
+    pub fn remark(&self) -> Option<String> {
+        self.remarks.of(self.counts.delivered)
     }
 
     /// The last ten lines that fit no template.
@@ -270,7 +284,9 @@ impl Decoder {
                     self.end_stretch();
                     self.counts.other += 1;
                     let bytes = &self.buffer[self.start..][..length];
-                    if let Some(text) = self.cutter.text(bytes) {
+                    let text = self.cutter.text(bytes);
+                    self.remarks.other_length(self.cutter.other_length(bytes));
+                    if let Some(text) = text {
                         self.keep(&text);
                     }
                     self.start += length;
@@ -444,7 +460,8 @@ impl Decoder {
             let frames = now.saturating_sub(then) as f64 / period;
             // Shorter pauses are those of the link.
             if frames > 8.0 && now.saturating_sub(then) > 200_000_000 {
-                self.counts.missing_estimate += frames.round() as u64 - 1;
+                let missing = self.counts.missing_estimate.get_or_insert(0);
+                *missing += frames.round() as u64 - 1;
             }
         }
         self.last_host_ns = host_ns;
@@ -458,6 +475,16 @@ impl Decoder {
     }
 
     fn deliver(&mut self, number: u64, restarted: bool, frame: Assembled) {
+        let unseen = match self.numbering {
+            Some(_) => 0,
+            None => self.counts.damaged + self.assembly.incomplete,
+        };
+        let board_ns = frame.time.zip(self.clock_step_ns);
+        self.remarks.push(Passed {
+            frames: number + unseen,
+            board_ns: board_ns.map(|(raw, step_ns)| raw * step_ns),
+            host_ns: frame.host_ns,
+        });
         let timed = self.times.time(Known {
             raw: frame.time,
             number,

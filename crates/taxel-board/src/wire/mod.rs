@@ -1,6 +1,7 @@
 //! Bytes to frames and back.
 
 mod assembly;
+mod board_times;
 mod can;
 mod candidate;
 mod counts;
@@ -9,7 +10,9 @@ mod decoder;
 mod encoder;
 mod json;
 mod numbering;
+mod pace;
 mod packet;
+mod remarks;
 mod steps;
 mod stuffing;
 mod taxel_wire;

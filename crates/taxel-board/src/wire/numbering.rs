@@ -16,7 +16,7 @@ const GAPS: usize = 16;
 const RATE_STRIDE: i64 = 64;
 const RATE_POINTS: usize = 32;
 /// Relative error of a rate that is stated, and of one that was measured.
-const STATED_RATE: f64 = 0.05;
+pub(super) const STATED_RATE: f64 = 0.05;
 const MEASURED_RATE: f64 = 2e-3;
 
 /// A frame with its number, to be placed.
@@ -324,10 +324,19 @@ impl<T> Numbering<T> {
             return Some(place.number);
         }
         // Where the counter goes on as before a restart, that was none.
-        let before = self.before_restart?;
-        let number = before.number.saturating_add(self.distance(before.raw, raw));
-        let follows = (1..=CONTINUES).contains(&number.saturating_sub(last.number));
-        follows.then_some(number)
+        let before = self
+            .before_restart
+            .and_then(|before| self.follows(before, raw, last));
+        // Nor where it goes on at once: board or link have waited.
+        before.or_else(|| self.follows(last, raw, last))
+    }
+
+    /// The number of a frame as `from` has it, if that comes soon behind the last.
+    fn follows(&self, from: Last, raw: i64, last: Last) -> Option<i64> {
+        let number = from.number.saturating_add(self.distance(from.raw, raw));
+        (1..=CONTINUES)
+            .contains(&number.saturating_sub(last.number))
+            .then_some(number)
     }
 
     fn accept(&mut self, frame: Numbered<T>, place: Option<Place>, out: &mut Vec<Placed<T>>) {
@@ -345,7 +354,7 @@ impl<T> Numbering<T> {
                         }
                         self.missing.push_back([last.number + 1, number - 1]);
                     }
-                    if !place.certain {
+                    if !place.certain || number != place.number {
                         self.counts.ambiguous += 1;
                     }
                     number

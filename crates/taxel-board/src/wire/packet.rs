@@ -27,10 +27,12 @@ pub(super) enum Verdict {
     Damaged,
 }
 
-/// True if the bytes that tell a packet from others stand in `packet`, which is as long.
+/// True if the bytes that tell a packet from others stand in `packet`.
 pub(super) fn has_marks(layout: &PacketLayout, packet: &[u8]) -> bool {
     layout.fields.iter().all(|field| match &field.role {
-        Role::Mark(bytes) => bytes.begins(&packet[field.bit / 8..]),
+        Role::Mark(bytes) => packet
+            .get(field.bit / 8..)
+            .is_some_and(|rest| bytes.begins(rest)),
         _ => true,
     })
 }

@@ -19,7 +19,13 @@ pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
     if boards::is_board(&arguments.sensor)? {
         return board(arguments, existing);
     }
-    let named = files::sensor(&arguments.sensor)?;
+    let named = files::sensor(&arguments.sensor).map_err(|stop| match stop {
+        Stop::WrongInput(message) if !arguments.sensor.exists() => {
+            let boards = boards::shipped();
+            Stop::WrongInput(format!("{message}; or a shipped board: {boards}"))
+        }
+        stop => stop,
+    })?;
     let facts =
         summary(&named.sensor).map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))?;
     let text = rendered(&facts, arguments, ("sensor_hash", &named.hash));

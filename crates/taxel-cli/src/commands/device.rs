@@ -29,12 +29,14 @@ pub(crate) fn run(arguments: &Device) -> Result<Done, Stop> {
         Some(path) => Faults::parse(&path.to_string_lossy(), &files::text(path)?)?,
         None => Faults::default(),
     };
-    let (player, stream, named) = player(arguments, boards::board(&arguments.board)?)?;
+    let (player, stream, mut named) = player(arguments, boards::board(&arguments.board)?)?;
     if control.is_some() && matches!(player, Player::Source(_)) {
         let message = "--control moves the twin: leave --replay out";
         return Err(Stop::WrongInput(message.into()));
     }
     let rate = rate(arguments, named.board.rate, &stream)?;
+    // A hello says what is sent.
+    named.board.rate = Some(rate);
     let on_standard_output = place == DevicePlace::StandardOutput;
     let options = DeviceOptions {
         place,

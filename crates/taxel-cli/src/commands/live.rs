@@ -642,6 +642,12 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
     if !summary.notice.is_empty() && summary.failure.is_none() && !told {
         note!("note: {}", summary.notice);
     }
+    if let Some(link) = &summary.link
+        && !link.remark.is_empty()
+        && link.remark != summary.notice
+    {
+        note!("note: {}", link.remark);
+    }
     for output in summary.outputs.iter().filter(|output| output.dropped > 0) {
         note!(
             "note: --out {}: {} frames are missing in it: its reader is too slow",
@@ -681,7 +687,8 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
     let wire_losses = summary.link.as_ref().is_some_and(|link| {
         let wire = &link.wire;
         let nothing_decoded = link.bytes > 0 && wire.delivered == 0;
-        nothing_decoded || link.overrun + wire.damaged + wire.bad_status + wire.missing_estimate > 0
+        let damaged = wire.damaged + wire.bad_status + wire.wrong_time + wire.incomplete;
+        nothing_decoded || link.overrun + damaged + wire.missing_estimate.unwrap_or(0) > 0
     });
     let losses = summary.continuity.lost > 0
         || summary.continuity.late > 0
@@ -752,7 +759,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("late", Value::from(counts.late));
     put("duplicate", Value::from(counts.duplicate));
     put("repeated", Value::from(counts.repeated));
-    put("restarts", Value::from(counts.restarts));
+    put("restarts", Value::from(summary.restarts));
     put("clipped_frames", Value::from(summary.clipped_frames));
     put("merged_frames", Value::from(summary.merged_frames));
     if let Some(recording) = &summary.recording {

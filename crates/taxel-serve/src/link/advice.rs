@@ -4,6 +4,9 @@ use super::wire::Decode;
 
 /// One line for the operator about bytes that do not decode.
 pub(crate) fn garbled(sample: &[u8], decoder: &dyn Decode, baud: Option<u32>) -> String {
+    if let Some(remark) = decoder.remark() {
+        return remark;
+    }
     let others = decoder.others(sample);
     if !others.is_empty() {
         let names = others.join(" or ");

@@ -264,6 +264,15 @@ impl Reader {
         let mut status = self.status.lock();
         status.overrun += overrun;
         status.wire = self.decoder.counts();
+        let news = status.remarked(self.decoder.remark());
+        let copy = news.then(|| status.clone());
+        drop(status);
+        if let Some(status) = copy {
+            (self.tell)(&format!("note: {}: {}", status.name, status.remark));
+            for observer in &mut self.observers {
+                observer.link(&status);
+            }
+        }
         Some(frames)
     }
 

@@ -68,6 +68,9 @@ pub struct LinkStatus {
     pub since_ns: u64,
     /// Why it is in this state, with advice; empty where the state says all.
     pub reason: String,
+    /// What should be changed in the description of the board, by what came; empty where all
+    /// agrees.
+    pub remark: String,
     /// How often it was connected.
     pub connects: u64,
     /// Bytes that arrived.
@@ -95,6 +98,7 @@ impl LinkHandle {
             since_unix_s: unix_s(),
             since_ns: 0,
             reason: String::new(),
+            remark: String::new(),
             connects: 0,
             bytes: 0,
             overrun: 0,
@@ -118,6 +122,17 @@ impl LinkHandle {
         self.lock().wire.lost.is_some()
     }
 
+    /// Times that counter or clock of the board began again.
+    pub(crate) fn restarts(&self) -> u64 {
+        self.lock().wire.restarts
+    }
+
+    /// What should be changed in the description of the board, where that is not `known`.
+    pub(crate) fn remark_beside(&self, known: &str) -> Option<String> {
+        let status = self.lock();
+        (status.remark != known).then(|| status.remark.clone())
+    }
+
     pub(crate) fn lock(&self) -> MutexGuard<'_, LinkStatus> {
         // A poisoned lock still holds a whole value.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
@@ -130,6 +145,14 @@ impl LinkStatus {
         self.reason = reason;
         self.since_ns = host_ns;
         self.since_unix_s = unix_s();
+    }
+
+    /// Takes what should be changed; true if that is news.
+    pub(crate) fn remarked(&mut self, remark: Option<String>) -> bool {
+        let remark = remark.unwrap_or_default();
+        let news = self.remark != remark && !remark.is_empty();
+        self.remark = remark;
+        news
     }
 }
 

@@ -29,6 +29,12 @@ pub trait Decode: Send {
     /// True if the wire carries lines of text.
     fn expects_text(&self) -> bool;
 
+    /// What the operator should change in the description of the board, by what came so far:
+    /// one line.
+    fn remark(&self) -> Option<String> {
+        None
+    }
+
     /// Names of other known boards whose packets `sample` has.
     fn others(&self, sample: &[u8]) -> Vec<String>;
 }
@@ -40,8 +46,9 @@ pub struct WireCounts {
     pub delivered: u64,
     /// Frames that the board numbered and that did not come; `None` where the wire cannot tell.
     pub lost: Option<u64>,
-    /// Frames that are missing by rate and silence, where no counter says it: an estimate.
-    pub missing_estimate: u64,
+    /// Frames that are missing by rate and silence, where no counter says it: an estimate;
+    /// `None` where the board has neither counter nor rate.
+    pub missing_estimate: Option<u64>,
     /// Stretches of the wire with a damaged packet.
     pub damaged: u64,
     /// Bytes that belong to no packet.
@@ -52,6 +59,8 @@ pub struct WireCounts {
     pub bad_status: u64,
     /// Frames whose number does not fit those around it.
     pub wrong_number: u64,
+    /// Frames whose time fits neither those around it nor the arrival; they got another.
+    pub wrong_time: u64,
     /// Frames with a large step that the next one did not confirm.
     pub unconfirmed: u64,
     /// Frames of several packets of which some did not come.

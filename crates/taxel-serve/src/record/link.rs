@@ -1,5 +1,6 @@
 //! What only the link knows, on its way into the recording.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
 use taxel_recording::mcap::{ClockMessage, LinkMessage, WireMessage};
@@ -26,8 +27,15 @@ pub(crate) struct LinkRecorder {
     first_ns: u64,
     last_ns: u64,
     clock_ns: Option<u64>,
-    /// States before the recorder was there.
-    early: Vec<LinkMessage>,
+    /// States, and bytes before them, that wait for the recorder.
+    early: VecDeque<Early>,
+}
+
+/// What came before there was a recorder, in its order.
+#[derive(Debug)]
+enum Early {
+    Link(LinkMessage),
+    Wire(WireMessage),
 }
 
 impl LinkRecorder {
@@ -38,7 +46,7 @@ impl LinkRecorder {
             first_ns: 0,
             last_ns: 0,
             clock_ns: None,
-            early: Vec::new(),
+            early: VecDeque::new(),
         }
     }
 
@@ -51,16 +59,24 @@ impl LinkRecorder {
             return;
         };
         for message in self.early.drain(..) {
-            recorder.link(message);
+            match message {
+                Early::Link(message) => recorder.link(message),
+                Early::Wire(message) => recorder.wire(message),
+            }
         }
-        if !self.bytes.is_empty() {
-            recorder.wire(WireMessage {
-                host_ns: self.last_ns,
-                bytes: std::mem::take(&mut self.bytes),
-                ..WireMessage::default()
-            });
+        if let Some(message) = together(&mut self.bytes, self.last_ns) {
+            recorder.wire(message);
         }
     }
+}
+
+/// The bytes as one message that arrived at `host_ns`; `None` for none.
+fn together(bytes: &mut Vec<u8>, host_ns: u64) -> Option<WireMessage> {
+    (!bytes.is_empty()).then(|| WireMessage {
+        host_ns,
+        bytes: std::mem::take(bytes),
+        ..WireMessage::default()
+    })
 }
 
 impl LinkObserver for LinkRecorder {
@@ -98,16 +114,23 @@ impl LinkObserver for LinkRecorder {
     }
 
     fn link(&mut self, status: &LinkStatus) {
-        self.early.push(LinkMessage {
+        // The bytes before a state stand before it: a decoder begins anew between them.
+        let bytes = together(&mut self.bytes, self.last_ns);
+        self.early.extend(bytes.map(Early::Wire));
+        let reason = match status.remark.as_str() {
+            "" => status.reason.clone(),
+            remark => remark.to_owned(),
+        };
+        self.early.push_back(Early::Link(LinkMessage {
             host_ns: status.since_ns,
             segment: u32::try_from(status.connects.saturating_sub(1)).unwrap_or(u32::MAX),
             state: status.state.name().into(),
-            reason: status.reason.clone(),
+            reason,
             ..LinkMessage::default()
-        });
+        }));
         // A link that never opens has no recorder either.
         if self.early.len() > 1000 {
-            self.early.remove(0);
+            self.early.pop_front();
         }
         self.hand_over();
     }

@@ -5,7 +5,11 @@ use std::path::Path;
 
 use taxel_board::{Begin, Counts, Decoder};
 use taxel_recording::ChannelWriter;
-use taxel_recording::mcap::{MAGIC, Message as _, Topic, WireMessage};
+use taxel_recording::mcap::{
+    Findings, LinkMessage, MAGIC, Message as _, RECONNECTED, Topic, WireMessage,
+};
+use taxel_serve::begin;
+use taxel_serve::link::LinkAddress;
 
 use super::{check_new, known, open, reader, unreadable};
 use crate::arguments::{COMMIT, DecodeWire, VERSION};
@@ -21,9 +25,16 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     let existing = arguments.overwrite.existing();
     check_new(file, output, existing)?;
     check_new(&arguments.board, output, existing)?;
-    let mut begin = [0; MAGIC.len()];
-    let recorded = open(file)?.read_exact(&mut begin).is_ok() && begin == MAGIC;
-    let begin = if recorded { Begin::Cut } else { Begin::Whole };
+    let mut magic = [0; MAGIC.len()];
+    let recorded = open(file)?.read_exact(&mut magic).is_ok() && magic == MAGIC;
+    let begin = if recorded {
+        let mut messages = reader(file)?;
+        // What is said of the run stands before its first message.
+        messages.next().map_err(|error| unreadable(file, &error))?;
+        begin_of(messages.findings())
+    } else {
+        Begin::Whole
+    };
     let mut decoder = Decoder::new(&named.board, begin);
     let comments = [
         format!("taxel {VERSION} {COMMIT}"),
@@ -42,7 +53,7 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
             Ok::<(), Stop>(())
         };
         if recorded {
-            of_recording(file, &mut decoder, &mut give)?;
+            of_recording(file, &mut decoder, begin, &mut give)?;
         } else {
             of_capture(file, &mut decoder, &mut give)?;
         }
@@ -53,6 +64,9 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     })?;
     let counts = decoder.counts();
     outputs::print(&format!("{}: {}", output.display(), in_words(&counts)))?;
+    if let Some(remark) = decoder.remark() {
+        note!("note: {remark}");
+    }
     Ok(if counts.is_clean() && counts.delivered > 0 {
         Done::Complete
     } else {
@@ -60,15 +74,34 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     })
 }
 
-/// The bytes as they arrived, with their time.
+/// How the bytes of the link began whose run is recorded.
+fn begin_of(findings: &Findings) -> Begin {
+    let mut pairs = findings.metadata.iter().flat_map(|about| &about.pairs);
+    let source = pairs.find(|(key, _)| *key == "source");
+    let address = source.and_then(|(_, source)| LinkAddress::parse(source).ok());
+    address.map_or(Begin::Cut, |address| begin(&address))
+}
+
+/// The bytes as they arrived, with their time, over all connections.
 fn of_recording(
     file: &Path,
     decoder: &mut Decoder,
+    begin: Begin,
     give: &mut impl FnMut(&mut Decoder) -> Result<(), Stop>,
 ) -> Result<(), Stop> {
     let mut messages = reader(file)?;
     let mut found = false;
+    let mut connection = 0;
     while let Some(entry) = messages.next().map_err(|error| unreadable(file, &error))? {
+        let link = (entry.topic == Topic::Link).then(|| LinkMessage::decode(entry.bytes));
+        // The pump's own message stands in the place of the frames, not of the bytes.
+        if let Some(link) = link.flatten()
+            && link.state != RECONNECTED
+            && link.segment > connection
+        {
+            connection = link.segment;
+            decoder.reconnect(begin);
+        }
         if entry.topic != Topic::Wire {
             continue;
         }
@@ -117,6 +150,7 @@ fn in_words(counts: &Counts) -> String {
         (counts.other, "other packets or lines"),
         (counts.bad_status, "status not good"),
         (counts.wrong_number, "wrong number"),
+        (counts.wrong_time, "wrong time"),
         (counts.unconfirmed, "step not confirmed"),
         (counts.incomplete, "incomplete"),
         (counts.late, "late"),
