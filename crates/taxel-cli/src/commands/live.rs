@@ -687,8 +687,7 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
     let wire_losses = summary.link.as_ref().is_some_and(|link| {
         let wire = &link.wire;
         let nothing_decoded = link.bytes > 0 && wire.delivered == 0;
-        let damaged = wire.damaged + wire.bad_status + wire.wrong_time + wire.incomplete;
-        nothing_decoded || link.overrun + damaged + wire.missing_estimate.unwrap_or(0) > 0
+        nothing_decoded || link.overrun > 0 || !wire.is_clean()
     });
     let losses = summary.continuity.lost > 0
         || summary.continuity.late > 0

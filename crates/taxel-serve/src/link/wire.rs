@@ -75,6 +75,16 @@ pub struct WireCounts {
     pub restarts: u64,
 }
 
+impl WireCounts {
+    /// True if nothing was lost, damaged or refused.
+    pub fn is_clean(&self) -> bool {
+        let missing = self.lost.unwrap_or(0) + self.missing_estimate.unwrap_or(0);
+        let damaged = self.damaged + self.bad_status + self.incomplete;
+        let refused = self.wrong_number + self.wrong_time + self.unconfirmed;
+        missing + damaged + refused == 0
+    }
+}
+
 /// What is said to a board.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Greeting {
