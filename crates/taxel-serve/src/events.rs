@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, mpsc};
+use std::sync::mpsc;
 use std::thread::JoinHandle;
 
 use serde::Serialize;
 use taxel::estimation::{TouchEvent, TouchEventKind};
 
+use crate::history::reserved;
 use crate::save::{SaveError, created};
 
 /// One event as messages, the report and files have it.
@@ -107,6 +108,15 @@ impl EventRecord {
             symmetry: None,
             direction: None,
             score: None,
+        }
+    }
+
+    /// Kind and contact, such as `touch 3`.
+    pub(crate) fn label(&self) -> String {
+        match (self.contact, &self.text) {
+            (0, Some(text)) => format!("mark: {text}"),
+            (0, None) => self.kind.into(),
+            (contact, _) => format!("{} {contact}", self.kind),
         }
     }
 
@@ -254,38 +264,28 @@ const SENT_LATE: usize = 500;
 /// Events of the report.
 const REPORTED: usize = 10;
 
-/// The newest events as JSON, where the clients' tasks find them.
-#[derive(Debug, Default)]
+/// The newest events, where the clients' tasks find them.
+#[derive(Debug)]
 pub(crate) struct EventLog {
     next: u64,
-    kept: VecDeque<LoggedEvent>,
+    kept: VecDeque<EventRecord>,
     /// Number of the first event since the clock of the device was last set back.
     restarted: u64,
 }
 
-/// An event on the time axis.
-#[derive(Debug, Clone)]
-pub(crate) struct LoggedEvent {
-    /// Device time, ns.
-    pub(crate) time_ns: u64,
-    /// Kind and contact, such as `touch 3`.
-    pub(crate) label: Arc<str>,
-    pub(crate) json: Arc<str>,
-}
-
-impl From<&EventRecord> for LoggedEvent {
-    fn from(record: &EventRecord) -> Self {
+impl Default for EventLog {
+    fn default() -> Self {
+        let event = TouchEvent {
+            time_ns: 0,
+            contact: 0,
+            kind: TouchEventKind::Touch,
+            value: 0.0,
+            deviation: 0.0,
+        };
         Self {
-            time_ns: record.time_ns,
-            label: match record.contact {
-                0 if record.text.is_some() => {
-                    let text = record.text.as_deref().unwrap_or_default();
-                    format!("mark: {text}").into()
-                }
-                0 => record.kind.into(),
-                contact => format!("{} {contact}", record.kind).into(),
-            },
-            json: record.json().into(),
+            next: 0,
+            kept: reserved(EventRecord::new(0, &event, [""; 2]), KEPT),
+            restarted: 0,
         }
     }
 }
@@ -295,7 +295,7 @@ impl EventLog {
         if self.kept.len() == KEPT {
             self.kept.pop_front();
         }
-        self.kept.push_back(record.into());
+        self.kept.push_back(record.clone());
         self.next += 1;
     }
 
@@ -305,12 +305,12 @@ impl EventLog {
     }
 
     /// The newest events, at most `most`, from one device time to another, ns, the oldest first.
-    pub(crate) fn between(&self, from_ns: u64, to_ns: u64, most: usize) -> Vec<LoggedEvent> {
+    pub(crate) fn between(&self, from_ns: u64, to_ns: u64, most: usize) -> Vec<EventRecord> {
         let since = self
             .kept
             .len()
             .saturating_sub((self.next - self.restarted) as usize);
-        let within = |event: &&LoggedEvent| (from_ns..=to_ns).contains(&event.time_ns);
+        let within = |event: &&EventRecord| (from_ns..=to_ns).contains(&event.time_ns);
         let newest = self.kept.range(since..).rev().filter(within).take(most);
         let mut events: Vec<_> = newest.cloned().collect();
         events.reverse();
@@ -331,7 +331,7 @@ impl EventLog {
             if place > 0 {
                 text.push(',');
             }
-            text.push_str(&event.json);
+            text.push_str(&event.json());
         }
         text.push_str("]}");
         Some((text, self.next))
@@ -467,7 +467,7 @@ mod tests {
         // Event 4 at 20 ns is not kept any more.
         assert_eq!(times(&log, 0, 32, 10), [25, 30]);
         assert_eq!(times(&log, 0, 100, 2), [95, 100]);
-        assert_eq!(&*log.between(25, 25, 1)[0].label, "slip 3");
+        assert_eq!(log.between(25, 25, 1)[0].label(), "slip 3");
         log.restart();
         assert!(times(&log, 0, 100, 10).is_empty());
         log.push(&record(7));

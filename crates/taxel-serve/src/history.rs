@@ -109,7 +109,7 @@ impl Place {
 
 /// An empty queue for so many values whose memory is in use from now on: a run takes as much
 /// in its first minute as in its last hour.
-fn reserved<T: Clone>(value: T, count: usize) -> VecDeque<T> {
+pub(crate) fn reserved<T: Clone>(value: T, count: usize) -> VecDeque<T> {
     let mut queue = VecDeque::from(vec![value; count]);
     queue.clear();
     queue

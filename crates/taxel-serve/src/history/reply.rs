@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use super::{History, Mark, Row, Section, Signal, Stats};
-use crate::events::{EventLog, LoggedEvent};
+use crate::events::{EventLog, EventRecord};
 use crate::message::Provenance;
 
 /// Rows of an answer: without a request, and at most.
@@ -47,7 +47,7 @@ pub(crate) struct Gathered {
     signals: Vec<Signal>,
     section: Section,
     tares: Vec<Mark>,
-    events: Vec<LoggedEvent>,
+    events: Vec<EventRecord>,
 }
 
 impl Gathered {
@@ -117,12 +117,9 @@ impl Gathered {
             unix_s: rows.iter().map(|row| row.unix_s).collect(),
             signals: signals.collect(),
             tares: &self.tares,
+            events: &self.events,
         };
-        let text = serde_json::to_string(&message).unwrap_or_default();
-        let events: Vec<&str> = self.events.iter().map(|event| &*event.json).collect();
-        // The events are JSON already.
-        let before = text.strip_suffix('}').unwrap_or(&text);
-        format!("{before},\"events\":[{}]}}", events.join(","))
+        serde_json::to_string(&message).unwrap_or_default()
     }
 
     fn csv(&self, provenance: &Provenance) -> String {
@@ -158,7 +155,7 @@ impl Gathered {
         let tares = self.tares.iter();
         let tares = tares.map(|mark| (mark.time_ns, mark.kind.to_owned()));
         let events = self.events.iter();
-        let events = events.map(|event| (event.time_ns, event.label.to_string()));
+        let events = events.map(|event| (event.time_ns, event.label()));
         let mut labels: Vec<_> = tares
             .chain(events)
             .map(|(time, label)| (time / width_ns * width_ns, label))
@@ -242,6 +239,7 @@ struct HistoryMessage<'a> {
     unix_s: Vec<f64>,
     signals: Vec<SignalMessage<'a>>,
     tares: &'a [Mark],
+    events: &'a [EventRecord],
 }
 
 /// A device time in ns; a negative one counts back from the newest frame.
