@@ -604,7 +604,14 @@ impl Channel {
         if occupied {
             self.measure(&mut held, deviation, options);
         } else {
-            held.pause.push(off, step, options.settling);
+            // In a long contact the doubt about the level grows until it may pass for none; what
+            // is as large as a contact that is known is no pause.
+            let large = off.abs() > GONE * held.most.abs() + LEAVES * deviation;
+            if large && held.known && !held.unseen {
+                held.pause = Pause::default();
+            } else {
+                held.pause.push(off, step, options.settling);
+            }
             let known = held.known || held.unseen;
             if !known && held.pause.age > SETTLED * options.smoothing {
                 self.look(&mut held, options);

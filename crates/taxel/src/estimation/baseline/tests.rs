@@ -59,10 +59,10 @@ proptest! {
         bench.run(60.0, |_| 0.0);
         let early = bench.run(12.0, |t| force * (t / rise).min(1.0));
         let late = bench.run(590.0, |_| force);
-        // No more than what may pass for a drift: five deviations of the average, 0.5, and
-        // 1/e of what the fastest drift does in 20 s, 0.44; and four deviations of two means
-        // of 500 readings, 0.25.
-        let allowed = 1.2;
+        // No more than what may pass for a drift: five deviations of the average, 0.5, which
+        // itself is off by up to two of them, 0.2; 1/e of what the fastest drift does in 20 s,
+        // 0.44; and four deviations of two means of 500 readings, 0.25.
+        let allowed = 1.4;
         prop_assert!((late - early).abs() < allowed, "{force}: {early} {late}");
         prop_assert!((late - force).abs() < allowed, "{force}: {late}");
         // What is left behind, and the rate at which it was followed, are stated.
@@ -71,18 +71,50 @@ proptest! {
         prop_assert!(after.abs() < allowed + stated, "{after}, {stated}");
     }
 
+    /// After minutes a drift may have been as large as the touch, which then is seen only now
+    /// and then: its readings are none of the pause that follows.
+    #[test]
+    fn a_contact_no_larger_than_its_threshold_leaves_nothing_behind(
+        part in 0.95_f64..1.1,
+        seconds in 100.0_f64..1200.0,
+        seed in 0_u64..1000,
+    ) {
+        let mut bench = Bench::new(seed);
+        bench.run(60.0, |_| 0.0);
+        let drift = bench.baseline.drift_rate() * seconds;
+        let force = part * 6.0 * (1.0 + 0.5 * drift * drift).sqrt();
+        bench.run(seconds, |_| force);
+        let after = bench.run(40.0, |_| 0.0);
+        let stated = 4.0 * bench.baseline.deviation(0);
+        prop_assert!(after.abs() < 0.25 + stated, "{after}, {stated}");
+    }
+
+    // A case of the property above whose readings once counted as the pause: -11.1 remained.
+    #[test]
+    fn a_touch_of_45_deviations_for_ten_minutes_leaves_nothing_behind(seed in 950_u64..970) {
+        let mut bench = Bench::new(seed);
+        bench.run(60.0, |_| 0.0);
+        bench.run(12.0, |t| 44.797 * (t / 0.58).min(1.0));
+        bench.run(590.0, |_| 44.797);
+        let after = bench.run(40.0, |_| 0.0);
+        let stated = 4.0 * bench.baseline.deviation(0);
+        prop_assert!(after.abs() < 0.25 + stated, "{after}, {stated}");
+    }
+
     /// Out of the range of its board for minutes, and back, untouched or under a touch.
     #[test]
     fn a_channel_that_was_not_read_drifts_on_within_the_stated_deviation(
         rate in -0.03_f64..0.03,
         absent in 10.0_f64..900.0,
-        touch in prop_oneof![Just(0.0), 100.0_f64..1000.0],
+        touch in prop_oneof![Just(0.0), 2.0_f64..20.0],
         seed in 0_u64..1000,
     ) {
         let mut bench = Bench::new(seed);
         bench.run(300.0, |t| rate * t);
         let before = bench.baseline.deviation(0);
         bench.run(absent, |_| f64::NAN);
+        // In thresholds, of which the doubt that has grown is a part.
+        let touch = touch * 6.0 * (1.0 + bench.baseline.variance(0)).sqrt();
         let start = rate * (300.0 + absent);
         let off = bench.run(7.0, |t| start + rate * t + touch) - touch;
         let stated = bench.baseline.deviation(0);
