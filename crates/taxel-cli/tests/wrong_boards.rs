@@ -166,6 +166,11 @@ fn a_virtual_device_says_the_rate_at_which_it_sends() {
     );
     let hello = String::from_utf8_lossy(&sent.stdout);
     assert!(hello.contains("500 Hz"), "{hello}");
+    let refused = taxel(&[&device[..], &["--on", "-", "--rate", "500"]].concat());
+    let errors = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{errors}");
+    let message = "error: --rate: \"500\" has no unit; add one of: Hz, kHz, MHz\n";
+    assert_eq!(errors, message);
 }
 
 /// A frame of which a message is missing is a loss: exit code 3.

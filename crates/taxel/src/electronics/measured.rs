@@ -162,7 +162,7 @@ impl Stated {
                     all_symbols()
                 )
             })?;
-        let value = dimension.parse(text)?;
+        let value = dimension.read(text)?;
         let [_, largest] = dimension.sizes;
         if value.abs() <= largest {
             return Ok(Self { value, dimension });

@@ -245,7 +245,7 @@ fn parse(kind: LoadKind, text: &str, unit: Option<Unit>) -> Result<LoadValue, St
             let value = match unit {
                 Some(Unit::Part(parts)) => number()? / parts,
                 Some(Unit::Multiple(unit)) => number()? * unit,
-                None => dimension.parse(text)?,
+                None => dimension.read(text)?,
             };
             within(value, range, dimension.si)
         }
