@@ -25,6 +25,8 @@ interface TestHooks {
   badgeChangedAt: number;
   frames: number;
   drawn: number;
+  /** Called when a frame stands on the canvas, with the time at which it was read. */
+  onDrawn?: (header: FrameHeader, readAt: number) => void;
 }
 
 declare global {
@@ -246,6 +248,7 @@ function draw(): void {
   const selected = hovered ?? pinned;
   view.drawImages({ frame: shown, selected, theme: theme.theme, now });
   hooks.drawn += 1;
+  if (shown === newest) hooks.onDrawn?.(shown.header, hooks.lastFrameAt);
   if (!paused && now - stripDrawnAt > STRIP_PERIOD) {
     stripDrawnAt = now;
     view.drawStrip(now);
