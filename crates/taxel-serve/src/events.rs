@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use serde::Serialize;
 use taxel::estimation::{TouchEvent, TouchEventKind};
 
-use crate::history::reserved;
+use crate::reserved::reserved;
 use crate::save::{SaveError, created};
 
 /// One event as messages, the report and files have it.

@@ -9,6 +9,8 @@ use std::collections::VecDeque;
 use serde::Serialize;
 use taxel::estimation::{Meaning, Scale, Touch};
 
+use crate::reserved::reserved;
+
 pub(crate) use reply::{Gathered, HistoryQuery, Reply};
 
 /// Width of the bins, ns, and number of bins of each resolution: 0.1 s for 10 min, 1 s for
@@ -105,14 +107,6 @@ impl Place {
         number: u64::MAX,
         unix_s: f64::NAN,
     };
-}
-
-/// An empty queue for so many values whose memory is in use from now on: a run takes as much
-/// in its first minute as in its last hour.
-pub(crate) fn reserved<T: Clone>(value: T, count: usize) -> VecDeque<T> {
-    let mut queue = VecDeque::from(vec![value; count]);
-    queue.clear();
-    queue
 }
 
 /// Bins of one width. A time without frames takes no bin.

@@ -19,6 +19,7 @@ mod out;
 mod outgoing;
 mod pump;
 mod record;
+mod reserved;
 mod save;
 mod server;
 mod source;
