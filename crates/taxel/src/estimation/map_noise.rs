@@ -11,6 +11,12 @@ const QUIETEST: usize = 4;
 /// The smallest reading is a level of noise as long as it is below this share of the largest:
 /// a map of few sizes may show nothing but touch.
 const SHARE: f64 = 0.05;
+/// Shares of zeros among readings that change between which their noise was cut off at zero: half
+/// of it, within what few frames show.
+const CUT_OFF: [f64; 2] = [0.3, 0.7];
+/// Variance of a reading without load whose negative part is written as zero, of that of its
+/// noise: 1/2 - 1/(2 pi).
+const CUT_VARIANCE: f64 = 0.5 - 0.5 * std::f64::consts::FRAC_1_PI;
 /// A contact holds above so many standard deviations of the noise.
 const DEVIATIONS: f64 = 3.0;
 
@@ -53,6 +59,8 @@ struct Block {
     load: f64,
     /// Sum of the squared second differences of each sensel.
     squares: Vec<f64>,
+    /// Zeros of each sensel.
+    zeros: Vec<u32>,
 }
 
 impl MapNoise {
@@ -69,6 +77,10 @@ impl MapNoise {
         }
         let block = &mut self.block;
         block.squares.resize(values.len(), 0.0);
+        block.zeros.resize(values.len(), 0);
+        for (zeros, value) in block.zeros.iter_mut().zip(values) {
+            *zeros += u32::from(*value == 0.0);
+        }
         if block.frames >= 2 {
             let [first, second] = &self.before;
             let differences = values.iter().zip(first).zip(second);
@@ -103,7 +115,8 @@ impl MapNoise {
     /// none where nothing there changes, or less than eight frames were seen.
     ///
     /// Sensels whose reading does not change are left out: what they would show is
-    /// suppressed. Of the others the lower quartile counts: a load may move on the rest.
+    /// suppressed. Of the others the lower quartile counts: a load may move on the rest. Where
+    /// about half of their readings are zero, their noise was cut off there, which is undone.
     pub fn deviation(&self) -> Option<f64> {
         // A second difference of independent readings has six times their variance.
         let count = 6.0 * (BLOCK - 2) as f64;
@@ -118,16 +131,25 @@ impl MapNoise {
             let last = squares.len() - 1;
             0.5 * (squares[last / 2] + squares[last.div_ceil(2)])
         };
-        let mut changing: Vec<f64> = (0..sensels)
-            .map(&mut median)
-            .filter(|sum| *sum > 0.0)
-            .collect();
+        let sums = (0..sensels).map(|sensel| (sensel, median(sensel)));
+        let (numbers, mut changing): (Vec<usize>, Vec<f64>) =
+            sums.filter(|(_, sum)| *sum > 0.0).unzip();
         if changing.is_empty() {
             return None;
         }
+        let zeros =
+            |block: &Block| -> u32 { numbers.iter().filter_map(|at| block.zeros.get(*at)).sum() };
+        let zeros: u32 = self.quietest.iter().map(zeros).sum();
+        let readings = self.quietest.len() * BLOCK * numbers.len();
+        let share = f64::from(zeros) / readings as f64;
+        let kept = if (CUT_OFF[0]..=CUT_OFF[1]).contains(&share) {
+            CUT_VARIANCE
+        } else {
+            1.0
+        };
         let at = changing.len() / 4;
         let (_, quartile, _) = changing.select_nth_unstable_by(at, f64::total_cmp);
-        Some((*quartile / count).sqrt())
+        Some((*quartile / (count * kept)).sqrt())
     }
 
     /// The reading down to which a contact holds, in the unit of the frames: what is above
@@ -188,6 +210,18 @@ mod tests {
         assert!(
             deviation.is_some_and(|found| (0.6..1.2).contains(&found)),
             "{deviation:?}"
+        );
+    }
+
+    #[test]
+    fn noise_that_was_cut_off_at_zero_is_found_whole() {
+        let whole = noise(300, |at, sensel| 0.3 * scatter(at, sensel)).deviation();
+        let cut = noise(300, |at, sensel| (0.3 * scatter(at, sensel)).max(0.0)).deviation();
+        let ratio = cut.zip(whole).map(|(cut, whole)| cut / whole);
+        // Lower quartiles of sums of few squares: those of the cut ones scatter more.
+        assert!(
+            ratio.is_some_and(|ratio| (0.7..1.2).contains(&ratio)),
+            "{ratio:?}"
         );
     }
 
