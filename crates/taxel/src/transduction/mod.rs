@@ -9,6 +9,7 @@ mod microchannel;
 mod piezoelectric;
 mod surroundings;
 mod three_axis_capacitor;
+mod tile_edges;
 mod tilted_plate;
 mod unit_model;
 
@@ -26,5 +27,9 @@ pub use piezoelectric::{
 };
 pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
+pub use tile_edges::{
+    CORNERS, EdgeEnvironment, EdgeLaw, EdgeSection, GROUNDED, INNER_DISTANCE, OUTER_DISTANCE,
+    TileWithEdges,
+};
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
 pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};

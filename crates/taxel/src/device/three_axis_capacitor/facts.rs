@@ -4,6 +4,9 @@ use super::ThreeAxisArray;
 use crate::device::capacitor_board;
 use crate::estimation::{Outcome, SearchOptions, ThreeAxisOptions, estimate_unit};
 use crate::summary::{Fact, fact, number, text};
+use crate::transduction::{
+    EdgeEnvironment, EdgeLaw, EdgeSection, GROUNDED, INNER_DISTANCE, OUTER_DISTANCE, TileWithEdges,
+};
 
 pub(super) fn facts(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
     let masked = array.masked();
@@ -103,6 +106,7 @@ fn transduction(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
             "C_par + eps0 a b/(air + insulation/eps_r)",
         ));
     }
+    facts.extend(edges(array));
     facts.push(fact(
         "transduction",
         "rest_gap_11",
@@ -127,6 +131,83 @@ fn transduction(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
         "zero or less: the three full scales together close a gap",
     ));
     facts
+}
+
+/// Capacitor 11 with its edges, beside the model of plates: only for the drawing whose
+/// edges are known.
+fn edges(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
+    let Some(tile) = tile_with_edges(array) else {
+        return Vec::new();
+    };
+    let air = array.element.plates.air_gap[0];
+    let capacitance = |name: &str, si: f64, source: &'static str| {
+        fact("transduction", name, number(si, "f", "fF", 1e-15), source)
+    };
+    let mut facts = vec![
+        capacitance(
+            "plate_capacitance_11",
+            tile.plate(air),
+            "eps0 a b/(air + insulation/eps_r)",
+        ),
+        capacitance(
+            "edge_capacitance_11",
+            tile.edges(air, GROUNDED),
+            "four edges, all other electrodes grounded: not in the model",
+        ),
+        capacitance(
+            "capacitance_with_edges_11",
+            tile.total(air),
+            "plates, edges and corners, all other electrodes grounded",
+        ),
+        fact(
+            "transduction",
+            "capacitance_by_air_gap_11",
+            number(tile.slope(air), "f_per_m", "fF/um", 1e-9),
+            "plates and edges, all other electrodes grounded",
+        ),
+    ];
+    if let Ok([least, greatest]) = tile.surroundings(air) {
+        facts.push(capacitance(
+            "capacitance_with_edges_least_11",
+            least,
+            "a grounded plane under the array",
+        ));
+        facts.push(capacitance(
+            "capacitance_with_edges_greatest_11",
+            greatest,
+            "a capacitor alone",
+        ));
+    }
+    facts
+}
+
+/// The tile with its edges, if the drawing is the one whose edges are known.
+fn tile_with_edges(array: &ThreeAxisArray<'_>) -> Option<TileWithEdges> {
+    let (element, pitch) = (array.element, array.sensor.array.pitch);
+    let (plates, outline) = (&element.plates, &element.outline);
+    let [side, other] = plates.electrode;
+    let distance = element.suspension.centre_distance;
+    let drawn = EdgeSection::drawn(plates.air_gap[0], EdgeEnvironment::Isolated);
+    let cavity = 0.5 * (0.5 * (outline.unit_side - outline.wall_width) - side);
+    let lengths = [
+        (side, 2.0 * drawn.half_width),
+        (other, side),
+        (plates.insulation, drawn.insulation),
+        (outline.electrode_thickness, drawn.electrode_thickness),
+        (outline.electrode_layer + outline.bump_layer, drawn.above),
+        (cavity, drawn.cavity),
+        (distance - side, INNER_DISTANCE),
+        (pitch[0] - distance - side, OUTER_DISTANCE),
+        (pitch[1], pitch[0]),
+    ];
+    let same = |(given, known): (f64, f64)| (given - known).abs() < 1e-9;
+    let known = lengths.into_iter().all(same)
+        && (plates.insulation_permittivity - drawn.permittivity).abs() < 1e-9
+        && EdgeLaw::AIR_GAPS.contains(&plates.air_gap[0]);
+    known.then(|| TileWithEdges {
+        side,
+        insulation_gap: plates.insulation / plates.insulation_permittivity,
+    })
 }
 
 /// Noise-limited resolution: the standard deviation of the force of one frame.
