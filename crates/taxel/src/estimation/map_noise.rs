@@ -14,6 +14,8 @@ const SHARE: f64 = 0.05;
 /// Shares of zeros among readings that change between which their noise was cut off at zero: half
 /// of it, within what few frames show.
 const CUT_OFF: [f64; 2] = [0.3, 0.7];
+/// Share of the deviation down to which readings above zero go where noise was cut off there.
+const DOWN_TO_ZERO: f64 = 0.25;
 /// Variance of a reading without load whose negative part is written as zero, of that of its
 /// noise: 1/2 - 1/(2 pi).
 const CUT_VARIANCE: f64 = 0.5 - 0.5 * std::f64::consts::FRAC_1_PI;
@@ -142,14 +144,18 @@ impl MapNoise {
         let zeros: u32 = self.quietest.iter().map(zeros).sum();
         let readings = self.quietest.len() * BLOCK * numbers.len();
         let share = f64::from(zeros) / readings as f64;
-        let kept = if (CUT_OFF[0]..=CUT_OFF[1]).contains(&share) {
-            CUT_VARIANCE
-        } else {
-            1.0
-        };
         let at = changing.len() / 4;
         let (_, quartile, _) = changing.select_nth_unstable_by(at, f64::total_cmp);
-        Some((*quartile / (count * kept)).sqrt())
+        let deviation = (*quartile / count).sqrt();
+        // A program that suppresses noise leaves nothing just above zero.
+        let down_to_zero = |[smallest, _]: [f64; 2]| smallest < DOWN_TO_ZERO * deviation;
+        let cut =
+            (CUT_OFF[0]..=CUT_OFF[1]).contains(&share) && self.range.is_some_and(down_to_zero);
+        Some(if cut {
+            deviation / CUT_VARIANCE.sqrt()
+        } else {
+            deviation
+        })
     }
 
     /// The reading down to which a contact holds, in the unit of the frames: what is above
