@@ -173,7 +173,10 @@ impl FacingPlates {
             ],
         )?;
         if let Some(Neighbour { distance, width }) = self.beside.neighbour()
-            && !(distance > 2.0 * self.cavity && distance.is_finite() && width > 0.0)
+            && !(distance > 2.0 * self.cavity
+                && distance.is_finite()
+                && width > 0.0
+                && width.is_finite())
         {
             return Err(FieldError::OutOfRange {
                 quantity: "distance of the neighbour",
@@ -197,14 +200,13 @@ impl FacingPlates {
         let driven = matches!(self.beside, Beside::Driven(_));
         let upper = y > 0.0 && y < self.plate;
         let lower = y < insulated && y > insulated - self.plate;
-        let base = insulated - self.plate - self.below;
         match () {
             () if own && upper => "upper",
             () if own && lower => "lower",
             () if other && upper && driven => "upper",
             () if other && (upper || lower) => "ground",
             () if open && y > -self.air && y < 0.0 => "air",
-            () if y > self.above || y < base => "air",
+            () if y > self.above => "air",
             () => "layer",
         }
     }

@@ -170,12 +170,12 @@ fn edges(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
         facts.push(capacitance(
             "capacitance_with_edges_least_11",
             least,
-            "a grounded plane under the array",
+            "plates and edges over a grounded plane, without corners",
         ));
         facts.push(capacitance(
             "capacitance_with_edges_greatest_11",
             greatest,
-            "a capacitor alone",
+            "plates and edges of a capacitor alone, without corners",
         ));
     }
     facts
