@@ -96,7 +96,7 @@ fn device(
             pauses: [1.0, 25.0],
             drift,
             length: 3600.0 * hours,
-            interval: 3600.0,
+            interval: 3600.0_f64.min(3600.0 * hours),
         };
         for (hour, interval) in (1..).zip(run(&course, 1)) {
             let [touches, found] = interval.touches;

@@ -341,3 +341,103 @@ fn a_map_shows_a_missing_sensel_as_faulty_and_an_absent_one_as_masked() {
     assert_eq!(touch.left_out, 2);
     assert_eq!(touch.contacts.len(), 1);
 }
+
+/// A map of 4 x 8 sensels whose noise shows; from frame 300 a pad loads its right half up to the
+/// end of the range.
+fn noisy_map(cut: bool, mut fault: impl FnMut(usize, &mut [f64])) -> (MapNoise, Vec<Frame>) {
+    let mut random = taxel_numerics::Noise::seeded(3);
+    let mut noise = MapNoise::default();
+    let frames: Vec<Frame> = (0..600)
+        .map(|at| {
+            let mut values: Vec<f64> = (0..32)
+                .map(|sensel| {
+                    let load = if at >= 300 && sensel % 8 >= 4 {
+                        400.0
+                    } else {
+                        0.0
+                    };
+                    let value = (load + 2.0 * random.normal()).round();
+                    value.clamp(if cut { 0.0 } else { f64::MIN }, 255.0)
+                })
+                .collect();
+            fault(at, &mut values);
+            Frame {
+                sequence: at as u64,
+                time_ns: at as u64 * 10_000_000,
+                values,
+                ..Frame::default()
+            }
+        })
+        .collect();
+    for frame in &frames {
+        noise.push(frame);
+    }
+    (noise, frames)
+}
+
+/// Faulty sensels of the map after each frame of `looked`.
+fn faulty(noise: &MapNoise, frames: &[Frame], looked: &[usize]) -> Vec<Vec<usize>> {
+    let stream = Stream {
+        name: "map".into(),
+        rows: 4,
+        columns: 8,
+        channels_per_taxel: 1,
+        unit: SignalUnit {
+            quantity: Quantity::Pressure,
+            symbol: "kPa".into(),
+            si_per_unit: 1e3,
+        },
+        pitch: Some([5e-3; 2]),
+        period: Some(0.01),
+        threshold: None,
+        present: vec![true; 32],
+    };
+    let mut estimator = ArrayEstimator::new(Box::new(MapReader::new(&stream, noise)));
+    let mut found = Vec::new();
+    for (at, frame) in frames.iter().enumerate() {
+        let touch = estimator.push(frame).unwrap().0;
+        if looked.contains(&at) {
+            let states = touch.taxels.iter().enumerate();
+            let faulty = states.filter(|(_, taxel)| taxel.state == State::Faulty);
+            found.push(faulty.map(|(index, _)| index).collect());
+        }
+    }
+    found
+}
+
+#[test]
+fn a_sensel_of_a_map_that_lost_its_noise_is_faulty_and_one_at_an_end_is_not() {
+    let looked = [50, 290, 599];
+    let none: Vec<usize> = Vec::new();
+    for cut in [false, true] {
+        // Zeros where noise is cut off, and a pad at the end of the range.
+        let (noise, frames) = noisy_map(cut, |_, _| {});
+        assert_eq!(
+            faulty(&noise, &frames, &looked),
+            vec![none.clone(); 3],
+            "{cut}"
+        );
+        // A column that always reads the same, whatever it is.
+        for value in [255.0, 40.0] {
+            let column =
+                |values: &mut [f64]| values.iter_mut().step_by(8).for_each(|one| *one = value);
+            let (noise, frames) = noisy_map(cut, |_, values| column(values));
+            let stuck = vec![vec![0, 8, 16, 24]; 3];
+            assert_eq!(faulty(&noise, &frames, &looked), stuck, "{cut} {value}");
+        }
+        // One that freezes.
+        let (noise, frames) = noisy_map(cut, |at, values| {
+            if at > 150 {
+                values[9] = 7.0;
+            }
+        });
+        let frozen = vec![none.clone(), vec![9], vec![9]];
+        assert_eq!(faulty(&noise, &frames, &looked), frozen, "{cut}");
+    }
+    // Zero is a fault only where others show their noise around it.
+    let dead = |_: usize, values: &mut [f64]| values[9] = 0.0;
+    let (noise, frames) = noisy_map(false, dead);
+    assert_eq!(faulty(&noise, &frames, &looked), vec![vec![9]; 3]);
+    let (noise, frames) = noisy_map(true, dead);
+    assert_eq!(faulty(&noise, &frames, &looked), vec![none; 3]);
+}

@@ -6,7 +6,7 @@ use super::ChannelFacts;
 use super::baseline::{Baseline, BaselineOptions};
 use super::contact::{Cell, normal_only};
 use super::holding::Holding;
-use super::reader::{Known, Meaning, Reader, Rules, Total};
+use super::reader::{Drift, Known, Meaning, Reader, Rules, Total};
 use super::rest::{Judge, Rest, RestCapture, RestRefused, standing_out};
 use super::segmentation::Segmentation;
 use super::touch::{ChannelState, State, TaxelTouch, Touch, UNKNOWN};
@@ -116,9 +116,12 @@ impl ArrayEstimator {
             cells,
             occupied: vec![false; channels],
             rules,
-            baseline: rules
-                .drifts
-                .then(|| Baseline::new(BaselineOptions::new(noise.clone()))),
+            baseline: (rules.drift != Drift::None).then(|| {
+                Baseline::new(BaselineOptions {
+                    contacts_known: rules.drift == Drift::WithoutContact,
+                    ..BaselineOptions::new(noise.clone())
+                })
+            }),
             captured: vec![None; channels],
             at_end: vec![false; channels],
             capture: None,
@@ -546,7 +549,10 @@ impl StillWatch {
                 [0.0; 2]
             };
             *last = *value;
-            if still[0] >= STILL && states[index].usable() && facts[index].stands_still(still[1]) {
+            if still[0] >= STILL
+                && states[index].usable()
+                && facts[index].stands_still(*value, still[1])
+            {
                 states[index] = ChannelState::Faulty;
             }
         }

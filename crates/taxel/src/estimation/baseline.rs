@@ -24,6 +24,10 @@ pub struct BaselineOptions {
     /// A pause between frames after which the average begins anew, and the time without a
     /// reading after which a channel is held, s; default 1.
     pub longest_pause: f64,
+    /// True if every contact is known by other means: then no reading is held because it left
+    /// the baseline, and the baseline comes after it at no more than the fastest drift;
+    /// default false.
+    pub contacts_known: bool,
 }
 
 impl BaselineOptions {
@@ -36,6 +40,7 @@ impl BaselineOptions {
             smoothing: 1.0,
             settling: 0.25,
             longest_pause: 1.0,
+            contacts_known: false,
         }
     }
 }
@@ -582,7 +587,7 @@ impl Channel {
         self.average += weight * (off - self.average);
         self.spread = (1.0 - weight).powi(2) * self.spread + weight * weight;
         let noise = LEAVES * deviation * self.spread.sqrt();
-        let leaves = self.average.abs() > gate(noise, fastest, options);
+        let leaves = !options.contacts_known && self.average.abs() > gate(noise, fastest, options);
         let Some(mut held) = self.held else {
             if occupied || leaves {
                 return self.hold(elapsed, [deviation, rate], options);
@@ -591,6 +596,12 @@ impl Channel {
             // What was not known when the hold ended.
             self.known.level *= pace.stay;
             self.known.rate *= pace.stay;
+            let off = if options.contacts_known {
+                let most = options.fastest_drift * deviation * options.follow;
+                off.clamp(-most, most)
+            } else {
+                off
+            };
             self.learn(off, pace, fastest, options);
             return None;
         };

@@ -37,6 +37,6 @@ pub(super) fn capacitor_facts(scale: &NumberScale, deviation: f64, masked: bool)
         deviation: deviation / scale.per_number.abs(),
         resolution: scale.step,
         span: scale.alive(),
-        masked,
+        ..ChannelFacts::unknown(!masked)
     }
 }

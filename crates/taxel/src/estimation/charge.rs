@@ -7,7 +7,8 @@ use super::contact::Cell;
 use super::last_positions::LastPositions;
 use super::localisation::Localiser;
 use super::reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
@@ -91,6 +92,7 @@ pub struct ChargeReader {
     rest: Vec<f64>,
     /// Time after which a clipped reading or a pause has faded, ns.
     wrong_until_ns: Vec<u64>,
+    changes: Changes,
     last_time_ns: Option<u64>,
     deviation: f64,
     localiser: Option<Arc<dyn Localiser>>,
@@ -120,6 +122,7 @@ impl ChargeReader {
             memories: memory.map_or(Vec::new(), |memory| vec![memory; taxels]),
             rest: vec![model.rest; taxels],
             wrong_until_ns: vec![0; taxels],
+            changes: Changes::new(&model),
             last_time_ns: None,
             deviation,
             localiser: None,
@@ -160,6 +163,17 @@ impl ChargeReader {
     fn forget(&mut self) {
         self.last_time_ns = None;
         self.wrong_until_ns.fill(0);
+        self.changes = Changes::new(&self.model);
+    }
+
+    /// Force that an offset of 1 in the output would show for ever, N.
+    fn force_of_offset(&self) -> f64 {
+        let model = &self.model;
+        if model.high_pass.is_finite() {
+            self.options.drift_guard / (model.high_pass * model.output_per_newton)
+        } else {
+            0.0
+        }
     }
 
     /// Change of force on an element after a change of its voltage; `other` is
@@ -217,15 +231,20 @@ impl Reader for ChargeReader {
     }
 
     fn rules(&self) -> Rules {
-        let threshold = (self.options.contact_deviations * self.deviation)
-            .max(self.options.contact_share * self.model.full_scale);
+        let options = &self.options;
+        let least = options.contact_share * self.model.full_scale;
         Rules {
             division: Division::Peaks,
-            threshold: Threshold::Fixed(threshold),
+            threshold: Threshold::Deviations(options.contact_deviations, least),
             counted: counting(&[State::Ok, State::Saturated]),
             // Forces that fade do not add up.
             total: Total::Unknown,
-            drifts: false,
+            // Where no charge leaks an offset fades with the drift guard.
+            drift: if self.model.high_pass.is_finite() {
+                Drift::WithoutContact
+            } else {
+                Drift::None
+            },
             rest: RestRules {
                 refused: None,
                 at_start: true,
@@ -278,7 +297,7 @@ impl Reader for ChargeReader {
         clipped
     }
 
-    fn read(&mut self, _known: &Known<'_>, touch: &mut Touch) {
+    fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
         let time_ns = touch.time_ns;
         let guard_ns = self.guard_ns();
         // Long before the last frame the device has begun anew.
@@ -287,6 +306,9 @@ impl Reader for ChargeReader {
         if elapsed.is_some_and(|dt| dt > self.longest_pause()) {
             self.wrong_until_ns.fill(time_ns + guard_ns);
         }
+        self.changes
+            .find(time_ns, elapsed.unwrap_or(0.0), &touch.channels);
+        let offset = self.force_of_offset();
         let period = self.model.period;
         let usual = elapsed.is_some_and(|dt| (dt - period).abs() < 1e-3 * period);
         let other = match (&self.inverse, elapsed) {
@@ -308,7 +330,7 @@ impl Reader for ChargeReader {
             let change = if state == State::Faulty || !volts.is_finite() {
                 0.0
             } else {
-                volts - self.rest[index]
+                volts - self.rest[index] - known.drift(index)
             };
             let value = self.follow(index, change, elapsed.is_none(), other.as_ref());
             let usable = !matches!(state, State::Masked | State::Faulty);
@@ -317,13 +339,19 @@ impl Reader for ChargeReader {
             } else {
                 f64::NAN
             };
-            touch.taxels[index] = TaxelTouch::pressing(value / gain, self.deviation / gain, state);
+            let drifted = offset * offset * known.drift_variance(index);
+            let deviation = (self.deviation * self.deviation + drifted).sqrt();
+            touch.taxels[index] = TaxelTouch::pressing(value / gain, deviation / gain, state);
         }
         self.last_time_ns = Some(time_ns);
     }
 
     fn locate(&mut self, cells: &[Cell], touch: &mut Touch) {
         self.locate_contacts(cells, touch);
+    }
+
+    fn occupied(&self) -> Option<&[bool]> {
+        Some(&self.changes.changing)
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
@@ -338,6 +366,56 @@ impl Reader for ChargeReader {
     }
 }
 
+/// Finds outputs that still change after a change of force. One that does not is at its offset,
+/// also under a load that is held.
+#[derive(Debug, Clone)]
+struct Changes {
+    /// Time constant of the output, s, and standard deviation of a reading.
+    time: f64,
+    deviation: f64,
+    /// Each output, averaged over the time constant.
+    averages: Vec<f64>,
+    until_ns: Vec<u64>,
+    changing: Vec<bool>,
+}
+
+/// An output changes when it is this many standard deviations from its average ...
+const CHANGES: f64 = 6.0;
+/// ... and for this many time constants after: of a range of 10⁴ deviations half of one is left.
+const FADED: f64 = 10.0;
+
+impl Changes {
+    fn new(model: &ChargeModel) -> Self {
+        let elements = model.layout.taxels();
+        Self {
+            time: model.high_pass.max(model.low_pass.unwrap_or(0.0)),
+            deviation: model.deviation,
+            averages: vec![f64::NAN; elements],
+            until_ns: vec![0; elements],
+            changing: vec![false; elements],
+        }
+    }
+
+    fn find(&mut self, time_ns: u64, elapsed: f64, channels: &ChannelReadings) {
+        let weight = -(-elapsed / self.time).exp_m1();
+        let fades_ns = (FADED * self.time * 1e9) as u64;
+        for index in 0..self.averages.len() {
+            let reading = channels.readings[index];
+            let average = &mut self.averages[index];
+            if average.is_nan() {
+                *average = reading;
+            }
+            let off = reading - *average;
+            *average += weight * if off.is_nan() { 0.0 } else { off };
+            let clipped = channels.states[index] == ChannelState::Saturated;
+            if clipped || off.abs() > CHANGES * self.deviation {
+                self.until_ns[index] = time_ns.saturating_add(fades_ns);
+            }
+            self.changing[index] = time_ns < self.until_ns[index];
+        }
+    }
+}
+
 /// Facts of each channel, in the numbers of a frame.
 fn channels(model: &ChargeModel) -> Vec<ChannelFacts> {
     let scale = &model.channel;
@@ -349,7 +427,7 @@ fn channels(model: &ChargeModel) -> Vec<ChannelFacts> {
         deviation: model.deviation / scale.per_number,
         resolution: scale.step,
         span: [low.max(limits[0] + half), high.min(limits[1] - half)],
-        masked: *masked,
+        ..ChannelFacts::unknown(!*masked)
     };
     model.masked.iter().map(channel).collect()
 }

@@ -13,6 +13,12 @@ pub struct ChannelFacts {
     pub span: [f64; 2],
     /// True if the channel is not used, or does not exist.
     pub masked: bool,
+    /// At or below the first, and at or above the second, a reading repeats without a fault:
+    /// the program that gives it cuts off there. `NaN` where it does not.
+    pub cut_off: [f64; 2],
+    /// True if `deviation` is the noise of the quietest channels of the device, not of this
+    /// one: it says which readings must change, not which change too much.
+    pub quietest: bool,
 }
 
 /// Options of the monitor.
@@ -211,8 +217,7 @@ impl HealthMonitor {
             if channel.last != *value && !(channel.last.is_nan() && value.is_nan()) {
                 return false;
             }
-            let alive = *value > facts.span[0] && *value < facts.span[1];
-            if alive && channel.condition != Condition::Stuck {
+            if facts.shows(*value) && channel.condition != Condition::Stuck {
                 chance *= facts.repeat_chance();
             }
         }
@@ -228,7 +233,17 @@ impl ChannelFacts {
             resolution: 0.0,
             span: [f64::NEG_INFINITY, f64::INFINITY],
             masked: !exists,
+            cut_off: [f64::NAN; 2],
+            quietest: false,
         }
+    }
+
+    /// True if a reading shows what the channel does, and not where its range ends.
+    fn shows(&self, value: f64) -> bool {
+        let [low, high] = self.span;
+        let [least, most] = self.cut_off;
+        let cut_off = value <= least || value >= most;
+        value > low && value < high && !cut_off
     }
 
     /// True if two readings in a row differ as a rule.
@@ -240,7 +255,11 @@ impl ChannelFacts {
     /// that happen by chance in one of 10⁹ cases at most, wherever in a step of
     /// the converter the true value lies. Of a channel whose noise is not known
     /// nothing is said.
-    pub(super) fn stands_still(&self, repeats: f64) -> bool {
+    pub(super) fn stands_still(&self, value: f64, repeats: f64) -> bool {
+        let [least, most] = self.cut_off;
+        if value <= least || value >= most {
+            return false;
+        }
         let rounding = self.resolution * self.resolution / 12.0;
         let noise = (self.deviation * self.deviation - rounding).sqrt();
         // In the middle of a step a repeated reading is likeliest.
@@ -318,9 +337,9 @@ impl ChannelHealth {
             (0.0, 0.0)
         };
         // Touched, or with a reading at an end: no evidence of noise.
-        let alive = |value: f64| value > facts.span[0] && value < facts.span[1];
-        let touched = reading.occupied || self.occupied || facts.deviation.is_nan();
-        if alive(reading.value) && alive(self.last) && !touched {
+        let unknown = facts.deviation.is_nan() || facts.quietest;
+        let touched = reading.occupied || self.occupied || unknown;
+        if facts.shows(reading.value) && facts.shows(self.last) && !touched {
             // A contact that has not been found yet is no noise either.
             let square = change * change / (2.0 * facts.deviation * facts.deviation);
             self.noise += weight * (square.min(LARGEST_SQUARE) - self.noise);
@@ -340,7 +359,7 @@ impl ChannelHealth {
             value if value.is_nan() || value <= low => (Condition::Dead, low),
             value if value >= high && reading.occupied => (Condition::Well, 0.0),
             value if value >= high => (Condition::Saturated, value),
-            _ if self.still >= options.still && facts.stands_still(self.repeats) => {
+            value if self.still >= options.still && facts.stands_still(value, self.repeats) => {
                 (Condition::Stuck, self.still)
             }
             _ if noise > options.noisy => (Condition::Noisy, noise),
@@ -364,7 +383,7 @@ mod tests {
             deviation: 2.0,
             resolution: 1.0,
             span: [0.0, 1000.0],
-            masked: false,
+            ..ChannelFacts::unknown(true)
         };
         let mut monitor = HealthMonitor::new(vec![facts; 4], HealthOptions::default());
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
@@ -465,7 +484,7 @@ mod tests {
             deviation: 2.0,
             resolution: 1.0,
             span: [0.0, 1000.0],
-            masked: false,
+            ..ChannelFacts::unknown(true)
         };
         let mut monitor = HealthMonitor::new(vec![facts; 16], HealthOptions::default());
         let mut new = |time_ns, value: f64| {

@@ -3,7 +3,8 @@
 use super::capacitors::{capacitor_facts, capacitor_scale};
 use super::numbers::convert_within;
 use super::reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, FrameError, Wiring};
@@ -111,7 +112,7 @@ impl Reader for InPlaneReader {
             threshold: Threshold::Deviations(CONTACT_DEVIATIONS, CONTACT_SHARE * full_scale),
             counted: counting(&[State::Ok]),
             total: Total::Counted,
-            drifts: true,
+            drift: Drift::Followed,
             rest: RestRules {
                 refused: None,
                 at_start: true,

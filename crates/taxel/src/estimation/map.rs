@@ -1,7 +1,8 @@
 //! Frames of a map that describes itself: its readings are its values.
 
 use super::reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{CAPACITORS, ChannelFacts, MapNoise, Wiring};
@@ -35,20 +36,21 @@ pub struct MapReader {
     least: usize,
     /// True if the readings are those of a bare device, whose zero is anywhere.
     bare: bool,
+    /// Sensels that were stuck while the noise was found.
+    stuck: Vec<bool>,
     rest: Vec<f64>,
 }
 
 impl MapReader {
     /// A reader of the frames of `stream`, in which `noise` was found.
     pub fn new(stream: &Stream, noise: &MapNoise) -> Self {
-        let exists = stream.present.iter();
+        let channels = noise.facts(&stream.present);
         let stated = stream.threshold.unwrap_or(0.0);
         let sensels = |[rows, columns]: [f64; 2]| (LEAST_AREA / (rows * columns)).ceil() as usize;
         Self {
             meaning: meaning(stream),
-            channels: exists
-                .map(|exists| ChannelFacts::unknown(*exists))
-                .collect(),
+            stuck: noise.stuck(&channels),
+            channels,
             threshold: TOUCH * noise.hold().max(stated),
             least: stream.pitch.map_or(1, sensels).max(1),
             bare: bare(stream),
@@ -80,7 +82,7 @@ impl Reader for MapReader {
             division: Division::Regions { least: self.least },
             counted: counting(&[State::Ok]),
             total: Total::Counted,
-            drifts: false,
+            drift: Drift::None,
             rest: RestRules {
                 refused: None,
                 // A recording may begin under load; the readings of a bare device say nothing
@@ -105,8 +107,9 @@ impl Reader for MapReader {
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
         channels.readings.copy_from_slice(values);
-        for (state, value) in channels.states.iter_mut().zip(values) {
-            if value.is_nan() && *state != ChannelState::Masked {
+        let sensels = channels.states.iter_mut().zip(values).zip(&self.stuck);
+        for ((state, value), stuck) in sensels {
+            if (value.is_nan() || *stuck) && *state != ChannelState::Masked {
                 *state = ChannelState::Faulty;
             }
         }

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use super::ChannelFacts;
 use crate::acquisition::Frame;
 
 /// Frames of a block.
@@ -19,6 +20,8 @@ const DOWN_TO_ZERO: f64 = 0.25;
 /// Variance of a reading without load whose negative part is written as zero, of that of its
 /// noise: 1/2 - 1/(2 pi).
 const CUT_VARIANCE: f64 = 0.5 - 0.5 * std::f64::consts::FRAC_1_PI;
+/// Zeros are where noise is cut off if they are more than this share of what changes.
+const ZEROS: f64 = 0.01;
 /// A contact holds above so many standard deviations of the noise.
 const DEVIATIONS: f64 = 3.0;
 
@@ -52,6 +55,14 @@ pub struct MapNoise {
     /// The smallest and the largest reading above zero.
     range: Option<[f64; 2]>,
     suppresses: bool,
+    /// True if readings below zero were seen: then none is cut off at zero.
+    below_zero: bool,
+    /// The last reading of each sensel, and true once it was another one.
+    last: Vec<f64>,
+    changed: Vec<bool>,
+    /// The smallest difference of two readings in a row of a sensel.
+    step: Option<f64>,
+    frames: usize,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -77,6 +88,8 @@ impl MapNoise {
                 (*smallest, *largest) = (smallest.min(*value), largest.max(*value));
             }
         }
+        self.below_zero |= values.iter().any(|value| *value < 0.0);
+        self.find_changes(values);
         let block = &mut self.block;
         block.squares.resize(values.len(), 0.0);
         block.zeros.resize(values.len(), 0);
@@ -103,6 +116,22 @@ impl MapNoise {
         }
     }
 
+    fn find_changes(&mut self, values: &[f64]) {
+        self.frames += 1;
+        self.last.resize(values.len(), f64::NAN);
+        self.changed.resize(values.len(), false);
+        let sensels = self.last.iter_mut().zip(&mut self.changed).zip(values);
+        for ((last, changed), value) in sensels {
+            let difference = (value - *last).abs();
+            if difference > 0.0 {
+                *changed = true;
+                let step = self.step.get_or_insert(difference);
+                *step = step.min(difference);
+            }
+            *last = *value;
+        }
+    }
+
     /// Keeps the block if it is one of the quietest.
     fn keep(&mut self) {
         let block = std::mem::take(&mut self.block);
@@ -120,6 +149,11 @@ impl MapNoise {
     /// suppressed. Of the others the lower quartile counts: a load may move on the rest. Where
     /// about half of their readings are zero, their noise was cut off there, which is undone.
     pub fn deviation(&self) -> Option<f64> {
+        self.scatter().map(|[deviation, _]| deviation)
+    }
+
+    /// The same, and the share of zeros among the readings in which it was found.
+    fn scatter(&self) -> Option<[f64; 2]> {
         // A second difference of independent readings has six times their variance.
         let count = 6.0 * (BLOCK - 2) as f64;
         let sensels = self.quietest.first()?.squares.len();
@@ -151,11 +185,57 @@ impl MapNoise {
         let down_to_zero = |[smallest, _]: [f64; 2]| smallest < DOWN_TO_ZERO * deviation;
         let cut =
             (CUT_OFF[0]..=CUT_OFF[1]).contains(&share) && self.range.is_some_and(down_to_zero);
-        Some(if cut {
+        let deviation = if cut {
             deviation / CUT_VARIANCE.sqrt()
         } else {
             deviation
-        })
+        };
+        Some([deviation, share])
+    }
+
+    /// What is known of each channel of a map on which these sensels exist.
+    ///
+    /// A sensel whose reading stays the same is stuck when noise would change it, but not at
+    /// the largest reading, which may be the end of the range, and not at zero where the
+    /// noise of others is cut off there.
+    pub(super) fn facts(&self, present: &[bool]) -> Vec<ChannelFacts> {
+        let unknown = present.iter().map(|exists| ChannelFacts::unknown(*exists));
+        let (Some([deviation, zeros]), Some(step)) = (self.scatter(), self.step) else {
+            return unknown.collect();
+        };
+        let least = if zeros > ZEROS && !self.below_zero {
+            0.0
+        } else {
+            f64::NAN
+        };
+        let most = self.range.map_or(f64::NAN, |[_, largest]| largest);
+        unknown
+            .map(|unknown| ChannelFacts {
+                deviation,
+                resolution: step,
+                cut_off: [least, most],
+                quietest: true,
+                ..unknown
+            })
+            .collect()
+    }
+
+    /// The sensels whose reading was the same in every frame although noise would change it.
+    pub(super) fn stuck(&self, facts: &[ChannelFacts]) -> Vec<bool> {
+        let sensels = facts.iter().enumerate();
+        sensels
+            .map(|(sensel, facts)| {
+                let last = self.last.get(sensel).copied().unwrap_or(f64::NAN);
+                // The largest reading of all frames is no end of the range.
+                let facts = ChannelFacts {
+                    cut_off: [facts.cut_off[0], f64::NAN],
+                    ..*facts
+                };
+                self.changed.get(sensel) == Some(&false)
+                    && last.is_finite()
+                    && facts.stands_still(last, self.frames as f64 - 1.0)
+            })
+            .collect()
     }
 
     /// The reading down to which a contact holds, in the unit of the frames: what is above

@@ -2,7 +2,8 @@
 
 use super::numbers::convert_within;
 use super::reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
@@ -97,7 +98,7 @@ impl Reader for MeasuredForceReader {
             ),
             counted: counting(&[State::Ok, State::Saturated]),
             total: Total::Counted,
-            drifts: true,
+            drift: Drift::Followed,
             rest: RestRules {
                 refused: None,
                 at_start: true,
@@ -150,7 +151,7 @@ fn facts(model: &ForceModel) -> Vec<ChannelFacts> {
         deviation: model.deviation[axes.first() + index % axes.count()],
         resolution: model.channel.step,
         span: model.channel.alive(),
-        masked: model.masked[index / axes.count()],
+        ..ChannelFacts::unknown(!model.masked[index / axes.count()])
     };
     (0..axes.count() * model.layout.taxels())
         .map(channel)

@@ -6,7 +6,8 @@
 //! (r, d) and (s, c).
 
 use super::reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
@@ -202,7 +203,7 @@ impl Reader for MicrochannelReader {
             threshold: Threshold::Fixed(0.0),
             counted: counting(&[State::Ok, State::Saturated]),
             total: Total::Certain,
-            drifts: true,
+            drift: Drift::Followed,
             rest: RestRules {
                 refused: None,
                 at_start: true,
@@ -322,13 +323,14 @@ fn facts(calibration: &MicrochannelCalibration) -> Vec<ChannelFacts> {
         let numbers = &scale.numbers;
         let highest = numbers.number(model.saturation.min(scale.signal.open()));
         let [low, high] = numbers.alive();
+        let exists = wiring
+            .taxels(channel)
+            .any(|taxel| !calibration.masked[taxel]);
         ChannelFacts {
             deviation: model.deviation / numbers.per_number,
             resolution: numbers.step,
             span: [low, high.min(highest)],
-            masked: wiring
-                .taxels(channel)
-                .all(|taxel| calibration.masked[taxel]),
+            ..ChannelFacts::unknown(exists)
         }
     };
     models(calibration).enumerate().map(channel).collect()

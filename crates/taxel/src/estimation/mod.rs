@@ -64,7 +64,7 @@ pub use microchannel::{
 pub use observer::{Observer, ObserverOptions, Wiring};
 pub use position_fit::ProfileFit;
 pub use reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
 };
 pub use rest::{Rest, RestRefused};
 pub use segmentation::MOST_CONTACTS;

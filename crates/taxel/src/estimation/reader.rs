@@ -192,6 +192,18 @@ pub struct RestRules {
     pub ends_at_touch: bool,
 }
 
+/// How the readings of the empty device drift.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drift {
+    /// They do not, or it does not show.
+    None,
+    /// They do, and are followed: a reading that leaves its baseline may be a contact.
+    Followed,
+    /// They are followed wherever no contact is, which the reader knows
+    /// ([`Reader::occupied`]).
+    WithoutContact,
+}
+
 /// Rules of a device for the shared estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
@@ -203,8 +215,8 @@ pub struct Rules {
     pub counted: [bool; State::ALL.len()],
     /// Which total there is.
     pub total: Total,
-    /// True if the readings of the empty device drift and are followed.
-    pub drifts: bool,
+    /// Drift of the readings of the empty device.
+    pub drift: Drift,
     /// The rest capture.
     pub rest: RestRules,
 }

@@ -406,7 +406,7 @@ impl Running {
 
     /// True if the readings were all the same although their noise must show.
     fn stands_still(&self, facts: &ChannelFacts) -> bool {
-        self.squares == 0.0 && facts.stands_still(self.count - 1.0)
+        self.squares == 0.0 && facts.stands_still(self.mean, self.count - 1.0)
     }
 
     /// Mean of the readings; `NaN` without any.

@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_2_SQRT_PI;
 use super::capacitors::{capacitor_facts, capacitor_scale};
 use super::numbers::convert_within;
 use super::reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    counting,
 };
 use super::swap::SwapWatch;
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
@@ -287,7 +288,7 @@ impl Reader for ThreeAxisReader {
                 State::Masked,
             ]),
             total: Total::Counted,
-            drifts: true,
+            drift: Drift::Followed,
             rest: RestRules {
                 refused: None,
                 at_start: true,

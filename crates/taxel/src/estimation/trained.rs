@@ -3,7 +3,8 @@
 
 use super::contact::{Cell, Contact, normal_only};
 use super::reader::{
-    Division, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total, counting,
+    Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
+    counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use super::{ChannelFacts, Wiring};
@@ -271,7 +272,11 @@ impl Reader for TrainedReader {
             counted: counting(&[State::Ok, State::OutOfRange]),
             // The force is that of the contact, not the sum of the cells.
             total: Total::Unknown,
-            drifts: self.maps.rest.is_some(),
+            drift: if self.maps.rest.is_some() {
+                Drift::Followed
+            } else {
+                Drift::None
+            },
             rest: RestRules {
                 refused: self.maps.force.is_none().then_some(without_force),
                 at_start: true,
