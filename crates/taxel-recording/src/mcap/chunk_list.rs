@@ -18,10 +18,21 @@ pub(super) struct ChunkPlace {
     pub(super) messages: [u64; TOPICS],
 }
 
+impl ChunkPlace {
+    /// Offset behind its record.
+    fn end(&self) -> u64 {
+        self.offset + self.length
+    }
+}
+
+/// Bytes that are reserved at once: a list that grows is never moved, which would leave holes.
+const BLOCK: usize = 4096;
+
 /// The chunks of a file, packed.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ChunkList {
-    bytes: Vec<u8>,
+    /// Blocks, all full but the last.
+    blocks: Vec<Vec<u8>>,
     last: ChunkPlace,
     count: u32,
 }
@@ -29,10 +40,10 @@ pub(super) struct ChunkList {
 impl ChunkList {
     /// Appends a chunk that lies behind the last one.
     pub(super) fn push(&mut self, place: ChunkPlace) {
-        self.number(place.offset - self.last.offset);
+        self.number(place.offset - self.last.end());
         self.number(place.length);
         // Times may go back.
-        self.number(place.times[0].wrapping_sub(self.last.times[0]));
+        self.signed(place.times[0].wrapping_sub(self.last.times[1]));
         self.number(place.times[1].wrapping_sub(place.times[0]));
         let mask = place.messages.iter().enumerate();
         self.number(mask.map(|(at, count)| u64::from(*count > 0) << at).sum());
@@ -50,14 +61,30 @@ impl ChunkList {
     /// Seven bits a byte.
     fn number(&mut self, mut value: u64) {
         while value >= 0x80 {
-            self.bytes.push(value as u8 | 0x80);
+            self.byte(value as u8 | 0x80);
             value >>= 7;
         }
-        self.bytes.push(value as u8);
+        self.byte(value as u8);
+    }
+
+    /// A number that may be a little below zero, modulo 2^64.
+    fn signed(&mut self, value: u64) {
+        self.number((value << 1) ^ ((value as i64 >> 63) as u64));
+    }
+
+    fn byte(&mut self, byte: u8) {
+        match self.blocks.last_mut() {
+            Some(block) if block.len() < BLOCK => block.push(byte),
+            _ => {
+                let mut block = Vec::with_capacity(BLOCK);
+                block.push(byte);
+                self.blocks.push(block);
+            }
+        }
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = ChunkPlace> {
-        let mut rest = self.bytes.iter();
+        let mut rest = self.blocks.iter().flatten();
         let mut last = ChunkPlace::default();
         (0..self.count).map(move |_| {
             let mut number = || {
@@ -71,9 +98,11 @@ impl ChunkList {
                 }
                 value
             };
-            let offset = last.offset + number();
+            let offset = last.end() + number();
             let length = number();
-            let begin = last.times[0].wrapping_add(number());
+            let zigzag = number();
+            let since = (zigzag >> 1) ^ (zigzag & 1).wrapping_neg();
+            let begin = last.times[1].wrapping_add(since);
             let times = [begin, begin.wrapping_add(number())];
             let mask = number();
             let messages = std::array::from_fn(|at| match mask >> at & 1 {
@@ -116,6 +145,22 @@ mod tests {
         }
         assert!(list.iter().eq(places));
         // 36 000 chunks an hour stay below a megabyte.
-        assert!(list.bytes.len() < 20_000, "{}", list.bytes.len());
+        let bytes: usize = list.blocks.iter().map(Vec::len).sum();
+        assert!(bytes < 20_000, "{bytes}");
+    }
+
+    #[test]
+    fn times_may_go_back() {
+        let mut list = ChunkList::default();
+        let places = [[5, 9], [3, 3], [u64::MAX, 1], [0, u64::MAX]].map(|times| ChunkPlace {
+            offset: 0,
+            length: 0,
+            times,
+            messages: [0; TOPICS],
+        });
+        for place in places {
+            list.push(place);
+        }
+        assert!(list.iter().eq(places));
     }
 }
