@@ -369,13 +369,8 @@ pub(crate) struct RestAtStart {
     pub(crate) no_tare: bool,
     /// Frames that a rest capture averages [default: 50]; or a recording of this device, whose
     /// first 50 frames are at rest: its rest values instead of a capture at the start
-    #[arg(
-        long,
-        value_name = "FRAMES|FILE",
-        default_value = "50",
-        hide_default_value = true
-    )]
-    pub(crate) rest: Rest,
+    #[arg(long, value_name = "FRAMES|FILE")]
+    pub(crate) rest: Option<Rest>,
 }
 
 /// What `--rest` says.

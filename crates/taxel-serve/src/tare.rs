@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::SystemTime;
 
 use serde::Serialize;
-use taxel::estimation::{Rest, RestRefused, TouchSession, Why};
+use taxel::estimation::{Picture, Rest, RestRefused, TouchSession, Why};
 
 /// Who changed rest values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -167,6 +167,8 @@ pub(crate) struct TareHistory {
     /// True if something pressed as it began.
     under_load: bool,
     from_recording: bool,
+    /// True if a map brings its own zero.
+    map: bool,
 }
 
 /// Entries that are kept beside the first one.
@@ -181,6 +183,7 @@ impl TareHistory {
             by: By::Start,
             under_load: false,
             from_recording: recording.is_some(),
+            map: session.meaning().picture == Picture::Map,
         };
         let entry = history.push(TareKind::Begun, By::Start, None, session);
         if let Some(recording) = recording {
@@ -224,6 +227,7 @@ impl TareHistory {
             {
                 "the recorded rest is not that of the sensor now"
             }
+            None if self.map => "the zero is that of the frames themselves: none was taken here",
             None => "the rest values are those of the drawing: no zero was taken",
         };
         BelowZero {

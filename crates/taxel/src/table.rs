@@ -304,8 +304,21 @@ fn text_of(cell: &Cell, number: impl Fn(f64) -> String, column: &Column) -> Stri
     match cell {
         Cell::Number(value) => number(column.shown(*value)),
         Cell::Whole(value) => value.to_string(),
-        Cell::Text(text) => text.to_string(),
+        Cell::Text(text) => one_line(text),
     }
+}
+
+/// A text of a cell with its control characters written out: a name may hold the end of a line.
+fn one_line(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
 }
 
 /// First line of a CSV file: names with units.

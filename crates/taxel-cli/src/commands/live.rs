@@ -129,13 +129,14 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         speed,
         frames: arguments.frames,
         tare_frames: match arguments.start.rest {
-            Rest::Frames(frames) => frames,
-            Rest::Recording(_) => REST_FRAMES,
+            Some(Rest::Frames(frames)) => frames,
+            _ => REST_FRAMES,
         },
         start_tare: match &arguments.start.rest {
             _ if arguments.start.tare => StartTare::Asked,
-            Rest::Frames(_) if !arguments.start.no_tare => StartTare::Automatic,
-            _ => StartTare::Never,
+            Some(Rest::Recording(_)) => StartTare::Never,
+            _ if arguments.start.no_tare => StartTare::Never,
+            _ => StartTare::Automatic,
         },
         rest_from: recorded_rest(arguments).map(|path| path.display().to_string()),
         save: arguments.save.clone(),
@@ -150,8 +151,8 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
 /// The recording that the rest values are to come from.
 fn recorded_rest(arguments: &Live) -> Option<&Path> {
     match &arguments.start.rest {
-        Rest::Recording(path) => Some(path),
-        Rest::Frames(_) => None,
+        Some(Rest::Recording(path)) => Some(path),
+        _ => None,
     }
 }
 
@@ -424,6 +425,13 @@ fn map_session(
             "note: counts without a sensor file: a map of raw readings; name the sensor for touch"
         );
     }
+    let is_map = matches!(stream.unit.quantity, Quantity::Pressure | Quantity::Force);
+    if arguments.map.raw && is_map {
+        note!(
+            "note: --raw changes nothing: the frames are a map in {}",
+            stream.unit.symbol
+        );
+    }
     let options_of = |noise: &MapNoise| MapOptions {
         noise: noise.clone(),
         all_events,
@@ -437,6 +445,12 @@ fn map_session(
         touch.restore_rest(&rest_of(path, bare, arguments, |stream| {
             Ok(TouchSession::map(stream, &options_of(&noise)))
         })?);
+    }
+    let frames = matches!(arguments.start.rest, Some(Rest::Frames(_)));
+    if frames && !arguments.start.tare && !touch.estimator().rules().rest.at_start {
+        note!(
+            "note: a map is not tared at the start: --rest FRAMES counts from *Tare* on the page, or with --tare"
+        );
     }
     options.record = run.record(arguments, touch.meaning());
     Ok(Session {

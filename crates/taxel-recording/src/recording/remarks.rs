@@ -22,6 +22,8 @@ pub(super) struct Remarks {
 }
 
 /// Keys of a comment that says something, with what may stand behind them.
+/// What one number of a file may be, Pa or N.
+const UNIT: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
 const KEYS: [(&str, &str); 4] = [
     (
         "pitch",
@@ -29,7 +31,7 @@ const KEYS: [(&str, &str); 4] = [
     ),
     (
         "unit",
-        "what one of the file's numbers is: a number above 0 and a unit of pressure or force, such as `0.35 kPa`",
+        "what one of the file's numbers is: a number and a unit of pressure or force, from 1 nPa or 1 nN to 1 TPa or 1 TN, such as `0.35 kPa`",
     ),
     (
         "quantity",
@@ -71,7 +73,9 @@ impl Remarks {
                 let forces = |unit: &SignalUnit| {
                     matches!(unit.quantity, Quantity::Pressure | Quantity::Force)
                 };
-                let found = amount(value).filter(|(size, unit)| *size > 0.0 && forces(unit));
+                let found = amount(value).filter(|(size, unit)| {
+                    UNIT.contains(&(size * unit.si_per_unit)) && forces(unit)
+                });
                 self.scale = Some(found?);
             }
             "quantity" => self.quantity = Some(Quantity::named(value)?),
@@ -183,7 +187,9 @@ mod tests {
             ("# pitch = 5 mm x 5 mm x 5 mm", "kPa", "1.27 mm"),
             ("# pitch = -5 mm", "kPa", "above 0"),
             ("# pitch = 2 m", "kPa", "up to 1 m"),
-            ("# unit = 0 kPa", "raw", "above 0"),
+            ("# unit = 0 kPa", "raw", "from 1 nPa"),
+            ("# unit = 1e-320 kPa", "raw", "from 1 nPa"),
+            ("# unit = 1e300 kPa", "raw", "to 1 TPa"),
             ("# unit = 3 pF", "raw", "pressure or force"),
             ("# unit = 3 kPa", "kPa", "in kPa already"),
             ("# quantity = warmth", "kPa", "capacitance"),
