@@ -69,7 +69,7 @@ impl ChunkList {
 
     /// A number that may be a little below zero, modulo 2^64.
     fn signed(&mut self, value: u64) {
-        self.number((value << 1) ^ ((value as i64 >> 63) as u64));
+        self.number((value << 1) ^ (value.cast_signed() >> 63).cast_unsigned());
     }
 
     fn byte(&mut self, byte: u8) {
