@@ -22,6 +22,15 @@ const DOWN_TO_ZERO: f64 = 0.25;
 const CUT_VARIANCE: f64 = 0.5 - 0.5 * std::f64::consts::FRAC_1_PI;
 /// Zeros are where noise is cut off if they are more than this share of what changes.
 const ZEROS: f64 = 0.01;
+/// Lower quartile over sensels of the deviation that the median of one to four blocks shows, over
+/// that of the noise: of normal noise, and of noise that was cut off at zero and made whole again.
+/// Numbers of a simulation of 200 000 sensels, which a test repeats.
+const QUARTILE: [[f64; 2]; QUIETEST] = [
+    [0.672, 0.562],
+    [0.779, 0.706],
+    [0.743, 0.649],
+    [0.783, 0.706],
+];
 /// A contact holds above so many standard deviations of the noise.
 const DEVIATIONS: f64 = 3.0;
 
@@ -185,10 +194,11 @@ impl MapNoise {
         let down_to_zero = |[smallest, _]: [f64; 2]| smallest < DOWN_TO_ZERO * deviation;
         let cut =
             (CUT_OFF[0]..=CUT_OFF[1]).contains(&share) && self.range.is_some_and(down_to_zero);
+        let [whole, half] = QUARTILE[self.quietest.len() - 1];
         let deviation = if cut {
-            deviation / CUT_VARIANCE.sqrt()
+            deviation / (CUT_VARIANCE.sqrt() * half)
         } else {
-            deviation
+            deviation / whole
         };
         Some([deviation, share])
     }
@@ -286,15 +296,14 @@ mod tests {
             _ => 500.0 + 10.0 * at as f64 + 100.0 * (at as f64 * 0.5).sin(),
         };
         let deviation = noise(300, |at, sensel| load(at, sensel) + scatter(at, sensel)).deviation();
-        // The lower quartile of 64 sums of few squares.
         assert!(
-            deviation.is_some_and(|found| (0.6..1.2).contains(&found)),
+            deviation.is_some_and(|found| (0.8..1.25).contains(&found)),
             "{deviation:?}"
         );
         // Always loaded.
         let deviation = noise(300, |at, sensel| 1e3 + at as f64 + scatter(at, sensel)).deviation();
         assert!(
-            deviation.is_some_and(|found| (0.6..1.2).contains(&found)),
+            deviation.is_some_and(|found| (0.8..1.25).contains(&found)),
             "{deviation:?}"
         );
     }
@@ -304,11 +313,32 @@ mod tests {
         let whole = noise(300, |at, sensel| 0.3 * scatter(at, sensel)).deviation();
         let cut = noise(300, |at, sensel| (0.3 * scatter(at, sensel)).max(0.0)).deviation();
         let ratio = cut.zip(whole).map(|(cut, whole)| cut / whole);
-        // Lower quartiles of sums of few squares: those of the cut ones scatter more.
         assert!(
-            ratio.is_some_and(|ratio| (0.7..1.2).contains(&ratio)),
+            ratio.is_some_and(|ratio| (0.85..1.15).contains(&ratio)),
             "{ratio:?}"
         );
+    }
+
+    #[test]
+    fn the_deviation_has_no_bias_however_few_frames_there_are() {
+        for frames in [8, 16, 24, 32] {
+            for cut in [false, true] {
+                let mut sum = 0.0;
+                let times = 60;
+                for time in 0..times {
+                    let found = noise(frames, |at, sensel| {
+                        let value = scatter(at + 1000 * time, sensel);
+                        if cut { value.max(0.0) } else { value }
+                    });
+                    sum += found.deviation().unwrap();
+                }
+                let mean = sum / times as f64;
+                assert!(
+                    (0.95..1.05).contains(&mean),
+                    "{frames} frames, {cut}: {mean}"
+                );
+            }
+        }
     }
 
     #[test]
