@@ -14,7 +14,7 @@ use super::storage::Storage;
 use crate::check::crc32;
 
 /// A chunk is written when it has so many bytes.
-const CHUNK: usize = 1 << 18;
+const CHUNK: usize = 1 << 20;
 /// Schemas and channels are repeated after so much time, ns, so that a file without its
 /// beginning can still be read by any program.
 const REPEATED_NS: u64 = 10_000_000_000;

@@ -197,6 +197,9 @@ impl MapNoise {
         let [whole, half] = QUARTILE[self.quietest.len() - 1];
         let deviation = if cut {
             deviation / (CUT_VARIANCE.sqrt() * half)
+        } else if self.suppresses {
+            // Noise is not seen, but what moves under a load: as little of it as there is.
+            deviation
         } else {
             deviation / whole
         };
