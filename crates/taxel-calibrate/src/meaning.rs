@@ -92,7 +92,7 @@ pub(crate) fn differences(before: &str, now: &str, sensor: &Sensor) -> Vec<Strin
         }
     }
     // A default that is written out is no other value.
-    if let Ok(mut known) = Sensor::parse("", before) {
+    if let Ok(mut known) = Sensor::drawn("", before) {
         known.name.clone_from(&sensor.name);
         known.mask.clone_from(&sensor.mask);
         if known == *sensor {

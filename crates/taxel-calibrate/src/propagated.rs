@@ -1,6 +1,7 @@
 //! Predictions with the standard deviation that a calibration leaves.
 
 use crate::file::STEP;
+use taxel::mechanics::SolvedBody;
 use taxel::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use taxel::table::{Cell, Column};
 
@@ -74,6 +75,10 @@ impl Predictor for Propagated {
 
     fn combination(&self, given: &[bool]) -> Result<(), String> {
         self.centre.combination(given)
+    }
+
+    fn bodies(&self) -> Vec<&SolvedBody> {
+        self.centre.bodies()
     }
 
     fn columns(&self) -> Vec<Column> {

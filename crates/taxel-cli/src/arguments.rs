@@ -142,9 +142,14 @@ pub(crate) struct Predict {
     /// Write the result to this file instead of the standard output (-)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Also draw the answers into this file: .svg, or .html for a page
+    /// Also draw the answers, and what was solved for the greatest load, into this file: .svg,
+    /// or .html for a page
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+    /// Also write the bodies that --mechanics fem solved, deformed by the greatest load, with
+    /// their stresses into this folder, for ParaView (.vtu)
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) vtu: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }

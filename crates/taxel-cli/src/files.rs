@@ -1,15 +1,15 @@
 //! Reading what the user names.
 
-use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use sha2::{Digest, Sha256};
 use taxel::device::Device;
 use taxel::sensor::Sensor;
 use taxel_calibrate::TrainingFile;
 
 use crate::Stop;
+pub(crate) use crate::hash::sha256;
+use crate::solutions::Folder;
 
 /// Largest description or table that is read, bytes.
 const LARGEST: u64 = 1 << 28;
@@ -37,7 +37,7 @@ pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
 
 /// The sensor that a text describes.
 pub(crate) fn sensor_of_text(name: &str, text: String) -> Result<NamedSensor, Stop> {
-    let sensor = Sensor::parse(name, &text)?;
+    let sensor = Sensor::parse_with(name, &text, &mut Folder::of_user())?;
     let hash = sha256(text.as_bytes());
     Ok(NamedSensor {
         name: name.to_owned(),
@@ -188,14 +188,4 @@ pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
             path.display()
         ))),
     }
-}
-
-/// SHA-256 in hexadecimal digits.
-pub(crate) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .fold(String::new(), |mut text, byte| {
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
 }

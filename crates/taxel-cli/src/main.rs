@@ -15,11 +15,13 @@ mod arguments;
 mod boards;
 mod commands;
 mod files;
+mod hash;
 mod hello;
 mod interrupt;
 mod outputs;
 mod progress;
 mod run_files;
+mod solutions;
 
 use std::io::Write as _;
 use std::process::ExitCode;

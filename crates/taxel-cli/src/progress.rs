@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 /// A line that says how far the work is and how long it will take.
 pub(crate) struct Progress {
-    what: &'static str,
+    what: String,
     start: Instant,
     shown: Option<Instant>,
     live: bool,
@@ -16,9 +16,9 @@ const LIVE: Duration = Duration::from_millis(200);
 const LOG: Duration = Duration::from_secs(10);
 
 impl Progress {
-    pub(crate) fn new(what: &'static str) -> Self {
+    pub(crate) fn new(what: impl Into<String>) -> Self {
         Self {
-            what,
+            what: what.into(),
             start: Instant::now(),
             shown: None,
             live: std::io::stderr().is_terminal(),

@@ -25,3 +25,6 @@ pub mod solver;
 pub mod sparse;
 pub mod study;
 pub mod verify;
+
+/// Version of the solver: a solution that is kept says which one found it.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -29,9 +29,10 @@ pub(crate) fn fill(ours: &mut Ours) {
         return;
     };
     let models = [narrow, middle, wide];
-    kinematic_equations(ours, &kinematics, &narrow);
+    let [narrow, ..] = &models;
+    kinematic_equations(ours, &kinematics, narrow);
     stress_equations(ours, &kinematics);
-    force_equation(ours, &kinematics, &narrow);
+    force_equation(ours, &kinematics, narrow);
     capacitance_equations(ours, &models);
     device_numbers(ours, &models);
     table_1(ours, &models);
@@ -216,7 +217,7 @@ fn capacitance_equations(ours: &mut Ours, models: &[InPlaneModel; 3]) {
 fn under_published_law(model: &InPlaneModel) -> InPlaneModel {
     InPlaneModel {
         law: CapacitanceLaw::Published,
-        ..*model
+        ..model.clone()
     }
 }
 
@@ -325,14 +326,15 @@ fn statements(ours: &mut Ours, models: &[InPlaneModel; 3]) {
 }
 
 fn comparisons(ours: &mut Ours, models: &[InPlaneModel; 3]) {
-    let [narrow, middle, wide] = models.map(|model| {
+    let [narrow, middle, wide] = models.each_ref().map(|model| {
         let state = model.respond(EXAMPLE);
         state.map_or(f64::NAN, |state| state.change)
     });
     ours.holds("smaller_gaps", narrow > middle && middle > wide);
     ours.holds("softer_materials", softer_feels_more(&models[1]));
-    let share =
-        models.map(|model| model.rest_capacitance() / model.rest_capacitance_without_fringe());
+    let share = models
+        .each_ref()
+        .map(|model| model.rest_capacitance() / model.rest_capacitance_without_fringe());
     ours.holds(
         "parallel_plates",
         share[0] < share[1] && share[1] < share[2],
@@ -366,7 +368,7 @@ fn reads_back(model: &InPlaneModel) -> bool {
 }
 
 fn softer_feels_more(model: &InPlaneModel) -> bool {
-    let mut soft = *model;
+    let mut soft = model.clone();
     soft.electrodes.stiffness = ElectrodeStiffness::AsLayer;
     let modulus = model.layer.youngs_modulus;
     let curves = study(

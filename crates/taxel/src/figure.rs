@@ -145,16 +145,65 @@ impl Figure {
         svg.finish(size, &self.title, &style())
     }
 
+    /// The figure with pictures below it, each an SVG document with its title, as one SVG
+    /// document.
+    pub fn svg_with(&self, pictures: &[(String, String)]) -> String {
+        let charts = self.svg();
+        if pictures.is_empty() {
+            return charts;
+        }
+        let mut bottom = size_of(&charts)[1];
+        let mut inside = charts;
+        for (title, picture) in pictures {
+            let [width, height] = size_of(picture);
+            let shown = height * WIDTH / width;
+            let _ = write!(
+                inside,
+                "<text x=\"{}\" y=\"{:.0}\" text-anchor=\"middle\" font-family=\"sans-serif\" font-size=\"13\">{}</text>\n\
+                 <svg y=\"{:.0}\" width=\"{WIDTH}\" height=\"{shown:.0}\" viewBox=\"0 0 {width} {height}\">{picture}</svg>\n",
+                WIDTH / 2.0,
+                bottom + 20.0,
+                escape(title),
+                bottom + TITLE,
+            );
+            bottom += TITLE + shown;
+        }
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {bottom:.0}\" width=\"{WIDTH}\" height=\"{bottom:.0}\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{inside}</svg>\n"
+        )
+    }
+
     /// The figure as a page that needs nothing else.
     pub fn html(&self) -> String {
+        self.html_with(&[])
+    }
+
+    /// The same with pictures below it, as [`Figure::svg_with`].
+    pub fn html_with(&self, pictures: &[(String, String)]) -> String {
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
              <style>body{{font-family:system-ui,sans-serif;max-width:760px;margin:2rem auto;padding:0 1rem}}\
              svg{{max-width:100%;height:auto}}</style>\n{}<p>{}</p>\n</html>\n",
-            self.svg(),
+            self.svg_with(pictures),
             escape(&self.caption),
             title = escape(&self.title),
         )
+    }
+}
+
+/// Width and height of an SVG document, px; a square where it has none.
+fn size_of(svg: &str) -> [f64; 2] {
+    let sizes = svg
+        .split_once("viewBox=\"0 0 ")
+        .and_then(|(_, rest)| rest.split_once('"'));
+    let mut numbers = sizes
+        .map_or("", |(sizes, _)| sizes)
+        .split(' ')
+        .map(str::parse);
+    match (numbers.next(), numbers.next()) {
+        (Some(Ok(width)), Some(Ok(height))) if width > 0.0 => [width, height],
+        _ => [WIDTH, WIDTH],
     }
 }
 

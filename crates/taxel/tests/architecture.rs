@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 /// often: a new kind of element adds arms to the first three, and none to the others,
 /// which ask for one kind alone.
 const NAMED: [(&str, usize); 8] = [
-    // Two arms for each kind: its usual script, its key.
-    ("taxel/src/sensor/mod.rs", 12),
+    // Two arms for each kind: its usual script, its key; and the two that are solved.
+    ("taxel/src/sensor/mod.rs", 14),
     // Two for each kind: its device, its typed array.
     ("taxel/src/device/of_sensor.rs", 12),
     // Three for each kind: its calibrator, its constants, its uncertain columns; and
@@ -23,8 +23,8 @@ const NAMED: [(&str, usize); 8] = [
     ("taxel-cli/src/commands/live.rs", 1),
     // The sweep of cross-sections.
     ("taxel-cli/src/commands/sweep.rs", 1),
-    // Layers of microchannels; axes of measured forces.
-    ("taxel/src/sensor/checks.rs", 2),
+    // Axes of measured forces.
+    ("taxel/src/sensor/checks.rs", 1),
 ];
 
 const VARIANTS: [&str; 6] = [

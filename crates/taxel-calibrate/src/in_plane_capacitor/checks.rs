@@ -180,9 +180,9 @@ fn expected_force(model: &InPlaneModel, readings: &[&Reading], rest: f64) -> Opt
     let most = readings.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;
     let expected = if let Some(displacement) = most.displacement {
         let compression = displacement / model.layer.thickness;
-        model.layer.compress(compression.max(0.0)).ok()?.force
+        model.compress(compression.max(0.0)).ok()?.force
     } else {
-        let mut drawn = *model;
+        let mut drawn = model.clone();
         drawn.law = CapacitanceLaw::Mechanics;
         let fall = rest - most.capacitance;
         drawn.inverse().ok()?.force_from_change(fall)

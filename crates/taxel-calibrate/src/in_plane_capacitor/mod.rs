@@ -166,7 +166,7 @@ impl<'a> InPlaneCalibrator<'a> {
 
     /// The largest χ of the drawing.
     fn largest_factor(&self) -> f64 {
-        let layer = &self.models[0].layer;
+        let layer = self.models[0].closed_layer();
         let at = |e: &f64| layer.end_condition.factor(layer.aspect(), *e).ok();
         let found = [0.01, 0.1, 0.2, 0.3, 0.4].iter().filter_map(at);
         found.reduce(f64::max).unwrap_or(1.0)

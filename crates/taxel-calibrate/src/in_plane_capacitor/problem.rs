@@ -98,7 +98,7 @@ pub(super) fn with_values(
     [modulus, end_scale]: [f64; SHARED],
     [rest, scale, exponent, least_thickness, rate]: [f64; OWN],
 ) -> InPlaneModel {
-    let mut found = *model;
+    let mut found = model.clone();
     found.law = law;
     found.layer.youngs_modulus = modulus;
     found.electrodes.stiffness = model
@@ -184,11 +184,12 @@ impl<'a> Bench<'a> {
 
     fn motion_of_force(&self, at: &[f64], reading: &Reading) -> Option<Motion> {
         let model = &self.models[reading.sensor];
-        let mut layer = model.layer;
-        layer.youngs_modulus = at[0];
-        layer.end_scale = at[1];
+        let mut loaded = model.clone();
+        loaded.layer.youngs_modulus = at[0];
+        loaded.layer.end_scale = at[1];
         // Noise about zero is no pull.
-        let compression = layer.compression_from_force(reading.force.max(0.0)).ok()?;
+        let force = reading.force.max(0.0);
+        let compression = loaded.compression_from_force(force).ok()?;
         Motion::new(model, compression)
     }
 
@@ -204,7 +205,7 @@ impl<'a> Bench<'a> {
             }
             CapacitanceLaw::Mechanics => {
                 // Only the motion enters; the force of this state is not used.
-                let state = model.layer.compress(motion.compression).ok()?;
+                let state = model.compress(motion.compression).ok()?;
                 model.change_by_mechanics(&state).ok()
             }
         }
@@ -267,12 +268,14 @@ impl Motion {
         let kinematics = LayerKinematics::new(compression.max(0.0)).ok()?;
         let aspect = model.layer.aspect();
         let compression = kinematics.compression();
-        let drawn = model.layer.end_condition.factor(aspect, compression).ok()?;
-        let alone = kinematics.mean_stress(aspect, 0.0);
+        let ends = model.closed_layer().end_condition;
+        let drawn = ends.factor(aspect, compression).ok()?;
+        let ratio = model.force_ratio(compression);
+        let alone = ratio * kinematics.mean_stress(aspect, 0.0);
         Some(Self {
             compression,
             alone,
-            by_factor: kinematics.mean_stress(aspect, drawn) - alone,
+            by_factor: ratio * kinematics.mean_stress(aspect, drawn) - alone,
             law: Published::new(model, &kinematics),
         })
     }

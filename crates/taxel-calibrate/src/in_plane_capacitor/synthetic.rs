@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use super::checks::micrometres;
 use crate::options::SyntheticOptions;
 use crate::synthetic::triangle;
-use taxel::mechanics::CompressedLayer;
 use taxel::transduction::InPlaneModel;
 use taxel_numerics::Noise;
 
@@ -51,7 +50,7 @@ fn state(model: &InPlaneModel, options: &SyntheticOptions, index: usize) -> Opti
     let phase = options.phase(index);
     let sign = if phase < 0.5 { 1.0 } else { -1.0 };
     let compression = triangle(phase) * options.compression;
-    let force = tilted_force(&model.layer, compression, options.tilt)?;
+    let force = tilted_force(model, compression, options.tilt)?;
     let capacitance = model.respond(compression).ok()?.capacitance;
     Some([
         compression * model.layer.thickness,
@@ -60,8 +59,9 @@ fn state(model: &InPlaneModel, options: &SyntheticOptions, index: usize) -> Opti
     ])
 }
 
-fn tilted_force(layer: &CompressedLayer, compression: f64, tilt: f64) -> Option<f64> {
+fn tilted_force(model: &InPlaneModel, compression: f64, tilt: f64) -> Option<f64> {
+    let layer = &model.layer;
     let lift = tilt.abs() * layer.contact_half_length / (3.0_f64.sqrt() * layer.thickness);
-    let at = |compression: f64| Some(layer.compress(compression.max(0.0)).ok()?.force);
+    let at = |compression: f64| Some(model.compress(compression.max(0.0)).ok()?.force);
     Some(0.5 * (at(compression - lift)? + at(compression + lift)?))
 }

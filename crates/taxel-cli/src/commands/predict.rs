@@ -1,10 +1,11 @@
 //! `taxel predict`: loads in, electrical response out.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 use taxel::InputError;
-use taxel::mechanics::Mechanics;
+use taxel::mechanics::{Mechanics, SolvedBody};
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
 use taxel::sensor::NoModel;
 use taxel::sensor::Sensor;
@@ -12,7 +13,7 @@ use taxel::sensor::Sensor;
 use crate::arguments::{COMMIT, Predict, VERSION};
 use crate::commands::calibrate;
 use crate::interrupt;
-use crate::outputs;
+use crate::outputs::{self, Existing};
 use crate::progress::Progress;
 use crate::{Done, Stop, files};
 
@@ -29,6 +30,10 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     let mut predictor = predictor(arguments, &named)?;
     let loads = loads(arguments, predictor.as_ref())?;
     prepare(predictor.as_mut(), &loads)?;
+    let grids = match &arguments.vtu {
+        Some(folder) => grids(folder, existing, predictor.as_ref())?,
+        None => Vec::new(),
+    };
     let refused = |index: usize, refused: &LoadRefused| {
         refusal(arguments, loads.line(index), refused, predictor.as_ref())
     };
@@ -61,7 +66,45 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     if let Some((path, text)) = figure {
         outputs::write(Some(path), existing, &text)?;
     }
+    if let Some(folder) = arguments.vtu.as_ref().filter(|_| !grids.is_empty()) {
+        fs::create_dir_all(folder).map_err(|error| outputs::cannot_write(folder, &error))?;
+    }
+    for (path, text) in grids {
+        outputs::write(Some(&path), existing, &text)?;
+    }
     Ok(Done::Complete)
+}
+
+/// Files of the bodies that were solved.
+fn grids(
+    folder: &Path,
+    existing: Existing,
+    predictor: &dyn Predictor,
+) -> Result<Vec<(PathBuf, String)>, Stop> {
+    let bodies = predictor.bodies();
+    if bodies.is_empty() {
+        let message = "--vtu: nothing was solved by finite elements: add --mechanics fem and a load, and name a sensor \
+                       whose mechanics is solved that way (an in_plane_capacitor or a microchannel)";
+        return Err(Stop::WrongInput(message.into()));
+    }
+    let several = bodies.len() > 1;
+    let file = |(number, body): (usize, &SolvedBody)| {
+        let name = if several {
+            format!("{}-{}.vtu", body.name, number + 1)
+        } else {
+            format!("{}.vtu", body.name)
+        };
+        let path = folder.join(name);
+        // Before anything is written.
+        if folder.exists() {
+            outputs::check(&[("--vtu", Some(&path))], &[], existing)?;
+        }
+        let text = body
+            .vtu()
+            .map_err(|error| Stop::Failed(format!("--vtu: {error}")))?;
+        Ok((path, text))
+    };
+    bodies.into_iter().enumerate().map(file).collect()
 }
 
 /// The predictor by the mechanics asked for, on the command line or in the
@@ -152,5 +195,18 @@ fn plot(
     let html = files::is_page(path)?;
     let figure = predict::figure(title, predictor, loads)
         .map_err(|refused| Stop::WrongInput(format!("--plot: {}", refused.message)))?;
-    Ok(if html { figure.html() } else { figure.svg() })
+    let pictures = predictor
+        .bodies()
+        .into_iter()
+        .map(|body| {
+            let title = format!("Deformed body ({})", body.load);
+            Ok((title, body.picture()?))
+        })
+        .collect::<Result<Vec<_>, taxel_fem::output::OutputError>>()
+        .map_err(|error| Stop::Failed(format!("--plot: {error}")))?;
+    Ok(if html {
+        figure.html_with(&pictures)
+    } else {
+        figure.svg_with(&pictures)
+    })
 }

@@ -113,6 +113,9 @@ impl LayerDivision {
     }
 }
 
+/// Marks that lie closer, over the thickness, are one.
+const SAME: f64 = 1e-6;
+
 /// Contact stiffness of the side face on the base, times thickness over shear modulus.
 const STIFFNESS: f64 = 10_000.0;
 /// Overlap of side face and base that is accepted, over the thickness.
@@ -178,6 +181,15 @@ impl Layer {
         if self.beyond > 0.0 {
             marks.push((self.loaded + self.beyond, None));
         }
+        // A bar may reach beyond the load, or end with it.
+        marks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        marks.dedup_by(|b, a| {
+            let same = b.0 - a.0 <= SAME * self.thickness;
+            if same {
+                a.1 = a.1.or(b.1);
+            }
+            same
+        });
         graded(&marks, self.growth(f64::INFINITY))
     }
 

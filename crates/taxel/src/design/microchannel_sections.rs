@@ -3,12 +3,13 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::mechanics::microchannel_cell::{Closure, Filling, VoidStudy, WallContact};
+use crate::mechanics::microchannel_cell::{Closure, Filling};
 use rayon::prelude::*;
-use taxel_fem::mesh::{CornerDivision, VoidCell};
 
 use super::{HeatMap, MapCell, MicrochannelSections};
-use crate::mechanics::{fillings, solids};
+use crate::mechanics::{
+    CellGeometry, MicrochannelSection, fillings, solids, void_cell, void_study,
+};
 use crate::sensor::Microchannel;
 use crate::table::{Cell, Column};
 
@@ -107,10 +108,6 @@ pub fn sweep(
     rows.into_iter().map(|(_, row)| row).collect()
 }
 
-/// Smallest cell over the height at which the answers stand within 0.1 %: folds of
-/// low microchannels stay small, those of tall ones need more cells.
-const TALL: f64 = 0.15;
-
 fn solve(
     sections: &MicrochannelSections,
     element: &Microchannel,
@@ -118,23 +115,15 @@ fn solve(
     height: f64,
     cover: f64,
 ) -> SectionRow {
-    let width = element.section.width;
-    let cell = VoidCell {
-        width,
-        height,
-        cover,
-        base: sections.thickness - height - cover,
-        pitch,
-        fillet: 0.0,
-        division: CornerDivision {
-            smallest: if height > TALL * width {
-                0.01
-            } else {
-                1.0 / 30.0
-            },
-            ..CornerDivision::default()
+    let cell = void_cell(&CellGeometry {
+        section: MicrochannelSection {
+            width: element.section.width,
+            height,
         },
-    };
+        roof: cover,
+        thickness: sections.thickness,
+        pitch,
+    });
     let mut row = SectionRow {
         height,
         cover,
@@ -143,26 +132,13 @@ fn solve(
     };
     let pressures = sections.pressures.values();
     let filling = fillings(&element.liquid.pressure);
-    let posed = VoidStudy::new(
-        &cell,
-        solids(&element.material),
-        &filling,
-        WallContact::default(),
-    );
-    let mut study = match posed {
+    let mut study = match void_study(&cell, solids(&element.material), &filling) {
         Ok(study) => study,
         Err(failure) => {
             row.ended = Some(failure.to_string());
             return row;
         }
     };
-    // A fold that cannot be followed is not found by ever smaller steps.
-    study.solver.settings.smallest_step = 0.03;
-    // Folds grow all the time: half the line, and shorter steps instead of long iterations.
-    study.solver.settings.reach = 0.5;
-    study.solver.settings.stall_iterations = Some(8);
-    // Far below what the mesh leaves: areas change by less than 1e-5.
-    study.solver.settings.tolerance = 1e-5;
     for &pressure in &pressures {
         if row.ended.is_none() {
             match study.press(pressure) {

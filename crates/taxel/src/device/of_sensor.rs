@@ -10,6 +10,7 @@ use crate::quantity::{CAPACITANCE, CHARGE, Dimension, FORCE, RESISTANCE, STRESS,
 use crate::sensor::{
     Broken, Element, Sensor, Unreadable, check_instrument, check_keys, renamed_key,
 };
+use crate::solutions::{Solutions, TablesOnly};
 use crate::toml_input;
 
 impl Sensor {
@@ -35,13 +36,49 @@ impl Sensor {
     /// assert!(error.to_string().contains("\"mN\" is a unit of force; a length is needed here"));
     /// ```
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
+        Self::parse_with(file, text, &mut TablesOnly)
+    }
+
+    /// Reads a sensor file; what its drawing needs and no shipped table has comes from
+    /// `solutions`.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], and a drawing that has no solution.
+    ///
+    /// # Example: a channel that no table has
+    /// ```no_run
+    /// use taxel::sensor::Sensor;
+    /// use taxel::solutions::Afresh;
+    /// # let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
+    /// let text = text.replace("roof = \"140 um\"", "roof = \"150 um\"");
+    /// assert!(Sensor::parse("mine.toml", &text).is_err());
+    /// // Seconds.
+    /// let sensor = Sensor::parse_with("mine.toml", &text, &mut Afresh)?;
+    /// # Ok::<(), taxel::InputError>(())
+    /// ```
+    pub fn parse_with(
+        file: &str,
+        text: &str,
+        solutions: &mut dyn Solutions,
+    ) -> Result<Self, InputError> {
+        let mut sensor = Self::drawn(file, text)?;
+        let sound = check_keys(&sensor)
+            .and_then(|()| sensor.solve(solutions))
+            .and_then(|()| sensor.check_element());
+        sound.map_err(|broken| broken.at(file, text))?;
+        Ok(sensor)
+    }
+
+    /// Reads the keys of a sensor file and nothing that follows from several of them: what
+    /// was drawn, whether or not it can work.
+    ///
+    /// # Errors
+    /// The first mistake of one key.
+    pub fn drawn(file: &str, text: &str) -> Result<Self, InputError> {
         if let Some(error) = renamed_key(file, text) {
             return Err(error);
         }
-        let sensor: Self = toml_input::parse(file, text)?;
-        let sound = check_keys(&sensor).and_then(|()| sensor.check_element());
-        sound.map_err(|broken| broken.at(file, text))?;
-        Ok(sensor)
+        toml_input::parse(file, text)
     }
 
     /// Rules of the element, which know the board that reads it.

@@ -185,7 +185,7 @@ impl Reader for InPlaneReader {
             let (inverse, model) = match found {
                 Some(found) => found,
                 None => match drawn.inverse() {
-                    Ok(inverse) => (inverse, *drawn),
+                    Ok(inverse) => (inverse, drawn.clone()),
                     Err(_) => continue,
                 },
             };

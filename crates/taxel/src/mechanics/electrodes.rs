@@ -81,7 +81,8 @@ pub struct Electrodes {
 pub enum ElectrodeStiffness {
     /// As the layer, or too thin to disturb it: exact.
     AsLayer,
-    /// Electrodes of another modulus: tabulated finite elements of one cross-section.
+    /// Electrodes of another modulus: tabulated finite elements of the published
+    /// cross-section, any other solved once and kept.
     Modulus(ElectrodeModulus),
 }
 

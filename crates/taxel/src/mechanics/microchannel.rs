@@ -178,6 +178,26 @@ pub struct ClosingCurve {
     curve: MonotoneCurve,
     /// Area ratio at which roof and floor touch, where it is known.
     touch: Option<f64>,
+    source: CurveSource,
+}
+
+/// Where a closing curve comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CurveSource {
+    /// A shipped table.
+    Tabulated {
+        /// Greatest error of the net pressure at an area ratio, as a share.
+        error: f64,
+    },
+    /// The plane-strain cell of the drawing, solved.
+    Solved {
+        /// Greatest known error of the net pressure at an area ratio, as a share.
+        error: f64,
+        /// Why the solution ended before the microchannel was closed to 6 %.
+        ended: Option<String>,
+    },
+    /// Points that were given.
+    Points,
 }
 
 /// State of closing of a cross-section.
@@ -280,7 +300,7 @@ pub enum MicrochannelError {
         "no closing curve is tabulated for a channel of {:.4} x {:.4} um under {:.4} um in a sheet of {:.4} um at a \
          pitch of {:.4} um; known are 400 um wide channels, pitch 600 um, sheet 500 um, with height/roof 20/100, \
          20/140, 20/200, 40/100, 40/140, 60/60, 60/120, 60/160, 100/100, 100/140, 160/120 and 160/200 um, and all \
-         of these scaled; give the curve as points instead",
+         of these scaled; the command `taxel` and Sensor::parse_with solve such a cell, or give the curve as points",
         cell.section.width * 1e6, cell.section.height * 1e6, cell.roof * 1e6, cell.thickness * 1e6, cell.pitch * 1e6
     )]
     NotTabulated {
@@ -335,10 +355,25 @@ impl ClosingCurve {
         let scale = shear_modulus / tabulated_cells::SHEAR_MODULUS; // Pa per tabulated kPa
         let rows = known.rows.iter().map(|(ratio, net)| [net * scale, *ratio]);
         let points = std::iter::once([0.0, 1.0]).chain(rows).collect();
-        Ok(Self {
-            curve: MonotoneCurve::new(points, Some(-known.compliance / scale))?,
-            touch: known.touch,
-        })
+        let source = CurveSource::Tabulated {
+            error: known.error(),
+        };
+        let curve = MonotoneCurve::new(points, Some(-known.compliance / scale))?;
+        Ok(Self::of_source(curve, known.touch, source))
+    }
+
+    /// True if a table has this cell.
+    pub fn is_tabulated(cell: &CellGeometry) -> bool {
+        CELLS.iter().any(|known| is_scaled(cell, known))
+    }
+
+    /// A curve with where it comes from.
+    pub(super) fn of_source(curve: MonotoneCurve, touch: Option<f64>, source: CurveSource) -> Self {
+        Self {
+            curve,
+            touch,
+            source,
+        }
     }
 
     /// The curve through given points; rest, (0, 1), is not among them.
@@ -349,10 +384,13 @@ impl ClosingCurve {
     pub fn from_points(points: &[ClosingPoint]) -> Result<Self, MicrochannelError> {
         let given = points.iter().map(|at| [at.net_pressure, at.area_ratio]);
         let points = std::iter::once([0.0, 1.0]).chain(given).collect();
-        Ok(Self {
-            curve: MonotoneCurve::new(points, None)?,
-            touch: None,
-        })
+        let curve = MonotoneCurve::new(points, None)?;
+        Ok(Self::of_source(curve, None, CurveSource::Points))
+    }
+
+    /// Where the curve comes from.
+    pub fn source(&self) -> &CurveSource {
+        &self.source
     }
 
     /// The same curve, with the area ratio at which roof and floor touch.

@@ -19,6 +19,8 @@ mod profile;
 mod relaxation;
 mod soft_cover;
 mod solved_block;
+mod solved_body;
+mod solved_cell;
 mod solved_voids;
 mod suspension;
 mod tabulated_cells;
@@ -38,9 +40,9 @@ pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
 pub use layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerRange};
 pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
-    CellGeometry, ClosingCurve, ClosingPoint, ClosingState, LiquidPoint, MicrochannelClosed,
-    MicrochannelError, MicrochannelSection, MicrochannelShape, PaperLaw, PressureLaw,
-    SectionClosure, SettledChannel, Stretch,
+    CellGeometry, ClosingCurve, ClosingPoint, ClosingState, CurveSource, LiquidPoint,
+    MicrochannelClosed, MicrochannelError, MicrochannelSection, MicrochannelShape, PaperLaw,
+    PressureLaw, SectionClosure, SettledChannel, Stretch,
 };
 pub use plate::{Plate, PlateMotion, bending_stiffness};
 pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
@@ -50,6 +52,9 @@ pub use soft_cover::{
     Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
 };
 pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
+pub use solved_body::SolvedBody;
+pub use solved_cell::SolvedCell;
+pub(crate) use solved_cell::{void_cell, void_study};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

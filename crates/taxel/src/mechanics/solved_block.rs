@@ -7,7 +7,7 @@ use taxel_fem::mesh::{CrossingVoids, Footprint, VoidBlock};
 
 use super::microchannel::tabulated_pressure;
 use super::solved_voids::{filling, solid};
-use super::{ClosingCurve, NotSolved, PressureLaw, VoidStack};
+use super::{ClosingCurve, NotSolved, PressureLaw, SolvedBody, VoidStack};
 
 /// A piece cut out of a sheet with free sides, with whole crossings of channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,8 +59,12 @@ pub struct SolvedBlock {
     /// Pressure in Pa of a patch or force in N of a punch, with its state; the first is
     /// rest.
     states: Vec<(f64, BlockState)>,
+    /// Load below which answers lie on a parabola from rest.
+    light: f64,
     /// Why the solution ended before the greatest load.
     pub ended: Option<String>,
+    /// The block at its greatest load.
+    pub body: SolvedBody,
 }
 
 impl MicrochannelBlock {
@@ -80,7 +84,12 @@ impl MicrochannelBlock {
         let mut study = self.study(load).map_err(failed)?;
         let mut states = vec![(0.0, study.state().map_err(failed)?)];
         let mut ended = None;
-        let way = way(loads);
+        let light = match load {
+            LocalLoad::Patch { .. } => self.stack.light(),
+            // Its contact grows from nothing: no curve leads to it.
+            LocalLoad::Punch { .. } => 0.0,
+        };
+        let way = way(loads, light);
         let greatest = way.last().copied().unwrap_or(0.0);
         let mut last = 0.0;
         for &value in &way {
@@ -101,7 +110,17 @@ impl MicrochannelBlock {
                 }
             }
         }
-        Ok(SolvedBlock { states, ended })
+        let reached = states.last().map_or(0.0, |(value, _)| *value);
+        let words = match load {
+            LocalLoad::Patch { .. } => format!("{:.6} kPa on the patch", 1e-3 * reached),
+            LocalLoad::Punch { .. } => format!("{:.6} mN on the punch", 1e3 * reached),
+        };
+        Ok(SolvedBlock {
+            states,
+            light,
+            ended,
+            body: SolvedBody::of(&study.solver, "block", words, "top"),
+        })
     }
 
     fn study(&self, load: &LocalLoad) -> Result<BlockStudy, taxel_fem::solver::failure::Failure> {
@@ -149,11 +168,19 @@ impl MicrochannelBlock {
     }
 }
 
-/// Rising loads on the way: those asked for, and some even ones where they are few.
-fn way(loads: &[f64]) -> Vec<f64> {
+/// Rising loads on the way: those asked for, and some even ones where they are few; instead of
+/// loads below `light` its half and itself.
+fn way(loads: &[f64], light: f64) -> Vec<f64> {
+    let mut loads = loads.to_vec();
+    if loads.iter().any(|load| *load > 0.0 && *load < light) {
+        loads.retain(|load| *load >= light);
+        loads.extend([0.5 * light, light]);
+    }
     let greatest = loads.iter().copied().fold(0.0, f64::max);
     let steps = if loads.len() < STATES { STATES } else { 1 };
-    let even = (1..steps).map(|step| greatest * step as f64 / steps as f64);
+    let even = (1..steps)
+        .map(|step| greatest * step as f64 / steps as f64)
+        .filter(|load| *load >= light);
     let mut way: Vec<f64> = loads.iter().copied().chain(even).collect();
     way.retain(|load| *load > 0.0);
     way.sort_by(f64::total_cmp);
@@ -205,35 +232,56 @@ fn falling_root(function: impl Fn(f64) -> f64) -> f64 {
 
 impl SolvedBlock {
     /// The block at a load in Pa of a patch or N of a punch, on straight lines between
-    /// the states; `None` beyond the last.
+    /// the states, and on parabolas from rest to a light load; `None` beyond the last.
     pub fn at(&self, load: f64) -> Option<BlockState> {
         let upper = self.states.iter().position(|(known, _)| load <= *known)?;
         let (end, after) = &self.states[upper];
         let Some((start, before)) = upper.checked_sub(1).map(|lower| &self.states[lower]) else {
             return Some(after.clone());
         };
+        if let [(_, rest), (half, one), (whole, two), ..] = &self.states[..]
+            && *whole <= self.light
+            && load <= *whole
+        {
+            let first = load * (load - whole) / (half * (half - whole));
+            let second = load * (load - half) / (whole * (whole - half));
+            let parts = [(1.0 - first - second, rest), (first, one), (second, two)];
+            return Some(mixed(&parts));
+        }
         let share = (load - start) / (end - start);
-        let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
-        let mixed = |a: &BlockVoid, b: &BlockVoid| BlockVoid {
-            inside: mix(a.inside, b.inside),
-            volume_ratio: mix(a.volume_ratio, b.volume_ratio),
-            thinnest: mix(a.thinnest, b.thinnest),
-            thickest: mix(a.thickest, b.thickest),
-            rim: mix(a.rim, b.rim),
-            resistance_ratio: mix(a.resistance_ratio, b.resistance_ratio),
-            gap: mix(a.gap, b.gap),
-        };
-        let voids = [0, 1].map(|layer| {
-            let pairs = before.voids[layer].iter().zip(&after.voids[layer]);
-            pairs.map(|(a, b)| mixed(a, b)).collect()
-        });
-        Some(BlockState {
-            drive: mix(before.drive, after.drive),
-            force: mix(before.force, after.force),
-            contact_radius: mix(before.contact_radius, after.contact_radius),
-            stress: mix(before.stress, after.stress),
-            voids,
-        })
+        Some(mixed(&[(1.0 - share, before), (share, after)]))
+    }
+}
+
+/// Sum of shares of states.
+fn mixed(parts: &[(f64, &BlockState)]) -> BlockState {
+    let sum = |of: &dyn Fn(&BlockState) -> f64| -> f64 {
+        parts.iter().map(|(share, state)| share * of(state)).sum()
+    };
+    let first = parts[0].1;
+    let voids = [0, 1].map(|layer| {
+        (0..first.voids[layer].len())
+            .map(|number| {
+                let void =
+                    |of: &dyn Fn(&BlockVoid) -> f64| sum(&|state| of(&state.voids[layer][number]));
+                BlockVoid {
+                    inside: void(&|void| void.inside),
+                    volume_ratio: void(&|void| void.volume_ratio),
+                    thinnest: void(&|void| void.thinnest),
+                    thickest: void(&|void| void.thickest),
+                    rim: void(&|void| void.rim),
+                    resistance_ratio: void(&|void| void.resistance_ratio),
+                    gap: void(&|void| void.gap),
+                }
+            })
+            .collect()
+    });
+    BlockState {
+        drive: sum(&|state| state.drive),
+        force: sum(&|state| state.force),
+        contact_radius: sum(&|state| state.contact_radius),
+        stress: sum(&|state| state.stress),
+        voids,
     }
 }
 
@@ -296,10 +344,13 @@ mod tests {
 
     #[test]
     fn the_way_holds_every_load_once() {
-        assert_eq!(way(&[0.0]), Vec::<f64>::new());
-        assert_eq!(way(&[6.0, 3.0]), [2.0, 3.0, 4.0, 6.0]);
-        assert_eq!(way(&[3.0, 6.0, 3.0]), [3.0, 6.0]);
+        assert_eq!(way(&[0.0], 0.0), Vec::<f64>::new());
+        assert_eq!(way(&[6.0, 3.0], 0.0), [2.0, 3.0, 4.0, 6.0]);
+        assert_eq!(way(&[3.0, 6.0, 3.0], 0.0), [3.0, 6.0]);
         let many: Vec<f64> = (0..10).map(f64::from).collect();
-        assert_eq!(way(&many), many[1..]);
+        assert_eq!(way(&many, 0.0), many[1..]);
+        // Light ones are read off the way to a heavier one.
+        assert_eq!(way(&[0.1], 2.0), [1.0, 2.0]);
+        assert_eq!(way(&[0.1, 6.0, 0.2], 2.0), [1.0, 2.0, 6.0]);
     }
 }

@@ -31,6 +31,17 @@ pub(super) struct TabulatedCell {
     pub(super) rows: &'static [(f64, f64)],
 }
 
+impl TabulatedCell {
+    /// Greatest error of the net pressure, as a share.
+    pub(super) fn error(&self) -> f64 {
+        match self.height {
+            height if height <= 60.0 => 3e-4,
+            height if height <= 100.0 => 5e-4,
+            _ => 1e-3,
+        }
+    }
+}
+
 /// The computed cells.
 #[rustfmt::skip]
 pub(super) static CELLS: [TabulatedCell; 12] = [

@@ -4,6 +4,7 @@ mod batch;
 mod loads;
 
 use crate::figure::{Axis, Chart, Figure, Series, Style};
+use crate::mechanics::SolvedBody;
 use crate::quantity::Dimension;
 use crate::table::{Cell, Column};
 
@@ -61,6 +62,12 @@ pub trait Predictor: Sync {
     fn scales_with_load(&self, column: usize) -> bool {
         let _ = column;
         true
+    }
+
+    /// Bodies that were solved for the loads of [`Self::prepare`], each at its greatest load;
+    /// none for a device that solves nothing.
+    fn bodies(&self) -> Vec<&SolvedBody> {
+        Vec::new()
     }
 
     /// A figure of the response over time to one load; `None` for a device

@@ -67,11 +67,7 @@ pub(crate) fn check(sensor: &Sensor) -> Result<(), Broken> {
     )?;
     check_array(sensor)?;
     check_electronics(sensor)?;
-    check_mask(sensor)?;
-    if let Element::Microchannel(element) = &sensor.element {
-        element.check(sensor.array.pitch)?;
-    }
-    Ok(())
+    check_mask(sensor)
 }
 
 fn check_array(sensor: &Sensor) -> Result<(), Broken> {

@@ -1,11 +1,15 @@
 //! The in-plane capacitive sensor as a sensor file describes it.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::checks::{Broken, SAME_LENGTH, micrometres, require, rounded_down};
 use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
-use crate::transduction::{CapacitanceLaw, Dielectric, InPlaneModel, PublishedFit};
+use crate::solutions::{OfDrawing, Solutions};
+use crate::transduction::{CapacitanceLaw, Dielectric, InPlaneModel, PublishedFit, SolvedSection};
 use taxel_numerics::Noise;
 
 /// Two electrodes side by side in a soft layer (P1).
@@ -34,6 +38,10 @@ pub struct InPlaneCapacitor {
     /// Hysteresis of the force; only a calibration gives it.
     #[serde(skip)]
     pub hysteresis: Option<ForceHysteresis>,
+    /// The cross-section solved, where no table has it.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub(crate) solved: OfDrawing<Arc<SolvedSection>>,
 }
 
 /// Scatter of the made gap about its drawing.
@@ -61,7 +69,96 @@ impl InPlaneCapacitor {
             published_fit: self.published_fit,
             law: self.law,
             stray_capacitance: self.stray_capacitance,
+            solved: self.solved.0.clone(),
         }
+    }
+
+    /// Solves the cross-section if a table that it needs does not have it.
+    ///
+    /// # Errors
+    /// The key of a drawing that has no solution.
+    pub(super) fn solve(&mut self, solutions: &mut dyn Solutions) -> Result<(), Broken> {
+        self.solved = OfDrawing(None);
+        let mut model = self.model();
+        // A calibration may have found another gap; the drawn one is solved.
+        model.solve(solutions).map_err(|unsolved| {
+            let help = "change the drawing: higher electrodes or a wider gap fold less, and electrodes as soft as the layer \
+                        do not fold at all";
+            Broken::new(&key("electrodes"), unsolved.to_string(), help)
+        })?;
+        self.solved = OfDrawing(model.solved);
+        Ok(())
+    }
+
+    /// Rules between the lengths of the drawing.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    pub(super) fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
+        let (layer, electrodes) = (&self.layer, &self.electrodes);
+        let top = electrodes.height + electrodes.thickness;
+        require(
+            top < layer.thickness,
+            &key("electrodes.height"),
+            || {
+                format!(
+                    "electrodes up to {} do not lie in a layer of {}",
+                    micrometres(top),
+                    micrometres(layer.thickness)
+                )
+            },
+            "give lower or thinner electrodes, or a thicker layer",
+        )?;
+        let across = electrodes.gap + 2.0 * electrodes.width;
+        let loaded = 2.0 * layer.contact_half_length;
+        for (name, length, what) in [
+            ("electrodes.width", across, "two electrodes and their gap"),
+            ("layer.contact_half_length", loaded, "the loaded length"),
+        ] {
+            require(
+                length <= self.layer_width + SAME_LENGTH,
+                &key(name),
+                || {
+                    let width = micrometres(self.layer_width);
+                    format!(
+                        "{what} need {}; the layer is {width} wide",
+                        micrometres(length)
+                    )
+                },
+                "give a smaller length or a wider layer",
+            )?;
+        }
+        for (pitch, need, what) in [
+            (pitch[0], self.layer_width, "the layer is"),
+            (pitch[1], electrodes.depth, "the electrodes are"),
+            (pitch[1], layer.contact_depth, "the loaded part is"),
+        ] {
+            require(
+                need <= pitch + SAME_LENGTH,
+                "array.pitch",
+                || {
+                    format!(
+                        "{what} {}, more than a pitch of {}",
+                        micrometres(need),
+                        micrometres(pitch)
+                    )
+                },
+                "give a larger pitch",
+            )?;
+        }
+        let scatter = self.fabrication.gap_deviation;
+        let most = 0.1 * electrodes.gap / MOST_SCATTER;
+        require(
+            scatter <= most,
+            &key("fabrication.gap_deviation"),
+            || {
+                let gap = micrometres(electrodes.gap);
+                format!(
+                    "{MOST_SCATTER} of these deviations are more than a tenth of the gap of {gap}"
+                )
+            },
+            &format!("give at most {} um", rounded_down(most * 1e6)),
+        )
     }
 
     /// The taxels of the piece of fabrication that the file describes.
@@ -76,4 +173,8 @@ impl InPlaneCapacitor {
             })
             .collect()
     }
+}
+
+fn key(name: &str) -> String {
+    format!("element.in_plane_capacitor.{name}")
 }

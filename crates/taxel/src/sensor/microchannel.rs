@@ -3,14 +3,18 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::checks::{Broken, require};
+use super::checks::{Broken, SAME_LENGTH, micrometres, require};
 use crate::mechanics::{
     CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
-    MicrochannelError, MicrochannelSection, PressureLaw,
+    MicrochannelError, MicrochannelSection, PressureLaw, SolvedCell,
 };
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity};
+use crate::solutions::{OfDrawing, Solutions, Unsolved};
 use crate::transduction::{Conductor, MicrochannelLayer, ThinnestPoint};
 use taxel_numerics::Noise;
+
+/// Names of the layers in the file, in the order of [`Microchannel::layers`].
+const NAMES: [&str; 2] = ["rows", "columns"];
 
 /// Channels along x, one for each row of taxels, and channels along y, one for
 /// each column (P4). A taxel is where two of them cross.
@@ -39,6 +43,10 @@ pub struct Microchannel {
     #[serde(skip)]
     #[schemars(skip)]
     pub found: Option<FoundChannels>,
+    /// Solved cells of the row and of the column layer, where no table has them.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub(crate) solved: OfDrawing<[Option<SolvedCell>; 2]>,
 }
 
 /// Constants that a calibration finds of the microchannels of one device.
@@ -119,8 +127,8 @@ pub struct LayerDescription {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ClosingDescription {
-    /// A computed plane-strain cell with the section, roof and pitch of this
-    /// layer.
+    /// A plane-strain cell with the section, roof and pitch of this layer: tabulated, or
+    /// solved once and kept.
     PlaneStrainCell(PlaneStrainCell),
     /// Points of a curve, from low to high net pressure; rest is not among
     /// them.
@@ -156,13 +164,8 @@ impl Microchannel {
         &self,
         pitch: [f64; 2],
     ) -> Result<[MicrochannelLayer; 2], (&'static str, MicrochannelError)> {
-        // Channels along x lie side by side along y.
-        let mut rows = self
-            .layer(&self.rows, pitch[1])
-            .map_err(|error| ("rows", error))?;
-        let mut columns = self
-            .layer(&self.columns, pitch[0])
-            .map_err(|error| ("columns", error))?;
+        let mut rows = self.layer(0, pitch).map_err(|error| (NAMES[0], error))?;
+        let mut columns = self.layer(1, pitch).map_err(|error| (NAMES[1], error))?;
         if let Some(found) = &self.found {
             rows.closing = rows.closing.stiffened(found.stiffness[0]);
             columns.closing = columns.closing.stiffened(found.stiffness[1]);
@@ -170,22 +173,38 @@ impl Microchannel {
         Ok([rows, columns])
     }
 
+    /// The row and the column layer.
+    fn described(&self) -> [&LayerDescription; 2] {
+        [&self.rows, &self.columns]
+    }
+
+    /// The plane-strain cell of a layer (rows, columns).
+    fn cell(&self, layer: usize, drawn: PlaneStrainCell, pitch: [f64; 2]) -> CellGeometry {
+        CellGeometry {
+            section: self.section(),
+            roof: self.described()[layer].roof,
+            thickness: drawn.thickness,
+            // Channels along x lie side by side along y.
+            pitch: pitch[1 - layer],
+        }
+    }
+
     fn layer(
         &self,
-        layer: &LayerDescription,
-        pitch: f64,
+        number: usize,
+        pitch: [f64; 2],
     ) -> Result<MicrochannelLayer, MicrochannelError> {
+        let layer = self.described()[number];
         let section = self.section();
+        let modulus = self.material.shear_modulus();
         let closing = match &layer.closing {
             ClosingDescription::Points(points) => ClosingCurve::from_points(points)?,
-            ClosingDescription::PlaneStrainCell(PlaneStrainCell { thickness }) => {
-                let cell = CellGeometry {
-                    section,
-                    roof: layer.roof,
-                    thickness: *thickness,
-                    pitch,
-                };
-                ClosingCurve::of_cell(&cell, self.material.shear_modulus())?
+            ClosingDescription::PlaneStrainCell(drawn) => {
+                let solved = self.solved.0.as_ref();
+                match solved.and_then(|solved| solved[number].as_ref()) {
+                    Some(solved) => solved.curve(modulus)?,
+                    None => ClosingCurve::of_cell(&self.cell(number, *drawn, pitch), modulus)?,
+                }
             }
         };
         let conductor = Conductor {
@@ -199,6 +218,44 @@ impl Microchannel {
             conductor,
             &layer.thinnest,
         )
+    }
+
+    /// Solves the cells that no table has.
+    ///
+    /// # Errors
+    /// The key of a layer whose cell makes no sense or has no solution.
+    pub(super) fn solve(
+        &mut self,
+        pitch: [f64; 2],
+        solutions: &mut dyn Solutions,
+    ) -> Result<(), Broken> {
+        let mut solved = [None, None];
+        for (number, name) in NAMES.into_iter().enumerate() {
+            let ClosingDescription::PlaneStrainCell(drawn) = &self.described()[number].closing
+            else {
+                continue;
+            };
+            let cell = self.cell(number, *drawn, pitch);
+            if ClosingCurve::is_tabulated(&cell) {
+                continue;
+            }
+            check_cell(&cell, name)?;
+            let what = format!("closing curve of the {name}");
+            match SolvedCell::of_cell(&cell, &what, solutions) {
+                Ok(found) => solved[number] = Some(found),
+                // The rules between keys say so, with what the tables have.
+                Err(Unsolved::TablesOnly) => {}
+                Err(Unsolved::Failed(message)) => {
+                    let key = format!("element.microchannel.{name}.closing");
+                    let (message, help) = message
+                        .split_once("\nhelp: ")
+                        .unwrap_or((&message, "change the drawing"));
+                    return Err(Broken::new(&key, message.to_owned(), help));
+                }
+            }
+        }
+        self.solved = OfDrawing(Some(solved));
+        Ok(())
     }
 
     /// Rules that concern the models of the two layers.
@@ -240,4 +297,34 @@ impl Microchannel {
     pub fn thickness(&self) -> f64 {
         self.base + self.section.height + self.rows.roof.max(self.columns.roof)
     }
+}
+
+/// Lengths of a cell that leave solid all round the channel.
+fn check_cell(cell: &CellGeometry, name: &str) -> Result<(), Broken> {
+    require(
+        cell.section.width < cell.pitch - SAME_LENGTH,
+        "element.microchannel.section.width",
+        || {
+            format!(
+                "channels of {} leave no wall at a pitch of {}",
+                micrometres(cell.section.width),
+                micrometres(cell.pitch)
+            )
+        },
+        "give narrower channels or a larger pitch",
+    )?;
+    let need = cell.roof + cell.section.height;
+    require(
+        cell.thickness > need + SAME_LENGTH,
+        &format!("element.microchannel.{name}.closing.plane_strain_cell.thickness"),
+        || {
+            format!(
+                "a sheet of {} has no solid below a channel of {} under a roof of {}",
+                micrometres(cell.thickness),
+                micrometres(cell.section.height),
+                micrometres(cell.roof)
+            )
+        },
+        &format!("give more than {}", micrometres(need)),
+    )
 }

@@ -16,6 +16,7 @@ use crate::electronics::Electronics;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::schema;
+use crate::solutions::Solutions;
 use crate::toml_input;
 use taxel_recording::InputError;
 
@@ -38,7 +39,6 @@ pub(crate) use checks::{
     SAME_LENGTH, check as check_keys, check_instrument, check_scan_time, micrometres, require,
     rounded_down, rounded_up,
 };
-pub(crate) use in_plane_capacitor::MOST_SCATTER;
 pub(crate) use mask::table as masked_capacitors;
 
 /// The version of the sensor file that this program reads.
@@ -248,6 +248,26 @@ impl Element {
 }
 
 impl Sensor {
+    /// Solves what the fast forms of the drawing need and no shipped table has, and checks
+    /// that there is a model of all parts then.
+    ///
+    /// # Errors
+    /// The key of a part that has no solution or no model.
+    pub(crate) fn solve(&mut self, solutions: &mut dyn Solutions) -> Result<(), Broken> {
+        let pitch = self.array.pitch;
+        match &mut self.element {
+            Element::Microchannel(element) => {
+                element.solve(pitch, solutions)?;
+                element.check(pitch)
+            }
+            Element::InPlaneCapacitor(element) => {
+                element.check(pitch)?;
+                element.solve(solutions)
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Names of the shipped sensor files.
     pub fn shipped_names() -> impl Iterator<Item = &'static str> {
         SHIPPED.iter().map(|(name, _)| *name)

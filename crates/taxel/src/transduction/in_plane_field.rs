@@ -4,12 +4,15 @@
 use crate::transduction::electrode_section::{BarStudy, Media};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::solver::failure::Failure;
+use taxel_fem::solver::newton::Settings;
 use taxel_fem::study::layer::{Bar, Layer, LayerDivision, SideFace};
 
 use super::in_plane_model::InPlaneModel;
 use super::surroundings::Surroundings;
 use super::tilted_plate::VACUUM_PERMITTIVITY;
-use crate::mechanics::{ElectrodeStiffness, EndCondition, LARGEST_COMPRESSION, TopFace};
+use crate::mechanics::{
+    ElectrodeStiffness, EndCondition, LARGEST_COMPRESSION, SolvedBody, TopFace,
+};
 
 /// State of the cross-section at one compression.
 ///
@@ -51,6 +54,17 @@ pub enum NoField {
          wide_layer (a probe on a layer that goes on), or use the closed form"
     )]
     EndCondition(EndCondition),
+    /// Electrodes that stick out of the body.
+    #[error(
+        "gap and electrode reach {:.1} um from the middle, and the layer ends there or before, {:.1} um from it: give \
+         narrower electrodes, a longer loaded half length, or end_condition = \"wide_layer\"", .reach * 1e6, .end * 1e6
+    )]
+    Reach {
+        /// End of an electrode from the middle, m.
+        reach: f64,
+        /// End of the layer, m.
+        end: f64,
+    },
     /// A greatest compression out of range.
     #[error(
         "a greatest compression of {0} is outside 0 (excluded) to {LARGEST_COMPRESSION}: give one inside"
@@ -68,6 +82,8 @@ pub struct SolvedInPlane {
     states: Vec<FieldState>,
     /// Why the solution ended before the compression asked for.
     pub ended: Option<String>,
+    /// Half of the section at the last compression.
+    pub body: Option<SolvedBody>,
 }
 
 /// Numbers of a [`FieldState`] on the curve.
@@ -76,9 +92,8 @@ const NUMBERS: usize = 10;
 const FEWEST: usize = 4;
 /// States on the way to the greatest compression.
 pub(crate) const STATES: usize = 24;
-/// Next compression to try when there are fewer than [`FEWEST`] states on the way to a
-/// compression, over this compression, and the least compression that is tried again.
-const CLOSER: f64 = FEWEST as f64 / STATES as f64;
+/// Least compression that is tried again when there are fewer than [`FEWEST`] states on the
+/// way to it.
 const LEAST: f64 = 1e-2;
 /// Length of a layer beside the probe under `wide_layer`, over its thickness.
 const BEYOND: f64 = 4.0;
@@ -140,6 +155,18 @@ impl FieldStudy {
     /// The sensor at rest.
     pub(crate) fn new(model: &InPlaneModel) -> Result<Self, NoField> {
         let (layer, bar) = body(model)?;
+        Self::of_body(model, layer, bar)
+    }
+
+    /// The same with cells about half again as large.
+    pub(crate) fn coarse(model: &InPlaneModel) -> Result<Self, NoField> {
+        let (mut layer, bar) = body(model)?;
+        layer.division.at_bar *= 2.0;
+        layer.division.largest *= 1.5;
+        Self::of_body(model, layer, bar)
+    }
+
+    fn of_body(model: &InPlaneModel, layer: Layer, bar: Bar) -> Result<Self, NoField> {
         let modulus = match model.electrodes.stiffness {
             ElectrodeStiffness::AsLayer => model.layer.youngs_modulus,
             ElectrodeStiffness::Modulus(modulus) => modulus.youngs_modulus,
@@ -226,6 +253,11 @@ fn body(model: &InPlaneModel) -> Result<(Layer, Bar), NoField> {
         other => return Err(NoField::EndCondition(other)),
     };
     let electrodes = &model.electrodes;
+    let reach = 0.5 * electrodes.gap + electrodes.width;
+    let end = model.layer.contact_half_length + beyond;
+    if reach >= end {
+        return Err(NoField::Reach { reach, end });
+    }
     let layer = Layer {
         thickness,
         loaded: model.layer.contact_half_length,
@@ -289,16 +321,30 @@ impl SolvedInPlane {
         enough: &dyn Fn(&FieldState) -> bool,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, NoField> {
+        let least = Settings::default().smallest_step;
+        Self::solve_in((STATES, least), model, most, enough, progress)
+    }
+
+    /// The same in this many steps, of which no part below `least` is tried.
+    pub(crate) fn solve_in(
+        (steps, least): (usize, f64),
+        model: &InPlaneModel,
+        most: f64,
+        enough: &dyn Fn(&FieldState) -> bool,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, NoField> {
         if !(most > 0.0 && most <= LARGEST_COMPRESSION) {
             return Err(NoField::Compression(most));
         }
         let mut study = FieldStudy::new(model)?;
+        study.study.study.solver.settings.smallest_step = least;
         let mut solved = Self {
             states: vec![study.press(0.0)?],
             ended: None,
+            body: None,
         };
-        for step in 1..=STATES {
-            let fraction = step as f64 / STATES as f64;
+        for step in 1..=steps {
+            let fraction = step as f64 / steps as f64;
             match study.press(most * fraction) {
                 Ok(state) => solved.states.push(state),
                 Err(error) if solved.states.len() >= FEWEST => {
@@ -307,7 +353,9 @@ impl SolvedInPlane {
                 }
                 // It ends before there are enough states: they have to lie closer.
                 Err(error) if most > LEAST => {
-                    let mut closer = Self::solve(model, most * CLOSER, enough, progress)?;
+                    let closer = most * FEWEST as f64 / steps as f64;
+                    let mut closer =
+                        Self::solve_in((steps, least), model, closer, enough, progress)?;
                     if !enough(closer.last()) {
                         closer.ended.get_or_insert(error.to_string());
                     }
@@ -320,7 +368,23 @@ impl SolvedInPlane {
                 break;
             }
         }
+        let words = format!(
+            "compressed by {:.4} of its thickness",
+            solved.last().compression
+        );
+        let solver = &study.study.study.solver;
+        solved.body = Some(SolvedBody::of(solver, "section", words, "top"));
         Ok(solved)
+    }
+
+    /// Step of compression between states.
+    pub(crate) fn step(&self) -> f64 {
+        self.states[1].compression
+    }
+
+    /// The states, the first at rest.
+    pub(crate) fn states(&self) -> &[FieldState] {
+        &self.states
     }
 
     /// The state at rest.
@@ -373,6 +437,7 @@ mod tests {
         let solved = SolvedInPlane {
             states: (0..7).map(|k| state(0.05 * f64::from(k))).collect(),
             ended: None,
+            body: None,
         };
         for e in [0.0, 0.01, 0.07, 0.149, 0.2, 0.26, 0.3] {
             let (found, exact) = (solved.at(e).unwrap(), state(e));

@@ -1,13 +1,16 @@
 //! The in-plane capacitive sensor (P1): compression of its layer to force and
 //! capacitance, and back where the curve allows.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::coplanar_capacitor::{Dielectric, PublishedFringe, facing_sides};
+use super::solved_section::SolvedSection;
 use crate::mechanics::{
-    CompressedLayer, DeformedElectrodes, Electrodes, LARGEST_COMPRESSION, LayerError, LayerState,
-    OutsideTable, PublishedThinning,
+    CompressedLayer, DeformedElectrodes, Electrodes, EndCondition, LARGEST_COMPRESSION, LayerError,
+    LayerRange, LayerState, OutsideTable, PublishedThinning, force_error,
 };
 use taxel_numerics::roots;
 
@@ -77,7 +80,7 @@ pub struct PublishedFit {
 }
 
 /// One in-plane capacitive sensor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct InPlaneModel {
     /// The layer.
     pub layer: CompressedLayer,
@@ -92,6 +95,8 @@ pub struct InPlaneModel {
     /// Capacitance beside that of the electrodes, F, such as that of leads;
     /// no load changes it.
     pub stray_capacitance: f64,
+    /// Its cross-section solved, where no table has it.
+    pub solved: Option<Arc<SolvedSection>>,
 }
 
 /// State of the sensor under a compression.
@@ -135,7 +140,7 @@ impl InPlaneModel {
     /// subtracting an offset instead would leave the curve of the drawn gap.
     pub fn at_rest(&self, rest: f64) -> Option<Self> {
         let with_gap = |gap: f64| {
-            let mut model = *self;
+            let mut model = self.clone();
             model.electrodes.gap = gap;
             model
         };
@@ -156,6 +161,10 @@ impl InPlaneModel {
     /// # Errors
     /// The error of the first thing that is missing.
     pub fn check(&self) -> Result<(), InPlaneError> {
+        if let Some(solved) = &self.solved {
+            solved.check(self.electrodes.gap)?;
+            return self.respond(0.0).map(drop);
+        }
         self.dielectric.surroundings.check(
             &self.layer,
             &self.electrodes,
@@ -173,10 +182,85 @@ impl InPlaneModel {
     }
 
     fn largest_mechanical(&self) -> f64 {
+        if let Some(solved) = &self.solved {
+            return solved.largest_compression();
+        }
         let table = self.dielectric.surroundings.largest_compression();
         self.electrodes
             .largest_compression()
             .min(table.unwrap_or(LARGEST_COMPRESSION))
+    }
+
+    /// The layer of the closed form: with free ends where the table of its end condition does
+    /// not reach, which a solved cross-section then corrects.
+    pub fn closed_layer(&self) -> CompressedLayer {
+        let mut layer = self.layer;
+        if let Err(LayerError::AspectOutsideTable { .. }) =
+            layer.end_condition.factor(layer.aspect(), 0.0)
+        {
+            layer.end_condition = EndCondition::Free;
+        }
+        layer
+    }
+
+    /// Force over that of [`InPlaneModel::closed_layer`]; 1 without a solved cross-section.
+    pub fn force_ratio(&self, compression: f64) -> f64 {
+        let gap = self.electrodes.gap;
+        self.solved
+            .as_ref()
+            .map_or(1.0, |solved| solved.force_ratio(gap, compression))
+    }
+
+    /// Motion and force of the layer at a relative compression e = U/H.
+    ///
+    /// # Errors
+    /// Those of [`CompressedLayer::compress`]; of a solved cross-section also beyond its
+    /// end.
+    pub fn compress(&self, compression: f64) -> Result<LayerState, InPlaneError> {
+        let Some(solved) = &self.solved else {
+            return Ok(self.layer.compress(compression)?);
+        };
+        let mut state = self.closed_layer().compress(compression)?;
+        let limit = solved.largest_compression();
+        let ratio = self.force_ratio(compression);
+        state.mean_stress *= ratio;
+        state.force *= ratio;
+        if solved.errors().force.is_some() {
+            state.range = if compression <= limit * (1.0 + 1e-12) {
+                LayerRange::Within
+            } else {
+                LayerRange::CompressionAbove { limit }
+            };
+        }
+        Ok(state)
+    }
+
+    /// The compression at which the layer carries `force`, N: the inverse of
+    /// [`InPlaneModel::compress`].
+    ///
+    /// # Errors
+    /// [`LayerError::Force`] for a pull or a force above the range of the models.
+    pub fn compression_from_force(&self, force: f64) -> Result<f64, InPlaneError> {
+        let Some(solved) = &self.solved else {
+            return Ok(self.layer.compression_from_force(force)?);
+        };
+        let most = solved.largest_compression();
+        let limit = self.compress(most)?.force;
+        if !(0.0..=limit).contains(&force) {
+            return Err(LayerError::Force { force, limit }.into());
+        }
+        let misfit = |e: f64| self.compress(e).map_or(f64::NAN, |state| state.force) - force;
+        Ok(roots::ridders([0.0, most], misfit))
+    }
+
+    /// Largest known error of the force at a compression, as a share of it.
+    pub fn force_error(&self, compression: f64) -> Option<f64> {
+        let solved = self.solved.as_ref().map(|solved| solved.errors().force);
+        match solved {
+            // A calibrated end factor belongs to a device, not to a drawing.
+            Some(Some(error)) => (self.layer.end_scale == 1.0).then_some(error),
+            _ => force_error(&self.layer, &self.electrodes, compression),
+        }
     }
 
     /// Force and capacitance at a relative compression e = U/H.
@@ -185,7 +269,7 @@ impl InPlaneModel {
     /// Those of [`CompressedLayer::compress`] and [`Electrodes::deform`], and
     /// [`InPlaneError::Table`] above [`InPlaneModel::largest_compression`].
     pub fn respond(&self, compression: f64) -> Result<InPlaneState, InPlaneError> {
-        let layer = self.layer.compress(compression)?;
+        let layer = self.compress(compression)?;
         let (electrodes, change) = match self.law {
             CapacitanceLaw::Mechanics => self.by_mechanics(&layer)?,
             CapacitanceLaw::Published => {
@@ -231,17 +315,23 @@ impl InPlaneModel {
         let compression = layer.kinematics.compression();
         let range = [0.0, self.largest_mechanical()];
         OutsideTable::check("the capacitance model", "compression", compression, range)?;
-        let electrodes = self.electrodes.deform(&self.layer, &layer.kinematics)?;
+        let electrodes = match &self.solved {
+            Some(solved) => solved.deform(&self.electrodes.at_rest(), compression),
+            None => self.electrodes.deform(&self.layer, &layer.kinematics)?,
+        };
         let capacitance = self.mechanical_capacitance(&electrodes, compression);
         Ok((electrodes, self.rest_capacitance() - capacitance))
     }
 
     fn mechanical_capacitance(&self, electrodes: &DeformedElectrodes, compression: f64) -> f64 {
         let depth = self.electrodes.depth;
-        let gap = self.electrodes.gap / self.electrodes.thickness;
-        self.stray_capacitance
-            + self.dielectric.uniform(electrodes, depth)
-            + self.dielectric.surroundings.offset(gap, compression, depth)
+        let gap = self.electrodes.gap;
+        let surroundings = self.dielectric.surroundings;
+        let beside = match &self.solved {
+            Some(solved) => solved.offset(gap, compression, depth),
+            None => surroundings.offset(gap / self.electrodes.thickness, compression, depth),
+        };
+        self.stray_capacitance + self.dielectric.uniform(electrodes, depth) + beside
     }
 
     fn as_published(&self, layer: &LayerState, fit: &PublishedFit) -> DeformedElectrodes {
@@ -301,7 +391,7 @@ impl InPlaneModel {
         let range = roots::one_to_one(self.largest_compression(), change);
         let turning = range.first_maximum.zip(range.later_minimum);
         Ok(InPlaneInverse {
-            model: *self,
+            model: self.clone(),
             last: self.respond(range.end)?,
             turning: turning.map(|(maximum, minimum)| Turning { maximum, minimum }),
         })
@@ -309,7 +399,7 @@ impl InPlaneModel {
 }
 
 /// Capacitance to compression and force.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct InPlaneInverse {
     model: InPlaneModel,
     last: InPlaneState,

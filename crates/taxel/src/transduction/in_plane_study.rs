@@ -30,7 +30,11 @@ impl StudyParameter {
 
     /// The device with this parameter set to `value`.
     pub fn applied(self, base: &InPlaneModel, value: f64) -> InPlaneModel {
-        let mut model = *base;
+        let mut model = base.clone();
+        if self != Self::Gap {
+            // Another cross-section than the one that was solved.
+            model.solved = None;
+        }
         match self {
             Self::LayerModulus => model.layer.youngs_modulus = value,
             Self::ElectrodeModulus => {

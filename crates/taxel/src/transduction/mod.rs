@@ -7,6 +7,8 @@ mod in_plane_model;
 mod in_plane_study;
 mod microchannel;
 mod piezoelectric;
+mod section_solution;
+mod solved_section;
 mod surroundings;
 mod three_axis_capacitor;
 mod tile_edges;
@@ -25,6 +27,7 @@ pub use microchannel::{
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
 };
+pub use solved_section::{SectionErrors, SolvedSection};
 pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tile_edges::{

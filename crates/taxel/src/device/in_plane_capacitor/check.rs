@@ -2,17 +2,13 @@
 
 use super::InPlaneArray;
 use crate::device::check_mask;
-use crate::sensor::{
-    Broken, InPlaneCapacitor, MOST_SCATTER, SAME_LENGTH, check_scan_time, micrometres, require,
-    rounded_down,
-};
+use crate::sensor::{Broken, check_scan_time, require};
 use crate::transduction::{InPlaneError, InPlaneInverse};
 
 /// A device that cannot be read back up to here is of no use.
 const LEAST_RANGE: f64 = 1e-3;
 
 pub(super) fn check(array: &InPlaneArray<'_>) -> Result<(), Broken> {
-    check_element(array.element, array.sensor.array.pitch)?;
     let inverse = check_model(array)?;
     check_electronics(array, &inverse)?;
     check_mask(array.sensor)
@@ -20,71 +16,6 @@ pub(super) fn check(array: &InPlaneArray<'_>) -> Result<(), Broken> {
 
 fn key(name: &str) -> String {
     format!("element.in_plane_capacitor.{name}")
-}
-
-fn check_element(element: &InPlaneCapacitor, pitch: [f64; 2]) -> Result<(), Broken> {
-    let (layer, electrodes) = (&element.layer, &element.electrodes);
-    let top = electrodes.height + electrodes.thickness;
-    require(
-        top < layer.thickness,
-        &key("electrodes.height"),
-        || {
-            format!(
-                "electrodes up to {} do not lie in a layer of {}",
-                micrometres(top),
-                micrometres(layer.thickness)
-            )
-        },
-        "give lower or thinner electrodes, or a thicker layer",
-    )?;
-    let across = electrodes.gap + 2.0 * electrodes.width;
-    let loaded = 2.0 * layer.contact_half_length;
-    for (name, length, what) in [
-        ("electrodes.width", across, "two electrodes and their gap"),
-        ("layer.contact_half_length", loaded, "the loaded length"),
-    ] {
-        require(
-            length <= element.layer_width + SAME_LENGTH,
-            &key(name),
-            || {
-                let width = micrometres(element.layer_width);
-                format!(
-                    "{what} need {}; the layer is {width} wide",
-                    micrometres(length)
-                )
-            },
-            "give a smaller length or a wider layer",
-        )?;
-    }
-    for (pitch, need, what) in [
-        (pitch[0], element.layer_width, "the layer is"),
-        (pitch[1], electrodes.depth, "the electrodes are"),
-        (pitch[1], layer.contact_depth, "the loaded part is"),
-    ] {
-        require(
-            need <= pitch + SAME_LENGTH,
-            "array.pitch",
-            || {
-                format!(
-                    "{what} {}, more than a pitch of {}",
-                    micrometres(need),
-                    micrometres(pitch)
-                )
-            },
-            "give a larger pitch",
-        )?;
-    }
-    let scatter = element.fabrication.gap_deviation;
-    let most = 0.1 * electrodes.gap / MOST_SCATTER;
-    require(
-        scatter <= most,
-        &key("fabrication.gap_deviation"),
-        || {
-            let gap = micrometres(electrodes.gap);
-            format!("{MOST_SCATTER} of these deviations are more than a tenth of the gap of {gap}")
-        },
-        &format!("give at most {} um", rounded_down(most * 1e6)),
-    )
 }
 
 /// The model must have an answer, and a way back.

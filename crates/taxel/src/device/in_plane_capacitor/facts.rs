@@ -3,7 +3,7 @@
 use super::InPlaneArray;
 use crate::device::capacitor_board;
 use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
-use crate::mechanics::{ElectrodeStiffness, LayerRange, force_error};
+use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
 use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel};
 
@@ -49,10 +49,20 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
         }
     };
     let compression = last.layer.kinematics.compression();
-    let error = force_error(layer, &model.electrodes, compression).map_or_else(
+    let error = model.force_error(compression).map_or_else(
         || String::from("unknown: not compared"),
         |share| format!("{:.1} %", 100.0 * share),
     );
+    let force_source = match (
+        model.solved.as_ref().map(|solved| solved.errors().force),
+        model.electrodes.stiffness,
+    ) {
+        (Some(Some(_)), _) => "the solved cross-section, with its electrodes as stiff as they are",
+        (_, ElectrodeStiffness::AsLayer) => "end condition and aspect",
+        (_, ElectrodeStiffness::Modulus(_)) => {
+            "end condition and aspect; what stiffer electrodes carry is left out"
+        }
+    };
     let mut facts = vec![
         fact(
             "mechanics",
@@ -70,12 +80,7 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
             "mechanics",
             "force_compared_with_finite_elements",
             text(&verified),
-            match model.electrodes.stiffness {
-                ElectrodeStiffness::AsLayer => "end condition and aspect",
-                ElectrodeStiffness::Modulus(_) => {
-                    "end condition and aspect; what stiffer electrodes carry is left out"
-                }
-            },
+            force_source,
         ),
         fact(
             "mechanics",
@@ -96,7 +101,7 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
             "largest force / loaded area",
         ),
     ];
-    if let Ok(rest) = layer.compress(0.0) {
+    if let Ok(rest) = model.closed_layer().compress(0.0) {
         facts.insert(
             2,
             fact(
@@ -116,7 +121,8 @@ fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
         Some(_) => "the curve turns: beyond, a change belongs to several compressions",
         None => "the model ends there",
     };
-    let mut facts = vec![
+    let mut facts = origin(model);
+    facts.extend([
         fact(
             "transduction",
             "rest_capacitance",
@@ -141,7 +147,7 @@ fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
             number(last.change, "f", "fF", 1e-15),
             range_source,
         ),
-    ];
+    ]);
     let (compression, source) = match model.law {
         CapacitanceLaw::Mechanics => (0.0, "slope of C0 - C against force at rest"),
         CapacitanceLaw::Published => (REFERENCE, "slope at a compression of 0.01: none at rest"),
@@ -161,6 +167,60 @@ fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
         ));
     }
     facts
+}
+
+/// Where shape and capacitance of the electrodes come from, and how good they are.
+fn origin(model: &InPlaneModel) -> Vec<Fact> {
+    let Some(solved) = &model.solved else {
+        return vec![
+            fact(
+                "transduction",
+                "electrodes_and_capacitance",
+                text("closed form, tables"),
+                "stretch of the layer, facing sides and strips; stiff electrodes and surroundings from tables",
+            ),
+            fact(
+                "transduction",
+                "rest_capacitance_error",
+                text("1 to 2.2 %"),
+                "low by this at an electrode width of 10 thicknesses, by 3.3 to 8 % at one thickness",
+            ),
+        ];
+    };
+    let percent = |share: f64| number(share, "", "%", 1e-2);
+    let of_mesh = "difference of a coarser mesh, and at least what reference tables showed";
+    let errors = solved.errors();
+    vec![
+        fact(
+            "transduction",
+            "electrodes_and_capacitance",
+            text("solved, kept"),
+            match solved.ended() {
+                None => "the cross-section of the drawing; no table has it",
+                Some(_) => {
+                    "the cross-section of the drawing, as far as its surface can be followed; no table has it"
+                }
+            },
+        ),
+        fact(
+            "transduction",
+            "solved_compression",
+            text(&format!("{:.4}", solved.largest_compression())),
+            "largest compression that was solved",
+        ),
+        fact(
+            "transduction",
+            "rest_capacitance_error",
+            percent(errors.capacitance),
+            of_mesh,
+        ),
+        fact(
+            "transduction",
+            "change_error",
+            percent(errors.change),
+            of_mesh,
+        ),
+    ]
 }
 
 fn estimation(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Vec<Fact> {

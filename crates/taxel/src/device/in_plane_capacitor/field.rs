@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::InPlaneArray;
 use super::predict::{self, InPlaneLoadState, LOADS, cell};
 use crate::electronics::{Delivered, FrontEnd};
-use crate::mechanics::{LARGEST_COMPRESSION, LayerState};
+use crate::mechanics::{LARGEST_COMPRESSION, LayerState, SolvedBody};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::{FieldState, InPlaneModel, SolvedInPlane, VACUUM_PERMITTIVITY};
@@ -298,6 +298,14 @@ impl Predictor for InPlaneFieldPredictor {
             cell(field.map(|state| state.greatest_stress)),
         ]);
         Ok(())
+    }
+
+    fn bodies(&self) -> Vec<&SolvedBody> {
+        let solved = self.solved.get().and_then(|solved| solved.as_ref().ok());
+        solved
+            .and_then(|solved| solved.way.body.as_ref())
+            .into_iter()
+            .collect()
     }
 
     fn curves(&self, given: &[bool]) -> Vec<Curve> {

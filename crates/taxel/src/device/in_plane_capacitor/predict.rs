@@ -3,7 +3,7 @@
 use super::InPlaneArray;
 use crate::device::{number_cell, number_column};
 use crate::electronics::{Delivered, FrontEnd};
-use crate::mechanics::{LARGEST_COMPRESSION, LayerError, LayerRange, LayerState, force_error};
+use crate::mechanics::{LARGEST_COMPRESSION, LayerError, LayerRange, LayerState};
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{CAPACITANCE, FORCE, LENGTH};
 use crate::table::{Cell, Column};
@@ -76,12 +76,12 @@ impl InPlanePredictor {
     pub fn new(array: &InPlaneArray<'_>) -> Self {
         let model = array.model();
         Self {
-            model,
             inverse: model.inverse().ok(),
-            largest_force: match model.layer.compression_from_force(f64::MAX) {
-                Err(LayerError::Force { limit, .. }) => Some(limit),
+            largest_force: match model.compression_from_force(f64::MAX) {
+                Err(InPlaneError::Layer(LayerError::Force { limit, .. })) => Some(limit),
                 _ => None,
             },
+            model,
             board: array.board.clone(),
         }
     }
@@ -89,7 +89,7 @@ impl InPlanePredictor {
     /// The chain for a relative compression.
     ///
     /// # Errors
-    /// [`LayerError`] for a compression that no layer can have.
+    /// [`InPlaneError::Layer`] for a compression that no layer can have.
     ///
     /// ```
     /// let sensor = taxel::sensor::Sensor::shipped("in-plane-50um").unwrap();
@@ -98,10 +98,10 @@ impl InPlanePredictor {
     /// let rest = predictor.at_compression(0.0)?;
     /// assert!(pressed.response.unwrap().capacitance < rest.response.unwrap().capacitance);
     /// assert!(predictor.at_compression(1.0).is_err());
-    /// # Ok::<(), taxel::mechanics::LayerError>(())
+    /// # Ok::<(), taxel::transduction::InPlaneError>(())
     /// ```
-    pub fn at_compression(&self, compression: f64) -> Result<InPlanePrediction, LayerError> {
-        let layer = self.model.layer.compress(compression)?;
+    pub fn at_compression(&self, compression: f64) -> Result<InPlanePrediction, InPlaneError> {
+        let layer = self.model.compress(compression)?;
         let response = self.model.respond(compression).ok();
         let state = self.state(&layer, response.as_ref());
         let published = Some(&layer).filter(|_| compression <= LARGEST_COMPRESSION);
@@ -120,11 +120,13 @@ impl InPlanePredictor {
     /// The chain for a force, N; without answers beyond the range.
     ///
     /// # Errors
-    /// [`LayerError::Force`] for a pull.
-    pub fn at_force(&self, force: f64) -> Result<InPlanePrediction, LayerError> {
-        match self.model.layer.compression_from_force(force) {
+    /// [`LayerError::Force`] for a pull, in an [`InPlaneError::Layer`].
+    pub fn at_force(&self, force: f64) -> Result<InPlanePrediction, InPlaneError> {
+        match self.model.compression_from_force(force) {
             Ok(compression) => self.at_compression(compression),
-            Err(LayerError::Force { limit, .. }) if force > limit => Ok(nothing()),
+            Err(InPlaneError::Layer(LayerError::Force { limit, .. })) if force > limit => {
+                Ok(nothing())
+            }
             Err(error) => Err(error),
         }
     }
@@ -154,7 +156,7 @@ impl InPlanePredictor {
     /// Largest known difference from finite elements.
     fn force_error(&self, answer: &InPlanePrediction) -> Option<f64> {
         let compression = answer.layer?.kinematics.compression();
-        force_error(&self.model.layer, &self.model.electrodes, compression)
+        self.model.force_error(compression)
     }
 
     fn state(&self, layer: &LayerState, response: Option<&InPlaneState>) -> InPlaneLoadState {

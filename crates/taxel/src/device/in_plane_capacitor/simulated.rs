@@ -31,7 +31,7 @@ impl Piece {
 fn capacitance(model: &InPlaneModel, force: f64) -> f64 {
     let last = model.largest_compression();
     let compression = if force > 0.0 {
-        model.layer.compression_from_force(force).unwrap_or(last)
+        model.compression_from_force(force).unwrap_or(last)
     } else {
         0.0
     };

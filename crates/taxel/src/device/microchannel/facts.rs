@@ -4,7 +4,7 @@ use super::{LAYERS, MicrochannelArray};
 use crate::device::timing;
 use crate::electronics::LastStage;
 use crate::estimation::MicrochannelOptions;
-use crate::mechanics::{ClosingState, Stretch};
+use crate::mechanics::{ClosingCurve, ClosingState, CurveSource, Stretch};
 use crate::signal::ResistanceSignal;
 use crate::summary::{Fact, Value, fact, number, text};
 use crate::transduction::MicrochannelLayer;
@@ -68,6 +68,7 @@ fn mechanics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
         ),
     ];
     for (name, layer) in named(array) {
+        facts.extend(origin(name, &layer.closing));
         facts.push(fact(
             "mechanics",
             format!("{name}_compliance"),
@@ -89,6 +90,38 @@ fn mechanics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
         ));
         facts.extend(whole_channel_limits(name, layer));
     }
+    facts
+}
+
+/// Where the closing curve of a layer comes from, and how good it is.
+fn origin(name: &str, closing: &ClosingCurve) -> Vec<Fact> {
+    let percent = |share: f64| number(share, "", "%", 1e-2);
+    let (words, from, error) = match closing.source() {
+        CurveSource::Tabulated { error } => (
+            "table",
+            "closing; a shipped table",
+            Some((*error, "largest error of the net pressure in the table")),
+        ),
+        CurveSource::Solved { error, ended } => (
+            "solved, kept",
+            match ended {
+                None => "closing; the cell of the drawing",
+                Some(_) => {
+                    "closing; the cell of the drawing, up to where its corners fold too far to be followed"
+                }
+            },
+            Some((
+                *error,
+                "of the net pressure: difference of a coarser mesh, at least 0.1 %",
+            )),
+        ),
+        CurveSource::Points => ("points", "closing; the sensor file", None),
+    };
+    let name_of = |what: &str| format!("{name}_closing_curve{what}");
+    let mut facts = vec![fact("mechanics", name_of(""), text(words), from)];
+    facts.extend(
+        error.map(|(error, source)| fact("mechanics", name_of("_error"), percent(error), source)),
+    );
     facts
 }
 

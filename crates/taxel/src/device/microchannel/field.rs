@@ -7,7 +7,7 @@ use super::loads::{LOADS, is_local};
 use super::local::{self, ArrayBlock};
 use super::predict::{MicrochannelPredictor, signal_cells, signal_columns};
 use crate::electronics::DividerBoard;
-use crate::mechanics::{LocalLoad, SolvedBlock};
+use crate::mechanics::{LocalLoad, SolvedBlock, SolvedBody};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::{MicrochannelLayer, mean_inverse_area_ratio};
@@ -248,6 +248,13 @@ impl Predictor for MicrochannelFieldPredictor {
         match &self.solved {
             Some(solved) => self.answer_locally(solved, load, row),
             None => self.whole_top.answer(load, row),
+        }
+    }
+
+    fn bodies(&self) -> Vec<&SolvedBody> {
+        match &self.solved {
+            Some(solved) => solved.iter().map(|(_, block)| &block.body).collect(),
+            None => self.whole_top.bodies(),
         }
     }
 

@@ -6,7 +6,7 @@ use crate::device::{number_cell, number_column};
 use crate::electronics::{Delivered, DividerBoard};
 use crate::mechanics::{
     ClosingState, LinearElastic, MicrochannelClosed, MicrochannelError, MicrochannelSection,
-    SectionClosure, SolvedLayer, SolvedVoids, Stretch, VoidStack,
+    SectionClosure, SolvedBody, SolvedLayer, SolvedVoids, Stretch, VoidStack,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
@@ -375,6 +375,11 @@ impl Predictor for MicrochannelPredictor {
             row.push(number(solved.and_then(|solved| solved.stress(pressure))));
         }
         Ok(())
+    }
+
+    fn bodies(&self) -> Vec<&SolvedBody> {
+        let solved = self.field.as_ref().and_then(|field| field.solved.as_ref());
+        solved.map(|solved| &solved.body).into_iter().collect()
     }
 
     fn curves(&self, _given: &[bool]) -> Vec<Curve> {

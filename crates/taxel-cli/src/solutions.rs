@@ -1,0 +1,209 @@
+//! The folder in which solutions of drawings are kept between runs.
+//!
+//! A file is named by the SHA-256 of all that its solution follows from. It carries that
+//! statement and the SHA-256 of its own text, so that a damaged or foreign file is
+//! recognised; it appears only when it is whole, so that any number of programs may
+//! write at once.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use taxel::solutions::{Question, Solutions};
+
+use crate::Stop;
+use crate::hash::sha256;
+use crate::outputs::{self, Existing};
+use crate::progress::Progress;
+
+/// First line of a file; its number is that of the format.
+const HEAD: &str = "taxel solution 1";
+/// Largest file that is read, bytes.
+const LARGEST: u64 = 1 << 24;
+/// Solutions that take longer are told of, s.
+const TOLD: f64 = 0.5;
+
+/// Solutions in a folder.
+pub(crate) struct Folder {
+    /// None where the system names no place for what can be made again.
+    path: Option<PathBuf>,
+    /// The solution under way.
+    progress: Option<(Progress, Instant)>,
+}
+
+impl Folder {
+    /// The folder of this user: `TAXEL_CACHE`, or `taxel` in that for what can be made
+    /// again.
+    pub(crate) fn of_user() -> Self {
+        Self {
+            path: of_user(&|name| env::var_os(name).map(PathBuf::from)),
+            progress: None,
+        }
+    }
+
+    fn file(&self, question: &Question) -> Option<PathBuf> {
+        let name = sha256(question.statement.as_bytes());
+        Some(self.path.as_ref()?.join(format!("{name}.solution")))
+    }
+}
+
+fn of_user(variable: &dyn Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
+    let named = |name: &str| variable(name).filter(|path| !path.as_os_str().is_empty());
+    if let Some(own) = named("TAXEL_CACHE") {
+        return Some(own);
+    }
+    // The XDG specification: a relative path is to be ignored.
+    let absolute = |name: &str| named(name).filter(|path| path.is_absolute());
+    let folder = absolute("XDG_CACHE_HOME")
+        .or_else(|| Some(absolute("HOME")?.join(".cache")))
+        .or_else(|| absolute("LOCALAPPDATA"))?;
+    Some(folder.join("taxel"))
+}
+
+/// The whole text of a file.
+fn whole(question: &Question, solution: &str) -> String {
+    let body = format!("{}\n{solution}\n", question.statement);
+    format!("{HEAD}\nsha256 {}\n{body}", sha256(body.as_bytes()))
+}
+
+/// The solution in the text of a file; none if anything is missing or not of this question.
+fn solution<'t>(question: &Question, text: &'t str) -> Option<&'t str> {
+    let rest = text.strip_prefix(HEAD)?.strip_prefix("\nsha256 ")?;
+    let (hash, body) = rest.split_once('\n')?;
+    if sha256(body.as_bytes()) != hash {
+        return None;
+    }
+    body.strip_prefix(&question.statement)?
+        .strip_prefix('\n')?
+        .strip_suffix('\n')
+}
+
+fn read(path: &Path) -> std::io::Result<String> {
+    let about = fs::metadata(path)?;
+    if !about.is_file() || about.len() > LARGEST {
+        return Ok(String::new());
+    }
+    Ok(String::from_utf8_lossy(&fs::read(path)?).into_owned())
+}
+
+impl Solutions for Folder {
+    fn kept(&mut self, question: &Question) -> Option<String> {
+        let path = self.file(question)?;
+        // Nothing kept, or nothing to be read: solved again, which is no error.
+        let text = read(&path).ok()?;
+        let found = solution(question, &text);
+        if found.is_none() {
+            note!(
+                "note: {} is damaged: the {} is solved again",
+                path.display(),
+                question.what
+            );
+        }
+        found.map(str::to_owned)
+    }
+
+    fn unreadable(&mut self, question: &Question) {
+        note!(
+            "note: what was kept of the {} is no solution: it is solved again",
+            question.what
+        );
+    }
+
+    fn progress(&mut self, question: &Question, fraction: f64) {
+        let (progress, start) = self.progress.get_or_insert_with(|| {
+            (
+                Progress::new(format!("solving the {}", question.what)),
+                Instant::now(),
+            )
+        });
+        progress.at(fraction);
+        if fraction >= 1.0 {
+            progress.end();
+            let seconds = start.elapsed().as_secs_f64();
+            if seconds > TOLD {
+                note!("note: the {} was solved in {seconds:.1} s", question.what);
+            }
+            self.progress = None;
+        }
+    }
+
+    fn keep(&mut self, question: &Question, solution: &str) {
+        let Some(path) = self.file(question) else {
+            return;
+        };
+        let kept = path.parent().map_or(Ok(()), fs::create_dir_all);
+        let failed = |error: std::io::Error| Stop::Failed(error.to_string());
+        let kept = kept.map_err(failed).and_then(|()| {
+            outputs::write_file(&path, Existing::Replaced, |file| {
+                use std::io::Write as _;
+                file.write_all(whole(question, solution).as_bytes())
+                    .map_err(|error| Stop::Failed(error.to_string()))
+            })
+        });
+        // A folder that cannot be written is no error: the next run solves again.
+        if kept.is_err() {
+            note!(
+                "note: the {} cannot be kept in {}; the next run solves it again (TAXEL_CACHE names another folder)",
+                question.what,
+                path.parent().unwrap_or(&path).display()
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn question() -> Question {
+        Question {
+            what: String::from("curve"),
+            statement: String::from("a = 1\nb = 2\n"),
+        }
+    }
+
+    #[test]
+    fn a_file_says_what_it_solves_and_shows_damage() {
+        let text = whole(&question(), "[1,2]");
+        assert_eq!(solution(&question(), &text), Some("[1,2]"));
+        for end in 0..text.len() {
+            assert_eq!(solution(&question(), &text[..end]), None, "{end}");
+        }
+        for at in 0..text.len() {
+            let mut bytes = text.clone().into_bytes();
+            bytes[at] ^= 1;
+            let damaged = String::from_utf8_lossy(&bytes);
+            assert_eq!(solution(&question(), &damaged), None, "{at}");
+        }
+        let other = Question {
+            statement: String::from("a = 2\nb = 2\n"),
+            ..question()
+        };
+        assert_eq!(solution(&other, &text), None);
+    }
+
+    #[test]
+    fn the_folder_is_that_of_the_user_or_the_one_named() {
+        let of = |set: &[(&str, &str)]| {
+            of_user(&|name| {
+                let found = set.iter().find(|(key, _)| *key == name);
+                found.map(|(_, value)| PathBuf::from(value))
+            })
+        };
+        let path = |text: &str| Some(PathBuf::from(text));
+        let home = ("HOME", "/home/one");
+        assert_eq!(of(&[home]), path("/home/one/.cache/taxel"));
+        assert_eq!(of(&[home, ("XDG_CACHE_HOME", "/c")]), path("/c/taxel"));
+        assert_eq!(
+            of(&[home, ("XDG_CACHE_HOME", "c")]),
+            path("/home/one/.cache/taxel")
+        );
+        assert_eq!(of(&[home, ("TAXEL_CACHE", "mine")]), path("mine"));
+        assert_eq!(
+            of(&[home, ("TAXEL_CACHE", "")]),
+            path("/home/one/.cache/taxel")
+        );
+        assert_eq!(of(&[]), None);
+    }
+}

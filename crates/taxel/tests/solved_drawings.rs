@@ -1,0 +1,431 @@
+//! Drawings that no table has: what is solved once and kept against the tables and
+//! against solutions of the drawing itself.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+mod common;
+
+use std::collections::HashMap;
+
+use common::p4_cell;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
+use taxel::mechanics::{CellGeometry, ClosingCurve, CurveSource, MicrochannelSection, SolvedCell};
+use taxel::sensor::Sensor;
+use taxel::solutions::{Afresh, Question, Solutions};
+use taxel::summary::{Value, summary};
+use taxel::transduction::{InPlaneModel, SolvedInPlane};
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{CornerDivision, VoidCell};
+
+const MU: f64 = 162.4e3;
+
+/// Keeps solutions, and counts those that it had not.
+#[derive(Default)]
+struct Memory {
+    texts: HashMap<String, String>,
+    solved: usize,
+}
+
+impl Solutions for Memory {
+    fn kept(&mut self, question: &Question) -> Option<String> {
+        self.texts.get(&question.statement).cloned()
+    }
+
+    fn keep(&mut self, question: &Question, solution: &str) {
+        self.solved += 1;
+        let key = question.statement.clone();
+        self.texts.insert(key, solution.to_owned());
+    }
+}
+
+fn solved(cell: &CellGeometry) -> ClosingCurve {
+    let cell = SolvedCell::of_cell(cell, "test", &mut Afresh);
+    cell.unwrap().curve(MU).unwrap()
+}
+
+fn error(curve: &ClosingCurve) -> f64 {
+    match curve.source() {
+        CurveSource::Solved { error, .. } | CurveSource::Tabulated { error } => *error,
+        CurveSource::Points => 0.0,
+    }
+}
+
+/// True if `curve` has `ratio` at a net pressure within a share of `net`.
+fn passes(curve: &ClosingCurve, net: f64, ratio: f64, share: f64) -> bool {
+    let at = |net: f64| curve.at(net).area_ratio;
+    at(net * (1.0 + share)) <= ratio && ratio <= at(net * (1.0 - share))
+}
+
+#[test]
+fn solved_cells_are_those_of_the_tables() {
+    let designs = [(20.0, 140.0), (60.0, 120.0), (160.0, 120.0)];
+    designs.par_iter().for_each(|&(height, roof)| {
+        let cell = p4_cell(height, roof);
+        let (table, ours) = (ClosingCurve::of_cell(&cell, MU).unwrap(), solved(&cell));
+        let compliance = ours.compliance() / table.compliance() - 1.0;
+        // 2e-5 of the table, and the line through two secants.
+        assert!(compliance.abs() < 5e-4, "{height}/{roof}: {compliance}");
+        if let (Some(ours), Some(table)) = (ours.touch(), table.touch()) {
+            // The gap is followed on a straight line for 0.025 of the area.
+            assert!(
+                (ours - table).abs() < 3e-3,
+                "{height}/{roof}: {ours} {table}"
+            );
+        }
+        let end = table.end()[0].min(ours.end()[0]);
+        let open = table.touch().unwrap_or(0.0) + 0.01;
+        for step in 1..100 {
+            let net = end * f64::from(step) / 100.0;
+            let ratio = table.at(net).area_ratio;
+            // Both errors; behind the touch the corners of the table stand within 3e-4 of
+            // its own meshes, and the stiffness of the contact enters.
+            let share = if ratio > open {
+                error(&table) + error(&ours)
+            } else {
+                0.02
+            };
+            assert!(
+                passes(&ours, net, ratio, share),
+                "{height}/{roof}: {ratio} at {net}: {}",
+                ours.at(net).area_ratio
+            );
+        }
+    });
+}
+
+/// Lengths within wide ranges, in m.
+fn random_cell(random: &mut ChaCha8Rng) -> CellGeometry {
+    let mut within = |least: f64, most: f64| least * (most / least).powf(random.random::<f64>());
+    let width = within(50e-6, 2e-3);
+    let section = MicrochannelSection {
+        width,
+        height: width * within(0.03, 0.5),
+    };
+    let roof = width * within(0.15, 1.0);
+    CellGeometry {
+        section,
+        roof,
+        thickness: section.height + roof + width * within(0.15, 1.5),
+        pitch: width * (1.0 + within(0.2, 2.0)),
+    }
+}
+
+/// A finer mesh of a cell, in units of its height.
+fn direct(cell: &CellGeometry) -> VoidStudy {
+    let unit = cell.section.height;
+    let rubber = Material {
+        law: Law::MooneyRivlin { c10: 0.4, c01: 0.1 },
+        volumetric: Volumetric::Incompressible,
+    };
+    let cell = VoidCell {
+        width: cell.section.width / unit,
+        height: 1.0,
+        cover: cell.roof / unit,
+        base: (cell.thickness - cell.section.height - cell.roof) / unit,
+        pitch: cell.pitch / unit,
+        fillet: 0.0,
+        division: CornerDivision {
+            smallest: 0.01,
+            segments: 3,
+            growth: 1.4,
+            ..CornerDivision::default()
+        },
+    };
+    let mut study =
+        VoidStudy::new(&cell, rubber, &Filling::Vented, WallContact::default()).unwrap();
+    study.solver.settings.reach = 0.5;
+    study.solver.settings.tolerance = 1e-6;
+    study
+}
+
+/// Solves `count` cells and compares each with a finer mesh at an area ratio of its own;
+/// the share of the stated error that is used at most, and the comparisons.
+fn compare_cells(seed: u64, count: usize) -> (f64, usize) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let cells: Vec<(CellGeometry, f64)> = (0..count)
+        .map(|_| (random_cell(&mut random), random.random::<f64>()))
+        .collect();
+    let used: Vec<f64> = cells
+        .par_iter()
+        .filter_map(|(cell, part)| {
+            let curve = solved(cell);
+            // Not into the contact of roof and floor, whose stiffness is a choice.
+            let least = curve.end()[1].max(curve.touch().unwrap_or(0.0)).max(0.3) + 0.02;
+            let ratio = least + part * (0.97 - least);
+            let state = direct(cell).close(ratio).ok()?;
+            // Both curves are for their shear modulus of one.
+            let net = state.pressure * MU;
+            // The error of interpolation beside that of the mesh.
+            let stated = error(&curve) + 1e-4;
+            let mut share = 0.0;
+            while !passes(&curve, net, ratio, share) && share < 1.0 {
+                share += 0.02 * stated;
+            }
+            println!(
+                "{cell:?} a {ratio:.3}: {:.2} of {stated:.1e}",
+                share / stated
+            );
+            Some(share / stated)
+        })
+        .collect();
+    (used.iter().copied().fold(0.0, f64::max), used.len())
+}
+
+#[test]
+fn kept_curves_of_random_cells_are_within_their_stated_error() {
+    let (used, compared) = compare_cells(1, 20);
+    assert!(compared >= 18, "{compared} of 20 were compared");
+    assert!(used <= 1.0, "{used} of the stated error");
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release -p taxel --test solved_drawings -- --ignored --nocapture"]
+fn kept_curves_of_a_hundred_random_cells_are_within_their_stated_error() {
+    let (used, compared) = compare_cells(2, 100);
+    println!("{compared} of 100 compared, {used:.2} of the stated error used");
+    assert!(compared >= 90 && used <= 1.0, "{compared} {used}");
+}
+
+#[test]
+fn a_scaled_or_stiffer_cell_has_the_same_solution() {
+    let mut memory = Memory::default();
+    let cell = CellGeometry {
+        roof: 150e-6,
+        ..p4_cell(20.0, 140.0)
+    };
+    let mut large = cell;
+    for length in [
+        &mut large.section.width,
+        &mut large.section.height,
+        &mut large.roof,
+        &mut large.thickness,
+        &mut large.pitch,
+    ] {
+        *length *= 3.0;
+    }
+    let one = SolvedCell::of_cell(&cell, "one", &mut memory).unwrap();
+    let other = SolvedCell::of_cell(&large, "other", &mut memory).unwrap();
+    assert_eq!((memory.solved, &one), (1, &other));
+    let net = 2e3;
+    let soft = one.curve(MU).unwrap().at(net).area_ratio;
+    let stiff = one.curve(2.0 * MU).unwrap().at(2.0 * net).area_ratio;
+    // Rounding.
+    assert!((soft - stiff).abs() < 1e-12);
+}
+
+fn edited(name: &str, edits: &[(&str, &str)]) -> String {
+    let mut text = Sensor::shipped_text(name).unwrap().to_owned();
+    for (from, to) in edits {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+#[test]
+fn a_drawing_of_microchannels_beside_the_tables_is_solved_and_says_so() {
+    let text = edited(
+        "liquid-metal-2x4",
+        &[("roof = \"140 um\"", "roof = \"150 um\"")],
+    );
+    let refused = Sensor::parse("mine.toml", &text).unwrap_err();
+    assert_eq!(refused.key, "element.microchannel.columns");
+    assert!(refused.to_string().contains("parse_with"), "{refused}");
+    let mut memory = Memory::default();
+    let sensor = Sensor::parse_with("mine.toml", &text, &mut memory).unwrap();
+    let again = Sensor::parse_with("mine.toml", &text, &mut memory).unwrap();
+    assert_eq!(memory.solved, 1);
+    let facts = summary(&sensor).unwrap();
+    assert_eq!(facts, summary(&again).unwrap());
+    let value = |name: &str| {
+        let fact = facts.iter().find(|fact| fact.name == name);
+        fact.unwrap_or_else(|| panic!("{name}")).value.clone()
+    };
+    let words = |name: &str| match value(name) {
+        Value::Text(text) => text,
+        Value::Number { .. } => panic!("{name}"),
+    };
+    assert_eq!(words("column_closing_curve"), "solved, kept");
+    assert_eq!(words("row_closing_curve"), "points");
+    // Under a thicker roof a channel closes less: 10.5 %/kPa under 140 um, 7.6 under 200.
+    let Value::Number { si, .. } = value("column_compliance") else {
+        panic!("no number");
+    };
+    assert!(si > 7.6e-5 && si < 10.5e-5, "{si}");
+}
+
+#[test]
+fn a_cell_without_solid_below_is_refused_at_its_key() {
+    let text = edited(
+        "liquid-metal-2x4",
+        &[("cell.thickness = \"500 um\"", "cell.thickness = \"160 um\"")],
+    );
+    let error = Sensor::parse_with("mine.toml", &text, &mut Afresh).unwrap_err();
+    let key = "element.microchannel.columns.closing.plane_strain_cell.thickness";
+    assert_eq!(error.key, key);
+    assert!(
+        error.to_string().contains("give more than 160 um"),
+        "{error}"
+    );
+}
+
+/// The model of an in-plane sensor with edits of its file, solved where needed.
+fn in_plane(edits: &[(&str, &str)]) -> InPlaneModel {
+    let text = edited("in-plane-50um", edits);
+    let sensor = Sensor::parse_with("mine.toml", &text, &mut Afresh);
+    let sensor = sensor.unwrap_or_else(|error| panic!("{error}"));
+    sensor.in_plane().unwrap().model()
+}
+
+/// Greatest share of its stated errors by which a model differs from a solution of its
+/// own, with a gap of `factor` times the drawn one, up to a compression.
+fn compare_section(model: &InPlaneModel, factor: f64, compression: f64) -> f64 {
+    let solved = model.solved.as_ref().unwrap();
+    let mut made = model.clone();
+    made.electrodes.gap *= factor;
+    let most = compression.min(0.9 * solved.largest_compression());
+    let way = SolvedInPlane::solve(&made, most, &|_| false, &mut |_| {}).unwrap();
+    let errors = solved.errors();
+    let (rest, last) = (way.rest(), way.last());
+    let state = made.respond(last.compression).unwrap();
+    let off = |ours: f64, direct: f64| (ours / direct - 1.0).abs();
+    let change = rest.capacitance - last.capacitance;
+    let area = made.layer.contact_area();
+    let shares = [
+        off(made.rest_capacitance(), rest.capacitance) / errors.capacitance,
+        off(state.change, change) / errors.change,
+        off(state.layer.force, last.mean_stress * area) / errors.force.unwrap_or(1.0),
+    ];
+    println!(
+        "gap x {factor:.3}, e {:.3}: {shares:.2?} of {errors:?}",
+        last.compression
+    );
+    shares.into_iter().fold(0.0, f64::max)
+}
+
+/// Lengths of a random cross-section, as edits of the shipped file.
+fn random_section(random: &mut ChaCha8Rng) -> InPlaneModel {
+    let mut within = |least: f64, most: f64| least * (most / least).powf(random.random::<f64>());
+    let thickness = within(40.0, 200.0);
+    let height = within(150.0, 600.0);
+    let layer = (height + thickness) * within(1.15, 2.0);
+    let half = layer * within(1.2, 2.2);
+    let gap = within(0.2, 1.0) * thickness;
+    let width = (half - gap) * within(0.2, 0.7);
+    let ratio = within(1.0, 3.0);
+    let permittivity = within(2.0, 8.0);
+    let media = [
+        "uniform",
+        "air_above",
+        "air_above_below",
+        "grounded_base",
+        "grounded_base_mutual",
+    ];
+    let medium = media[(random.random::<f64>() * media.len() as f64) as usize];
+    let um = |length: f64| format!("\"{length:.3} um\"");
+    let edits = [
+        (
+            "layer_width = \"3.5 mm\"",
+            format!("layer_width = {}", um(2.0 * half + 1.0)),
+        ),
+        (
+            "thickness = \"950 um\"",
+            format!("thickness = {}", um(layer)),
+        ),
+        (
+            "half_length = \"1750 um\"",
+            format!("half_length = {}", um(half)),
+        ),
+        ("gap = \"50 um\"", format!("gap = {}", um(gap))),
+        (
+            "\nthickness = \"100 um\"",
+            format!("\nthickness = {}", um(thickness)),
+        ),
+        ("height = \"550 um\"", format!("height = {}", um(height))),
+        ("\nwidth = \"1 mm\"", format!("\nwidth = {}", um(width))),
+        ("\"2.1 MPa\"", format!("\"{:.4} MPa\"", 1.2 * ratio)),
+        (
+            "permittivity = 2.4",
+            format!("permittivity = {permittivity:.3}"),
+        ),
+        (
+            "surroundings = \"uniform\"",
+            format!("surroundings = \"{medium}\""),
+        ),
+        (
+            "gap_deviation = \"1 um\"",
+            String::from("gap_deviation = \"0 um\""),
+        ),
+        (
+            "[\"3.5 mm\", \"10 mm\"]",
+            String::from("[\"9 mm\", \"10 mm\"]"),
+        ),
+        (
+            "range = [\"0 V\", \"1 V\"]",
+            String::from("range = [\"0 V\", \"20 V\"]"),
+        ),
+    ];
+    let edits = edits.each_ref().map(|(from, to)| (*from, to.as_str()));
+    in_plane(&edits)
+}
+
+fn compare_sections(seed: u64, count: usize) -> f64 {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut used = 0.0_f64;
+    for number in 0..count {
+        let model = random_section(&mut random);
+        println!("{number}: {:?} {:?}", model.layer, model.electrodes);
+        let factor = 0.95 + 0.1 * random.random::<f64>();
+        let compression = 0.02 + 0.13 * random.random::<f64>();
+        used = used.max(compare_section(&model, factor, compression));
+    }
+    used
+}
+
+#[test]
+fn a_kept_section_of_a_random_drawing_is_within_its_stated_errors() {
+    let used = compare_sections(1, 1);
+    assert!(used <= 1.0, "{used} of the stated error");
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release -p taxel --test solved_drawings -- --ignored --nocapture"]
+fn kept_sections_of_twenty_random_drawings_are_within_their_stated_errors() {
+    let used = compare_sections(2, 20);
+    println!("{used:.2} of the stated errors used");
+    assert!(used <= 1.0, "{used}");
+}
+
+#[test]
+fn a_probe_shorter_than_the_layer_is_thick_is_solved() {
+    let model = in_plane(&[
+        (
+            "contact_half_length = \"1750 um\"",
+            "contact_half_length = \"800 um\"",
+        ),
+        ("\nwidth = \"1 mm\"", "\nwidth = \"500 um\""),
+        (
+            "stiffness = { modulus = { youngs_modulus = \"2.1 MPa\" } }",
+            "stiffness = \"as_layer\"",
+        ),
+    ]);
+    assert!(compare_section(&model, 1.0, 0.1) <= 1.0);
+}
+
+#[test]
+fn electrodes_that_stick_out_of_the_layer_are_refused_with_both_lengths() {
+    let text = edited(
+        "in-plane-50um",
+        &[(
+            "contact_half_length = \"1750 um\"",
+            "contact_half_length = \"900 um\"",
+        )],
+    );
+    let error = Sensor::parse_with("mine.toml", &text, &mut Afresh).unwrap_err();
+    let message = error.to_string();
+    for part in ["1025.0 um", "900.0 um", "wide_layer"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
