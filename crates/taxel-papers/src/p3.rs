@@ -1,6 +1,6 @@
 //! P3: the piezoelectric array in silicone.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 
@@ -9,7 +9,8 @@ use taxel::device::{Drive, PiezoelectricArray, PiezoelectricPredictor};
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output, Readout};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{
-    Base, Contact, LayerLaw, Plate, Profile, SoftCover, SoftLayer, bending_stiffness,
+    Base, BondedDisc, Contact, DiscGrip, LayerLaw, LayerRim, Plate, Profile, SeatedSetting,
+    SoftCover, SoftLayer, bending_stiffness,
 };
 use taxel::sensor::Sensor;
 use taxel::transduction::{
@@ -120,6 +121,7 @@ pub(crate) fn fill(ours: &mut Ours) {
     experiments(ours, &both);
     results(ours, &both);
     arrays(ours, &both[0]);
+    shear(ours, &both[0]);
     table_2(ours, &both);
     conclusion(ours, &both[0]);
     figures(ours, &both);
@@ -361,7 +363,7 @@ fn plate_equations(ours: &mut Ours) {
         same(plate.bending_stiffness, modulus * thickness.powi(3) / 9.0),
     );
     // The momentum of the plate after a unit impulse, by the printed factor.
-    let factor = 4.0 * std::f64::consts::PI.powi(2) / TAU.sqrt();
+    let factor = 4.0 * PI.powi(2) / TAU.sqrt();
     ours.holds("eq_23", same(factor, 1.0))
         .with("factor", factor);
     ours.holds("eq_24", same(first + step, second));
@@ -504,15 +506,103 @@ fn shares(prototype: &Prototype<'_>, at: [f64; 2], radius: f64) -> Vec<f64> {
         .collect()
 }
 
+/// Sections 1 and 5: a shear force on the surface presses the elements in front of it and
+/// pulls those behind.
+fn shear(ours: &mut Ours, prototype: &Prototype<'_>) {
+    let description = prototype.array.description;
+    let cover = SoftCover {
+        thickness: description.depth(),
+        base: Base::Rigid,
+        contact: Contact::Uniform(2e-3),
+    };
+    let side = description.ceramic.side;
+    let shares = |x: f64, y: f64| cover.shear_shares([x, y], side)[0];
+    let (front, behind) = (shares(side, 0.0), shares(-side, 0.0));
+    let beside = shares(0.0, side);
+    let normal = cover.share([side, 0.0], side);
+    let pattern = front > 0.0 && same_to(behind, -front, 1e-6) && beside.abs() < 1e-6 * front;
+    for id in ["shear_picked_up", "shear_measured"] {
+        ours.holds(id, pattern)
+            .with("front", front)
+            .with("normal", normal)
+            .with("change", 50.0 * front / normal);
+    }
+}
+
+/// A touch of figures 18 to 20.
+struct DrawnTouch {
+    place: &'static str,
+    /// Where it is, in words.
+    on: &'static str,
+    /// Its middle and its radius, m.
+    at: [f64; 2],
+    radius: f64,
+}
+
+const TOUCHES: [DrawnTouch; 3] = [
+    DrawnTouch {
+        place: "Figure 18",
+        on: "on sensel 1",
+        at: [-6e-3, 2e-3],
+        radius: 1.5e-3,
+    },
+    DrawnTouch {
+        place: "Figure 19",
+        on: "between sensels 2 and 6",
+        at: [-2e-3, 0.0],
+        radius: 2.5e-3,
+    },
+    DrawnTouch {
+        place: "Figure 20",
+        on: "between sensels 3, 4, 7 and 8, nearer to 3 and 4",
+        at: [4e-3, 0.7e-3],
+        radius: 3.5e-3,
+    },
+];
+
+impl DrawnTouch {
+    /// Pressure on the base along both rows of sensels, per newton.
+    fn pressures(&self, prototype: &Prototype<'_>) -> Figure {
+        let (description, layout) = (prototype.array.description, prototype.array.layout());
+        let cover = SoftCover {
+            thickness: description.depth(),
+            base: Base::Rigid,
+            contact: Contact::Uniform(self.radius),
+        };
+        let series = (0..layout.rows).map(|row| {
+            let first = row * layout.columns;
+            let y = layout.flat_position(first)[1];
+            let points = (0..=180).map(|i| {
+                let x = (f64::from(i) - 90.0) * 1e-4;
+                let distance = (x - self.at[0]).hypot(y - self.at[1]);
+                [x * 1e3, cover.base_pressure(distance) * 1e-3]
+            });
+            let name = format!("sensels {} to {}", first + 1, first + layout.columns);
+            Series::new(name, points.collect(), Style::Line)
+        });
+        let chart = Chart {
+            title: String::from("pressure on the base along the rows, per newton"),
+            x: Axis::new("x", "mm"),
+            y: Axis::new("pressure", "kPa/N"),
+            series: series.collect(),
+        };
+        Figure::of(
+            format!("Pressure under a touch {}", self.on),
+            chart,
+            "Even pressure over a disc on the silicone above the elements, by the transmission of a bonded layer. Pitch, radius \
+             and depth are choices: the paper prints none. The sensels lie at -6, -2, 2 and 6 mm.",
+        )
+    }
+}
+
 /// Figures 18 to 21: elements that respond to a touch.
 fn arrays(ours: &mut Ours, prototype: &Prototype<'_>) {
-    let first = shares(prototype, [-6e-3, 2e-3], 1.5e-3);
+    let [first, gap, four] = [&TOUCHES[0], &TOUCHES[1], &TOUCHES[2]]
+        .map(|touch| shares(prototype, touch.at, touch.radius));
     let alone = first[1..].iter().all(|share| *share < 0.1 * first[0]);
     ours.holds("figure_18", alone);
-    let gap = shares(prototype, [-2e-3, 0.0], 2.5e-3);
     let pair = (0..8).all(|i| i == 1 || i == 5 || gap[i] < 0.2 * gap[1]);
     ours.holds("figure_19", pair && same_to(gap[1], gap[5], 1e-6));
-    let four = shares(prototype, [4e-3, 0.7e-3], 3.5e-3);
     let near = four[2].min(four[3]) > four[6].max(four[7]);
     let active = four[6].min(four[7]) > 3.0 * four[1].max(four[5]);
     ours.holds("figure_20", near && active);
@@ -541,21 +631,86 @@ fn neo_hookean(both: [&Prototype<'_>; 2]) -> f64 {
     thin / thick
 }
 
+/// An element under the middle of the tester on the bonded layer: charge over that of d33 and
+/// an even pressure.
+struct Bonded {
+    /// By d33 alone, the layer without the element.
+    share: f64,
+    /// With d31: in the middle of the layer, on the base, and in the middle of a layer that
+    /// goes on and slides along the tester.
+    middle: f64,
+    base: f64,
+    wide: f64,
+    /// Over all that is not printed.
+    interval: [f64; 2],
+}
+
+impl Bonded {
+    fn new(prototype: &Prototype<'_>) -> Self {
+        let description = prototype.array.description;
+        let (cover, ceramic) = (&description.cover, &description.ceramic);
+        let disc = BondedDisc {
+            radius: (prototype.tester_area / PI).sqrt(),
+            thickness: cover.thickness,
+            rim: LayerRim::Flush,
+            grip: DiscGrip::Gripped,
+        };
+        let setting = SeatedSetting {
+            disc_area: prototype.tester_area,
+            element_area: ceramic.side * ceramic.side,
+            element_thickness: ceramic.thickness,
+            thickness: cover.thickness,
+        };
+        let share = disc
+            .pressed()
+            .ok()
+            .and_then(|pressed| pressed.share([0.0; 2], ceramic.side));
+        let constants = description.charge_constants().unwrap_or([f64::NAN; 2]);
+        let middle = 0.5 * cover.thickness;
+        let of = |height, rim, grip| {
+            let element = setting.element(height, rim, grip);
+            element.map_or(f64::NAN, |element| {
+                element.charge_per_force(constants) / constants[0]
+            })
+        };
+        let interval = setting.charge_interval(constants);
+        Self {
+            share: share.unwrap_or(f64::NAN) * setting.disc_area / setting.element_area,
+            middle: of(middle, LayerRim::Flush, DiscGrip::Gripped),
+            base: of(0.5 * ceramic.thickness, LayerRim::Flush, DiscGrip::Gripped),
+            wide: of(middle, LayerRim::Wide, DiscGrip::Slip),
+            interval: interval
+                .unwrap_or([f64::NAN; 2])
+                .map(|charge| charge / constants[0]),
+        }
+    }
+}
+
 fn table_2(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
     let step = [both[0].sum(&STEP), both[1].sum(&STEP)];
+    let layers = [Bonded::new(&both[0]), Bonded::new(&both[1])];
     for (name, profile) in &PROFILES {
         let sums = [both[0].sum(profile), both[1].sum(profile)];
         for (sample, prototype) in both.iter().enumerate() {
             let force = prototype.tester_force(10.0 * prototype.smallest);
             let slope = sums[sample] / prototype.limit() / force;
-            ours.number(&slope_id(name, sample), slope);
+            let bonded = &layers[sample];
+            ours.number(&slope_id(name, sample), slope * bonded.share)
+                .with("even", slope)
+                .with("least", slope * bonded.interval[0])
+                .with("greatest", slope * bonded.interval[1]);
             if *name != "step" {
                 let id = format!("over_step_{name}_{}", SAMPLES[sample]);
                 ours.number(&id, sums[sample] / step[sample])
                     .with("leak", prototype.array.element.leak_resistance * 1e-6);
             }
         }
-        ours.number(&format!("over_thick_{name}"), sums[0] / sums[1])
+        let ratio = |of: fn(&Bonded) -> f64| of(&layers[0]) / of(&layers[1]);
+        ours.number(&format!("over_thick_{name}"), ratio(|layer| layer.middle))
+            .with("share", ratio(|layer| layer.share))
+            .with("base", ratio(|layer| layer.base))
+            .with("wide", ratio(|layer| layer.wide))
+            .with("displacement", sums[0] / sums[1])
             .with("neo_hookean", neo_hookean([&both[0], &both[1]]));
     }
 }
@@ -573,6 +728,9 @@ fn figures(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
         ours.figure(place, amplitudes(both, index));
     }
     ours.figure("Figure 17", figure_17(ours, both));
+    for touch in TOUCHES {
+        ours.figure(touch.place, touch.pressures(&both[0]));
+    }
 }
 
 /// Assumptions of the figures beyond the paper.

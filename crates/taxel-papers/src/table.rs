@@ -91,7 +91,8 @@ impl Kind {
 pub enum Verdict {
     /// Ours rounds to what is printed.
     Reproduced,
-    /// It follows from other printed numbers, without any model.
+    /// It follows from other printed numbers without any model, or its mechanism from ours for
+    /// usual values of what is not printed.
     Follows,
     /// It contradicts another printed number.
     Contradicts,
@@ -118,11 +119,11 @@ impl Verdict {
     pub fn name(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced within the printed digits",
-            Self::Follows => "follows from other printed numbers",
+            Self::Follows => "follows",
             Self::Contradicts => "contradicts another printed number",
             Self::NotDetermined => "not determined by what is printed",
             Self::AwaitsFieldSolver => "awaits the field solver",
-            Self::Unexplained => "unexplained",
+            Self::Unexplained => "not reproduced (unexplained)",
         }
     }
 
@@ -134,7 +135,7 @@ impl Verdict {
             Self::Contradicts => "contradicts",
             Self::NotDetermined => "not_determined",
             Self::AwaitsFieldSolver => "awaits_field_solver",
-            Self::Unexplained => "unexplained",
+            Self::Unexplained => "not reproduced (unexplained)",
         }
     }
 }

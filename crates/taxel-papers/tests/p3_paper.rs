@@ -325,7 +325,10 @@ fn p3_every_equation_and_figure_is_there() {
             "Figure 14",
             "Figure 15",
             "Figure 16",
-            "Figure 17"
+            "Figure 17",
+            "Figure 18",
+            "Figure 19",
+            "Figure 20"
         ]
     );
 }

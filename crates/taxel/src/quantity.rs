@@ -307,6 +307,8 @@ rules! {
     PositiveSpeed: Some(&SPEED), 0.0, true, 1e3;
     /// A charge per force above zero.
     PositiveChargePerForce: Some(&CHARGE_PER_FORCE), 0.0, true, NO_LIMIT;
+    /// Any charge per force.
+    AnyChargePerForce: Some(&CHARGE_PER_FORCE), -NO_LIMIT, false, NO_LIMIT;
     /// A gain of an amplifier without feedback, from 1 to 1e12.
     OpenLoopGain: None, 1.0, false, 1e12;
     /// A gain above zero, at most 1e6.
@@ -501,6 +503,14 @@ impl<R: Rule> JsonSchema for Checked<R> {
 /// The deserializer's error, with a message that names value, range and units.
 pub fn one<'de, R: Rule, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Checked::<R>::deserialize(deserializer)?.0)
+}
+
+/// Reads a value under the rule `R` for a key that may be left out.
+///
+/// # Errors
+/// As [`one`].
+pub fn some<'de, R: Rule, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    one::<R, D>(deserializer).map(Some)
 }
 
 /// Reads a list of exactly `N` values under the rule `R`.

@@ -25,6 +25,10 @@ const SHIPPED: &[(&str, &str)] = &[
         include_str!("../../sensors/stimuli/piezo-press.toml"),
     ),
     (
+        "piezo-shear",
+        include_str!("../../sensors/stimuli/piezo-shear.toml"),
+    ),
+    (
         "piezo-slide",
         include_str!("../../sensors/stimuli/piezo-slide.toml"),
     ),

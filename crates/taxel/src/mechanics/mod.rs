@@ -1,5 +1,6 @@
 //! Load to deformation.
 
+mod bonded_disc;
 mod choice;
 mod compressed_layer;
 pub mod crossing_microchannels;
@@ -17,14 +18,17 @@ mod plate;
 mod preload;
 mod profile;
 mod relaxation;
+mod seated_element;
 mod soft_cover;
 mod solved_block;
 mod solved_body;
 mod solved_cell;
 mod solved_voids;
+mod sphere_on_layer;
 mod suspension;
 mod tabulated_cells;
 
+pub use bonded_disc::{BondedDisc, DiscGrip, DiscPressure, LayerRim, OutsideDiscTable};
 pub use choice::Mechanics;
 pub use compressed_layer::{
     CompressedLayer, LayerKinematics, LayerState, PlaneStress, StressConstants, TopFace,
@@ -48,8 +52,10 @@ pub use plate::{Plate, PlateMotion, bending_stiffness};
 pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
 pub use profile::{Profile, SINE_POINTS};
 pub use relaxation::{Relaxation, RelaxationTerm};
+pub use seated_element::{OutsideElementTable, SeatedElement, SeatedSetting};
 pub use soft_cover::{
-    Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
+    Base, Contact, ShareTable, ShearTable, SoftCover, half_space_shear_transmission,
+    half_space_transmission, layer_shear_transmission, layer_transmission,
 };
 pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
 pub use solved_body::SolvedBody;
@@ -57,4 +63,5 @@ pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
+pub use sphere_on_layer::SpherePressure;
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

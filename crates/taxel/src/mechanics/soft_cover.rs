@@ -3,11 +3,13 @@
 //! The cover is incompressible, bonded to the base and quasi-static. In
 //! wave-number space p_base(k) = p_surface(k) T(kh); all loads here are round,
 //! so that the force on the base within a circle is one integral and a square
-//! gathers it along its edges. `docs/theory/piezoelectric-array.md` derives it.
+//! gathers it along its edges. A round shear on the surface presses the base in front of it
+//! and pulls it behind. `docs/theory/piezoelectric-array.md` derives both.
 
 use std::f64::consts::PI;
 
-use taxel_numerics::special::{gauss_panel, j1};
+use super::sphere_on_layer::SpherePressure;
+use taxel_numerics::special::{gauss_panel, j0, j1};
 
 /// Support below the cover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,6 +40,8 @@ pub enum Contact {
     Uniform(f64),
     /// p₀√(1 − r²/a²) over a disc of this radius a, m: a soft ball (Hertz).
     Hertz(f64),
+    /// Of a frictionless rigid sphere on a bonded layer.
+    Sphere(SpherePressure),
 }
 
 impl Contact {
@@ -46,6 +50,7 @@ impl Contact {
         match self {
             Self::Point => 0.0,
             Self::Uniform(radius) | Self::Hertz(radius) => radius,
+            Self::Sphere(sphere) => sphere.radius(),
         }
     }
 
@@ -57,6 +62,7 @@ impl Contact {
             // (ka)²/10 is the next term: below the rounding here.
             _ if x < 1e-8 => 1.0,
             Self::Point => 1.0,
+            Self::Sphere(sphere) => sphere.transform(k),
             Self::Uniform(_) => 2.0 * j1(x) / x,
             Self::Hertz(_) if x < 0.05 => 1.0 - x * x / 10.0 + x.powi(4) / 280.0,
             Self::Hertz(_) => 3.0 * (x.sin() - x * x.cos()) / x.powi(3),
@@ -81,7 +87,23 @@ pub fn half_space_transmission(c: f64) -> f64 {
     (1.0 + c) * (-c).exp()
 }
 
-/// Above this c both transmissions are below 1e-17.
+/// S(c) = c cosh c/(cosh²c + c²), c = wave number times thickness: normal stress on the rigid
+/// base over the shear on the surface of an incompressible bonded layer, a quarter of a wave
+/// in front of it.
+///
+/// For c ≥ 0; S(c) → c for small c. Written with exp(−c), so that nothing overflows.
+pub fn layer_shear_transmission(c: f64) -> f64 {
+    let e = (-c).exp();
+    let cosh = 0.5 * (1.0 + e * e);
+    c * e * cosh / (cosh * cosh + c * c * e * e)
+}
+
+/// c exp(−c): the same for the depth h in a half space (Cerruti's 3 F x z²/(2π R⁵)).
+pub fn half_space_shear_transmission(c: f64) -> f64 {
+    c * (-c).exp()
+}
+
+/// Above this c all transmissions are below 1e-17.
 const END: f64 = 45.0;
 /// Longest panel in c: the nearest pole of T, 0.739i, is half of it away.
 const PANEL: f64 = 1.5;
@@ -98,6 +120,13 @@ impl SoftCover {
         match self.base {
             Base::Rigid => layer_transmission(c),
             Base::HalfSpace => half_space_transmission(c),
+        }
+    }
+
+    fn shear_transmission(&self, c: f64) -> f64 {
+        match self.base {
+            Base::Rigid => layer_shear_transmission(c),
+            Base::HalfSpace => half_space_shear_transmission(c),
         }
     }
 
@@ -120,17 +149,43 @@ impl SoftCover {
         }
     }
 
+    /// Potential of the pressure on the base under a unit of shear along x, 1/m:
+    /// p = −∂Φ/∂x, Φ = (1/2π) ∫₀^∞ S(kh) D(ka) J₀(kr) dk.
+    fn shear_potential(&self, radius: f64) -> f64 {
+        let far = self.contact.radius() + FAR * self.thickness;
+        if self.base == Base::Rigid && radius > far {
+            return 0.0;
+        }
+        let shear = |k: f64| self.shear_transmission(k * self.thickness);
+        self.integral_of(radius, |k| shear(k) * j0(k * radius)) / (2.0 * PI)
+    }
+
     /// ∫₀^∞ T(kh) D(ka) f(k) dk for an f that turns over with the phase k·`reach`.
     fn integral(&self, reach: f64, f: impl Fn(f64) -> f64) -> f64 {
+        self.integral_of(reach, |k| self.transmission(k * self.thickness) * f(k))
+    }
+
+    /// ∫₀^∞ D(ka) f(k) dk for an f that turns over with the phase k·`reach` and ends with the
+    /// transmissions.
+    fn integral_of(&self, reach: f64, f: impl Fn(f64) -> f64) -> f64 {
         let end = END / self.thickness;
         let phase = end * (reach + self.contact.radius());
         let panels = (phase / PHASE).max(END / PANEL).ceil();
         let width = end / panels;
-        let integrand =
-            |k: f64| self.transmission(k * self.thickness) * self.contact.transform(k) * f(k);
+        let integrand = |k: f64| self.contact.transform(k) * f(k);
         (0..panels as usize)
             .map(|i| gauss_panel(i as f64 * width, (i + 1) as f64 * width, integrand))
             .sum()
+    }
+
+    /// Pressure on the base at a distance from the axis, m, per pressing force, 1/m²:
+    /// p = (1/2π) ∫₀^∞ T(kh) D(ka) k J₀(kr) dk.
+    pub fn base_pressure(&self, radius: f64) -> f64 {
+        let far = self.contact.radius() + FAR * self.thickness;
+        if self.base == Base::Rigid && radius > far {
+            return 0.0;
+        }
+        self.integral(radius, |k| k * j0(k * radius)) / (2.0 * PI)
     }
 
     /// Share of the load on a square element of side `side`, m, whose centre
@@ -150,25 +205,85 @@ impl SoftCover {
         gather(offset, side, panels, |radius| self.mean_share(radius))
     }
 
+    /// Normal force on a square element per shear force along x and along y, spread over the
+    /// surface as the pressure of [`SoftCover::contact`]: in front of the force the base is
+    /// pressed (positive), behind it is pulled.
+    ///
+    /// As [`SoftCover::share`]: `offset` is the centre of the element from the axis of the
+    /// load. The shares along x are odd in x and sum to zero over a tiling; the moment of the
+    /// pressure about y is the shear force times the thickness.
+    ///
+    /// # Example
+    /// ```
+    /// use taxel::mechanics::{Base, Contact, SoftCover};
+    /// let cover = SoftCover { thickness: 1.15e-3, base: Base::Rigid, contact: Contact::Uniform(2e-3) };
+    /// let [in_front, across] = cover.shear_shares([2e-3, 0.0], 2e-3);
+    /// assert!((in_front - 0.078).abs() < 3e-4 && across.abs() < 1e-12);
+    /// ```
+    pub fn shear_shares(&self, offset: [f64; 2], side: f64) -> [f64; 2] {
+        let panels = (side / self.thickness).ceil().max(1.0) as usize;
+        gather_shear(offset, side, panels, |radius| self.shear_potential(radius))
+    }
+
     /// The table for fast shares on elements.
     pub fn table(&self) -> ShareTable {
+        ShareTable {
+            thickness: self.thickness,
+            mean_share: self.radial_table(|radius| self.mean_share(radius)),
+        }
+    }
+
+    /// The table for fast shares of a shear force on elements.
+    pub fn shear_table(&self) -> ShearTable {
+        ShearTable {
+            thickness: self.thickness,
+            potential: self.radial_table(|radius| self.shear_potential(radius)),
+        }
+    }
+
+    fn radial_table(&self, f: impl Fn(f64) -> f64) -> RadialTable {
         let step = self.thickness / STEPS_PER_THICKNESS;
         let reach = self.contact.radius() + REACH * self.thickness;
         let points = (reach / step).ceil() as usize + 3;
-        ShareTable {
-            thickness: self.thickness,
+        RadialTable {
             per_step: 1.0 / step,
-            mean_share: (0..points)
-                .map(|i| self.mean_share(i as f64 * step))
-                .collect(),
+            values: (0..points).map(|i| f(i as f64 * step)).collect(),
         }
     }
+}
+
+/// ∫ over a square of −∂Φ/∂x and of −∂Φ/∂y for a round potential Φ: differences of its
+/// integrals along facing edges.
+fn gather_shear(
+    offset: [f64; 2],
+    side: f64,
+    panels: usize,
+    potential: impl Fn(f64) -> f64,
+) -> [f64; 2] {
+    let half = 0.5 * side;
+    let edge = |distance: f64, middle: f64| -> f64 {
+        let width = side / panels as f64;
+        (0..panels)
+            .map(|i| middle - half + i as f64 * width)
+            .map(|from| gauss_panel(from, from + width, |l| potential(distance.hypot(l))))
+            .sum()
+    };
+    let [x, y] = offset;
+    [
+        edge(x - half, y) - edge(x + half, y),
+        edge(y - half, x) - edge(y + half, x),
+    ]
 }
 
 /// ∫ over a square of a round density, by Gauss's theorem: the share within r
 /// divided by r² is integrated along the edges, (1/2π) Σ ∫ S(r)/r² d dl, where
 /// d is the distance of the edge's line from the axis.
-fn gather(offset: [f64; 2], side: f64, panels: usize, mean_share: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn gather(
+    offset: [f64; 2],
+    side: f64,
+    panels: usize,
+    mean_share: impl Fn(f64) -> f64,
+) -> f64 {
     let half = 0.5 * side;
     let [x, y] = offset;
     let edge = |distance: f64, middle: f64| -> f64 {
@@ -196,36 +311,69 @@ const REACH: f64 = 22.0;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShareTable {
     thickness: f64,
-    per_step: f64,
-    mean_share: Vec<f64>,
+    mean_share: RadialTable,
 }
 
 impl ShareTable {
     /// As [`SoftCover::share`].
     pub fn share(&self, offset: [f64; 2], side: f64) -> f64 {
-        let panels = (side / (3.0 * self.thickness)).ceil().max(1.0) as usize;
-        gather(offset, side, panels, |radius| self.mean_share(radius))
+        gather(offset, side, table_panels(side, self.thickness), |radius| {
+            let tabulated = self.mean_share.at(radius);
+            tabulated.unwrap_or_else(|| 1.0 / (radius * radius))
+        })
     }
+}
 
-    /// Cubic through the four nearest points; 1/r² beyond the table.
-    fn mean_share(&self, radius: f64) -> f64 {
+/// Tabulated shares of a shear force, as [`ShareTable`] has those of a pressing force:
+/// absolute error below 1e-6.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShearTable {
+    thickness: f64,
+    potential: RadialTable,
+}
+
+impl ShearTable {
+    /// As [`SoftCover::shear_shares`].
+    pub fn shares(&self, offset: [f64; 2], side: f64) -> [f64; 2] {
+        let panels = table_panels(side, self.thickness);
+        gather_shear(offset, side, panels, |radius| {
+            self.potential.at(radius).unwrap_or(0.0)
+        })
+    }
+}
+
+/// Panels along the side of an element whose share is taken from a table.
+fn table_panels(side: f64, thickness: f64) -> usize {
+    (side / (3.0 * thickness)).ceil().max(1.0) as usize
+}
+
+/// An even function of the radius at equal steps.
+#[derive(Debug, Clone, PartialEq)]
+struct RadialTable {
+    per_step: f64,
+    values: Vec<f64>,
+}
+
+impl RadialTable {
+    /// Cubic through the four nearest points; `None` beyond the table.
+    fn at(&self, radius: f64) -> Option<f64> {
         let position = radius * self.per_step;
         let cell = position as usize;
-        let Some(after) = self.mean_share.get(cell + 1..cell + 3) else {
-            return 1.0 / (radius * radius);
-        };
-        let here = self.mean_share[cell];
+        let after = self.values.get(cell + 1..cell + 3)?;
+        let here = self.values[cell];
         // The function is even: the point before the first is the second.
         let before = if cell == 0 {
             after[0]
         } else {
-            self.mean_share[cell - 1]
+            self.values[cell - 1]
         };
         let s = position - cell as f64;
         let (t, u) = (s - 1.0, s - 2.0);
         let v = s + 1.0;
-        -s * t * u / 6.0 * before + v * t * u / 2.0 * here - v * s * u / 2.0 * after[0]
-            + v * s * t / 6.0 * after[1]
+        Some(
+            -s * t * u / 6.0 * before + v * t * u / 2.0 * here - v * s * u / 2.0 * after[0]
+                + v * s * t / 6.0 * after[1],
+        )
     }
 }
 
@@ -244,6 +392,33 @@ mod tests {
     }
 
     #[test]
+    fn shear_transmissions_start_as_c_and_a_thick_layer_is_twice_a_half_space() {
+        for c in [0.0, 1e-9, 1e-5] {
+            // The next terms are c²/2 and c² of the first.
+            assert!((layer_shear_transmission(c) - c).abs() <= c * c);
+            assert!((half_space_shear_transmission(c) - c).abs() <= c * c);
+        }
+        let ratio = layer_shear_transmission(30.0) / half_space_shear_transmission(30.0);
+        assert!((ratio - 2.0).abs() < 1e-12);
+        assert_eq!(layer_shear_transmission(1e6), 0.0);
+    }
+
+    #[test]
+    fn point_shear_on_a_half_space_is_cerruti() {
+        let cover = SoftCover {
+            thickness: 1e-3,
+            base: Base::HalfSpace,
+            contact: Contact::Point,
+        };
+        for radius in [1e-5, 0.3e-3, 1e-3, 5e-3] {
+            // 3xz²/(2πR⁵) is −∂/∂x of z²/(2πR³).
+            let expected = 1e-6 / (2.0 * PI * f64::hypot(1e-3, radius).powi(3));
+            let found = cover.shear_potential(radius);
+            assert!((found / expected - 1.0).abs() < 1e-10, "{found} {expected}");
+        }
+    }
+
+    #[test]
     fn point_load_on_a_half_space_is_boussinesq() {
         let cover = SoftCover {
             thickness: 1e-3,
@@ -254,6 +429,21 @@ mod tests {
             // ∫ 3z³/(2πR⁵) over the disc.
             let expected = 1.0 - (1e-3 / f64::hypot(1e-3, radius)).powi(3);
             assert!((cover.share_within(radius) - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn pressure_of_a_point_load_on_a_half_space_is_boussinesq() {
+        let cover = SoftCover {
+            thickness: 1e-3,
+            base: Base::HalfSpace,
+            contact: Contact::Point,
+        };
+        for radius in [0.0, 0.3e-3, 2e-3] {
+            // 3z³/(2πR⁵).
+            let expected = 3e-9 / (2.0 * PI * f64::hypot(1e-3, radius).powi(5));
+            let found = cover.base_pressure(radius);
+            assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
         }
     }
 

@@ -28,7 +28,8 @@ pub use microchannel::{
     MicrochannelFabrication, PlaneStrainCell, SectionDescription,
 };
 pub use piezoelectric::{
-    CeramicDescription, CoverDescription, Piezoelectric, PiezoelectricFabrication,
+    CeramicDescription, CoverContact, CoverDescription, InPlane, Piezoelectric,
+    PiezoelectricFabrication, Seat, SeatHeight,
 };
 pub use three_axis_capacitor::{CalibratedUnit, Fabrication, Outline, ThreeAxisCapacitor};
 

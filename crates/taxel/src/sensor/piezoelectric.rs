@@ -3,11 +3,11 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::mechanics::{LayerLaw, PreloadError, Preloaded, SoftLayer};
+use crate::mechanics::{DiscGrip, LayerLaw, LayerRim, PreloadError, Preloaded, SoftLayer};
 use crate::quantity::{
-    self, Checked, Fraction, NonNegativeForce, NonNegativeViscosity, PositiveArea,
-    PositiveCapacitance, PositiveChargePerForce, PositiveDensity, PositiveForce, PositiveLength,
-    PositiveResistance, PositiveStress, Ratio,
+    self, AnyChargePerForce, Checked, Fraction, NonNegativeForce, NonNegativeViscosity,
+    PositiveArea, PositiveCapacitance, PositiveChargePerForce, PositiveDensity, PositiveForce,
+    PositiveLength, PositiveResistance, PositiveStress, Ratio,
 };
 use crate::trained::IndentationMap;
 use crate::transduction::{Ceramic, PiezoelectricElement, SiliconePath};
@@ -23,6 +23,14 @@ pub struct Piezoelectric {
     pub full_scale: f64,
     /// The plate and its circuit.
     pub ceramic: CeramicDescription,
+    /// Where the plate lies in the silicone under a rigid disc, for `in_plane = "bonded"`;
+    /// without it, where `cover.share_above` puts it.
+    #[serde(default)]
+    pub seat: Option<Seat>,
+    /// Whether the silicone stretches the plate in its plane under a rigid disc; default
+    /// `ignored`. For `taxel predict`.
+    #[serde(default)]
+    pub in_plane: InPlane,
     /// The silicone around it.
     pub cover: CoverDescription,
     /// Scatter of fabricated devices about the drawing; used by the twin.
@@ -30,6 +38,53 @@ pub struct Piezoelectric {
     /// Map from indentations of this device; only a calibration gives it.
     #[serde(skip)]
     pub indentations: Option<IndentationMap>,
+}
+
+/// Where a plate lies in the silicone.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Seat {
+    /// On the base.
+    Base,
+    /// In the middle of the silicone.
+    Middle,
+    /// Elsewhere.
+    At(SeatHeight),
+}
+
+/// A plate at a height.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SeatHeight {
+    /// Middle of the plate above the base, m.
+    #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
+    #[schemars(with = "Checked<PositiveLength>")]
+    pub height: f64,
+}
+
+/// Stress in the plane of a plate under a rigid disc.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InPlane {
+    /// Left out: the charge is d33 times the force normal to the plate.
+    #[default]
+    Ignored,
+    /// Of a stiff plate that is bonded to the silicone; needs
+    /// `ceramic.charge_per_force_transverse`.
+    Bonded,
+}
+
+/// Contact of a load.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CoverContact {
+    /// An even pressure over a disc, on the silicone above the plate.
+    #[default]
+    Pressure,
+    /// The pressure of a frictionless sphere on the silicone above the plate.
+    Sphere,
+    /// A rigid disc on all of the silicone.
+    RigidDisc,
 }
 
 /// A square plate poled through its thickness.
@@ -60,6 +115,11 @@ pub struct CeramicDescription {
     #[serde(deserialize_with = "quantity::one::<PositiveChargePerForce, _>")]
     #[schemars(with = "Checked<PositiveChargePerForce>")]
     pub charge_per_force: f64,
+    /// Charge per force in the plane d31, C/N; below zero for PZT. Without it the interval of
+    /// the charge is not known.
+    #[serde(default, deserialize_with = "quantity::some::<AnyChargePerForce, _>")]
+    #[schemars(with = "Option<Checked<AnyChargePerForce>>")]
+    pub charge_per_force_transverse: Option<f64>,
     /// Capacitance of element, cable and input, F.
     #[serde(deserialize_with = "quantity::one::<PositiveCapacitance, _>")]
     #[schemars(with = "Checked<PositiveCapacitance>")]
@@ -105,6 +165,15 @@ pub struct CoverDescription {
     #[serde(deserialize_with = "quantity::one::<PositiveArea, _>")]
     #[schemars(with = "Checked<PositiveArea>")]
     pub preload_area: f64,
+    /// Contact of a load that `taxel predict` places by its radius; default `pressure`.
+    #[serde(default)]
+    pub contact: CoverContact,
+    /// Where the silicone ends, for a rigid disc; default `flush`.
+    #[serde(default)]
+    pub rim: LayerRim,
+    /// Whether the silicone slides along a rigid disc; default `gripped`.
+    #[serde(default)]
+    pub grip: DiscGrip,
 }
 
 /// Scatter of the made device about its drawing.
@@ -168,6 +237,24 @@ impl Piezoelectric {
     /// Silicone above the elements without preload, m: what spreads a touch.
     pub fn depth(&self) -> f64 {
         self.cover.share_above * self.cover.thickness
+    }
+
+    /// Height of the middle of the elements above the base, without preload, m.
+    pub fn seat_height(&self) -> f64 {
+        let (cover, plate) = (&self.cover, self.ceramic.thickness);
+        match self.seat {
+            Some(Seat::Base) => 0.5 * plate,
+            Some(Seat::Middle) => 0.5 * cover.thickness,
+            Some(Seat::At(seat)) => seat.height,
+            None => 0.5 * plate + (1.0 - cover.share_above) * (cover.thickness - plate),
+        }
+    }
+
+    /// d33 and d31, C/N; `None` without d31.
+    pub fn charge_constants(&self) -> Option<[f64; 2]> {
+        let ceramic = &self.ceramic;
+        let transverse = ceramic.charge_per_force_transverse?;
+        Some([ceramic.charge_per_force, transverse])
     }
 
     /// Gain of each of `elements` elements of one piece about the drawing, cut

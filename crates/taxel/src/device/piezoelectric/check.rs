@@ -3,7 +3,8 @@
 use super::PiezoelectricArray;
 use crate::electronics::LastStage;
 use crate::sensor::{
-    Broken, SAME_LENGTH, check_scan_time, micrometres, require, rounded_down, rounded_up,
+    Broken, CoverContact, InPlane, SAME_LENGTH, Seat, check_scan_time, micrometres, require,
+    rounded_down, rounded_up,
 };
 use taxel_numerics::linear_chain::Chain;
 
@@ -20,6 +21,7 @@ const GAIN_DEVIATION: f64 = 0.3;
 
 pub(super) fn check(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     check_geometry(array)?;
+    check_seat(array)?;
     check_preload(array)?;
     check_scan(array)?;
     check_rate(array)?;
@@ -74,6 +76,46 @@ fn check_geometry(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
         &key("fabrication.gain_deviation"),
         || format!("with a scatter of {scatter} some elements would have no signal"),
         &format!("give at most {GAIN_DEVIATION}"),
+    )
+}
+
+/// The seat and what acts in the plane of the elements.
+fn check_seat(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
+    let description = array.description;
+    let (layer, plate) = (description.cover.thickness, description.ceramic.thickness);
+    if let Some(Seat::At(seat)) = description.seat {
+        let (lowest, highest) = (0.5 * plate, layer - 0.5 * plate);
+        require(
+            lowest - SAME_LENGTH <= seat.height && seat.height <= highest + SAME_LENGTH,
+            &key("seat.at.height"),
+            || {
+                format!(
+                    "an element with its middle at {} is not within {} of silicone",
+                    micrometres(seat.height),
+                    micrometres(layer)
+                )
+            },
+            &format!(
+                "give a height from {} to {}: half of the element from each face",
+                micrometres(lowest),
+                micrometres(highest)
+            ),
+        )?;
+    }
+    if description.in_plane == InPlane::Ignored {
+        return Ok(());
+    }
+    require(
+        description.charge_constants().is_some(),
+        &key("in_plane"),
+        || "the stress in the plane of an element gives charge by d31, which is not given".into(),
+        "give ceramic.charge_per_force_transverse, such as \"-320 pC/N\", or write in_plane = \"ignored\"",
+    )?;
+    require(
+        description.cover.contact == CoverContact::RigidDisc,
+        &key("in_plane"),
+        || "the stress in the plane of an element is known under a rigid disc only".into(),
+        "write cover.contact = \"rigid_disc\", or in_plane = \"ignored\"",
     )
 }
 

@@ -6,7 +6,7 @@ use super::PiezoelectricArray;
 use crate::device::timing;
 use crate::electronics::LastStage;
 use crate::estimation::{ChargeOptions, ChargeReader};
-use crate::mechanics::{Base, Contact, SoftCover};
+use crate::mechanics::{Base, BondedDisc, Contact, SeatedSetting, SoftCover};
 use crate::summary::{Fact, Value, fact, number, text};
 use taxel_numerics::linear_chain::Transfer;
 
@@ -103,6 +103,68 @@ fn mechanics(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
             number(share, "", "%", 0.01),
             source,
         ));
+    }
+    facts.extend(under_a_disc(array));
+    facts
+}
+
+/// What the layer makes of a rigid disc as large as the preload: stiffness, and the charge of
+/// an element under its middle with the interval of what a drawing leaves open.
+fn under_a_disc(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
+    let (description, cover) = (array.description, &array.description.cover);
+    let disc = BondedDisc {
+        radius: (cover.preload_area / std::f64::consts::PI).sqrt(),
+        thickness: cover.thickness,
+        rim: cover.rim,
+        grip: cover.grip,
+    };
+    let Ok(pressed) = disc.pressed() else {
+        return Vec::new();
+    };
+    let side = description.ceramic.side;
+    let mut facts = vec![fact(
+        "mechanics",
+        "disc_stiffness",
+        number(pressed.stiffness(cover.modulus), "n_per_m", "N/mm", 1e3),
+        "rigid disc of preload_area on the bonded layer",
+    )];
+    let Some(share) = pressed.share([0.0; 2], side) else {
+        return facts;
+    };
+    let charge = |name: &str, si: f64, source: &'static str| {
+        fact(
+            "transduction",
+            name,
+            number(si, "c_per_n", "pC/N", 1e-12),
+            source,
+        )
+    };
+    facts.push(fact(
+        "mechanics",
+        "share_under_disc",
+        number(share, "", "%", 0.01),
+        "of that disc's force, on an element under its middle",
+    ));
+    facts.push(charge(
+        "charge_per_disc_force",
+        share * description.ceramic.charge_per_force,
+        "d33 times that share, stress in the plane left out",
+    ));
+    let setting = SeatedSetting {
+        disc_area: cover.preload_area,
+        element_area: side * side,
+        element_thickness: description.ceramic.thickness,
+        thickness: cover.thickness,
+    };
+    let interval = description
+        .charge_constants()
+        .and_then(|constants| setting.charge_interval(constants).ok());
+    if let Some(interval) = interval {
+        let [least, greatest] = interval.map(|one| one * setting.element_area / setting.disc_area);
+        let open =
+            "by seat, rim, edge of the layer, ceramic, d33 +-20 %, with d31; no stiff sheets";
+        facts.push(charge("charge_per_disc_force_least", least, open));
+        facts.push(charge("charge_per_disc_force_greatest", greatest, open));
     }
     facts
 }

@@ -1,14 +1,17 @@
-//! A test load on one element to its signal.
+//! A test load on one element, or a contact beside it, to its signal.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use super::PiezoelectricArray;
 use crate::electronics::ChargeBoard;
 use crate::estimation::Event;
 use crate::figure::{Axis, Chart, Figure, Series, Style};
-use crate::mechanics::Profile;
+use crate::mechanics::{
+    Base, BondedDisc, Contact, Profile, SeatedSetting, SoftCover, SpherePressure,
+};
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{FORCE, LENGTH, TIME};
+use crate::sensor::{CoverContact, InPlane, Piezoelectric};
 use crate::table::{Cell, Column};
 use crate::transduction::SiliconePath;
 use taxel_numerics::linear_chain::Chain;
@@ -16,6 +19,7 @@ use taxel_numerics::linear_chain::Chain;
 /// Predicts test loads on one element as drawn.
 #[derive(Debug, Clone)]
 pub struct PiezoelectricPredictor {
+    description: Piezoelectric,
     board: ChargeBoard,
     path: Option<SiliconePath>,
     /// Open voltage and output per displacement of the surface.
@@ -61,6 +65,7 @@ impl PiezoelectricPredictor {
             .zip(chain(array.output_per_force()))
             .map(|(open, output)| [open, output]);
         Self {
+            description: array.description.clone(),
             board: array.board.clone(),
             path,
             by_displacement,
@@ -116,6 +121,240 @@ impl PiezoelectricPredictor {
             Drive::Force(newton) => [newton, newton / stiffness],
         }
     }
+
+    /// What a load does to the element.
+    fn carried(&self, load: &Load<'_>) -> Result<Carried, LoadRefused> {
+        let Some(contact) = ContactLoad::of(load)? else {
+            let drive = drive(load)?;
+            let [force, displacement] = self.top(drive);
+            return Ok(Carried {
+                drive,
+                displacement,
+                force,
+                element_force: force,
+                charge: self.description.ceramic.charge_per_force * force,
+                interval: None,
+            });
+        };
+        match self.description.cover.contact {
+            CoverContact::RigidDisc => self.under_a_disc(load, &contact),
+            CoverContact::Pressure | CoverContact::Sphere => self.under_a_pressure(load, &contact),
+        }
+    }
+
+    /// A pressure on the silicone above the element, with its shear.
+    fn under_a_pressure(
+        &self,
+        load: &Load<'_>,
+        contact: &ContactLoad,
+    ) -> Result<Carried, LoadRefused> {
+        if load.number(DISPLACEMENT).is_some() {
+            return Err(refused(
+                DISPLACEMENT,
+                "the surface under a pressure has no one displacement",
+                "give force_z, or write cover.contact = \"rigid_disc\"",
+            ));
+        }
+        let (depth, side) = (self.description.depth(), self.description.ceramic.side);
+        let sphere = || SpherePressure::on_layer(contact.radius, depth).map(Contact::Sphere);
+        let even = Contact::Uniform(contact.radius);
+        let cover = SoftCover {
+            thickness: depth,
+            base: Base::Rigid,
+            contact: match self.description.cover.contact {
+                CoverContact::Sphere => sphere().unwrap_or(even),
+                CoverContact::Pressure | CoverContact::RigidDisc => even,
+            },
+        };
+        let [force_x, force_y, force_z] = contact.force;
+        let mut element_force = force_z * cover.share(contact.offset, side);
+        if force_x != 0.0 || force_y != 0.0 {
+            let [along_x, along_y] = cover.shear_shares(contact.offset, side);
+            element_force += along_x * force_x + along_y * force_y;
+        }
+        let charge = self.description.ceramic.charge_per_force * element_force;
+        Ok(Carried {
+            drive: Drive::Force(element_force),
+            displacement: f64::NAN,
+            force: force_z,
+            element_force,
+            charge,
+            interval: self.interval(contact, force_z),
+        })
+    }
+
+    /// A rigid disc on all of the silicone.
+    fn under_a_disc(&self, load: &Load<'_>, contact: &ContactLoad) -> Result<Carried, LoadRefused> {
+        let (description, cover) = (&self.description, &self.description.cover);
+        let [force_x, force_y, force_z] = contact.force;
+        for (column, force) in [(FORCE_X, force_x), (FORCE_Y, force_y)] {
+            if force != 0.0 {
+                return Err(refused(
+                    column,
+                    format!("a shear of {force} N under a rigid disc is not solved"),
+                    "leave it out, or write cover.contact = \"pressure\"",
+                ));
+            }
+        }
+        let disc = BondedDisc {
+            radius: contact.radius,
+            thickness: cover.thickness,
+            rim: cover.rim,
+            grip: cover.grip,
+        };
+        let pressed = disc.pressed().map_err(|error| {
+            let [lowest, highest] = [error.lowest, error.highest].map(|a| a * cover.thickness);
+            let allowed = format!(
+                "give a contact_radius from {:.4} to {:.4} mm",
+                lowest * 1e3,
+                highest * 1e3
+            );
+            refused(CONTACT_RADIUS, error.to_string(), &allowed)
+        })?;
+        let stiffness = pressed.stiffness(cover.modulus);
+        let force = match load.number(DISPLACEMENT) {
+            Some(metres) => stiffness * metres,
+            None => force_z,
+        };
+        let side = description.ceramic.side;
+        let share = pressed.share(contact.offset, side).ok_or_else(|| {
+            let [x, y] = contact.offset.map(|along| along * 1e3);
+            refused(
+                OFFSET_X,
+                format!("the element at {x}, {y} mm reaches beyond the disc, where a layer that goes on is not tabulated"),
+                "give a smaller offset, a larger contact_radius, or cover.rim = \"flush\"",
+            )
+        })?;
+        let element_force = share * force;
+        let charge = match description.in_plane {
+            InPlane::Ignored => description.ceramic.charge_per_force * element_force,
+            InPlane::Bonded => self.bonded_charge(contact, force)?,
+        };
+        Ok(Carried {
+            // What the board gets: the charge, as a force by d33 alone.
+            drive: Drive::Force(charge / description.ceramic.charge_per_force),
+            displacement: force / stiffness,
+            force,
+            element_force,
+            charge,
+            interval: self.interval(contact, force),
+        })
+    }
+
+    /// What the table of elements in their layer was solved for, under this contact.
+    fn setting(&self, contact: &ContactLoad) -> SeatedSetting {
+        let ceramic = &self.description.ceramic;
+        SeatedSetting {
+            disc_area: PI * contact.radius * contact.radius,
+            element_area: ceramic.side * ceramic.side,
+            element_thickness: ceramic.thickness,
+            thickness: self.description.cover.thickness,
+        }
+    }
+
+    /// Charge of an element that is bonded to the silicone, C.
+    fn bonded_charge(&self, contact: &ContactLoad, force: f64) -> Result<f64, LoadRefused> {
+        let cover = &self.description.cover;
+        let help = "write in_plane = \"ignored\", or give a load that was solved";
+        if contact.off_centre() {
+            let message = "the stress in the plane of an element was solved under the middle of the disc only";
+            return Err(refused(OFFSET_X, message, help));
+        }
+        let setting = self.setting(contact);
+        let height = self.description.seat_height();
+        let element = setting.element(height, cover.rim, cover.grip);
+        let element = element.map_err(|error| refused(CONTACT_RADIUS, error.to_string(), help))?;
+        // The check of the sensor file demands d31.
+        let constants = self.description.charge_constants();
+        let constants = constants.unwrap_or([f64::NAN; 2]);
+        let mean = force * setting.element_area / setting.disc_area;
+        Ok(mean * element.charge_per_force(constants))
+    }
+
+    /// Least and greatest charge by what a drawing leaves open, C, where it is known.
+    fn interval(&self, contact: &ContactLoad, force: f64) -> Option<[f64; 2]> {
+        let [force_x, force_y, _] = contact.force;
+        if contact.off_centre() || force_x != 0.0 || force_y != 0.0 {
+            return None;
+        }
+        let setting = self.setting(contact);
+        let charges = setting
+            .charge_interval(self.description.charge_constants()?)
+            .ok()?;
+        let mean = force * setting.element_area / setting.disc_area;
+        let [one, other] = charges.map(|charge| charge * mean);
+        Some([one.min(other), one.max(other)])
+    }
+}
+
+/// A load as the element meets it.
+#[derive(Debug, Clone, Copy)]
+struct Carried {
+    /// What drives the element and the board.
+    drive: Drive,
+    /// Displacement of the surface or of the disc, m; NaN where there is no one.
+    displacement: f64,
+    /// Pressing force of the load, N.
+    force: f64,
+    /// Force normal to the element, N.
+    element_force: f64,
+    /// Charge at the top of the load, C.
+    charge: f64,
+    /// Least and greatest charge by what a drawing leaves open, C.
+    interval: Option<[f64; 2]>,
+}
+
+/// A load on a round contact beside the element.
+#[derive(Debug, Clone, Copy)]
+struct ContactLoad {
+    /// Radius of the contact, m.
+    radius: f64,
+    /// Centre of the element from the middle of the contact, m.
+    offset: [f64; 2],
+    /// Force x, y, pressing, N.
+    force: [f64; 3],
+}
+
+impl ContactLoad {
+    /// `None` for a load that stands on the element itself.
+    fn of(load: &Load<'_>) -> Result<Option<Self>, LoadRefused> {
+        let at = |column| load.number(column).unwrap_or(0.0);
+        let force = [FORCE_X, FORCE_Y, FORCE_Z].map(at);
+        let Some(radius) = load.number(CONTACT_RADIUS) else {
+            let help =
+                "give contact_radius too, and with offset_x and offset_y where the element is";
+            for (column, value) in [(FORCE_X, force[0]), (FORCE_Y, force[1])] {
+                if value != 0.0 {
+                    let message = format!(
+                        "a shear of {value} N presses an element beside its contact, which is not given"
+                    );
+                    return Err(refused(column, message, help));
+                }
+            }
+            for column in [OFFSET_X, OFFSET_Y] {
+                if load.number(column).is_some() {
+                    let message =
+                        format!("{} is from a contact that is not given", LOADS[column].name);
+                    return Err(refused(column, message, help));
+                }
+            }
+            return Ok(None);
+        };
+        if load.number(DISPLACEMENT).is_some() && load.number(FORCE_Z).is_some() {
+            return drive(load).map(|_| None);
+        }
+        Ok(Some(Self {
+            radius,
+            offset: [OFFSET_X, OFFSET_Y].map(at),
+            force,
+        }))
+    }
+
+    /// True if the element is not under the middle of the contact.
+    fn off_centre(&self) -> bool {
+        // A hundredth of the radius changes the pressure by 1e-4.
+        self.offset[0].hypot(self.offset[1]) > 0.01 * self.radius
+    }
 }
 
 impl Drive {
@@ -160,6 +399,11 @@ const RAMP: usize = 3;
 const DWELL: usize = 4;
 const PERIOD: usize = 5;
 const CYCLES: usize = 6;
+const FORCE_X: usize = 7;
+const FORCE_Y: usize = 8;
+const CONTACT_RADIUS: usize = 9;
+const OFFSET_X: usize = 10;
+const OFFSET_Y: usize = 11;
 
 /// Words of the column `profile`.
 const PROFILES: [&str; 4] = ["step", "impact", "cyclic", "sine"];
@@ -180,7 +424,7 @@ const fn column(
     }
 }
 
-static LOADS: [LoadColumn; 7] = [
+static LOADS: [LoadColumn; 12] = [
     LoadColumn {
         required: true,
         ..column(
@@ -200,7 +444,7 @@ static LOADS: [LoadColumn; 7] = [
         "force_z",
         "fz",
         LoadKind::Quantity(&FORCE, [-1e3, 1e3]),
-        "top force on an element, in place of the displacement",
+        "top force on an element or a contact, in place of the displacement",
     ),
     column(
         "ramp",
@@ -225,6 +469,36 @@ static LOADS: [LoadColumn; 7] = [
         "cycles",
         LoadKind::Number([1.0, MOST_CYCLES]),
         "number of cycles; the peaks are those of the last one",
+    ),
+    column(
+        "force_x",
+        "fx",
+        LoadKind::Quantity(&FORCE, [-1e3, 1e3]),
+        "top shear force of a contact along x",
+    ),
+    column(
+        "force_y",
+        "fy",
+        LoadKind::Quantity(&FORCE, [-1e3, 1e3]),
+        "the same along y",
+    ),
+    column(
+        "contact_radius",
+        "radius",
+        LoadKind::Quantity(&LENGTH, [1e-6, 0.1]),
+        "radius of a contact on the silicone; without it the force is on the element",
+    ),
+    column(
+        "offset_x",
+        "dx",
+        LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
+        "centre of the element from the middle of the contact along x; 0 without it",
+    ),
+    column(
+        "offset_y",
+        "dy",
+        LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
+        "the same along y",
     ),
 ];
 
@@ -315,7 +589,8 @@ impl Predictor for PiezoelectricPredictor {
     }
 
     fn combination(&self, given: &[bool]) -> Result<(), String> {
-        if given.get(DISPLACEMENT) == Some(&true) || given.get(FORCE_Z) == Some(&true) {
+        let loads = [DISPLACEMENT, FORCE_Z, FORCE_X, FORCE_Y];
+        if loads.iter().any(|column| given.get(*column) == Some(&true)) {
             Ok(())
         } else {
             Err(String::from("give displacement or force_z"))
@@ -325,11 +600,16 @@ impl Predictor for PiezoelectricPredictor {
     fn columns(&self) -> Vec<Column> {
         let unit = self.board.unit();
         let peak = |name: &str| Column::new(name, unit.symbol, unit.si_per_unit, unit.key, 3);
+        let charge = |name: &str| Column::new(name, "pC", 1e-12, "c", 3);
         vec![
             Column::plain("profile"),
             Column::plain("basis"),
             Column::new("displacement", "um", 1e-6, "m", 3),
             Column::new("force_z", "mN", 1e-3, "n", 3),
+            Column::new("element_force", "mN", 1e-3, "n", 3),
+            charge("charge"),
+            charge("charge_least"),
+            charge("charge_greatest"),
             peak("a1"),
             peak("a2"),
             peak("a1_plus_a2"),
@@ -340,9 +620,10 @@ impl Predictor for PiezoelectricPredictor {
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
-        let (profile, drive) = (profile(load)?, drive(load)?);
+        let (profile, carried) = (profile(load)?, self.carried(load)?);
+        let drive = carried.drive;
         let word = load.word(PROFILE).map_or("", |word| PROFILES[word]);
-        let [force, displacement] = self.top(drive);
+        let [least, greatest] = carried.interval.unwrap_or([f64::NAN; 2]);
         let Some(answer) = self.test(&profile, drive) else {
             // Only a sensor file that its check refuses has no chain.
             return Err(refused(PROFILE, "this device has no stable response", ""));
@@ -351,8 +632,12 @@ impl Predictor for PiezoelectricPredictor {
         row.extend([Cell::from(word), Cell::from(drive.basis())]);
         row.extend(
             [
-                displacement,
-                force,
+                carried.displacement,
+                carried.force,
+                carried.element_force,
+                carried.charge,
+                least,
+                greatest,
                 answer.first,
                 answer.second,
                 sum,
@@ -382,7 +667,7 @@ impl Predictor for PiezoelectricPredictor {
     }
 
     fn history(&self, load: &Load<'_>) -> Option<Figure> {
-        let (profile, drive) = (profile(load).ok()?, drive(load).ok()?);
+        let (profile, drive) = (profile(load).ok()?, self.carried(load).ok()?.drive);
         let [open, output] = self.chains(drive)?;
         let knots = profile.knots(drive.size());
         let end = history_end(&profile, &self.board);

@@ -4,7 +4,7 @@ use super::PiezoelectricArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
 use crate::electronics::ChargeBoard;
 use crate::layout::Layout;
-use crate::mechanics::{Base, Contact, ShareTable, SoftCover};
+use crate::mechanics::{Base, Contact, ShareTable, ShearTable, SoftCover};
 use taxel_numerics::Noise;
 use taxel_numerics::linear_chain::{Chain, Memory, Step};
 
@@ -24,6 +24,8 @@ pub(super) struct Piece {
     elements: Vec<(Memory, f64)>,
     /// Shares of the contact radii that have occurred, m.
     tables: Vec<(f64, ShareTable)>,
+    /// The same of those that came with a shear force.
+    shear_tables: Vec<(f64, ShearTable)>,
     /// Output of the channel read last, V: a multiplexer may still hold it.
     held: f64,
 }
@@ -43,6 +45,7 @@ impl Piece {
             board: array.board.clone(),
             chain,
             tables: Vec::new(),
+            shear_tables: Vec::new(),
             held: 0.0,
         }
     }
@@ -58,6 +61,11 @@ impl Piece {
                 let table = self.cover(patch.radius).table();
                 self.tables.push((patch.radius, table));
             }
+            let known = |(radius, _): &(f64, ShearTable)| *radius == patch.radius;
+            if shears(patch.force) && !self.shear_tables.iter().any(known) {
+                let table = self.cover(patch.radius).shear_table();
+                self.shear_tables.push((patch.radius, table));
+            }
         }
     }
 
@@ -70,7 +78,8 @@ impl Piece {
     }
 
     /// Normal force on an element at `time`, s, N: probes stand on it, of a
-    /// patch the cover passes on its share.
+    /// patch the cover passes on its share. The shear of a patch is spread like its pressure,
+    /// as by sliding friction.
     fn force(&self, script: &Script<'_>, taxel: usize, time: f64) -> f64 {
         let [x, y] = self.layout.flat_position(taxel);
         let mut force = script.probe_force(taxel, time)[2];
@@ -85,6 +94,17 @@ impl Piece {
                 None => self.cover(patch.radius).share(offset, self.side),
             };
             force += share * patch.force[2];
+            if shears(patch.force) {
+                let table = self
+                    .shear_tables
+                    .iter()
+                    .find(|(radius, _)| *radius == patch.radius);
+                let [along_x, along_y] = match table {
+                    Some((_, table)) => table.shares(offset, self.side),
+                    None => self.cover(patch.radius).shear_shares(offset, self.side),
+                };
+                force += along_x * patch.force[0] + along_y * patch.force[1];
+            }
         }
         force
     }
@@ -105,6 +125,11 @@ impl Piece {
             chain.advance(memory, &chain.step(elapsed.max(0.0)), force)
         }
     }
+}
+
+/// True if a force has a part along the surface.
+fn shears(force: [f64; 3]) -> bool {
+    force[0] != 0.0 || force[1] != 0.0
 }
 
 impl Simulated for Piece {
