@@ -20,6 +20,7 @@ pub mod quantity;
 pub mod schema;
 pub mod sensor;
 pub mod signal;
+mod solved_table;
 pub mod summary;
 pub mod svg;
 pub mod table;

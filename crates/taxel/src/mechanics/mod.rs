@@ -1,8 +1,10 @@
 //! Load to deformation.
 
+mod bent_unit;
 mod choice;
 mod compressed_layer;
 pub mod crossing_microchannels;
+mod elastic_unit;
 mod electrodes;
 mod end_condition;
 mod force_axes;
@@ -19,13 +21,19 @@ mod profile;
 mod relaxation;
 mod soft_cover;
 mod solved_block;
+mod solved_unit;
 mod solved_voids;
 mod suspension;
 mod tabulated_cells;
 
+pub use bent_unit::{BENDING_ERROR, BentGap};
 pub use choice::Mechanics;
 pub use compressed_layer::{
     CompressedLayer, LayerKinematics, LayerState, PlaneStress, StressConstants, TopFace,
+};
+pub use elastic_unit::{
+    AIR_PRESSURE, Bar, Cavity, ElasticDescription, FlankCompliance, Grip, OutsideUnit,
+    SOLVED_ERROR, STICK_ERROR, STRIPS, SideContact, UnitCompliance, UnitDrawing,
 };
 pub use electrodes::{
     DeformedElectrodes, ElectrodeModulus, ElectrodeStiffness, Electrodes, OutsideTable,
@@ -50,6 +58,7 @@ pub use soft_cover::{
     Base, Contact, ShareTable, SoftCover, half_space_transmission, layer_transmission,
 };
 pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
+pub use solved_unit::{BlockDivision, SolvedUnit, UnitSolution};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};
