@@ -204,7 +204,7 @@ fn drawings_beyond_the_table_are_named() {
     assert!(
         outside
             .to_string()
-            .contains("from 25.0 um to 100.0 um, not for 150.0 um")
+            .contains("from 50.0 um to 200.0 um, not for 300.0 um")
     );
     let steep = UnitDrawing {
         bump_top: 600e-6,
@@ -315,7 +315,7 @@ fn a_stiffness_is_typed_in_or_drawn() {
     for (change, parts) in [
         (
             ("wall_width = \"100 um\"", "wall_width = \"420 um\""),
-            ["outline.wall_width", "half a wall", "25.0 um to 100.0 um"],
+            ["outline.wall_width", "a wall", "50.0 um to 200.0 um"],
         ),
         (
             (

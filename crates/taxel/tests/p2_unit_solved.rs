@@ -39,14 +39,15 @@ fn solution(row: &Row) -> UnitSolution {
     }
 }
 
-/// Closings and ratios within the error of the table, by this solution and that of the row.
+/// Closings within `error` of the row; the largest closing within twice as much: it depends on
+/// the cells at the corner of a tile in both solutions.
 fn compare(row: &Row, solution: &UnitSolution, error: f64) {
     let found = drawing(row).solve(solution).unwrap();
-    for (value, column) in [
-        (found.c_zz / 1e3, "c_zz"),
-        (found.c_xx / 1e3, "c_xx"),
-        (found.hot[0], "hot_z"),
-        (found.hot[1], "hot_x"),
+    for (value, column, error) in [
+        (found.c_zz / 1e3, "c_zz", error),
+        (found.c_xx / 1e3, "c_xx", error),
+        (found.hot[0], "hot_z", 2.0 * error),
+        (found.hot[1], "hot_x", 2.0 * error),
     ] {
         let (case, solved) = (row.text("case"), row.at(column));
         println!(
@@ -71,12 +72,12 @@ fn base_case_on_a_coarse_mesh() {
         ..UnitSolution::default()
     };
     // What this mesh differs from the usual one.
-    compare(&row.unwrap(), &coarse, 0.06);
+    compare(&row.unwrap(), &coarse, 0.04);
 }
 
 /// Rows of the table within its error, 2 %: some minutes in development.
 #[test]
-#[ignore = "long: two solutions of 30 thousand unknowns for each of 13 rows"]
+#[ignore = "long: two solutions of 25 thousand unknowns for each of 13 rows"]
 fn rows_of_the_table() {
     for row in table("solved_p2_unit.csv") {
         // Real neighbours are another body; 0.4999 is beyond what a stiffness in a matrix
@@ -90,7 +91,7 @@ fn rows_of_the_table() {
 
 /// The fast form between the rows against the solution of the same drawing.
 #[test]
-#[ignore = "long: ten drawings, two solutions of 30 thousand unknowns each"]
+#[ignore = "long: ten drawings, two solutions of 25 thousand unknowns each"]
 fn drawings_between_the_rows() {
     let row = table("solved_p2_unit.csv")
         .into_iter()

@@ -72,9 +72,10 @@ impl BlockDivision {
         across: [1, 1, 1, 1, 1, 1],
         upward: [1, 1, 1],
     };
-    /// About 30 thousand unknowns: closings are within 2 % of graded meshes.
+    /// About 25 thousand unknowns: on the unit of P2 closings are within 2 % of graded meshes,
+    /// the largest closing within 4 %.
     pub const USUAL: Self = Self {
-        across: [2, 2, 2, 2, 2, 2],
+        across: [1, 2, 2, 2, 2, 2],
         upward: [2, 2, 2],
     };
 }

@@ -171,54 +171,65 @@ impl std::fmt::Display for OutsideUnit {
     }
 }
 
-/// A length that was varied: its column, its key, its name and its half or whole factor.
+/// A length that was varied.
 struct Varied {
+    /// The length of the key over that in the columns.
+    whole: f64,
+    /// Columns whose sum it is.
     columns: &'static [&'static str],
+    /// Its key, below the element, and its name.
     key: &'static str,
     quantity: &'static str,
+    /// The length of a drawing that stands in the columns.
     of: fn(&UnitDrawing) -> f64,
 }
 
-/// The lengths that were varied in the table; the first column holds the length over
-/// its factor.
+/// The lengths that were varied in the table.
 const VARIED: [Varied; 7] = [
     Varied {
+        whole: 2.0,
         columns: &["wall_half_um"],
         key: "outline.wall_width",
-        quantity: "half a wall",
+        quantity: "a wall",
         of: |unit| 0.5 * unit.wall_width,
     },
     Varied {
+        whole: 2.0,
         columns: &["cavity_outer_um"],
         key: "outline.unit_side",
-        quantity: "half a unit",
+        quantity: "the side of a unit",
         of: |unit| 0.5 * unit.unit_side,
     },
     Varied {
+        whole: 1.0,
         columns: &["lower_um"],
         key: "outline.electrode_layer",
         quantity: "the lower layer",
         of: |unit| unit.lower_layer,
     },
     Varied {
+        whole: 1.0,
         columns: &["base_um", "upper_um"],
         key: "outline.bump_layer",
         quantity: "the layers between air gap and bump",
         of: |unit| unit.upper_layer,
     },
     Varied {
+        whole: 1.0,
         columns: &["bump_height_um", "bump_top_half_um"],
         key: "outline.bump_height",
         quantity: "the bump's height",
         of: |unit| unit.bump_height,
     },
     Varied {
+        whole: 1.0,
         columns: &["air_um"],
         key: "plates.air_gap",
         quantity: "an air gap",
         of: |unit| unit.air_gap,
     },
     Varied {
+        whole: 1.0,
         columns: &["insulation_um"],
         key: "plates.insulation",
         quantity: "an insulation",
@@ -384,8 +395,8 @@ impl UnitDrawing {
                 return Err(OutsideUnit {
                     key: varied.key,
                     quantity: varied.quantity,
-                    given,
-                    range,
+                    given: varied.whole * given,
+                    range: range.map(|end| varied.whole * end),
                 });
             }
             if factor > 1.0 + 1e-9 {
