@@ -81,7 +81,14 @@ fn check_prints_what_follows_from_the_file() {
     let rest = facts["transduction"]["rest_capacitance_11_f"]
         .as_f64()
         .unwrap();
-    assert!((rest - 172.297_708_906e-15).abs() < 1e-23);
+    // The specification has 204.0 to 204.5 fF with all other electrodes grounded.
+    assert!((204.0e-15..204.5e-15).contains(&rest), "{rest}");
+    let of = |name: &str| facts["transduction"][name].as_f64().unwrap();
+    assert!((of("plate_capacitance_11_f") - 172.297_708_906e-15).abs() < 1e-23);
+    assert!((of("capacitance_with_edges_least_11_f") - 199.6e-15).abs() < 0.05e-15);
+    assert!((of("capacitance_with_edges_greatest_11_f") - 213.65e-15).abs() < 0.05e-15);
+    assert!((of("capacitance_by_air_gap_11_f_per_m") + 22.3e-9).abs() < 0.2e-9);
+    assert_eq!(facts["mechanics"]["stiffness_from"], "typed in");
     assert_eq!(facts["sensor_hash"].as_str().unwrap().len(), 64);
     let table = taxel(&["check", "three-axis-unit"]);
     assert_eq!(table.status.code(), Some(0));
@@ -153,7 +160,7 @@ fn bad_sensor_files_are_refused_at_the_very_word() {
         (
             "range = [\"0 V\", \"1 V\"]",
             "range = [\"0 V\", \"0.1 V\"]",
-            &["electronics.converter.range", "172.30 fF"],
+            &["electronics.converter.range", "204.02 fF"],
         ),
         (
             "full_scale = \"20 mN\"",
@@ -248,7 +255,7 @@ fn predict_answers_row_by_row_in_three_formats() {
     let rows = answer["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 3);
     assert_eq!(rows[0]["name"], "press");
-    let ratio = rows[0]["capacitance_11_f"].as_f64().unwrap() / 172.297_708_906_378e-15;
+    let ratio = rows[0]["plate_11_f"].as_f64().unwrap() / 172.297_708_906_378e-15;
     assert!((ratio - 1.132_430_841_671_57).abs() < 1e-9);
     assert_eq!(rows[2]["state"], "closed");
     assert_eq!(rows[2]["closed"], "11 12 21 22");

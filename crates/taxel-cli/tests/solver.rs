@@ -111,6 +111,45 @@ fn a_device_without_finite_elements_says_so() {
     refused(&arguments, &[sentence]);
 }
 
+/// A stiffness from the drawing is solved; the answer is near that of the table.
+#[test]
+fn a_unit_of_the_drawing_is_solved() {
+    let folder = folder("unit");
+    let shipped = Sensor::shipped_text("three-axis-8x8").unwrap();
+    let typed_in = ["stiffness", "tile_tilt", "bump_sinking"];
+    let lines = shipped
+        .lines()
+        .filter(|line| !typed_in.iter().any(|key| line.starts_with(key)));
+    let outline = "[element.three_axis_capacitor.outline]";
+    let table = format!(
+        "[element.three_axis_capacitor.suspension.from_drawing]\nmodulus = \"2.6 MPa\"\n\
+         side_contact = \"top\"\ncavity = \"vented\"\n\n{outline}"
+    );
+    let drawn = lines
+        .collect::<Vec<_>>()
+        .join("\n")
+        .replace(outline, &table);
+    let path = folder.join("drawn.toml");
+    fs::write(&path, drawn).unwrap();
+    let closing = |mechanics: &str| {
+        let load = [
+            "--load",
+            "fz=10 mN",
+            "--mechanics",
+            mechanics,
+            "--format",
+            "json",
+        ];
+        let answer = answered(&[&["predict", text(&path)], &load[..]].concat());
+        let answer: Value = serde_json::from_str(&answer).unwrap();
+        answer["rows"][0]["displacement_z_m"].as_f64().unwrap()
+    };
+    let (table, solved) = (closing("closed-form"), closing("fem"));
+    // The error that both state.
+    assert!((solved / table - 1.0).abs() < 0.02, "{solved} {table}");
+    assert!(solved.to_bits() != table.to_bits());
+}
+
 #[test]
 fn no_load_needs_no_solution() {
     let load = [

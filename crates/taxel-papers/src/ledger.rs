@@ -16,6 +16,9 @@ pub struct Entry {
     pub ours: Option<f64>,
     /// (ours - printed)/printed; `None` without two numbers or where zero is printed.
     pub difference: Option<f64>,
+    /// Least and greatest value of ours by the choices that are not printed, in the printed
+    /// unit.
+    pub interval: Option<[f64; 2]>,
     /// Verdict, derived from the values.
     pub verdict: Verdict,
     /// The words of the row with their values; may be empty.
@@ -74,6 +77,14 @@ impl Ledger {
         self.entries.iter().filter(|entry| entry.input()).count()
     }
 
+    /// Number of reproduced entries of a kind.
+    pub fn reproduced(&self, kind: Kind) -> usize {
+        let entries = self.entries.iter();
+        let of_kind =
+            |entry: &&Entry| entry.row.kind == kind && entry.verdict == Verdict::Reproduced;
+        entries.filter(of_kind).count()
+    }
+
     /// Number of entries with each verdict, in the order of [`Verdict::ALL`].
     pub fn counts(&self) -> [usize; Verdict::ALL.len()] {
         Verdict::ALL.map(|verdict| {
@@ -96,6 +107,7 @@ pub(crate) struct Ours {
 pub(crate) struct Answer {
     number: Option<f64>,
     holds: Option<bool>,
+    interval: Option<[f64; 2]>,
     words: Vec<(&'static str, f64)>,
 }
 
@@ -104,6 +116,14 @@ impl Answer {
     pub(crate) fn with(&mut self, name: &'static str, value: f64) -> &mut Self {
         self.words.push((name, value));
         self
+    }
+
+    /// Least and greatest value by the choices that are not printed; `{least}` and
+    /// `{greatest}` in the words of the row.
+    pub(crate) fn between(&mut self, interval: [f64; 2]) -> &mut Self {
+        self.interval = Some(interval);
+        self.with("least", interval[0])
+            .with("greatest", interval[1])
     }
 }
 
@@ -155,14 +175,31 @@ fn entry(row: &'static Row, answer: &Answer, runs: &[Run]) -> Entry {
         .number
         .map(|ours| printed.is_some_and(|printed| printed.agrees(ours)))
         .or(answer.holds);
+    let inside = printed
+        .zip(answer.interval)
+        .is_some_and(|(printed, [least, greatest])| {
+            least <= printed.value && printed.value <= greatest
+        });
+    let difference = answer
+        .number
+        .zip(printed.filter(|printed| printed.value != 0.0))
+        .map(|(ours, printed)| ours / printed.value - 1.0);
+    // A predicted number is near and its interval has the printed one; what follows for a
+    // named input has it in the interval of the input; a statement in words is checked.
+    let holds = match row.verdict {
+        Verdict::Predicted => {
+            let near = |off: f64| off.abs() <= 0.01 * row.within_percent;
+            inside && difference.is_some_and(near)
+        }
+        Verdict::FollowsFor => inside || answer.holds == Some(true),
+        _ => holds == Some(true),
+    };
     Entry {
         row,
         ours: answer.number,
-        difference: answer
-            .number
-            .zip(printed.filter(|printed| printed.value != 0.0))
-            .map(|(ours, printed)| ours / printed.value - 1.0),
-        verdict: verdict(row, holds == Some(true)),
+        difference,
+        interval: answer.interval,
+        verdict: verdict(row, holds),
         note: fill(&row.words, |name| value(name, answer, runs)),
     }
 }
@@ -171,11 +208,15 @@ fn entry(row: &'static Row, answer: &Answer, runs: &[Run]) -> Entry {
 /// not, the row must name a reason; a reason counts only there.
 fn verdict(row: &Row, holds: bool) -> Verdict {
     match (holds, row.verdict) {
+        (true, Verdict::Predicted | Verdict::FollowsFor) => row.verdict,
         (true, _) if row.kind == Kind::Arithmetic => Verdict::Follows,
         // A mechanism that holds for usual values of what is not printed; the row says so.
         (true, Verdict::Follows) => Verdict::Follows,
         (true, _) => Verdict::Reproduced,
-        (false, Verdict::Reproduced | Verdict::Follows) => Verdict::Unexplained,
+        (
+            false,
+            Verdict::Predicted | Verdict::FollowsFor | Verdict::Reproduced | Verdict::Follows,
+        ) => Verdict::Unexplained,
         (false, reason) => reason,
     }
 }
@@ -249,6 +290,25 @@ mod tests {
         );
     }
 
+    /// Near is not enough without the interval, nor the interval without being near.
+    #[test]
+    fn a_prediction_is_near_and_has_the_number_in_its_interval() {
+        let text = "id = 'a'\nplace = ''\nwhat = ''\nprinted = '203 fF'\nkind = 'computed'\n\
+                    verdict = 'predicted'\nwithin_percent = 1.0";
+        let row: &'static Row = Box::leak(Box::new(toml::from_str(text).unwrap()));
+        let verdict = |ours: f64, interval: [f64; 2]| {
+            let mut answer = Answer {
+                number: Some(ours),
+                ..Answer::default()
+            };
+            answer.between(interval);
+            entry(row, &answer, &[]).verdict
+        };
+        assert_eq!(verdict(204.0, [199.6, 213.6]), Verdict::Predicted);
+        assert_eq!(verdict(206.0, [199.6, 213.6]), Verdict::Unexplained);
+        assert_eq!(verdict(204.0, [203.5, 213.6]), Verdict::Unexplained);
+    }
+
     #[test]
     fn a_reason_counts_only_where_ours_differs() {
         let row = |kind: &str, verdict: &str| -> Row {
@@ -263,6 +323,9 @@ mod tests {
             ("computed", "reproduced", false, Verdict::Unexplained),
             ("arithmetic", "follows", true, Verdict::Follows),
             ("none", "not_determined", false, Verdict::NotDetermined),
+            ("computed", "predicted", true, Verdict::Predicted),
+            ("computed", "predicted", false, Verdict::Unexplained),
+            ("computed", "follows_for", false, Verdict::Unexplained),
         ] {
             assert_eq!(
                 verdict(&row(kind, stated), holds),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::ledger::{Entry, Ledger};
-use crate::report::{line, significant};
+use crate::report::{line, ours};
 use crate::table::Run;
 
 /// First line of the generated part, up to the name of the paper.
@@ -67,7 +67,7 @@ fn row(entry: &Entry, text: &mut String) {
             words += part;
         }
     }
-    let ours = entry.ours.map_or(String::new(), significant);
+    let ours = ours(entry);
     let code = |name: &str| {
         if name.is_empty() {
             String::new()

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use taxel::svg::escape;
 
 use crate::ledger::{Entry, Ledger, PaperFigure};
-use crate::table::Verdict;
+use crate::table::{Kind, Verdict};
 
 /// Counts of verdicts over all `ledgers`, in the order of [`Verdict::ALL`].
 fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
@@ -20,17 +20,27 @@ fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
     sums
 }
 
-/// The counts of `ledgers` as one line for people: `120 reproduced within the printed
-/// digits, 31 follow ...`.
+/// The counts of `ledgers` as one line for people: `3 predicted from the drawing, 120
+/// reproduced within the printed digits, 31 follow ...`.
 pub(crate) fn line(ledgers: &[Ledger]) -> String {
-    let inputs: usize = ledgers.iter().map(Ledger::inputs).sum();
+    let of_kind = |kind| -> usize { ledgers.iter().map(|of| of.reproduced(kind)).sum() };
+    let (inputs, fitted) = (of_kind(Kind::Input), of_kind(Kind::Fitted));
+    let restated = of_kind(Kind::Identity);
     let parts: Vec<String> = Verdict::ALL
         .iter()
         .zip(counts(ledgers))
         .filter(|(verdict, count)| *count > 0 || **verdict != Verdict::Unexplained)
         .map(|(verdict, count)| match verdict {
             Verdict::Reproduced => {
-                format!("{count} {} ({inputs} of them inputs)", verdict.name())
+                format!(
+                    "{count} {} ({inputs} of them inputs, {fitted} fitted, {restated} restated)",
+                    verdict.name()
+                )
+            }
+            // The measured numbers that each paper's drawing determines.
+            Verdict::Predicted => {
+                let numbers = if count == 1 { "number" } else { "numbers" };
+                format!("{count} measured {numbers} {}", verdict.name())
             }
             _ => format!("{count} {}", verdict.name()),
         })
@@ -116,7 +126,7 @@ fn scoped(svg: &str, id: &str) -> String {
 }
 
 fn row(entry: &Entry, page: &mut String) {
-    let ours = entry.ours.map_or(String::new(), significant);
+    let ours = ours(entry);
     let difference = entry.difference.map_or(String::new(), percent);
     let note = if entry.note.is_empty() {
         String::new()
@@ -138,6 +148,20 @@ fn row(entry: &Entry, page: &mut String) {
         escape(&entry.row.printed),
         verdict
     );
+}
+
+/// Ours in the printed unit, with its interval.
+pub(crate) fn ours(entry: &Entry) -> String {
+    let value = entry.ours.map_or(String::new(), significant);
+    let Some([least, greatest]) = entry.interval else {
+        return value;
+    };
+    let interval = format!("{} to {}", significant(least), significant(greatest));
+    if value.is_empty() {
+        interval
+    } else {
+        format!("{value} ({interval})")
+    }
 }
 
 /// Five significant digits.
@@ -197,6 +221,7 @@ fn entry(entry: &Entry) -> Value {
         "what": entry.row.what,
         "printed": entry.row.printed,
         "ours": entry.ours,
+        "interval": entry.interval,
         "relative_difference": entry.difference,
         "verdict": entry.verdict.key(),
         "input": entry.input(),
@@ -232,6 +257,7 @@ const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:1100px;marg
     th{border-bottom:2px solid #333}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
     small{color:#444}td:last-child{border-left:5px solid transparent;min-width:15rem}\
     tr.reproduced td:last-child{border-left-color:#009e73}tr.follows td:last-child{border-left-color:#56b4e9}\
+    tr.predicted td:last-child{border-left-color:#0072b2}tr.follows_for td:last-child{border-left-color:#e69f00}\
     tr.contradicts td:last-child{border-left-color:#d55e00}tr.not_determined td:last-child{border-left-color:#999}\
     tr.awaits_field_solver td:last-child{border-left-color:#cc79a7}tr.unexplained td:last-child{border-left-color:#000}\
     figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{max-width:720px;font-size:.9rem}\

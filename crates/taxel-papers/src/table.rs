@@ -34,6 +34,9 @@ pub struct Row {
     pub kind: Kind,
     /// Verdict. The report derives it from the values; a test compares the two.
     pub verdict: Verdict,
+    /// Of a predicted number: how far ours may be from the printed one, in percent.
+    #[serde(default)]
+    pub within_percent: f64,
     /// The reason, the other printed number, the assumption. `{name:.2}` stands for a value
     /// that is computed with ours, `{run.name}` for one of a long run.
     #[serde(default)]
@@ -89,6 +92,13 @@ impl Kind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
+    /// A measured number that follows from the drawing and tabulated data of materials: ours
+    /// is within the percentage of the row, and the interval of the choices that are not
+    /// printed has the printed number in it.
+    Predicted,
+    /// It has the right mechanism and size for a value of a named input that is not printed,
+    /// inside its usual range.
+    FollowsFor,
     /// Ours rounds to what is printed.
     Reproduced,
     /// It follows from other printed numbers without any model, or its mechanism from ours for
@@ -106,7 +116,9 @@ pub enum Verdict {
 
 impl Verdict {
     /// All verdicts, as the report counts them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
+        Self::Predicted,
+        Self::FollowsFor,
         Self::Reproduced,
         Self::Follows,
         Self::Contradicts,
@@ -118,6 +130,8 @@ impl Verdict {
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Predicted => "predicted from the drawing",
+            Self::FollowsFor => "follows for a named input that is not printed",
             Self::Reproduced => "reproduced within the printed digits",
             Self::Follows => "follows",
             Self::Contradicts => "contradicts another printed number",
@@ -130,6 +144,8 @@ impl Verdict {
     /// As a key, the same in the tables and in the report.
     pub fn key(self) -> &'static str {
         match self {
+            Self::Predicted => "predicted",
+            Self::FollowsFor => "follows_for",
             Self::Reproduced => "reproduced",
             Self::Follows => "follows",
             Self::Contradicts => "contradicts",

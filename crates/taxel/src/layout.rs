@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::quantity::{self, Checked, OneOrList, PositiveLength};
+use crate::quantity::{self, AnyLength, Checked, OneOrList, PositiveLength};
 
 /// Most rows or columns of an array.
 pub const MOST_LINES: usize = 256;
@@ -45,6 +45,12 @@ pub struct Cylinder {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub radius: f64,
+    /// Height of the plane that bending does not stretch, above the lower face
+    /// of the upper electrodes of a three-axis array, m; negative below. It
+    /// decides how bending changes the air gap; without the key the gap stays.
+    #[serde(default, deserialize_with = "quantity::optional::<AnyLength, _>")]
+    #[schemars(with = "Option<Checked<AnyLength>>")]
+    pub unstretched_plane: Option<f64>,
 }
 
 /// Position and directions of one taxel in the sensor's frame.
@@ -181,7 +187,7 @@ fn frame_at(mount: Mount, [x, y]: [f64; 2]) -> TaxelFrame {
             along_y: [0.0, 1.0, 0.0],
             normal: [0.0, 0.0, 1.0],
         },
-        Mount::Cylinder(Cylinder { radius }) => {
+        Mount::Cylinder(Cylinder { radius, .. }) => {
             let (sin, cos) = (x / radius).sin_cos();
             TaxelFrame {
                 position: [radius * sin, y, radius * (cos - 1.0)],
@@ -223,7 +229,10 @@ mod tests {
     fn a_cylinder_of_large_radius_is_flat() {
         let (flat, round) = (
             layout(Mount::Flat),
-            layout(Mount::Cylinder(Cylinder { radius: 1e4 })),
+            layout(Mount::Cylinder(Cylinder {
+                radius: 1e4,
+                unstretched_plane: None,
+            })),
         );
         for index in 0..64 {
             let (a, b) = (
@@ -240,7 +249,10 @@ mod tests {
 
     #[test]
     fn equal_pressure_all_round_a_cylinder_cancels_along_x() {
-        let round = layout(Mount::Cylinder(Cylinder { radius: 4e-3 }));
+        let round = layout(Mount::Cylinder(Cylinder {
+            radius: 4e-3,
+            unstretched_plane: None,
+        }));
         let mut total = Wrench::default();
         (0..64).for_each(|index| total.add(&round.wrench(index, [0.0, 0.0, 1.0])));
         assert!(total.force[0].abs() < 1e-12 && total.force[1].abs() < 1e-12);

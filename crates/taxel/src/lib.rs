@@ -21,6 +21,7 @@ pub mod schema;
 pub mod sensor;
 pub mod signal;
 pub mod solutions;
+mod solved_table;
 pub mod summary;
 pub mod svg;
 pub mod table;

@@ -328,6 +328,9 @@ rules! {
     PositiveRatio: None, 0.0, true, 100.0;
     /// Exponent of a published fringe factor, above -1 and at most 10.
     FringeExponent: None, -1.0, true, 10.0;
+    /// Height of a line on the flank of a bump over the height of the bump: strips of
+    /// a quarter were solved.
+    BarHeight: None, 0.125, false, 0.875;
     /// A Poisson's ratio from 0 to 0.5.
     PoissonRatio: None, 0.0, false, 0.5;
     /// A number above zero, at most 1: the share that is left of something.
@@ -531,6 +534,36 @@ pub fn one_or_list<'de, const N: usize, R: Rule, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<[f64; N], D::Error> {
     deserializer.deserialize_any(ListVisitor::<N, R>(PhantomData))
+}
+
+/// As [`list`], for a key that may be missing: with `#[serde(default)]`.
+///
+/// # Errors
+/// As [`list`].
+pub fn optional_list<'de, const N: usize, R: Rule, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<[f64; N]>, D::Error> {
+    list::<N, R, D>(deserializer).map(Some)
+}
+
+/// As [`one_or_list`], for a key that may be missing: with `#[serde(default)]`.
+///
+/// # Errors
+/// As [`one_or_list`].
+pub fn optional_one_or_list<'de, const N: usize, R: Rule, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<[f64; N]>, D::Error> {
+    one_or_list::<N, R, D>(deserializer).map(Some)
+}
+
+/// As [`one`], for a key that may be missing: with `#[serde(default)]`.
+///
+/// # Errors
+/// As [`one`].
+pub fn optional<'de, R: Rule, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<f64>, D::Error> {
+    one::<R, D>(deserializer).map(Some)
 }
 
 struct ListVisitor<const N: usize, R>(PhantomData<R>);

@@ -501,7 +501,7 @@ fn mistakes_are_shown_at_their_key() {
             fine,
             ["0 fF", "100 fF"],
             "range",
-            ["172.30 fF", "outside"],
+            ["204.02 fF", "outside"],
         ),
         (
             "liquid-metal-2x4",

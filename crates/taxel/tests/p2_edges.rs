@@ -4,15 +4,38 @@
 mod common;
 
 use common::{Row, UM, assert_near, table};
+use taxel::mechanics::{Deformation, SIDE_X, SIDE_Y};
 use taxel::transduction::{
-    EdgeEnvironment, EdgeLaw, EdgeSection, GROUNDED, INNER_DISTANCE, OUTER_DISTANCE, TileWithEdges,
+    EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, INNER_DISTANCE, OUTER_DISTANCE,
+    Plates, VACUUM_PERMITTIVITY,
 };
 use taxel_fem::field::cases::{Beside, FacingPlates};
 
-const DRAWN: TileWithEdges = TileWithEdges {
-    side: 400e-6,
-    insulation_gap: 6e-6 / 2.7,
-};
+/// The lengths of P2, in an array.
+fn drawing() -> EdgeDrawing {
+    EdgeDrawing {
+        side: 400e-6,
+        air_gap: [6e-6; 2],
+        insulation: 6e-6,
+        permittivity: 2.7,
+        electrode_thickness: 20e-6,
+        cavity: 100e-6,
+        above: 400e-6,
+        inner: [INNER_DISTANCE; 2],
+        outer: [Some(OUTER_DISTANCE); 2],
+    }
+}
+
+/// The capacitors of P2.
+fn drawn() -> Plates {
+    Plates {
+        electrode: [400e-6; 2],
+        air_gap: [6e-6; 4],
+        insulation_gap: 6e-6 / 2.7,
+        parallel_capacitance: [0.0; 4],
+        edges: Some(drawing().edges().unwrap()),
+    }
+}
 
 fn section(row: &Row) -> EdgeSection {
     let distance = || row.si("neighbour_distance_um", UM);
@@ -55,7 +78,7 @@ fn solved_capacitance_of_the_drawing() {
         section.solve().unwrap()
     };
     let excess = 2.0 * (edge(INNER_DISTANCE) + edge(OUTER_DISTANCE));
-    let total = DRAWN.plate(6e-6) + 8.8541878188e-12 * DRAWN.side * excess;
+    let total = drawn().plate_capacitance(0) + VACUUM_PERMITTIVITY * 400e-6 * excess;
     assert!((total - 204.45e-15).abs() < 0.15e-15, "{total}");
 }
 
@@ -116,23 +139,162 @@ fn law_of_the_air_gap() {
 /// P2 as drawn: plates, edges, total, interval of the surroundings and slope.
 #[test]
 fn capacitance_of_the_drawing() {
-    let air = 6e-6;
-    let total = DRAWN.plate(air) + DRAWN.edges(air, GROUNDED);
-    assert!((total - 204.45e-15).abs() < 0.15e-15);
-    assert!((204.0e-15..204.5e-15).contains(&DRAWN.total(air)));
-    let [least, greatest] = DRAWN.surroundings(air).unwrap();
+    let plates = drawn();
+    let (plate, edges) = (
+        plates.plate_capacitance(0),
+        plates.edge_capacitance(0).unwrap(),
+    );
+    assert!((plate - 172.30e-15).abs() < 0.01e-15);
+    assert!((edges - 32.2e-15).abs() < 0.1e-15, "{edges}");
+    assert!((plate + edges - 204.45e-15).abs() < 0.15e-15);
+    assert!((204.0e-15..204.5e-15).contains(&plates.rest_capacitance(0)));
+    let ends = drawing().surroundings().unwrap();
+    let [least, greatest] = ends.map(|edges| plate + edges.parallel([400e-6; 2], 6e-6));
     assert!((least - 199.6e-15).abs() < 0.05e-15, "{least}");
     assert!((greatest - 213.65e-15).abs() < 0.05e-15, "{greatest}");
-    assert!((DRAWN.slope(air) + 22.3e-9).abs() < 0.2e-9);
+    assert!((plates.slope_by_air_gap(0) + 22.3e-9).abs() < 0.2e-9);
     let step = 1e-10;
-    let slope = (DRAWN.total(air + step) - DRAWN.total(air - step)) / (2.0 * step);
-    assert!((DRAWN.slope(air) / slope - 1.0).abs() < 1e-6);
+    let by_difference =
+        (plates.parallel_reading(0, -step) - plates.parallel_reading(0, step)) / (2.0 * step);
+    assert!((plates.slope_by_air_gap(0) / by_difference - 1.0).abs() < 1e-6);
+}
+
+/// Of the slope, the edges have 1.24 fF/um.
+#[test]
+fn slope_of_the_edges() {
+    let without = Plates {
+        edges: None,
+        ..drawn()
+    };
+    let edges = drawn().slope_by_air_gap(0) - without.slope_by_air_gap(0);
+    assert!((edges + 1.24e-9).abs() < 0.01e-9, "{edges}");
 }
 
 /// What an effective gap reads of a closing.
 #[test]
 fn effective_gap_factors() {
-    let [raw, normalised] = DRAWN.effective_gap_factors(6e-6);
+    let [raw, normalised] = drawn().effective_gap_factors(0);
     assert!((raw - 0.755).abs() < 0.005, "{raw}");
     assert!((normalised - 0.896).abs() < 0.005, "{normalised}");
+    // Plates alone read what they are.
+    let without = Plates {
+        edges: None,
+        ..drawn()
+    };
+    for factor in without.effective_gap_factors(0) {
+        assert!((factor - 1.0).abs() < 1e-12, "{factor}");
+    }
+}
+
+/// The gap that a reading implies is the one that made it.
+#[test]
+fn a_reading_gives_its_gap_back() {
+    let plates = drawn();
+    for micrometres in [0.3, 2.0, 5.0, 6.0, 7.5, 12.0, 40.0] {
+        let air = micrometres * UM;
+        let reading = plates.parallel_reading(0, plates.air_gap[0] - air);
+        let found = plates.air_gap_from(0, reading);
+        // Rounding of the capacitance over its slope, the least at the widest gap.
+        assert!((found / air - 1.0).abs() < 1e-11, "{micrometres}: {found}");
+    }
+}
+
+/// Slopes of the capacitance of tilted tiles against differences.
+#[test]
+fn slopes_with_edges_are_derivatives() {
+    let plates = drawn();
+    let at = |d: [f64; 3]| Deformation {
+        displacement: d,
+        closing: std::array::from_fn(|i| d[2] + 0.5 * (SIDE_X[i] * d[0] + SIDE_Y[i] * d[1])),
+        slope: [d[0] / 700e-6, d[1] / 700e-6],
+        bulge: [0.0; 4],
+    };
+    let point = [0.7e-6, -0.4e-6, 1.1e-6];
+    let slopes = plates.respond_with_slopes(&at(point)).unwrap();
+    let step = 1e-10;
+    for axis in 0..2 {
+        let (mut up, mut down) = (point, point);
+        up[axis] += step;
+        down[axis] -= step;
+        let [up, down] = [up, down].map(|d| plates.respond(&at(d)).capacitance());
+        let side = [SIDE_X, SIDE_Y][axis];
+        for i in 0..4 {
+            let by_chain = 0.5 * side[i] * slopes.by_closing[i] + slopes.by_slope[axis][i] / 700e-6;
+            let by_difference = (up[i] - down[i]) / (2.0 * step);
+            // Central differences: error about the square of a step of 1e-4 of the gap.
+            assert!((by_chain / by_difference - 1.0).abs() < 1e-6, "{axis} {i}");
+        }
+    }
+}
+
+/// Twice the size has twice the capacitance: excesses depend on ratios alone.
+#[test]
+fn the_law_scales_with_the_drawing() {
+    let (small, mut large) = (drawing(), drawing());
+    for length in [
+        &mut large.side,
+        &mut large.insulation,
+        &mut large.electrode_thickness,
+        &mut large.cavity,
+        &mut large.above,
+    ] {
+        *length *= 2.0;
+    }
+    large.air_gap = large.air_gap.map(|gap| 2.0 * gap);
+    large.inner = large.inner.map(|distance| 2.0 * distance);
+    large.outer = large.outer.map(|distance| distance.map(|d| 2.0 * d));
+    let of = |drawing: EdgeDrawing, scale: f64| {
+        let edges = drawing.edges().unwrap();
+        edges.at([scale * 400e-6; 2], scale * 5e-6, [scale * 1e-7, 0.0])
+    };
+    let (small, large) = (of(small, 1.0), of(large, 2.0));
+    assert!((large.capacitance / small.capacitance - 2.0).abs() < 1e-12);
+    assert!((large.by_air_gap / small.by_air_gap - 1.0).abs() < 1e-12);
+}
+
+/// Drawings between the rows of the table against their own field.
+#[test]
+fn drawings_between_the_rows() {
+    for (air, insulation, permittivity, copper, inner) in [
+        (5.0, 5.0, 2.7, 15.0, 300.0),
+        (7.0, 8.0, 2.5, 20.0, 350.0),
+        (4.0, 4.0, 2.9, 8.0, 450.0),
+    ] {
+        let drawing = EdgeDrawing {
+            air_gap: [air * UM; 2],
+            insulation: insulation * UM,
+            permittivity,
+            electrode_thickness: copper * UM,
+            inner: [inner * UM; 2],
+            ..drawing()
+        };
+        let section = EdgeSection {
+            insulation: drawing.insulation,
+            permittivity,
+            electrode_thickness: drawing.electrode_thickness,
+            ..EdgeSection::drawn(air * UM, EdgeEnvironment::Grounded(inner * UM))
+        };
+        let law = drawing.edges().unwrap().inner[0];
+        let (found, solved) = (law.excess(air * UM), section.solve().unwrap());
+        assert!(
+            (found / solved - 1.0).abs() < EDGE_ERROR,
+            "{drawing:?}: {found} {solved}"
+        );
+    }
+}
+
+/// A length beyond the table is named with its range.
+#[test]
+fn lengths_beyond_the_table_are_named() {
+    let thick = EdgeDrawing {
+        insulation: 20.0 * UM,
+        ..drawing()
+    };
+    let outside = thick.edges().unwrap_err();
+    assert_eq!(outside.key, "plates.insulation");
+    let words = outside.to_string();
+    assert!(
+        words.contains("from 3.0000 um to 9.0000 um, not for 20.0000 um"),
+        "{words}"
+    );
 }

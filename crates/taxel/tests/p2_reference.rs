@@ -30,12 +30,14 @@ fn units() -> HashMap<String, UnitModel> {
                 centre_distance: row.si("L_um", UM),
                 tile_tilt: row.at("eta"),
                 bump_sinking: [0.0; 2],
+                bulge: [0.0; 3],
             },
             plates: Plates {
                 electrode: [row.si("a_um", UM), row.si("b_um", UM)],
                 air_gap: CAPACITORS.map(|c| row.si(&format!("d_air{c}_um"), UM)),
                 insulation_gap: row.si("d_ins_um", UM) / row.at("eps_ins"),
                 parallel_capacitance: CAPACITORS.map(|c| row.si(&format!("C_par{c}_fF"), FF)),
+                edges: None,
             },
         }
     };

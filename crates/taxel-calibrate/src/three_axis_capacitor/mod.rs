@@ -218,7 +218,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
                 name: name(GAP),
                 value: at.plates.air_gap[0],
             };
-            let bench = Bench::new(self.drawn, &at, of, &noise.of(of), measured);
+            let bench = Bench::new(&self.drawn, &at, of, &noise.of(of), measured);
             let bench = bench.ok_or_else(touching)?;
             let next = fit(&bench, &parameters, &fit_options)?;
             let step = moved_by(&next, &values(&at));
@@ -333,7 +333,7 @@ impl DeviceModel for ThreeAxisCalibrator<'_> {
     ) -> Option<Box<dyn Problem + 'b>> {
         let (readings, unit) = (&fitted.readings, self.unit(fitted));
         let noise = fitted.noise.of(readings);
-        let bench = Bench::new(self.drawn, &unit, readings, &noise, context.measured)?;
+        let bench = Bench::new(&self.drawn, &unit, readings, &noise, context.measured)?;
         Some(Box::new(bench))
     }
 }
@@ -352,7 +352,7 @@ pub(super) fn apply(
     let Element::ThreeAxisCapacitor(element) = &mut sensor.element else {
         return Err("element".into());
     };
-    let drawn = element.unit_model();
+    let drawn = element.unit_model(&sensor.array);
     let mut calibrated = Vec::new();
     for taxel in 0..count {
         let full = |place: usize| format!("{prefix}{taxel}.{}", name(place));

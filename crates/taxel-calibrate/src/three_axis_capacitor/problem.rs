@@ -195,7 +195,7 @@ impl<'a> Bench<'a> {
     /// `deviations` of force and capacitance of each reading; `None` where the
     /// unit `at` which the whitening is made touches.
     pub(super) fn new(
-        drawn: UnitModel,
+        drawn: &UnitModel,
         at: &UnitModel,
         readings: &'a [Reading],
         deviations: &[[f64; 2]],
@@ -203,7 +203,7 @@ impl<'a> Bench<'a> {
     ) -> Option<Self> {
         let pairs = readings.iter().zip(deviations);
         Some(Self {
-            drawn,
+            drawn: *drawn,
             readings,
             measured,
             whitening: pairs

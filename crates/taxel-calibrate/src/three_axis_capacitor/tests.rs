@@ -21,9 +21,9 @@ const MN: f64 = 1e-3;
 fn sensor() -> Sensor {
     let mut sensor = Sensor::shipped("three-axis-unit").unwrap();
     if let Element::ThreeAxisCapacitor(element) = &mut sensor.element {
-        element.plates.parallel_capacitance = [30.7, 31.7, 17.7, 32.7].map(|c| c * FF);
+        element.plates.parallel_capacitance = Some([30.7, 31.7, 17.7, 32.7].map(|c| c * FF));
         element.plates.air_gap = [6e-6; 4];
-        element.suspension.bump_sinking = [0.05, 0.02];
+        element.suspension.bump_sinking = Some([0.05, 0.02]);
         element.fabrication.air_gap_deviation = 0.1e-6;
     }
     sensor
@@ -79,7 +79,7 @@ fn slopes_are_those_of_differences() {
         let unit = synthetic::tilted(&calibrator.made[0], 0.02);
         let deviations = vec![[0.1 * MN, 0.1 * FF]; readings.len()];
         let bench = Bench::new(
-            calibrator.drawn,
+            &calibrator.drawn,
             &unit,
             &readings,
             &deviations,
@@ -233,7 +233,7 @@ fn the_reference_sweep_gives_its_truth() {
     }
     let mut sensor = sensor();
     if let Element::ThreeAxisCapacitor(element) = &mut sensor.element {
-        element.suspension.tile_tilt = 0.5;
+        element.suspension.tile_tilt = Some(0.5);
     }
     with(&sensor, |calibrator| {
         let readings = readings(calibrator, &text);

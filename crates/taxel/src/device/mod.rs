@@ -34,7 +34,9 @@ pub use microchannel::{
     MicrochannelPredictor,
 };
 pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
-pub use three_axis_capacitor::{LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor};
+pub use three_axis_capacitor::{
+    CapacitanceParts, LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor,
+};
 pub use trained::{ReadingUnit, TrainedArray, TrainedPredictor};
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).

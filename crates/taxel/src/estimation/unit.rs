@@ -270,10 +270,7 @@ fn fill_missing(
         return capacitance;
     };
     let plates = &unit.plates;
-    let closing = |i: usize| {
-        let parallel = plates.parallel_capacitance[i];
-        plates.rest_gap(i) - plates.permittivity_area() / (capacitance[i] - parallel)
-    };
+    let closing = |i: usize| plates.air_gap[i] - plates.air_gap_from(i, capacitance[i]);
     // D11 + D22 = D12 + D21: the one opposite stands on the same side.
     let opposite = 3 - missing;
     let others: f64 = (0..4)
@@ -282,9 +279,8 @@ fn fill_missing(
         .sum();
     let closed = others - closing(opposite);
     let mut filled = capacitance;
-    let gap = plates.rest_gap(missing) - closed;
-    filled[missing] = if gap > 0.0 {
-        plates.parallel_capacitance[missing] + plates.permittivity_area() / gap
+    filled[missing] = if closed < plates.rest_gap(missing) {
+        plates.parallel_reading(missing, closed)
     } else {
         rest[missing]
     };

@@ -1,9 +1,11 @@
 //! Load to deformation.
 
+mod bent_unit;
 mod bonded_disc;
 mod choice;
 mod compressed_layer;
 pub mod crossing_microchannels;
+mod elastic_unit;
 mod electrodes;
 mod end_condition;
 mod force_axes;
@@ -23,15 +25,21 @@ mod soft_cover;
 mod solved_block;
 mod solved_body;
 mod solved_cell;
+mod solved_unit;
 mod solved_voids;
 mod sphere_on_layer;
 mod suspension;
 mod tabulated_cells;
 
+pub use bent_unit::{BENDING_ERROR, BentGap};
 pub use bonded_disc::{BondedDisc, DiscGrip, DiscPressure, LayerRim, OutsideDiscTable};
 pub use choice::Mechanics;
 pub use compressed_layer::{
     CompressedLayer, LayerKinematics, LayerState, PlaneStress, StressConstants, TopFace,
+};
+pub use elastic_unit::{
+    AIR_PRESSURE, Bar, Cavity, ElasticDescription, FlankCompliance, Grip, OutsideUnit,
+    SOLVED_ERROR, STICK_ERROR, STRIPS, SideContact, UnitCompliance, UnitDrawing,
 };
 pub use electrodes::{
     DeformedElectrodes, ElectrodeModulus, ElectrodeStiffness, Electrodes, OutsideTable,
@@ -61,6 +69,7 @@ pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
 pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};
+pub use solved_unit::{BlockDivision, SolvedUnit, UnitSolution};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use sphere_on_layer::SpherePressure;

@@ -5,6 +5,7 @@ use serde::Deserialize;
 
 use taxel_numerics::dense;
 
+use super::elastic_unit::{ElasticDescription, OutsideUnit, UnitCompliance, UnitDrawing};
 use crate::quantity::{
     self, Checked, Fraction, OneOrList, PositiveLength, PositiveStiffness, Ratio,
 };
@@ -23,20 +24,32 @@ pub struct SuspensionDescription {
     #[schemars(with = "Checked<PositiveLength>")]
     pub centre_distance: f64,
     /// Spring constants for x, y and z, N/m: force over the displacements of
-    /// the published inverse (P2 Eqs. 7-9).
-    #[serde(deserialize_with = "quantity::list::<3, PositiveStiffness, _>")]
-    #[schemars(with = "[Checked<PositiveStiffness>; 3]")]
-    pub stiffness: [f64; 3],
+    /// the published inverse (P2 Eqs. 7-9). Typed in; without them the table
+    /// `from_drawing` is needed.
+    #[serde(
+        default,
+        deserialize_with = "quantity::optional_list::<3, PositiveStiffness, _>"
+    )]
+    #[schemars(with = "Option<[Checked<PositiveStiffness>; 3]>")]
+    pub stiffness: Option<[f64; 3]>,
     /// Share of the bump's tilt that each tile follows: 1, the four tiles are
-    /// one rigid plane; 0, each tile sinks parallel.
-    #[serde(deserialize_with = "quantity::one::<Fraction, _>")]
-    #[schemars(with = "Checked<Fraction>")]
-    pub tile_tilt: f64,
+    /// one rigid plane; 0, each tile sinks parallel. Goes with `stiffness`.
+    #[serde(default, deserialize_with = "quantity::optional::<Fraction, _>")]
+    #[schemars(with = "Option<Checked<Fraction>>")]
+    pub tile_tilt: Option<f64>,
     /// Normal force that a unit of side force along x, y adds because the
-    /// probe sinks into the soft bump (even in the side force).
-    #[serde(deserialize_with = "quantity::one_or_list::<2, Ratio, _>")]
-    #[schemars(with = "OneOrList<2, Ratio>")]
-    pub bump_sinking: [f64; 2],
+    /// probe sinks into the soft bump (even in the side force). Goes with
+    /// `stiffness`.
+    #[serde(
+        default,
+        deserialize_with = "quantity::optional_one_or_list::<2, Ratio, _>"
+    )]
+    #[schemars(with = "Option<OneOrList<2, Ratio>>")]
+    pub bump_sinking: Option<[f64; 2]>,
+    /// The stiffness follows from the drawing of wall, cavities, layers and
+    /// bump, in the place of `stiffness`, `tile_tilt` and `bump_sinking`.
+    #[serde(default)]
+    pub from_drawing: Option<ElasticDescription>,
 }
 
 /// The mechanics of one unit: force on the bump to motion of its four tiles.
@@ -50,6 +63,9 @@ pub struct Suspension {
     pub tile_tilt: f64,
     /// Added normal force per side force along x, y.
     pub bump_sinking: [f64; 2],
+    /// How much nearer the nearest point of a tile comes than its centre, over the closing
+    /// there: of d_x, d_y and d_z. Zero where the tiles are plane.
+    pub bulge: [f64; 3],
 }
 
 /// Motion of the four tiles of a unit.
@@ -63,6 +79,9 @@ pub struct Deformation {
     pub closing: [f64; 4],
     /// Slopes of the tiles along x and y.
     pub slope: [f64; 2],
+    /// How much nearer the nearest point of each tile comes than its centre, m; beside what
+    /// the slopes do.
+    pub bulge: [f64; 4],
 }
 
 impl Deformation {
@@ -73,14 +92,26 @@ impl Deformation {
             displacement: self.displacement.map(|d| share * d),
             closing: self.closing.map(|w| share * w),
             slope: self.slope.map(|slope| share * slope),
+            bulge: self.bulge.map(|bulge| share * bulge),
         }
     }
 }
 
 impl SuspensionDescription {
-    /// The model this description states.
-    pub fn model(&self) -> Suspension {
-        let [x, y, z] = self.stiffness;
+    /// The model this description states for the lengths of `unit`.
+    ///
+    /// # Errors
+    /// [`OutsideUnit`] when the stiffness does not follow from this drawing.
+    pub fn model(&self, unit: &UnitDrawing) -> Result<Suspension, OutsideUnit> {
+        match &self.from_drawing {
+            Some(elastic) => Ok(Suspension::of_drawing(elastic, unit, &unit.compliance()?)),
+            None => Ok(self.typed_in()),
+        }
+    }
+
+    /// The model of the constants that are typed in; rigid where there are none.
+    pub(crate) fn typed_in(&self) -> Suspension {
+        let [x, y, z] = self.stiffness.unwrap_or([f64::INFINITY; 3]);
         Suspension {
             compliance: [
                 [1.0 / x, 0.0, 0.0],
@@ -88,13 +119,35 @@ impl SuspensionDescription {
                 [0.0, 0.0, 1.0 / z],
             ],
             centre_distance: self.centre_distance,
-            tile_tilt: self.tile_tilt,
-            bump_sinking: self.bump_sinking,
+            tile_tilt: self.tile_tilt.unwrap_or_default(),
+            bump_sinking: self.bump_sinking.unwrap_or_default(),
+            bulge: [0.0; 3],
         }
     }
 }
 
 impl Suspension {
+    /// The suspension of an elastic unit: d = (1/E) c F, a bar's downward force as sinking,
+    /// the slope of the tiles along a side force as their tilt.
+    ///
+    /// What bends a tile without tilting it along the force enters where tiles touch: as how
+    /// much nearer the hottest point comes.
+    pub fn of_drawing(
+        elastic: &ElasticDescription,
+        unit: &UnitDrawing,
+        compliance: &UnitCompliance,
+    ) -> Self {
+        let z = compliance.normal(elastic.modulus, elastic.cavity);
+        let (x, sinking) = compliance.side(elastic.modulus, elastic.side_contact);
+        Self {
+            compliance: [[x, 0.0, 0.0], [0.0, x, 0.0], [0.0, 0.0, z]],
+            centre_distance: unit.centre_distance,
+            tile_tilt: compliance.tilt_x[0],
+            bump_sinking: [sinking; 2],
+            bulge: [compliance.hot_x, compliance.hot_x, compliance.hot_z].map(|hot| hot - 1.0),
+        }
+    }
+
     /// Motion of the tiles under `force` = (F_x, F_y, F_z) on the bump, N.
     ///
     /// F_z,apparent = F_z + c_x|F_x| + c_y|F_y|;  d = S·F;
@@ -117,11 +170,21 @@ impl Suspension {
         let [x, y, z] = displacement;
         let closing = std::array::from_fn(|i| z + 0.5 * (SIDE_X[i] * x + SIDE_Y[i] * y));
         let share = self.tile_tilt / self.centre_distance;
+        let [over_x, over_y, over_z] = self.bulge;
+        let bulge = std::array::from_fn(|i| {
+            over_z * z + 0.5 * (over_x * SIDE_X[i] * x + over_y * SIDE_Y[i] * y)
+        });
         Deformation {
             displacement,
             closing,
             slope: [share * x, share * y],
+            bulge,
         }
+    }
+
+    /// Spring constants of the displacements d_x, d_y, d_z, each under its own force, N/m.
+    pub fn stiffness(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| 1.0 / self.compliance[axis][axis])
     }
 
     /// ∂d/∂F at `force`, m/N, rows d_x, d_y, d_z; the bump's sinking included.
@@ -155,11 +218,12 @@ mod tests {
     fn suspension() -> Suspension {
         SuspensionDescription {
             centre_distance: 700e-6,
-            stiffness: [9620.0, 10400.0, 10400.0],
-            tile_tilt: 1.0,
-            bump_sinking: [0.1, 0.2],
+            stiffness: Some([9620.0, 10400.0, 10400.0]),
+            tile_tilt: Some(1.0),
+            bump_sinking: Some([0.1, 0.2]),
+            from_drawing: None,
         }
-        .model()
+        .typed_in()
     }
 
     #[test]

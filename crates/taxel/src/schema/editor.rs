@@ -34,6 +34,9 @@ fn flatten(schema: &mut Value) {
 
 /// TOML has no null: what may be missing is what it is when it is there.
 fn drop_null(object: &mut Map<String, Value>) {
+    if object.get("default").is_some_and(Value::is_null) {
+        object.remove("default");
+    }
     if let Some(Value::Array(types)) = object.get_mut("type") {
         types.retain(|kind| kind != "null");
         if let [kind] = &mut types[..] {

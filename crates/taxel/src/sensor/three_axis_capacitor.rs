@@ -3,10 +3,12 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::mechanics::{ForceHysteresis, RelaxationTerm, SuspensionDescription};
+use crate::layout::{ArrayDescription, Mount};
+use crate::mechanics::{
+    BentGap, ForceHysteresis, RelaxationTerm, SuspensionDescription, UnitDrawing,
+};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
-use crate::transduction::PlatesDescription;
-use crate::transduction::UnitModel;
+use crate::transduction::{EdgeDrawing, PlatesDescription, UnitModel};
 use taxel_numerics::Noise;
 
 /// Four capacitors under one bump (P2).
@@ -101,17 +103,40 @@ pub struct Outline {
 }
 
 impl ThreeAxisCapacitor {
-    /// The model of one unit.
-    pub fn unit_model(&self) -> UnitModel {
+    /// The model of one unit of an array.
+    ///
+    /// What does not follow from the drawing is left out; the check of a sensor file refuses
+    /// such drawings.
+    pub fn unit_model(&self, array: &ArrayDescription) -> UnitModel {
+        let typed_in = || self.suspension.typed_in();
+        let edges = self.edge_drawing(array).edges().ok();
+        let mut plates = self.plates.model(edges);
+        if let Some(bent) = self.bent(array) {
+            for air in &mut plates.air_gap {
+                *air -= bent.closing;
+            }
+        }
+        let unit = self.unit_drawing();
         UnitModel {
-            suspension: self.suspension.model(),
-            plates: self.plates.model(),
+            suspension: self.suspension.model(&unit).unwrap_or_else(|_| typed_in()),
+            plates,
         }
     }
 
+    /// What the mount does to the air gaps; `None` on a plane, without the plane that is not
+    /// stretched, and for a drawing that was not solved.
+    pub fn bent(&self, array: &ArrayDescription) -> Option<BentGap> {
+        let Mount::Cylinder(cylinder) = array.mount else {
+            return None;
+        };
+        let plane = cylinder.unstretched_plane?;
+        self.unit_drawing()
+            .bent(array.pitch[0], cylinder.radius, plane)
+    }
+
     /// The models of all taxels: as calibrated, or else as drawn.
-    pub fn unit_models(&self, taxels: usize) -> Vec<UnitModel> {
-        self.with_calibrated(vec![self.unit_model(); taxels])
+    pub fn unit_models(&self, array: &ArrayDescription) -> Vec<UnitModel> {
+        self.with_calibrated(vec![self.unit_model(array); array.rows * array.columns])
     }
 
     fn with_calibrated(&self, mut units: Vec<UnitModel>) -> Vec<UnitModel> {
@@ -126,16 +151,62 @@ impl ThreeAxisCapacitor {
     /// The units of one piece of fabrication: the air gap of each capacitor
     /// scattered about its drawing, cut at three standard deviations; taxels
     /// that were calibrated are as found.
-    pub fn fabricate(&self, taxels: usize) -> Vec<UnitModel> {
+    pub fn fabricate(&self, array: &ArrayDescription) -> Vec<UnitModel> {
         let mut scatter = Noise::seeded(self.fabrication.seed);
-        let made = (0..taxels).map(|_| {
-            let mut unit = self.unit_model();
+        let drawn = self.unit_model(array);
+        let made = (0..array.rows * array.columns).map(|_| {
+            let mut unit = drawn;
             for air in &mut unit.plates.air_gap {
                 *air += self.fabrication.air_gap_deviation * scatter.normal().clamp(-3.0, 3.0);
             }
             unit
         });
         self.with_calibrated(made.collect())
+    }
+
+    /// The lengths that the edges of the electrodes follow from.
+    pub fn edge_drawing(&self, array: &ArrayDescription) -> EdgeDrawing {
+        let (plates, outline) = (&self.plates, &self.outline);
+        let [side, _] = plates.electrode;
+        let distance = self.suspension.centre_distance;
+        let lines = [array.columns, array.rows];
+        let gaps = plates.air_gap.into_iter();
+        EdgeDrawing {
+            side,
+            air_gap: [
+                gaps.clone().fold(f64::INFINITY, f64::min),
+                gaps.fold(0.0, f64::max),
+            ],
+            insulation: plates.insulation,
+            permittivity: plates.insulation_permittivity,
+            electrode_thickness: outline.electrode_thickness,
+            cavity: 0.5 * (0.5 * (outline.unit_side - outline.wall_width) - side),
+            above: outline.electrode_layer + outline.bump_layer,
+            inner: [distance - side; 2],
+            outer: std::array::from_fn(|axis| {
+                (lines[axis] > 1).then(|| array.pitch[axis] - distance - side)
+            }),
+        }
+    }
+
+    /// The lengths that the stiffness of a unit follows from.
+    pub fn unit_drawing(&self) -> UnitDrawing {
+        let (plates, outline) = (&self.plates, &self.outline);
+        UnitDrawing {
+            electrode: plates.electrode[0],
+            electrode_thickness: outline.electrode_thickness,
+            centre_distance: self.suspension.centre_distance,
+            unit_side: outline.unit_side,
+            wall_width: outline.wall_width,
+            // Both electrode layers are cast alike.
+            lower_layer: outline.electrode_layer,
+            upper_layer: outline.electrode_layer + outline.bump_layer,
+            bump_height: outline.bump_height,
+            bump_base: outline.bump_base,
+            bump_top: outline.bump_top,
+            air_gap: plates.air_gap.into_iter().sum::<f64>() / 4.0,
+            insulation: plates.insulation,
+        }
     }
 
     /// Height of the bump's top above the air gap, m: the lever of a side force.
@@ -145,11 +216,8 @@ impl ThreeAxisCapacitor {
 
     /// Torsion coefficients κ = k·h·L about y (from x forces) and about x,
     /// N m/rad (P2 Eqs. 1-5 with height h and centre distance L kept apart).
-    pub fn torsion(&self) -> [f64; 2] {
+    pub fn torsion(&self, stiffness: [f64; 3]) -> [f64; 2] {
         let arm = self.lever() * self.suspension.centre_distance;
-        [
-            self.suspension.stiffness[0] * arm,
-            self.suspension.stiffness[1] * arm,
-        ]
+        [stiffness[0] * arm, stiffness[1] * arm]
     }
 }

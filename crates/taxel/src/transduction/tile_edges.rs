@@ -1,10 +1,13 @@
 //! The edges of a tile of a three-axis unit (P2): what they add to the capacitance of the
 //! plates, by a law of the air gap and by a solution of the electric field.
 
+use std::sync::LazyLock;
+
 use taxel_fem::field::FieldError;
 use taxel_fem::field::cases::{Beside, FacingPlates, Neighbour};
 
 use super::tilted_plate::VACUUM_PERMITTIVITY;
+use crate::solved_table::{SolvedRow, SolvedTable, interpolated};
 
 /// What the field of an edge sees around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,6 +118,10 @@ pub struct EdgeLaw {
 
 /// One um in m.
 const UM: f64 = 1e-6;
+/// Least of (a + s)/s: the law has no meaning where a search would pass it.
+const LEAST_REACH: f64 = 1e-2;
+/// The air gap of the drawing at which the other lengths were varied, m.
+const DRAWN_AIR: f64 = 6e-6;
 
 impl EdgeLaw {
     /// Air gaps of the fit, m.
@@ -138,87 +145,394 @@ impl EdgeLaw {
         }
     }
 
-    /// The excess at an air gap, m. Without unit.
+    /// The excess at an air gap, m. Without unit. A search may ask for gaps a little below
+    /// zero.
     pub fn excess(self, air_gap: f64) -> f64 {
-        self.constant - self.factor * (air_gap / UM + self.shift).ln()
+        self.constant - self.factor * self.reach(air_gap).ln()
     }
 
     /// The slope of the excess against the air gap, 1/m.
     pub fn slope(self, air_gap: f64) -> f64 {
-        -self.factor / ((air_gap / UM + self.shift) * UM)
+        -self.factor / (self.reach(air_gap) * UM)
+    }
+
+    /// a + s in um, which stays above zero.
+    fn reach(self, air_gap: f64) -> f64 {
+        (air_gap / UM + self.shift).max(LEAST_REACH * self.shift)
+    }
+
+    /// The law of a drawing whose lengths are all `scale` times as long and whose excess is
+    /// `share` of this one: e(a/scale)·share.
+    fn of_drawing(self, scale: f64, share: f64) -> Self {
+        Self {
+            constant: share * (self.constant + self.factor * scale.ln()),
+            factor: share * self.factor,
+            shift: scale * self.shift,
+        }
+    }
+
+    /// A law between this one and `other`, through the excess `excess` at the drawn air gap.
+    fn towards(self, other: Self, share: f64, excess: f64) -> Self {
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        let law = Self {
+            constant: 0.0,
+            factor: mix(self.factor, other.factor),
+            shift: mix(self.shift, other.shift),
+        };
+        Self {
+            constant: excess - law.excess(DRAWN_AIR),
+            ..law
+        }
     }
 }
 
-/// What the four corners of a tile add, F: negative, the edges count them twice. From the
-/// field of one isolated capacitor in space, P2 as drawn.
+/// What the four corners of a tile of P2 add, F: negative, the edges count them twice. From
+/// the field of one isolated capacitor in space.
 pub const CORNERS: f64 = -0.43e-15;
-/// A tile with its edges: sides as drawn in P2.
+/// Distance to the other tile of the unit in P2, of [`EdgeLaw::GROUNDED_300`], m.
+pub const INNER_DISTANCE: f64 = 300e-6;
+/// Distance to the next unit in P2, of [`EdgeLaw::GROUNDED_900`], m.
+pub const OUTER_DISTANCE: f64 = 900e-6;
+
+/// The four edges of a tile (P2) as a term of its capacitance, all other electrodes grounded:
+/// C = ε₀ Σ l e(a) over the edges of length l, with the air gap a at each edge, and corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TileWithEdges {
-    /// Side of the square electrode, m.
-    pub side: f64,
-    /// Insulation over its relative permittivity, m.
-    pub insulation_gap: f64,
+pub struct TileEdges {
+    /// The edges towards the middle of the unit that x and that y cross.
+    pub inner: [EdgeLaw; 2],
+    /// The edges towards the next unit.
+    pub outer: [EdgeLaw; 2],
+    /// What the corners add, F.
+    pub corners: f64,
 }
 
-impl TileWithEdges {
-    /// Capacitance of the plates without edges, F.
-    pub fn plate(&self, air_gap: f64) -> f64 {
-        VACUUM_PERMITTIVITY * self.side * self.side / (air_gap + self.insulation_gap)
+/// Capacitance of the edges of a tile with its slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeSlopes {
+    /// Edges and corners, F.
+    pub capacitance: f64,
+    /// ∂C/∂a of the air gap at the centre of the tile, F/m.
+    pub by_air_gap: f64,
+    /// ∂C/∂α and ∂C/∂β of the slopes of the tile, F.
+    pub by_slope: [f64; 2],
+}
+
+impl TileEdges {
+    /// The edges of a tile with sides `electrode`, m, whose centre has `air` under it, m.
+    /// `rise` is half of what the gap falls over the tile along x and y, m, positive where
+    /// it falls outward.
+    pub fn at(&self, electrode: [f64; 2], air: f64, rise: [f64; 2]) -> EdgeSlopes {
+        let mut sum = EdgeSlopes {
+            capacitance: self.corners,
+            by_air_gap: 0.0,
+            by_slope: [0.0; 2],
+        };
+        for axis in 0..2 {
+            let length = VACUUM_PERMITTIVITY * electrode[1 - axis];
+            for (law, side) in [(self.inner[axis], 1.0), (self.outer[axis], -1.0)] {
+                let air = air + side * rise[axis];
+                let slope = length * law.slope(air);
+                sum.capacitance += length * law.excess(air);
+                sum.by_air_gap += slope;
+                sum.by_slope[axis] += slope * side * 0.5 * electrode[axis];
+            }
+        }
+        sum
     }
 
-    /// What two edges towards the unit and two outward ones add, F.
-    pub fn edges(&self, air_gap: f64, [inner, outer]: [EdgeLaw; 2]) -> f64 {
-        2.0 * VACUUM_PERMITTIVITY * self.side * (inner.excess(air_gap) + outer.excess(air_gap))
+    /// Edges without corners of a tile that lies parallel, F.
+    pub fn parallel(&self, electrode: [f64; 2], air: f64) -> f64 {
+        self.at(electrode, air, [0.0; 2]).capacitance - self.corners
     }
+}
 
-    /// All neighbours grounded: plates, edges and corners, F.
-    pub fn total(&self, air_gap: f64) -> f64 {
-        self.plate(air_gap) + self.edges(air_gap, GROUNDED) + CORNERS
+/// The lengths of a unit that its edges follow from, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeDrawing {
+    /// Side of the square electrode.
+    pub side: f64,
+    /// Narrowest and widest air gap of the unit.
+    pub air_gap: [f64; 2],
+    /// Insulation on the lower electrode.
+    pub insulation: f64,
+    /// Its relative permittivity, and of the layers around.
+    pub permittivity: f64,
+    /// Thickness of an electrode.
+    pub electrode_thickness: f64,
+    /// Air beyond the edge, up to the wall.
+    pub cavity: f64,
+    /// Solid above the air gap.
+    pub above: f64,
+    /// Distance from edge to edge to the other tile of the unit, along x and y.
+    pub inner: [f64; 2],
+    /// The same to the next unit; `None` without one.
+    pub outer: [Option<f64>; 2],
+}
+
+/// A length of the drawing for which the edges are not tabulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutsideEdges {
+    /// Key of the sensor file that is off, below the element.
+    pub key: &'static str,
+    /// What is off.
+    pub quantity: &'static str,
+    /// Its value over `unit`.
+    pub given: f64,
+    /// Least and greatest value over `unit`.
+    pub range: [f64; 2],
+    /// Unit for people, with a space before it; empty for plain numbers.
+    pub unit: &'static str,
+}
+
+impl std::fmt::Display for OutsideEdges {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [least, greatest] = self.range;
+        let (given, unit) = (self.given, self.unit);
+        let quantity = self.quantity;
+        write!(
+            f,
+            "the edges of the electrodes follow from the drawing for {quantity} from \
+             {least:.4}{unit} to {greatest:.4}{unit}, not for {given:.4}{unit}"
+        )
     }
+}
 
-    /// Slope of [`TileWithEdges::total`] against the air gap, F/m.
-    pub fn slope(&self, air_gap: f64) -> f64 {
-        let edges: f64 = GROUNDED.map(|law| law.slope(air_gap)).iter().sum();
-        -self.plate(air_gap) / (air_gap + self.insulation_gap)
-            + 2.0 * VACUUM_PERMITTIVITY * self.side * edges
-    }
+/// Largest relative error of an excess of [`EdgeDrawing::edges`] away from the drawing of
+/// P2; on it the law is within 1e-3.
+pub const EDGE_ERROR: f64 = 0.02;
 
-    /// Least and greatest capacitance by the surroundings, before the corners, F: a
-    /// grounded plane under the array, whose field is solved, and a capacitor alone.
+impl EdgeDrawing {
+    /// The edges of a tile, all other electrodes grounded.
+    ///
+    /// Excesses depend on ratios of lengths alone, so that the drawing is scaled to the tile
+    /// of the table; each other length then enters by the rows in which it was varied alone.
     ///
     /// # Errors
-    /// [`FieldError`] for air gaps out of range.
-    pub fn surroundings(&self, air_gap: f64) -> Result<[f64; 2], FieldError> {
-        let over_plane = |distance| {
-            EdgeSection {
-                grounded_plane: true,
-                ..EdgeSection::drawn(air_gap, EdgeEnvironment::Grounded(distance))
-            }
-            .solve()
+    /// [`OutsideEdges`] for a length beyond the table.
+    pub fn edges(&self) -> Result<TileEdges, OutsideEdges> {
+        let (scale, share) = self.scaled()?;
+        let table = &*EXCESSES;
+        let law = |distance: Option<f64>| {
+            let law = distance.map_or(EdgeLaw::ISOLATED, |d| table.law(d / scale));
+            law.of_drawing(scale, share)
         };
-        let excess = over_plane(INNER_DISTANCE)? + over_plane(OUTER_DISTANCE)?;
-        let least = 2.0 * VACUUM_PERMITTIVITY * self.side * excess;
-        let greatest = self.edges(air_gap, [EdgeLaw::ISOLATED; 2]);
-        Ok([least, greatest].map(|edges| self.plate(air_gap) + edges))
+        Ok(TileEdges {
+            inner: self.inner.map(|distance| law(Some(distance))),
+            outer: self.outer.map(law),
+            corners: CORNERS * scale,
+        })
     }
 
-    /// Closing that an effective gap reads per closing of the air gap: from the raw
-    /// capacitance, d/dw of ε₀A (1/C₀ − 1/C), and from the normalised one, g₀ (1 − C₀/C),
-    /// with g₀ = a + d/ε_r.
-    pub fn effective_gap_factors(&self, air_gap: f64) -> [f64; 2] {
-        let (total, slope) = (self.total(air_gap), -self.slope(air_gap));
-        let gap = air_gap + self.insulation_gap;
-        [
-            VACUUM_PERMITTIVITY * self.side * self.side * slope / (total * total),
-            gap * slope / total,
+    /// The edges where they add least and most, without corners: with a grounded plane under
+    /// the array, and of a capacitor alone.
+    ///
+    /// # Errors
+    /// [`OutsideEdges`] for a length beyond the table.
+    pub fn surroundings(&self) -> Result<[TileEdges; 2], OutsideEdges> {
+        let (scale, share) = self.scaled()?;
+        let edges = self.edges()?;
+        let over_plane =
+            |law: EdgeLaw, place: usize| law.of_drawing(1.0, EXCESSES.over_plane[place]);
+        let alone = EdgeLaw::ISOLATED.of_drawing(scale, share);
+        Ok([
+            TileEdges {
+                inner: edges.inner.map(|law| over_plane(law, 0)),
+                outer: edges.outer.map(|law| over_plane(law, 1)),
+                corners: 0.0,
+            },
+            TileEdges {
+                inner: [alone; 2],
+                outer: [alone; 2],
+                corners: 0.0,
+            },
+        ])
+    }
+
+    /// The scale of the drawing over that of the table, and the share of the excess that its
+    /// other lengths leave.
+    fn scaled(&self) -> Result<(f64, f64), OutsideEdges> {
+        let scale = self.side / (2.0 * EXCESSES.half_width * UM);
+        let um = scale * UM;
+        let within = |key, quantity, given: f64, unit: &'static str, size: f64, range: [f64; 2]| {
+            let outside = OutsideEdges {
+                key,
+                quantity,
+                given: given / size,
+                range: range.map(|end| end * if unit.is_empty() { 1.0 } else { scale }),
+                unit,
+            };
+            let [least, greatest] = outside.range;
+            let slack = 1e-9 * greatest;
+            if (least - slack..=greatest + slack).contains(&outside.given) {
+                Ok(())
+            } else {
+                Err(outside)
+            }
+        };
+        let gaps = [EdgeLaw::AIR_GAPS.start(), EdgeLaw::AIR_GAPS.end()].map(|gap| gap / UM);
+        for gap in self.air_gap {
+            within("plates.air_gap", "an air gap", gap, " um", UM, gaps)?;
+        }
+        let mut share = 1.0;
+        for (place, (key, quantity, given)) in [
+            ("plates.insulation", "an insulation", self.insulation),
+            (
+                "plates.insulation_permittivity",
+                "a permittivity of the insulation",
+                self.permittivity,
+            ),
+            (
+                "outline.electrode_thickness",
+                "an electrode thickness",
+                self.electrode_thickness,
+            ),
+            (
+                "outline.wall_width",
+                "air beyond the electrode",
+                self.cavity,
+            ),
+            (
+                "outline.electrode_layer",
+                "a solid above the air gap",
+                self.above,
+            ),
         ]
+        .into_iter()
+        .enumerate()
+        {
+            let rows = &EXCESSES.varied[place];
+            let plain = place == 1;
+            let known = [rows.first(), rows.last()].map(|end| end.map_or(f64::NAN, |end| end[0]));
+            let [least, greatest] = known.map(f64::exp);
+            let (unit, size) = if plain { ("", 1.0) } else { (" um", UM) };
+            // A wider cavity than that of the table changes nothing that its error leaves.
+            let wider = if place == 3 { 2.0 } else { 1.0 };
+            within(key, quantity, given, unit, size, [least, wider * greatest])?;
+            let over = if plain { given } else { given / um };
+            let over = over.ln().min(known[1]);
+            share *= interpolated(rows, over).exp();
+        }
+        for distance in self.inner {
+            let (key, quantity) = ("suspension.centre_distance", "tiles apart");
+            within(key, quantity, distance, " um", UM, DISTANCES)?;
+        }
+        Ok((scale, share))
     }
 }
 
-/// Distance to the other tile of the unit, of [`EdgeLaw::GROUNDED_300`], m.
-pub const INNER_DISTANCE: f64 = 300e-6;
-/// Distance to the next unit, of [`EdgeLaw::GROUNDED_900`], m.
-pub const OUTER_DISTANCE: f64 = 900e-6;
-/// The edges of a tile among grounded neighbours: inner, outer.
-pub const GROUNDED: [EdgeLaw; 2] = [EdgeLaw::GROUNDED_300, EdgeLaw::GROUNDED_900];
+/// Distances of neighbours over those of P2 that are taken, um.
+const DISTANCES: [f64; 2] = [150.0, 1600.0];
+
+/// The excesses of `tables/solved_p2_edges.csv`.
+#[derive(Debug)]
+struct Excesses {
+    /// Half width of the tile, um.
+    half_width: f64,
+    /// Excess at the drawn air gap of a tile alone.
+    isolated: f64,
+    /// ln(distance, um) and ln(isolated excess − excess) of grounded neighbours.
+    distances: Vec<[f64; 2]>,
+    /// For insulation, permittivity, electrode, cavity and solid above: ln(value) and
+    /// ln(excess over that of the drawing).
+    varied: [Vec<[f64; 2]>; 5],
+    /// Share of the excess over a grounded plane: inner and outer neighbours.
+    over_plane: [f64; 2],
+}
+
+static EXCESSES: LazyLock<Excesses> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/solved_p2_edges.csv"));
+    Excesses::read(&table)
+});
+
+/// Lengths of the drawing in the columns of the table.
+const DRAWN: [(&str, f64); 6] = [
+    ("insulation_um", 6.0),
+    ("eps_r", 2.7),
+    ("copper_um", 20.0),
+    ("cavity_um", 100.0),
+    ("top_um", 400.0),
+    ("air_um", 6.0),
+];
+
+impl Excesses {
+    fn read(table: &SolvedTable) -> Self {
+        let half_width = 200.0;
+        // Rows that have all of the drawing but the columns named.
+        let rows =
+            |environment: &'static str, distance: Option<f64>, free: &'static [&'static str]| {
+                table.rows().filter(move |row: &SolvedRow<'_>| {
+                    let drawn = |(column, value): &(&str, f64)| {
+                        free.contains(column) || same(row.number(column), *value)
+                    };
+                    row.text("environment") == environment
+                        && same(row.number("half_width_um"), half_width)
+                        && distance.is_none_or(|d| same(row.number("neighbour_distance_um"), d))
+                        && DRAWN.iter().all(drawn)
+                })
+            };
+        let open = |row: &SolvedRow<'_>| row.number("plane_below") == 0.0;
+        let excess = |row: &SolvedRow<'_>| row.number("excess");
+        let inner = INNER_DISTANCE / UM;
+        let of = |distance: f64, plane: bool| {
+            let mut found = rows("grounded", Some(distance), &[]).filter(|row| open(row) != plane);
+            found.next().map_or(f64::NAN, |row| excess(&row))
+        };
+        let isolated = rows("isolated", None, &[])
+            .next()
+            .map_or(f64::NAN, |row| excess(&row));
+        // The wall stands in the middle between near tiles.
+        let near = rows("grounded", None, &["cavity_um"]).filter(|row| {
+            let [distance, cavity] = [row.number("neighbour_distance_um"), row.number("cavity_um")];
+            open(row) && (same(cavity, 100.0) || distance < inner)
+        });
+        let distances = near.map(|row| {
+            let distance = row.number("neighbour_distance_um");
+            [distance.ln(), (isolated - excess(&row)).ln()]
+        });
+        let base = of(inner, false);
+        let varied = |columns: &'static [&'static str; 1]| {
+            let points = rows("grounded", Some(inner), columns).filter(open);
+            sorted(points.map(|row| [row.number(columns[0]).ln(), (excess(&row) / base).ln()]))
+        };
+        Self {
+            half_width,
+            isolated,
+            distances: sorted(distances),
+            varied: [
+                varied(&["insulation_um"]),
+                varied(&["eps_r"]),
+                varied(&["copper_um"]),
+                varied(&["cavity_um"]),
+                varied(&["top_um"]),
+            ],
+            over_plane: [inner, OUTER_DISTANCE / UM].map(|d| of(d, true) / of(d, false)),
+        }
+    }
+
+    /// The law for a grounded neighbour at `distance`, m, in the scale of the table.
+    fn law(&self, distance: f64) -> EdgeLaw {
+        let taken = |distance: f64| interpolated(&self.distances, (distance / UM).ln()).exp();
+        let (inner, outer) = (taken(INNER_DISTANCE), taken(OUTER_DISTANCE));
+        let here = taken(distance);
+        let excess = self.isolated - here;
+        if here > outer {
+            let share = ((inner - here) / (inner - outer)).max(0.0);
+            EdgeLaw::GROUNDED_300.towards(EdgeLaw::GROUNDED_900, share, excess)
+        } else {
+            let share = (outer - here) / outer;
+            EdgeLaw::GROUNDED_900.towards(EdgeLaw::ISOLATED, share, excess)
+        }
+    }
+}
+
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-9 * b.abs()
+}
+
+/// Points in the order of x, each x once.
+fn sorted(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+    let mut points: Vec<_> = points.collect();
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    points.dedup_by(|a, b| a[0] == b[0]);
+    points
+}

@@ -89,18 +89,14 @@ impl UnitModel {
     }
 
     /// The published small-motion inverse (P2 Eqs. 4-9, signs corrected):
-    /// effective gap d_eff = ε₀ab/(C − C_par), D = d_eff(rest) − d_eff.
+    /// effective gap d_eff = ε₀ab/(C − C_par), D = d_eff(rest) − d_eff; with edges from the
+    /// drawing that gap at which a parallel tile has the capacitance C.
     ///
     /// `rest` and `capacitance` in F. Exact for parallel tiles; with tilted
     /// tiles off by less than 2 % of full scale.
     pub fn effective_motion(&self, rest: [f64; 4], capacitance: [f64; 4]) -> EffectiveMotion {
-        let scale = self.plates.permittivity_area();
-        let closing: [f64; 4] = std::array::from_fn(|i| {
-            let parallel = self.plates.parallel_capacitance[i];
-            let (rest, now) = (rest[i] - parallel, capacitance[i] - parallel);
-            // The difference of the reciprocals without their cancellation.
-            scale * (now - rest) / (rest * now)
-        });
+        let closing: [f64; 4] =
+            std::array::from_fn(|i| self.plates.effective_closing(i, rest[i], capacitance[i]));
         let [c11, c12, c21, c22] = closing;
         EffectiveMotion {
             displacement: [
@@ -119,7 +115,7 @@ impl UnitModel {
     }
 
     /// The same unit with the air gaps that its measured rest capacitances
-    /// imply: g = ε₀ab/(C₀ − C_par), air = g − d_ins/ε_ins.
+    /// imply: g = ε₀ab/(C₀ − C_par − C_edge), air = g − d_ins/ε_ins.
     ///
     /// `rest` in F, NaN for a capacitor without a reading, whose gap is kept.
     /// `None` when a rest value leaves no air.
@@ -131,8 +127,7 @@ impl UnitModel {
             .filter(|(_, rest)| !rest.is_nan())
         {
             let plates = &mut unit.plates;
-            let gap = plates.permittivity_area() / (rest - plates.parallel_capacitance[i]);
-            let air = gap - plates.insulation_gap;
+            let air = plates.air_gap_from(i, rest);
             if !(air > 0.0 && air.is_finite()) {
                 return None;
             }

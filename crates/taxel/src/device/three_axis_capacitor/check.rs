@@ -7,6 +7,10 @@ use crate::sensor::{
 
 pub(super) fn check(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     check_element(array.element, array.sensor.array.pitch)?;
+    check_suspension(array.element)?;
+    check_edges(array)?;
+    check_bending(array)?;
+    check_reach(array)?;
     check_electronics(array)?;
     check_fabrication(array.element)
 }
@@ -72,13 +76,96 @@ fn check_element(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
         &key("usable_force"),
         || "the usable force is above the full scale".into(),
         "give at most the full scale",
+    )
+}
+
+const SUSPENSION: &str = "element.three_axis_capacitor.suspension";
+
+/// A stiffness is typed in or follows from the drawing, and not both.
+fn check_suspension(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
+    let suspension = &element.suspension;
+    let typed_in = [
+        ("stiffness", suspension.stiffness.is_some()),
+        ("tile_tilt", suspension.tile_tilt.is_some()),
+        ("bump_sinking", suspension.bump_sinking.is_some()),
+    ];
+    for (key, given) in typed_in {
+        if suspension.from_drawing.is_some() {
+            require(
+                !given,
+                &format!("{SUSPENSION}.{key}"),
+                || format!("{key} follows from the drawing where from_drawing is given"),
+                "remove this key, or the table from_drawing",
+            )?;
+        } else {
+            require(
+                given,
+                SUSPENSION,
+                || format!("missing field `{key}`: the stiffness is typed in"),
+                &format!(
+                    "add {key}, or the table from_drawing with modulus, side_contact and cavity \
+                     in the place of stiffness, tile_tilt and bump_sinking"
+                ),
+            )?;
+        }
+    }
+    if let Err(outside) = suspension.model(&element.unit_drawing()) {
+        let path = format!("element.three_axis_capacitor.{}", outside.key);
+        let help = "change this length, or type the stiffness in (stiffness, tile_tilt, \
+                    bump_sinking) in the place of from_drawing";
+        return Err(Broken::new(&path, outside.to_string(), help));
+    }
+    Ok(())
+}
+
+/// Where no parallel capacitance is typed in, the edges must follow from the drawing.
+fn check_edges(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
+    let plates = &array.element.plates;
+    if plates.parallel_capacitance.is_some() {
+        return Ok(());
+    }
+    let help = "change this length, or type parallel_capacitance in: what edges and leads add \
+                to each plate pair, such as \"30 fF\"";
+    let [x, y] = plates.electrode;
+    require(
+        (x - y).abs() <= SAME_LENGTH,
+        "element.three_axis_capacitor.plates.electrode",
+        || "the edges follow from the drawing for square electrodes alone".into(),
+        help,
     )?;
-    check_reach(element)
+    match array.element.edge_drawing(&array.sensor.array).edges() {
+        Ok(_) => Ok(()),
+        Err(outside) => {
+            let path = format!("element.three_axis_capacitor.{}", outside.key);
+            Err(Broken::new(&path, outside.to_string(), help))
+        }
+    }
+}
+
+/// Bending must leave air.
+fn check_bending(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
+    let Some(bent) = array.element.bent(&array.sensor.array) else {
+        return Ok(());
+    };
+    let gaps = array.element.plates.air_gap.into_iter();
+    let least = gaps.fold(f64::INFINITY, f64::min);
+    require(
+        bent.closing < least,
+        "array.mount.cylinder.unstretched_plane",
+        || {
+            format!(
+                "bending closes {} of an air gap of {}",
+                micrometres(bent.closing),
+                micrometres(least)
+            )
+        },
+        "give a plane nearer to the air gap, or a larger radius",
+    )
 }
 
 /// The full scale of each axis alone must not close a gap.
-fn check_reach(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
-    let unit = element.unit_model();
+fn check_reach(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
+    let (element, unit) = (array.element, array.unit_model());
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let mut force = [0.0; 3];
         force[axis] = element.full_scale;

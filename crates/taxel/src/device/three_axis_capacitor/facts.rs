@@ -3,10 +3,9 @@
 use super::ThreeAxisArray;
 use crate::device::capacitor_board;
 use crate::estimation::{Outcome, SearchOptions, ThreeAxisOptions, estimate_unit};
+use crate::layout::Mount;
+use crate::mechanics::{Cavity, ElasticDescription, SideContact, UnitCompliance};
 use crate::summary::{Fact, fact, number, text};
-use crate::transduction::{
-    EdgeEnvironment, EdgeLaw, EdgeSection, GROUNDED, INNER_DISTANCE, OUTER_DISTANCE, TileWithEdges,
-};
 
 pub(super) fn facts(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
     let masked = array.masked();
@@ -30,13 +29,14 @@ pub(super) fn facts(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
 
 fn mechanics(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
     let (element, sensor) = (array.element, array.sensor);
-    let unit = element.unit_model();
+    let unit = array.unit_model();
+    let stiffness = unit.suspension.stiffness();
     let least_gap = unit
         .plates
         .air_gap
         .into_iter()
         .fold(f64::INFINITY, f64::min);
-    let [kappa_x, kappa_y] = element.torsion();
+    let [kappa_x, kappa_y] = element.torsion(stiffness);
     let mut facts = vec![
         fact(
             "mechanics",
@@ -58,7 +58,7 @@ fn mechanics(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
         ),
     ];
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let displacement = element.full_scale / element.suspension.stiffness[axis];
+        let displacement = element.full_scale / stiffness[axis];
         facts.push(fact(
             "mechanics",
             format!("full_scale_displacement_{name}"),
@@ -66,12 +66,14 @@ fn mechanics(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
             "full scale / stiffness",
         ));
     }
+    facts.extend(elasticity(array));
+    facts.extend(bending(array));
     let top = element.outline.bump_top;
     facts.extend([
         fact(
             "mechanics",
             "closure_force_z",
-            number(least_gap * element.suspension.stiffness[2], "n", "mN", 1e-3),
+            number(least_gap * stiffness[2], "n", "mN", 1e-3),
             "air gap x stiffness, parallel motion",
         ),
         fact(
@@ -96,14 +98,20 @@ fn mechanics(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
 }
 
 fn transduction(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
-    let (unit, element) = (array.unit_model(), array.element);
+    let unit = array.unit_model();
+    let element = array.element;
+    let rest = if unit.plates.edges.is_some() {
+        "plate and edges from the drawing, all other electrodes grounded"
+    } else {
+        "C_par, typed in, + eps0 a b/(air + insulation/eps_r)"
+    };
     let mut facts = Vec::new();
     for (i, name) in ["11", "12", "21", "22"].into_iter().enumerate() {
         facts.push(fact(
             "transduction",
             format!("rest_capacitance_{name}"),
             number(unit.plates.rest_capacitance(i), "f", "fF", 1e-15),
-            "C_par + eps0 a b/(air + insulation/eps_r)",
+            rest,
         ));
     }
     facts.extend(edges(array));
@@ -114,7 +122,7 @@ fn transduction(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
         "equivalent gap: air + insulation/eps_r",
     ));
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let sensitivity = 1.0 / (element.suspension.stiffness[axis] * unit.plates.rest_gap(0));
+        let sensitivity = unit.suspension.compliance[axis][axis] / unit.plates.rest_gap(0);
         facts.push(fact(
             "transduction",
             format!("sensitivity_{name}"),
@@ -133,81 +141,345 @@ fn transduction(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
     facts
 }
 
-/// Capacitor 11 with its edges, beside the model of plates: only for the drawing whose
-/// edges are known.
+/// Capacitor 11 in parts, and what an effective gap makes of them.
 fn edges(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
-    let Some(tile) = tile_with_edges(array) else {
+    let element = array.element;
+    let unit = array.unit_model();
+    let drawing = element.edge_drawing(&array.sensor.array);
+    let Ok(edges) = drawing.edges() else {
         return Vec::new();
     };
-    let air = array.element.plates.air_gap[0];
+    let typed_in = unit.plates.edges.is_none();
+    let mut plates = unit.plates;
+    let air = plates.air_gap[0];
+    if typed_in {
+        plates.parallel_capacitance = [0.0; 4];
+        plates.edges = Some(edges);
+    }
     let capacitance = |name: &str, si: f64, source: &'static str| {
         fact("transduction", name, number(si, "f", "fF", 1e-15), source)
+    };
+    let of_edges = if typed_in {
+        "four edges by the drawing, all other electrodes grounded: the model has the typed-in \
+         parallel_capacitance in their place"
+    } else {
+        "four edges by the drawing, all other electrodes grounded"
     };
     let mut facts = vec![
         capacitance(
             "plate_capacitance_11",
-            tile.plate(air),
+            plates.plate_capacitance(0),
             "eps0 a b/(air + insulation/eps_r)",
         ),
         capacitance(
             "edge_capacitance_11",
-            tile.edges(air, GROUNDED),
-            "four edges, all other electrodes grounded: not in the model",
+            edges.parallel(plates.electrode, air),
+            of_edges,
+        ),
+        capacitance(
+            "corner_capacitance_11",
+            edges.corners,
+            "four corners, which the edges count twice",
         ),
         capacitance(
             "capacitance_with_edges_11",
-            tile.total(air),
+            plates.rest_capacitance(0),
             "plates, edges and corners, all other electrodes grounded",
         ),
-        fact(
-            "transduction",
-            "capacitance_by_air_gap_11",
-            number(tile.slope(air), "f_per_m", "fF/um", 1e-9),
-            "plates and edges, all other electrodes grounded",
-        ),
     ];
-    if let Ok([least, greatest]) = tile.surroundings(air) {
+    if let Ok([least, greatest]) = drawing.surroundings() {
+        let plate = plates.plate_capacitance(0);
         facts.push(capacitance(
             "capacitance_with_edges_least_11",
-            least,
+            plate + least.parallel(plates.electrode, air),
             "plates and edges over a grounded plane, without corners",
         ));
         facts.push(capacitance(
             "capacitance_with_edges_greatest_11",
-            greatest,
+            plate + greatest.parallel(plates.electrode, air),
             "plates and edges of a capacitor alone, without corners",
+        ));
+    }
+    facts.push(fact(
+        "transduction",
+        "capacitance_by_air_gap_11",
+        number(plates.slope_by_air_gap(0), "f_per_m", "fF/um", 1e-9),
+        "plates and edges, all other electrodes grounded",
+    ));
+    let factors = plates.effective_gap_factors(0);
+    for (name, factor, source) in [
+        (
+            "effective_gap_factor_raw",
+            factors[0],
+            "closing that eps0 a b (1/C0 - 1/C) reads per closing: a stiffness read so, times it, is the true one",
+        ),
+        (
+            "effective_gap_factor_normalised",
+            factors[1],
+            "closing that g0 (1 - C0/C) reads per closing, g0 = air + insulation/eps_r",
+        ),
+    ] {
+        let value = number(factor, "ratio", "", 1.0);
+        facts.push(fact("transduction", name, value, source));
+    }
+    facts
+}
+
+/// What the stiffness is and where it is from.
+fn elasticity(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
+    let element = array.element;
+    let unit = array.unit_model();
+    let stiffness = unit.suspension.stiffness();
+    let elastic = element.suspension.from_drawing;
+    let from = match elastic {
+        Some(_) => "from the drawing and its modulus, a unit cut out of the array",
+        None => "typed in: the drawing of wall, cavities, layers and bump does not enter",
+    };
+    let word = if elastic.is_some() {
+        "from the drawing"
+    } else {
+        "typed in"
+    };
+    let mut facts = vec![fact("mechanics", "stiffness_from", text(word), from)];
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let value = number(stiffness[axis], "n_per_m", "kN/m", 1e3);
+        facts.push(fact("mechanics", format!("stiffness_{name}"), value, from));
+    }
+    let ratio = number(stiffness[0] / stiffness[2], "ratio", "", 1.0);
+    facts.push(fact("mechanics", "stiffness_x_over_z", ratio, from));
+    let drawing = element.unit_drawing();
+    if let (Ok(cut_out), Ok(in_array)) = (drawing.compliance(), drawing.compliance_in_array()) {
+        match &elastic {
+            Some(elastic) => {
+                facts.extend(from_drawing(array, elastic, [&cut_out, &in_array]));
+            }
+            None => facts.extend(typed_in(stiffness, [&cut_out, &in_array])),
+        }
+    }
+    let air = unit.plates.air_gap.into_iter().sum::<f64>() / 4.0;
+    let side = 0.5 * (element.outline.unit_side - element.outline.wall_width);
+    let energy = stiffness[2] * air * air / (8.0 * side * side);
+    facts.push(fact(
+        "mechanics",
+        "restoring_energy",
+        number(energy, "j_per_m2", "J/m2", 1.0),
+        "k_z air^2/(2 facing area): a unit that touches stays closed where clean rubber sticks with more, about 0.05 J/m2",
+    ));
+    facts
+}
+
+/// Error of d_x under a bar: 5 % of the closings of a strip, and what 8 % of the downward
+/// force leave where most of it turns the bump back.
+const FLANK_ERROR: f64 = 0.1;
+
+/// Stiffness from the drawing: intervals, first touch, and a warning for kept air.
+fn from_drawing(
+    array: &ThreeAxisArray<'_>,
+    elastic: &ElasticDescription,
+    [cut_out, in_array]: [&UnitCompliance; 2],
+) -> Vec<Fact> {
+    let (modulus, unit) = (elastic.modulus, array.unit_model());
+    let k = |of: &UnitCompliance, error: f64| (1.0 + error) / of.normal(modulus, elastic.cavity);
+    let error = cut_out.error;
+    let ends = [k(cut_out, -error), k(in_array, error)];
+    let mut facts = Vec::new();
+    for (name, end, source) in [
+        (
+            "stiffness_z_least",
+            ends[0],
+            "a unit cut out of the array, less the error of the table",
+        ),
+        (
+            "stiffness_z_greatest",
+            ends[1],
+            "a unit among its neighbours, and the error of the table",
+        ),
+    ] {
+        facts.push(fact(
+            "mechanics",
+            name,
+            number(end, "n_per_m", "kN/m", 1e3),
+            source,
+        ));
+    }
+    facts.push(fact(
+        "mechanics",
+        "stiffness_error",
+        text(&format!("{:.0} %", 100.0 * error)),
+        "of the solved cases and of the exponents between them",
+    ));
+    let side = match elastic.side_contact {
+        SideContact::Top => 2.0 * error,
+        SideContact::Bar(_) => FLANK_ERROR + error,
+    };
+    facts.push(fact(
+        "mechanics",
+        "stiffness_x_over_z_error",
+        text(&format!("{:.0} %", 100.0 * side)),
+        "of both closings; of a bar with its downward force, twice as much in the lowest quarter",
+    ));
+    facts.push(fact(
+        "mechanics",
+        "normal_force_per_side_force",
+        number(unit.suspension.bump_sinking[0], "ratio", "", 1.0),
+        "pressing that the contact of the side force adds",
+    ));
+    facts.push(fact(
+        "mechanics",
+        "hottest_over_mean_z",
+        number(cut_out.hot_z, "ratio", "", 1.0),
+        "largest closing over the mean of a tile, at its corner next to the crossing of the walls",
+    ));
+    facts.push(fact(
+        "mechanics",
+        "tile_slope_z",
+        number(cut_out.tilt_z, "ratio", "", 1.0),
+        "closing falls outward over half a tile by this share of its mean",
+    ));
+    if elastic.cavity == Cavity::Vented {
+        let air = unit
+            .plates
+            .air_gap
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        let touch = cut_out.first_touch(modulus, air);
+        for (name, force, source) in [
+            (
+                "first_touch_z",
+                touch,
+                "air E/(hottest c_zz): the first electrodes touch",
+            ),
+            (
+                "first_touch_z_least",
+                touch / (1.0 + 2.0 * error),
+                "both errors of the table",
+            ),
+            (
+                "first_touch_z_greatest",
+                in_array.first_touch(modulus, air) * (1.0 + 2.0 * error),
+                "among neighbours, and both errors of the table",
+            ),
+        ] {
+            facts.push(fact(
+                "mechanics",
+                name,
+                number(force, "n", "mN", 1e-3),
+                source,
+            ));
+        }
+    } else {
+        let open = 1.0 / cut_out.normal(modulus, Cavity::Vented);
+        facts.push(fact(
+            "mechanics",
+            "stiffness_z_vented",
+            number(open, "n_per_m", "kN/m", 1e3),
+            "the same unit with vented cavities",
+        ));
+        facts.push(fact(
+            "mechanics",
+            "warning_sealed_cavities",
+            text(&format!(
+                "the air kept in the cavities makes the unit {:.1} times as stiff along z; it leaves through the \
+                 rubber within tens of seconds, and the rest drifts with temperature and weather",
+                cut_out.normal(modulus, Cavity::Vented) / cut_out.normal(modulus, Cavity::Sealed)
+            )),
+            "suspension.from_drawing.cavity: a vent such as 20 um x 6 um in the spacer lets it out in milliseconds",
         ));
     }
     facts
 }
 
-/// The tile with its edges, if the drawing is the one whose edges are known.
-fn tile_with_edges(array: &ThreeAxisArray<'_>) -> Option<TileWithEdges> {
-    let (element, pitch) = (array.element, array.sensor.array.pitch);
-    let (plates, outline) = (&element.plates, &element.outline);
-    let [side, other] = plates.electrode;
-    let distance = element.suspension.centre_distance;
-    let drawn = EdgeSection::drawn(plates.air_gap[0], EdgeEnvironment::Isolated);
-    let cavity = 0.5 * (0.5 * (outline.unit_side - outline.wall_width) - side);
-    let lengths = [
-        (side, 2.0 * drawn.half_width),
-        (other, side),
-        (plates.insulation, drawn.insulation),
-        (outline.electrode_thickness, drawn.electrode_thickness),
-        (outline.electrode_layer + outline.bump_layer, drawn.above),
-        (cavity, drawn.cavity),
-        (distance - side, INNER_DISTANCE),
-        (pitch[0] - distance - side, OUTER_DISTANCE),
-        (pitch[1], pitch[0]),
-    ];
-    let same = |(given, known): (f64, f64)| (given - known).abs() < 1e-9;
-    let known = lengths.into_iter().all(same)
-        && (plates.insulation_permittivity - drawn.permittivity).abs() < 1e-9
-        && EdgeLaw::AIR_GAPS.contains(&plates.air_gap[0]);
-    known.then(|| TileWithEdges {
-        side,
-        insulation_gap: plates.insulation / plates.insulation_permittivity,
-    })
+/// What the drawing says beside a stiffness that is typed in.
+fn typed_in(stiffness: [f64; 3], [cut_out, in_array]: [&UnitCompliance; 2]) -> Vec<Fact> {
+    let per_modulus = |of: &UnitCompliance| number(1.0 / of.c_zz, "m", "kN/m per MPa", 1e-3);
+    let modulus = |of: &UnitCompliance| number(stiffness[2] * of.c_zz, "pa", "MPa", 1e6);
+    vec![
+        fact(
+            "mechanics",
+            "drawn_stiffness_z_per_modulus",
+            per_modulus(cut_out),
+            "by the drawing, cut out of the array, vented cavities",
+        ),
+        fact(
+            "mechanics",
+            "drawn_stiffness_z_per_modulus_in_array",
+            per_modulus(in_array),
+            "by the drawing, among neighbours, vented cavities",
+        ),
+        fact(
+            "mechanics",
+            "drawn_stiffness_x_over_z",
+            number(cut_out.c_zz / cut_out.c_xx, "ratio", "", 1.0),
+            "by the drawing, side force at the flat top",
+        ),
+        fact(
+            "mechanics",
+            "modulus_for_stiffness_z_least",
+            modulus(in_array),
+            "modulus with which the drawing has the typed-in stiffness, among neighbours",
+        ),
+        fact(
+            "mechanics",
+            "modulus_for_stiffness_z_greatest",
+            modulus(cut_out),
+            "the same, cut out of the array",
+        ),
+    ]
+}
+
+/// What a cylinder does to the air gaps.
+fn bending(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
+    let (element, drawn) = (array.element, &array.sensor.array);
+    let Mount::Cylinder(cylinder) = drawn.mount else {
+        return Vec::new();
+    };
+    let um = |name: &str, si: f64, source: &'static str| {
+        fact("mechanics", name, number(si, "m", "um", 1e-6), source)
+    };
+    if let Some(bent) = element.bent(drawn) {
+        return vec![
+            um(
+                "closing_by_bending",
+                bent.closing,
+                "taken off the air gaps; bottom sliding, Poisson's ratio 0.49, error 4 %",
+            ),
+            um(
+                "closing_by_bending_glued",
+                bent.glued,
+                "the same for a glued bottom and a Poisson's ratio of 0.499",
+            ),
+        ];
+    }
+    if cylinder.unstretched_plane.is_some() {
+        return vec![fact(
+            "mechanics",
+            "closing_by_bending",
+            text("not known: this section was not solved"),
+            "array.mount.cylinder",
+        )];
+    }
+    let unit = element.unit_drawing();
+    let plane = |height: f64| unit.bent(drawn.pitch[0], cylinder.radius, height);
+    let bottom = -(unit.lower_layer + unit.insulation + unit.air_gap);
+    let mut facts = vec![fact(
+        "mechanics",
+        "warning_bending",
+        text("the closing of the air gaps by bending is not determined"),
+        "give array.mount.cylinder.unstretched_plane, the height of the plane that bending does not stretch",
+    )];
+    if let (Some(bottom), Some(top)) = (plane(bottom), plane(unit.upper_layer)) {
+        facts.push(um(
+            "closing_by_bending_greatest",
+            bottom.glued.max(bottom.closing),
+            "unstretched bottom, glued",
+        ));
+        facts.push(um(
+            "closing_by_bending_least",
+            top.closing,
+            "unstretched top",
+        ));
+    }
+    facts
 }
 
 /// Noise-limited resolution: the standard deviation of the force of one frame.

@@ -16,9 +16,9 @@ use crate::layout::Layout;
 use crate::predict::Predictor;
 use crate::sensor::{Broken, Sensor, ThreeAxisCapacitor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::UnitModel;
+use crate::transduction::{EdgeDrawing, UnitModel};
 
-pub use predict::{LoadState, Prediction, ThreeAxisPredictor};
+pub use predict::{CapacitanceParts, LoadState, Prediction, ThreeAxisPredictor};
 
 /// An array of three-axis units with its board.
 #[derive(Debug, Clone)]
@@ -41,9 +41,27 @@ impl<'a> ThreeAxisArray<'a> {
         })
     }
 
+    /// The same array with another element.
+    #[must_use]
+    pub fn with_element<'b>(&self, element: &'b ThreeAxisCapacitor) -> ThreeAxisArray<'b>
+    where
+        'a: 'b,
+    {
+        ThreeAxisArray {
+            sensor: self.sensor,
+            element,
+            board: self.board.clone(),
+        }
+    }
+
     /// The model of one unit as drawn.
     pub fn unit_model(&self) -> UnitModel {
-        self.element.unit_model()
+        self.element.unit_model(&self.sensor.array)
+    }
+
+    /// The lengths that the edges of the electrodes follow from.
+    pub fn edge_drawing(&self) -> EdgeDrawing {
+        self.element.edge_drawing(&self.sensor.array)
     }
 
     /// The first calibrated unit; without one as drawn.
@@ -59,7 +77,7 @@ impl<'a> ThreeAxisArray<'a> {
 
     /// The units of the piece of fabrication that the sensor file describes.
     pub fn made(&self) -> Vec<UnitModel> {
-        self.element.fabricate(self.layout().taxels())
+        self.element.fabricate(&self.sensor.array)
     }
 
     /// The calibration that the drawing implies: every taxel as
@@ -70,7 +88,7 @@ impl<'a> ThreeAxisArray<'a> {
         Calibration {
             channel: board.scale(),
             unit: board.last.unit(),
-            units: element.unit_models(taxels),
+            units: element.unit_models(&self.sensor.array),
             deviation: vec![[board.deviation(); 4]; taxels],
             masked: self.masked(),
             relaxation: element.relaxation.clone(),
@@ -99,6 +117,10 @@ impl Device for ThreeAxisArray<'_> {
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(ThreeAxisPredictor::new(self)))
+    }
+
+    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(ThreeAxisPredictor::solving(self)?))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

@@ -3,10 +3,10 @@
 use super::ThreeAxisArray;
 use crate::device::{AXES, force_loads, number_cell, number_column};
 use crate::electronics::{Delivered, FrontEnd};
-use crate::mechanics::Deformation;
-use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Predictor};
+use crate::mechanics::{Deformation, ElasticDescription, Suspension, UnitDrawing, UnitSolution};
+use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
-use crate::transduction::{Response, UnitModel};
+use crate::transduction::{Response, TileEdges, UnitModel};
 
 /// Response of one unit of a device to one load.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,8 +23,25 @@ pub struct Prediction {
     pub numbers: [Delivered; 4],
     /// Force by the published inverse from these capacitances, N.
     pub published_inverse: [f64; 3],
+    /// Capacitor 11 in parts, where its edges follow from the drawing.
+    pub parts: Option<CapacitanceParts>,
     /// State of the unit under the load.
     pub state: LoadState,
+}
+
+/// Parts of the capacitance 11, F, and its interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CapacitanceParts {
+    /// The plate pair.
+    pub plate: f64,
+    /// Its four edges, all other electrodes grounded.
+    pub edges: f64,
+    /// Its corners, which the edges count twice.
+    pub corners: f64,
+    /// Least and greatest capacitance by the surroundings, without corners.
+    pub surroundings: Option<[f64; 2]>,
+    /// Slope of the capacitance against the air gap, F/m; `None` where a tile touches.
+    pub by_air_gap: Option<f64>,
 }
 
 /// State of a unit under a load.
@@ -59,6 +76,21 @@ pub struct ThreeAxisPredictor {
     board: FrontEnd,
     usable_force: f64,
     full_scale: f64,
+    /// Edges with the least and the greatest capacitance, where edges follow from the
+    /// drawing.
+    surroundings: Option<[TileEdges; 2]>,
+    /// What is typed in and what follows from the drawing.
+    remark: String,
+    /// The drawing whose stiffness is solved by finite elements before the first answer.
+    to_solve: Option<ToSolve>,
+}
+
+/// A unit to solve.
+#[derive(Debug, Clone, Copy)]
+struct ToSolve {
+    elastic: ElasticDescription,
+    drawing: UnitDrawing,
+    solution: UnitSolution,
 }
 
 impl ThreeAxisPredictor {
@@ -69,7 +101,31 @@ impl ThreeAxisPredictor {
             board: array.board.clone(),
             usable_force: array.element.usable_force,
             full_scale: array.element.full_scale,
+            surroundings: array.edge_drawing().surroundings().ok(),
+            remark: remark(array),
+            to_solve: None,
         }
+    }
+
+    /// The same whose stiffness is solved by finite elements; `None` where it is typed in or
+    /// calibrated.
+    pub fn solving(array: &ThreeAxisArray<'_>) -> Option<Self> {
+        let element = array.element;
+        let elastic = element.suspension.from_drawing?;
+        if !element.calibrated.is_empty() {
+            return None;
+        }
+        Some(Self {
+            to_solve: Some(ToSolve {
+                elastic,
+                drawing: element.unit_drawing(),
+                solution: UnitSolution {
+                    block: array.layout().pitch[0],
+                    ..UnitSolution::default()
+                },
+            }),
+            ..Self::new(array)
+        })
     }
 
     /// The chain for a force x, y, pressing, N.
@@ -78,8 +134,10 @@ impl ThreeAxisPredictor {
     /// let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
     /// let row = taxel::device::ThreeAxisPredictor::new(&sensor.three_axis().unwrap())
     ///     .predict([0.0, 0.0, 10e-3]);
-    /// // P2: 10 mN raise all four capacitances by 13 %.
-    /// assert!((row.response.capacitance()[0] / 172.2977e-15 - 1.1324).abs() < 1e-4);
+    /// // P2: 10 mN raise the capacitance of the plates by 13 %; the edges rise less.
+    /// let parts = row.parts.unwrap();
+    /// assert!((parts.plate / 172.2977e-15 - 1.1324).abs() < 1e-4);
+    /// assert!((row.response.capacitance()[0] / 204.02e-15 - 1.118).abs() < 1e-3);
     /// ```
     pub fn predict(&self, force: [f64; 3]) -> Prediction {
         let (deformation, response) = self.unit.predict(force);
@@ -94,9 +152,25 @@ impl ThreeAxisPredictor {
             voltage: capacitance.map(|c| self.board.voltage(c)),
             numbers: capacitance.map(|c| self.board.read(c, 0.0)),
             published_inverse,
+            parts: self.parts(&deformation, capacitance[0]),
             state: self.state(force, &response),
             response,
         }
+    }
+
+    fn parts(&self, deformation: &Deformation, total: f64) -> Option<CapacitanceParts> {
+        let plates = &self.unit.plates;
+        let of_drawing = plates.edges?;
+        let with_corners = plates.edge_reading(of_drawing, 0, deformation);
+        let plate = total - with_corners;
+        let between = |edges| plate + plates.edge_reading(edges, 0, deformation);
+        Some(CapacitanceParts {
+            plate: plate - plates.parallel_capacitance[0],
+            edges: with_corners - of_drawing.corners,
+            corners: of_drawing.corners,
+            surroundings: self.surroundings.map(|ends| ends.map(between)),
+            by_air_gap: plates.slope_after(0, deformation),
+        })
     }
 
     fn state(&self, force: [f64; 3], response: &Response) -> LoadState {
@@ -115,11 +189,63 @@ impl ThreeAxisPredictor {
     }
 }
 
+/// What of the answers is typed in and what follows from the drawing.
+fn remark(array: &ThreeAxisArray<'_>) -> String {
+    let unit = array.typical_unit();
+    let (fitted, suspension) = (array.element.calibrated.first(), &array.element.suspension);
+    let capacitance = if unit.plates.edges.is_some() {
+        "the edges of the electrodes follow from the drawing"
+    } else {
+        "the parallel capacitance is typed in"
+    };
+    let stiffness = match (fitted, suspension.from_drawing) {
+        (Some(_), _) => String::from("stiffness and gaps are calibrated"),
+        (None, Some(elastic)) => format!(
+            "the stiffness follows from the drawing with a modulus of {:.3} MPa",
+            elastic.modulus * 1e-6
+        ),
+        (None, None) => {
+            String::from("the stiffness is typed in: wall, cavities and layers do not change it")
+        }
+    };
+    format!("{capacitance}; {stiffness}")
+}
+
 const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
 /// The force on a taxel, at most this much along each axis, N.
 static LOADS: [LoadColumn; 3] = force_loads(1e3);
 
 impl Predictor for ThreeAxisPredictor {
+    fn prepare(
+        &mut self,
+        _: &Loads,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Option<String>, String> {
+        let Some(unit) = self.to_solve else {
+            return Ok(Some(self.remark.clone()));
+        };
+        let table = unit
+            .drawing
+            .compliance()
+            .map_err(|outside| outside.to_string())?;
+        let solved = unit
+            .drawing
+            .solve(&unit.solution)
+            .map_err(|failure| failure.to_string())?;
+        progress(1.0);
+        let compliance = solved.in_place_of(&table);
+        self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &compliance);
+        let over = |solved: f64, table: f64| 100.0 * (solved / table - 1.0);
+        Ok(Some(format!(
+            "{}; solved with {} unknowns: closing per normal force {:+.1} % and per side force {:+.1} % off the \
+             table, error 2 %",
+            self.remark,
+            solved.unknowns,
+            over(solved.c_zz, table.c_zz),
+            over(solved.c_xx, table.c_xx)
+        )))
+    }
+
     fn load_columns(&self) -> &'static [LoadColumn] {
         &LOADS
     }
@@ -134,6 +260,26 @@ impl Predictor for ThreeAxisPredictor {
         columns.extend(
             CAPACITORS.map(|c| Column::new(format!("capacitance_{c}"), "fF", 1e-15, "f", 3)),
         );
+        if self.unit.plates.edges.is_some() {
+            let part = |name: &str| Column::new(format!("{name}_11"), "fF", 1e-15, "f", 3);
+            columns.extend(
+                [
+                    "plate",
+                    "edges",
+                    "corners",
+                    "capacitance_least",
+                    "capacitance_greatest",
+                ]
+                .map(part),
+            );
+            columns.push(Column::new(
+                "capacitance_by_air_gap_11",
+                "fF/um",
+                1e-9,
+                "f_per_m",
+                3,
+            ));
+        }
         columns.push(Column::new("least_air_gap", "um", 1e-6, "m", 4));
         if self.board.voltage(0.0).is_some() {
             let voltage = |c| Column::new(format!("voltage_{c}"), "mV", 1e-3, "v", 3);
@@ -152,6 +298,13 @@ impl Predictor for ThreeAxisPredictor {
         row.extend(answer.force.map(Cell::Number));
         row.extend(answer.deformation.displacement.map(Cell::Number));
         row.extend(answer.response.capacitance().map(Cell::Number));
+        if let Some(parts) = answer.parts {
+            let [least, greatest] = parts.surroundings.unwrap_or([f64::NAN; 2]);
+            row.extend(
+                [parts.plate, parts.edges, parts.corners, least, greatest].map(Cell::Number),
+            );
+            row.push(Cell::Number(parts.by_air_gap.unwrap_or(f64::NAN)));
+        }
         row.push(Cell::Number(answer.response.least_air_gap()));
         row.extend(answer.voltage.into_iter().flatten().map(Cell::Number));
         row.extend(
