@@ -18,6 +18,9 @@ pub(crate) const COMMIT: &str = env!("TAXEL_COMMIT");
 /// SENSOR is a sensor file (TOML), or the name of a shipped one, such as
 /// three-axis-8x8; a wrong name is answered with all of them.
 ///
+/// What a drawing needs and no shipped table has is solved once and kept in the folder that
+/// the environment variable TAXEL_CACHE names, or in taxel in the cache folder of the user.
+///
 /// Exit codes: 0 done, 1 failed, 2 wrong input, 3 done but frames were lost or clipped.
 #[derive(Debug, Parser)]
 #[command(name = "taxel", version, disable_help_subcommand = true)]

@@ -50,6 +50,7 @@ fn device(gap: f64, [rate, scale, exponent]: [f64; 3], law: CapacitanceLaw) -> I
         }),
         law,
         stray_capacitance: 0.0,
+        solved: None,
     }
 }
 
@@ -486,7 +487,7 @@ fn studies_show_what_the_paper_concludes() {
         .map(|curve| curve.points.as_ref().unwrap()[2].change)
         .collect();
     assert!(changes[0] > changes[1] && changes[1] > changes[2]);
-    let mut as_layer = base;
+    let mut as_layer = base.clone();
     as_layer.electrodes.stiffness = ElectrodeStiffness::AsLayer;
     let moduli = study(
         &as_layer,

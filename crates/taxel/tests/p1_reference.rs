@@ -66,6 +66,7 @@ fn device(gap: f64, modulus_ratio: f64, surroundings: Surroundings) -> InPlaneMo
         }),
         law: CapacitanceLaw::Mechanics,
         stray_capacitance: 0.0,
+        solved: None,
     }
 }
 

@@ -81,6 +81,7 @@ impl MicrochannelBlock {
     ) -> Result<SolvedBlock, NotSolved> {
         let failed =
             |failure: taxel_fem::solver::failure::Failure| NotSolved::Solver(failure.to_string());
+        self.stack.check()?;
         let mut study = self.study(load).map_err(failed)?;
         let mut states = vec![(0.0, study.state().map_err(failed)?)];
         let mut ended = None;

@@ -4,6 +4,7 @@ use crate::mechanics::crossing_microchannels::{Crossing, CrossingStudy};
 use crate::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::CrossingVoids;
+use taxel_fem::solver::failure::Failure;
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
 use super::{
@@ -36,6 +37,19 @@ pub enum NotSolved {
     /// The solver stopped before the first load.
     #[error("{0}")]
     Solver(String),
+    /// A part of the drawing has no thickness.
+    #[error(
+        "the {part} is {:.4} um thick, and finite elements need solid there: give more than 0 um ({key})",
+        .thickness * 1e6
+    )]
+    NoSolid {
+        /// The part.
+        part: &'static str,
+        /// Its key.
+        key: &'static str,
+        /// Its thickness, m.
+        thickness: f64,
+    },
     /// The solved states make no curve.
     #[error(transparent)]
     Curve(#[from] MicrochannelError),
@@ -76,6 +90,30 @@ const STATES: usize = 12;
 const LIGHT: f64 = 0.125;
 
 impl VoidStack {
+    /// Checks that there is solid above, between and below the channels.
+    ///
+    /// # Errors
+    /// [`NotSolved::NoSolid`] naming the first part without.
+    pub(super) fn check(&self) -> Result<(), NotSolved> {
+        let base = "element.microchannel.base";
+        let roofs = "element.microchannel.rows.roof and columns.roof";
+        for (part, key, thickness) in [
+            ("solid below the lower channels", base, self.base),
+            ("solid between the layers", roofs, self.between),
+            ("roof of the upper channels", roofs, self.cover),
+        ] {
+            // A billionth of the pitch is the rounding of a difference of lengths.
+            if thickness <= 1e-9 * self.pitch {
+                return Err(NotSolved::NoSolid {
+                    part,
+                    key,
+                    thickness,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// A pressure below which answers lie on a curve from rest, Pa.
     pub(super) fn light(&self) -> f64 {
         LIGHT * self.material.shear_modulus() * self.section.height / self.section.width
@@ -91,6 +129,7 @@ impl VoidStack {
         pressure: f64,
         progress: &mut dyn FnMut(f64),
     ) -> Result<SolvedVoids, NotSolved> {
+        self.check()?;
         let pressure = pressure.max(self.light());
         let cell = CrossingVoids {
             width: self.section.width,
@@ -119,7 +158,7 @@ impl VoidStack {
                     return Err(NotSolved::Solver(failure.to_string()));
                 }
                 Err(failure) => {
-                    ended = Some(failure.to_string());
+                    ended = Some(end(pressure, &states, &failure));
                     break;
                 }
             }
@@ -137,6 +176,19 @@ impl VoidStack {
             ),
         })
     }
+}
+
+/// How far a solution came, and what to change.
+fn end(asked: f64, states: &[Crossing], failure: &Failure) -> String {
+    let gaps = states.last().map_or([f64::NAN; 2], |state| state.gap);
+    let [upper, lower] = gaps.map(|gap| 1e6 * gap);
+    format!(
+        "the solution ends at {:.4} of {:.4} kPa on the top, where the upper and the lower channels have {upper:.2} and \
+         {lower:.2} um left between roof and floor ({}): ask for less pressure, or draw higher or narrower channels",
+        1e-3 * states_end(states),
+        1e-3 * asked,
+        failure.reason
+    )
 }
 
 /// Greatest pressure that was solved, Pa.

@@ -187,7 +187,7 @@ fn origin(model: &InPlaneModel) -> Vec<Fact> {
             ),
         ];
     };
-    let percent = |share: f64| number(share, "", "%", 1e-2);
+    let percent = |share: f64| number(share, "share", "%", 1e-2);
     let of_mesh = "difference of a coarser mesh, and at least what reference tables showed";
     let errors = solved.errors();
     vec![

@@ -95,7 +95,7 @@ fn mechanics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
 
 /// Where the closing curve of a layer comes from, and how good it is.
 fn origin(name: &str, closing: &ClosingCurve) -> Vec<Fact> {
-    let percent = |share: f64| number(share, "", "%", 1e-2);
+    let percent = |share: f64| number(share, "share", "%", 1e-2);
     let (words, from, error) = match closing.source() {
         CurveSource::Tabulated { error } => (
             "table",
