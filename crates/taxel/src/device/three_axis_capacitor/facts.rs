@@ -336,6 +336,18 @@ fn from_drawing(
         number(cut_out.tilt_z, "ratio", "", 1.0),
         "closing falls outward over half a tile by this share of its mean",
     ));
+    facts.extend(cavities(array, elastic, [cut_out, in_array]));
+    facts
+}
+
+/// First touch of a unit with vented cavities, and a warning for sealed ones.
+fn cavities(
+    array: &ThreeAxisArray<'_>,
+    elastic: &ElasticDescription,
+    [cut_out, in_array]: [&UnitCompliance; 2],
+) -> Vec<Fact> {
+    let (modulus, unit, error) = (elastic.modulus, array.unit_model(), cut_out.error);
+    let mut facts = Vec::new();
     if elastic.cavity == Cavity::Vented {
         let air = unit
             .plates
