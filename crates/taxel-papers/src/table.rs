@@ -101,8 +101,7 @@ pub enum Verdict {
     FollowsFor,
     /// Ours rounds to what is printed.
     Reproduced,
-    /// It follows from other printed numbers without any model, or its mechanism from ours for
-    /// usual values of what is not printed.
+    /// It follows from other printed numbers without any model.
     Follows,
     /// It contradicts another printed number.
     Contradicts,
@@ -133,7 +132,7 @@ impl Verdict {
             Self::Predicted => "predicted from the drawing",
             Self::FollowsFor => "follows for a named input that is not printed",
             Self::Reproduced => "reproduced within the printed digits",
-            Self::Follows => "follows",
+            Self::Follows => "follows from other printed numbers",
             Self::Contradicts => "contradicts another printed number",
             Self::NotDetermined => "not determined by what is printed",
             Self::AwaitsFieldSolver => "awaits the field solver",
@@ -151,7 +150,7 @@ impl Verdict {
             Self::Contradicts => "contradicts",
             Self::NotDetermined => "not_determined",
             Self::AwaitsFieldSolver => "awaits_field_solver",
-            Self::Unexplained => "not reproduced (unexplained)",
+            Self::Unexplained => "unexplained",
         }
     }
 }
