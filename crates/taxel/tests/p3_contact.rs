@@ -1,8 +1,9 @@
 //! Contacts beside an element of the piezoelectric array: pressing, shear and a rigid disc.
 #![allow(clippy::unwrap_used)]
 
-use taxel::acquisition::{Stimulus, Twin};
+use taxel::acquisition::{Delivery, Stimulus, Twin};
 use taxel::device::PiezoelectricPredictor;
+use taxel::estimation::ArrayEstimator;
 use taxel::predict::{LoadRefused, Loads, Predictor};
 use taxel::sensor::Sensor;
 use taxel::table::Cell;
@@ -264,4 +265,44 @@ fn the_twin_feels_a_push_along_the_surface() {
     }
     // A tenth of the push and more arrives at the four elements beside the finger.
     assert!(change(2) > 0.01, "{}", change(2));
+}
+
+/// The frames of the twin, read as in live: the elements in front show more force than those
+/// behind while the finger is pushed, and the same before.
+#[test]
+fn live_values_show_the_pattern_of_a_push() {
+    let sensor = Sensor::shipped("piezo-1.5mm").unwrap();
+    let text = Stimulus::shipped_text("piezo-shear").unwrap();
+    let script = Stimulus::parse("piezo-shear", text).unwrap();
+    let mut twin = Twin::new(&sensor, &script, 1).unwrap();
+    let reader = sensor.device().unwrap().reader(&twin.stream()).unwrap();
+    let mut estimator = ArrayEstimator::new(reader);
+    let mut differences = Vec::new();
+    while let Delivery::Frame(frame) = twin.next_delivery() {
+        let (touch, _) = estimator.push(&frame).unwrap();
+        // Columns 3 and 2 of both rows.
+        let pressing = |taxel: usize| touch.taxels[taxel].value[2];
+        let difference = pressing(2) + pressing(6) - pressing(1) - pressing(5);
+        match frame.time_ns / 1_000_000 {
+            1_300 => {
+                let sum = pressing(2) + pressing(1);
+                // The gains of the elements differ by 2 %.
+                assert!(difference.abs() < 0.2 * sum, "{difference} {sum}");
+                differences.push(difference);
+            }
+            1_700 => {
+                differences.push(difference);
+                break;
+            }
+            _ => {}
+        }
+    }
+    let true_change = |taxel: usize| {
+        let [rest, pushed] = [1_300_u64, 1_700].map(|ms| twin.true_forces(ms * 1_000_000));
+        pushed[taxel][2] - rest[taxel][2]
+    };
+    let expected = true_change(2) + true_change(6) - true_change(1) - true_change(5);
+    let found = differences[1] - differences[0];
+    // The gains, and the drift guard of 5 s over 0.4 s.
+    assert!((found / expected - 1.0).abs() < 0.15, "{found} {expected}");
 }

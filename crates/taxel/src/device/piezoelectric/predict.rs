@@ -643,7 +643,7 @@ impl Predictor for PiezoelectricPredictor {
                 sum,
                 sum / self.board.largest(),
             ]
-            .map(Cell::Number),
+            .map(known),
         );
         row.push(Cell::from(answer.event.name()));
         row.push(Cell::from(if answer.clipped {
@@ -721,6 +721,14 @@ impl Predictor for PiezoelectricPredictor {
             ),
         })
     }
+}
+
+/// A number, or an empty cell where it is not known.
+fn known(number: f64) -> Cell {
+    if number.is_nan() {
+        return Cell::from("");
+    }
+    Cell::Number(number)
 }
 
 /// Points of a curve over time.
