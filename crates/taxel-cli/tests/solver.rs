@@ -280,3 +280,23 @@ fn an_unknown_study_is_answered_with_the_shipped_ones() {
         &["no-such-study", "a shipped study: p4-sections"],
     );
 }
+
+#[test]
+fn solved_bodies_are_written_for_paraview_and_drawn() {
+    let folder = folder("bodies");
+    let (bodies, plot) = (folder.join("new/bodies"), folder.join("plot.svg"));
+    let load = ["predict", "in-plane-50um", "--load", "e=0.02"];
+    let vtu = ["--vtu", text(&bodies)];
+    // Without finite elements there is no body.
+    refused(&[&load[..], &vtu].concat(), &["--mechanics fem"]);
+    fs::create_dir_all(folder.join("new")).unwrap();
+    let fem = [&load[..], &["--mechanics", "fem"], &vtu].concat();
+    answered(&[&fem[..], &["--plot", text(&plot)]].concat());
+    let grid = fs::read_to_string(bodies.join("section.vtu")).unwrap();
+    for field in ["displacement", "von_mises_pa", "mean_stress_pa"] {
+        assert!(grid.contains(&format!("Name=\"{field}\"")), "{field}");
+    }
+    let picture = fs::read_to_string(&plot).unwrap();
+    assert!(picture.contains("Deformed body (compressed by 0.0200"));
+    refused(&fem, &["section.vtu", "--force"]);
+}
