@@ -211,6 +211,13 @@ fn drawings_beyond_the_table_are_named() {
         ..base()
     };
     assert_eq!(steep.compliance().unwrap_err().key, "outline.bump_top");
+    for insulation in [0.0, -0.0, f64::NAN] {
+        let bare = UnitDrawing {
+            insulation,
+            ..base()
+        };
+        assert_eq!(bare.compliance().unwrap_err().key, "plates.insulation");
+    }
 }
 
 /// Bending is linear in the curvature and in the plane.

@@ -391,7 +391,7 @@ impl UnitDrawing {
             let base = cases.base.lengths[place];
             let range = [base / FACTOR, base * FACTOR].map(|um| um * scale * UM);
             let factor = (um / base).max(base / um);
-            if factor.is_nan() || factor > FACTOR * (1.0 + 1e-9) {
+            if factor.is_nan() || um <= 0.0 || factor > FACTOR * (1.0 + 1e-9) {
                 return Err(OutsideUnit {
                     key: varied.key,
                     quantity: varied.quantity,

@@ -303,7 +303,7 @@ impl Predictor for ThreeAxisPredictor {
             row.extend(
                 [parts.plate, parts.edges, parts.corners, least, greatest].map(Cell::Number),
             );
-            row.push(Cell::Number(parts.by_air_gap.unwrap_or(f64::NAN)));
+            row.push(parts.by_air_gap.map_or(Cell::from(""), Cell::Number));
         }
         row.push(Cell::Number(answer.response.least_air_gap()));
         row.extend(answer.voltage.into_iter().flatten().map(Cell::Number));
