@@ -53,7 +53,7 @@ pub(super) const DESCRIPTION_KEY: &str = "channels";
 /// Writes messages into chunks.
 ///
 /// Nothing of a chunk is written before [`McapWriter::flush`], which writes all of it at once, or
-/// before it has 256 KiB. After an error the file is cut to its last whole chunk, and every
+/// before it has 1 MiB. After an error the file is cut to its last whole chunk, and every
 /// call fails.
 ///
 /// # Example
