@@ -100,11 +100,10 @@ pub fn estimate_unit(
         return UnitEstimate::without_force();
     }
     let weight: [f64; 4] = std::array::from_fn(|i| if usable[i] { 1.0 / sigma[i] } else { 0.0 });
-    let rest = unit.rest();
     // A capacitor without weight may read NaN; filled, it drops out.
-    let capacitance = fill_missing(unit, rest, capacitance, usable);
+    let capacitance = fill_missing(unit, capacitance, usable);
     let mut search = Search::new(unit, capacitance, weight);
-    if !search.start(rest) {
+    if !search.start() {
         return UnitEstimate::without_force();
     }
     let outcome = search.run(options);
@@ -140,9 +139,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Moves to the published inverse, scaled until the formula holds.
-    fn start(&mut self, rest: [f64; 4]) -> bool {
-        let guess = self.unit.effective_force(rest, self.capacitance);
+    /// Moves to nearly the published inverse, scaled until the formula holds.
+    fn start(&mut self) -> bool {
+        let guess = self.unit.nearly_force(self.capacitance);
         // Zero force is always free of contact, so some scale of the guess is.
         if let Some(guess) = guess.filter(|guess| guess.iter().all(|value| value.is_finite())) {
             let mut scale = 1.0;
@@ -260,12 +259,7 @@ enum Advance {
 }
 
 /// A missing capacitor gets the value for which the twist is zero.
-fn fill_missing(
-    unit: &UnitModel,
-    rest: [f64; 4],
-    capacitance: [f64; 4],
-    usable: [bool; 4],
-) -> [f64; 4] {
+fn fill_missing(unit: &UnitModel, capacitance: [f64; 4], usable: [bool; 4]) -> [f64; 4] {
     let Some(missing) = usable.iter().position(|usable| !usable) else {
         return capacitance;
     };
@@ -282,7 +276,7 @@ fn fill_missing(
     filled[missing] = if closed < plates.rest_gap(missing) {
         plates.parallel_reading(missing, closed)
     } else {
-        rest[missing]
+        plates.rest_capacitance(missing)
     };
     filled
 }

@@ -261,6 +261,18 @@ impl Plates {
         self.permittivity_area() * (now - rest) / (rest * now)
     }
 
+    /// Nearly the closing of a parallel tile `i` from rest to the capacitance `now`, m: exact
+    /// for plates alone, and to second order in what the edges change.
+    pub fn nearly_closing(&self, i: usize, now: f64) -> f64 {
+        let edges = self.edges_at(i, self.air_gap[i], [0.0; 2]);
+        let now = now - self.parallel_capacitance[i] - edges.capacitance;
+        let area = self.permittivity_area();
+        let closing = self.rest_gap(i) - area / now;
+        // The plates have less of the change than the reading: a step of Newton's method.
+        let plate = now * now / area;
+        closing * plate / (plate - edges.by_air_gap)
+    }
+
     /// What is parallel to the plate pair `i` with `air` under a parallel tile, F.
     fn beside_the_plate(&self, i: usize, air: f64) -> f64 {
         self.parallel_capacitance[i] + self.edges_at(i, air, [0.0; 2]).capacitance

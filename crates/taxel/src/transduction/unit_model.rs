@@ -97,20 +97,20 @@ impl UnitModel {
     pub fn effective_motion(&self, rest: [f64; 4], capacitance: [f64; 4]) -> EffectiveMotion {
         let closing: [f64; 4] =
             std::array::from_fn(|i| self.plates.effective_closing(i, rest[i], capacitance[i]));
-        let [c11, c12, c21, c22] = closing;
-        EffectiveMotion {
-            displacement: [
-                0.5 * (c12 + c22 - c11 - c21),
-                0.5 * (c11 + c12 - c21 - c22),
-                0.25 * (c11 + c12 + c21 + c22),
-            ],
-            twist: 0.25 * (c11 + c22 - c12 - c21),
-        }
+        motion_of(closing)
     }
 
     /// Force by the published inverse, N; `None` for a singular compliance.
     pub fn effective_force(&self, rest: [f64; 4], capacitance: [f64; 4]) -> Option<[f64; 3]> {
         let motion = self.effective_motion(rest, capacitance);
+        self.suspension.force_from_displacement(motion.displacement)
+    }
+
+    /// Nearly the force by the published inverse from the rest of the model, N: where a search
+    /// begins. `None` for a singular compliance.
+    pub fn nearly_force(&self, capacitance: [f64; 4]) -> Option<[f64; 3]> {
+        let closing = std::array::from_fn(|i| self.plates.nearly_closing(i, capacitance[i]));
+        let motion = motion_of(closing);
         self.suspension.force_from_displacement(motion.displacement)
     }
 
@@ -134,5 +134,16 @@ impl UnitModel {
             plates.air_gap[i] = air;
         }
         Some(unit)
+    }
+}
+/// Motion of parallel tiles that have closed by so much, m.
+fn motion_of([c11, c12, c21, c22]: [f64; 4]) -> EffectiveMotion {
+    EffectiveMotion {
+        displacement: [
+            0.5 * (c12 + c22 - c11 - c21),
+            0.5 * (c11 + c12 - c21 - c22),
+            0.25 * (c11 + c12 + c21 + c22),
+        ],
+        twist: 0.25 * (c11 + c22 - c12 - c21),
     }
 }
