@@ -31,6 +31,14 @@ fn whole_frames(criterion: &mut Criterion) {
         &pressed,
     );
     frames(criterion, "frame 8x8, at rest", &mut scene, &rest);
+    let mut scene = Scene::with_edges();
+    let pressed = scene.pressed.clone();
+    frames(
+        criterion,
+        "frame 8x8 with edges, press with shear",
+        &mut scene,
+        &pressed,
+    );
 }
 
 fn one_unit(criterion: &mut Criterion) {

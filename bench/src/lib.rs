@@ -22,7 +22,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The scene on the shipped 8 x 8 array.
+    /// The scene on the shipped 8 x 8 array with plates alone: the peers have no edges.
     ///
     /// # Panics
     /// When a shipped file or the rest capture is broken.
@@ -30,12 +30,24 @@ impl Scene {
     pub fn new() -> Self {
         let mut sensor = Sensor::shipped("three-axis-8x8").expect("is shipped");
         if let Element::ThreeAxisCapacitor(element) = &mut sensor.element {
-            // The peers have plates without edges.
             element.plates.parallel_capacitance = Some([0.0; 4]);
         }
+        Self::of(&sensor)
+    }
+
+    /// The scene on the shipped array as it is, with the edges of its tiles.
+    ///
+    /// # Panics
+    /// When a shipped file or the rest capture is broken.
+    #[must_use]
+    pub fn with_edges() -> Self {
+        Self::of(&Sensor::shipped("three-axis-8x8").expect("is shipped"))
+    }
+
+    fn of(sensor: &Sensor) -> Self {
         let script = Stimulus::shipped_text("finger").expect("is shipped");
         let stimulus = Stimulus::parse("finger", script).expect("is shipped and tested");
-        let mut twin = Twin::new(&sensor, &stimulus, 1).expect("the script fits the array");
+        let mut twin = Twin::new(sensor, &stimulus, 1).expect("the script fits the array");
         let calibration = sensor
             .three_axis()
             .expect("is a three-axis array")

@@ -75,6 +75,10 @@ const CRITERION: [(&str, &str, &[(&str, &str)]); 3] = [
         &[
             ("frame 8x8, press with shear", "estimator.frame_pressed"),
             ("frame 8x8, at rest", "estimator.frame_at_rest"),
+            (
+                "frame 8x8 with edges, press with shear",
+                "estimator.frame_with_edges",
+            ),
             ("estimate_unit, pressed", "estimator.estimate_unit"),
             ("linearise, pressed", "estimator.linearise"),
             ("predict, pressed", "estimator.predict"),
