@@ -166,16 +166,6 @@ impl ChargeReader {
         self.changes = Changes::new(&self.model);
     }
 
-    /// Force that an offset of 1 in the output would show for ever, N.
-    fn force_of_offset(&self) -> f64 {
-        let model = &self.model;
-        if model.high_pass.is_finite() {
-            self.options.drift_guard / (model.high_pass * model.output_per_newton)
-        } else {
-            0.0
-        }
-    }
-
     /// Change of force on an element after a change of its voltage; `other` is
     /// a step of another length than the usual one.
     fn follow(&mut self, index: usize, change: f64, first: bool, other: Option<&Step>) -> f64 {
@@ -308,7 +298,6 @@ impl Reader for ChargeReader {
         }
         self.changes
             .find(time_ns, elapsed.unwrap_or(0.0), &touch.channels);
-        let offset = self.force_of_offset();
         let period = self.model.period;
         let usual = elapsed.is_some_and(|dt| (dt - period).abs() < 1e-3 * period);
         let other = match (&self.inverse, elapsed) {
@@ -339,9 +328,7 @@ impl Reader for ChargeReader {
             } else {
                 f64::NAN
             };
-            let drifted = offset * offset * known.drift_variance(index);
-            let deviation = (self.deviation * self.deviation + drifted).sqrt();
-            touch.taxels[index] = TaxelTouch::pressing(value / gain, deviation / gain, state);
+            touch.taxels[index] = TaxelTouch::pressing(value / gain, self.deviation / gain, state);
         }
         self.last_time_ns = Some(time_ns);
     }
