@@ -3,28 +3,9 @@
 
 mod common;
 
-use common::{Row, UM, table};
+use common::{Row, UM, drawing, table};
 use taxel::mechanics::{Bar, Cavity, Grip, SideContact, UnitCompliance, UnitDrawing};
 use taxel::sensor::Sensor;
-
-/// The lengths of a row.
-fn drawing(row: &Row) -> UnitDrawing {
-    let um = |column: &str| row.si(column, UM);
-    UnitDrawing {
-        electrode: 400e-6,
-        electrode_thickness: 20e-6,
-        centre_distance: 700e-6,
-        unit_side: 2.0 * um("cavity_outer_um"),
-        wall_width: 2.0 * um("wall_half_um"),
-        lower_layer: um("lower_um"),
-        upper_layer: um("upper_um") + um("base_um"),
-        bump_height: um("bump_height_um"),
-        bump_base: 700e-6,
-        bump_top: 2.0 * um("bump_top_half_um"),
-        air_gap: um("air_um"),
-        insulation: um("insulation_um"),
-    }
-}
 
 /// The row of a case.
 fn case(name: &str) -> Row {

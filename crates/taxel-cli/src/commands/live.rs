@@ -425,7 +425,9 @@ fn map_session(
             "note: counts without a sensor file: a map of raw readings; name the sensor for touch"
         );
     }
-    let is_map = matches!(stream.unit.quantity, Quantity::Pressure | Quantity::Force);
+    // A board of a named sensor may give newtons: raw, they are no touch of that sensor.
+    let is_map = matches!(stream.unit.quantity, Quantity::Pressure | Quantity::Force)
+        && arguments.named_sensor.is_none();
     if arguments.map.raw && is_map {
         note!(
             "note: --raw changes nothing: the frames are a map in {}",

@@ -136,6 +136,7 @@ impl UnitModel {
         Some(unit)
     }
 }
+
 /// Motion of parallel tiles that have closed by so much, m.
 fn motion_of([c11, c12, c21, c22]: [f64; 4]) -> EffectiveMotion {
     EffectiveMotion {

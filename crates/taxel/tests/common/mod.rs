@@ -110,3 +110,22 @@ pub fn p4_law() -> PaperLaw {
         atmosphere: 101.325e3,
     }
 }
+
+/// The lengths of a row of `solved_p2_unit.csv`.
+pub(crate) fn drawing(row: &Row) -> taxel::mechanics::UnitDrawing {
+    let um = |column: &str| row.si(column, UM);
+    taxel::mechanics::UnitDrawing {
+        electrode: 400e-6,
+        electrode_thickness: 20e-6,
+        centre_distance: 700e-6,
+        unit_side: 2.0 * um("cavity_outer_um"),
+        wall_width: 2.0 * um("wall_half_um"),
+        lower_layer: um("lower_um"),
+        upper_layer: um("upper_um") + um("base_um"),
+        bump_height: um("bump_height_um"),
+        bump_base: 700e-6,
+        bump_top: 2.0 * um("bump_top_half_um"),
+        air_gap: um("air_um"),
+        insulation: um("insulation_um"),
+    }
+}
