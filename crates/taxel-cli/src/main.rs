@@ -29,6 +29,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
+use taxel::table;
 
 /// End of a command; the exit codes are part of the contract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,6 +88,12 @@ fn main() -> ExitCode {
 }
 
 fn report(message: &str, code: u8) -> ExitCode {
+    // A name of a file may hold the end of a line, which would break those of the message.
+    let message = std::env::args()
+        .filter(|argument| argument.contains('\n'))
+        .fold(message.to_owned(), |message, argument| {
+            message.replace(&argument, &table::visible(&argument))
+        });
     note!("error: {message}");
     ExitCode::from(code)
 }
@@ -97,21 +104,9 @@ fn tell(message: &str) {
     let _ = writeln!(std::io::stderr(), "{}", visible(message));
 }
 
-/// `text` with its control characters written out, but for the ends of its lines: names and
-/// cells of files must not steer the terminal.
+/// A message of several lines as a terminal may show it: what it quotes of files and names must
+/// not steer it.
 pub(crate) fn visible(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        if (c.is_control() && c != '\n') || turns_the_line(c) {
-            shown.extend(c.escape_default());
-        } else {
-            shown.push(c);
-        }
-    }
-    shown
-}
-
-/// Marks that change the direction of a line.
-fn turns_the_line(c: char) -> bool {
-    matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    let lines: Vec<_> = text.split('\n').map(table::visible).collect();
+    lines.join("\n")
 }

@@ -304,21 +304,27 @@ fn text_of(cell: &Cell, number: impl Fn(f64) -> String, column: &Column) -> Stri
     match cell {
         Cell::Number(value) => number(column.shown(*value)),
         Cell::Whole(value) => value.to_string(),
-        Cell::Text(text) => one_line(text),
+        Cell::Text(text) => visible(text),
     }
 }
 
-/// A text of a cell with its control characters written out: a name may hold the end of a line.
-fn one_line(text: &str) -> String {
+/// `text` with its control characters and the marks that turn a line written out: names and
+/// cells of files must neither steer a terminal nor break a line.
+pub fn visible(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        if c.is_control() {
+        if c.is_control() || turns_the_line(c) {
             shown.extend(c.escape_default());
         } else {
             shown.push(c);
         }
     }
     shown
+}
+
+/// Marks that change the direction of a line.
+fn turns_the_line(c: char) -> bool {
+    matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// First line of a CSV file: names with units.

@@ -381,6 +381,12 @@ impl RadialTable {
 mod tests {
     use super::*;
 
+    const POINT_ON_A_HALF_SPACE: SoftCover = SoftCover {
+        thickness: 1e-3,
+        base: Base::HalfSpace,
+        contact: Contact::Point,
+    };
+
     #[test]
     fn transmissions_start_at_one_and_a_thick_layer_is_twice_a_half_space() {
         assert_eq!(layer_transmission(0.0), 1.0);
@@ -405,11 +411,7 @@ mod tests {
 
     #[test]
     fn point_shear_on_a_half_space_is_cerruti() {
-        let cover = SoftCover {
-            thickness: 1e-3,
-            base: Base::HalfSpace,
-            contact: Contact::Point,
-        };
+        let cover = POINT_ON_A_HALF_SPACE;
         for radius in [1e-5, 0.3e-3, 1e-3, 5e-3] {
             // 3xz²/(2πR⁵) is −∂/∂x of z²/(2πR³).
             let expected = 1e-6 / (2.0 * PI * f64::hypot(1e-3, radius).powi(3));
@@ -420,11 +422,7 @@ mod tests {
 
     #[test]
     fn point_load_on_a_half_space_is_boussinesq() {
-        let cover = SoftCover {
-            thickness: 1e-3,
-            base: Base::HalfSpace,
-            contact: Contact::Point,
-        };
+        let cover = POINT_ON_A_HALF_SPACE;
         for radius in [1e-5, 0.3e-3, 1e-3, 5e-3] {
             // ∫ 3z³/(2πR⁵) over the disc.
             let expected = 1.0 - (1e-3 / f64::hypot(1e-3, radius)).powi(3);
@@ -434,11 +432,7 @@ mod tests {
 
     #[test]
     fn pressure_of_a_point_load_on_a_half_space_is_boussinesq() {
-        let cover = SoftCover {
-            thickness: 1e-3,
-            base: Base::HalfSpace,
-            contact: Contact::Point,
-        };
+        let cover = POINT_ON_A_HALF_SPACE;
         for radius in [0.0, 0.3e-3, 2e-3] {
             // 3z³/(2πR⁵).
             let expected = 3e-9 / (2.0 * PI * f64::hypot(1e-3, radius).powi(5));
