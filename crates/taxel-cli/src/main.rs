@@ -88,12 +88,6 @@ fn main() -> ExitCode {
 }
 
 fn report(message: &str, code: u8) -> ExitCode {
-    // A name of a file may hold the end of a line, which would break those of the message.
-    let message = std::env::args()
-        .filter(|argument| argument.contains('\n'))
-        .fold(message.to_owned(), |message, argument| {
-            message.replace(&argument, &table::visible(&argument))
-        });
     note!("error: {message}");
     ExitCode::from(code)
 }

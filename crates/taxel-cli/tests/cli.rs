@@ -185,6 +185,19 @@ fn bad_sensor_files_are_refused_at_the_very_word() {
     refused(&["check", &path], &["line 2 is not UTF-8"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_name_that_is_no_text_is_named() {
+    let name: &std::ffi::OsStr = std::os::unix::ffi::OsStrExt::from_bytes(b"no\xff.toml");
+    let output = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .arg("check")
+        .arg(name)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).starts_with("error: no\u{fffd}.toml: cannot be read"));
+}
+
 /// Nothing that a command reads is overwritten, and no work is done for an output that
 /// cannot be written.
 #[test]
