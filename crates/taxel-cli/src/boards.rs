@@ -4,6 +4,7 @@ use std::path::Path;
 
 use taxel::acquisition::Stream;
 use taxel::sensor::Sensor;
+use taxel::shown;
 use taxel::toml_input;
 use taxel_board::{Board, Wiring};
 
@@ -37,7 +38,7 @@ pub(crate) fn is_board(path: &Path) -> Result<bool, Stop> {
 
 /// Reads a board file, or a shipped one when no such file exists.
 pub(crate) fn board(path: &Path) -> Result<NamedBoard, Stop> {
-    let name = path.to_string_lossy();
+    let name = shown::path(path);
     let text = match Board::shipped_text(&name) {
         Some(text) if !path.exists() => text.to_owned(),
         _ => files::text(path).map_err(|stop| match stop {
@@ -49,11 +50,7 @@ pub(crate) fn board(path: &Path) -> Result<NamedBoard, Stop> {
         })?,
     };
     let board = Board::parse(&name, &text)?;
-    Ok(NamedBoard {
-        name: name.into_owned(),
-        board,
-        text,
-    })
+    Ok(NamedBoard { name, board, text })
 }
 
 /// Meaning of the frames that the electronics of a sensor give.
@@ -78,7 +75,7 @@ pub(crate) fn fit(board: &NamedBoard, sensor: &Sensor, file: &Path) -> Result<St
     let wiring = Wiring::fit(&board.board, &needed).map_err(|mismatch| {
         Stop::WrongInput(format!(
             "{} and {} do not fit: {mismatch}",
-            file.display(),
+            shown::path(file),
             board.name
         ))
     })?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::device::Device;
 use taxel::sensor::Sensor;
+use taxel::shown;
 use taxel_calibrate::TrainingFile;
 
 use crate::Stop;
@@ -27,7 +28,7 @@ pub(crate) struct NamedSensor {
 
 /// Reads a sensor file, or a shipped one when no such file exists.
 pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
-    let name = path.to_string_lossy();
+    let name = shown::path(path);
     let text = match Sensor::shipped_text(&name) {
         Some(text) if !path.exists() => text.to_owned(),
         _ => text(path).map_err(|stop| with_shipped_names(stop, path))?,
@@ -80,7 +81,7 @@ fn with_shipped_names(stop: Stop, path: &Path) -> Stop {
 
 /// Reads a text file; `-` is the standard input.
 pub(crate) fn text(path: &Path) -> Result<String, Stop> {
-    let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", path.display()));
+    let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", shown::path(path)));
     let failed = |error: std::io::Error| wrong(format!("cannot be read: {error}"));
     let mut bytes = Vec::new();
     if path.as_os_str() == "-" {
@@ -136,7 +137,7 @@ pub(crate) fn recordings(paths: &[PathBuf]) -> Result<Vec<Vec<TrainingFile>>, St
     groups.push(named);
     groups.retain(|group| !group.is_empty());
     if groups.is_empty() {
-        let names: Vec<_> = paths.iter().map(|path| path.to_string_lossy()).collect();
+        let names: Vec<_> = paths.iter().map(|path| shown::path(path)).collect();
         return Err(Stop::WrongInput(format!(
             "{}: there is no recording in it\nhelp: recordings are files that end in .csv",
             names.join(", ")
@@ -147,7 +148,7 @@ pub(crate) fn recordings(paths: &[PathBuf]) -> Result<Vec<Vec<TrainingFile>>, St
 
 fn folder(path: &Path, groups: &mut Vec<Vec<TrainingFile>>) -> Result<(), Stop> {
     let wrong = |error: std::io::Error| {
-        Stop::WrongInput(format!("{}: cannot be read: {error}", path.display()))
+        Stop::WrongInput(format!("{}: cannot be read: {error}", shown::path(path)))
     };
     let mut inside = std::fs::read_dir(path)
         .and_then(|entries| {
@@ -173,7 +174,7 @@ fn folder(path: &Path, groups: &mut Vec<Vec<TrainingFile>>) -> Result<(), Stop> 
 
 fn recording(path: &Path) -> Result<TrainingFile, Stop> {
     Ok(TrainingFile {
-        name: path.to_string_lossy().into_owned(),
+        name: shown::path(path),
         text: text(path)?,
     })
 }
@@ -185,7 +186,7 @@ pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
         Some("html") => Ok(true),
         _ => Err(Stop::WrongInput(format!(
             "--plot {}: must end in .svg or .html",
-            path.display()
+            shown::path(path)
         ))),
     }
 }

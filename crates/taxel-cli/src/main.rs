@@ -29,7 +29,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use taxel::table;
+use taxel::shown;
 
 /// End of a command; the exit codes are part of the contract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,6 +101,6 @@ fn tell(message: &str) {
 /// A message of several lines as a terminal may show it: what it quotes of files and names must
 /// not steer it.
 pub(crate) fn visible(text: &str) -> String {
-    let lines: Vec<_> = text.split('\n').map(table::visible).collect();
+    let lines: Vec<_> = text.split('\n').map(shown::text).collect();
     lines.join("\n")
 }

@@ -5,6 +5,7 @@ use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use taxel::shown;
 
 use crate::{Done, Stop, visible};
 
@@ -63,7 +64,7 @@ impl Place {
     fn fresh(path: &Path) -> Result<Self, String> {
         let folder = folder_of(path);
         let Ok(folder) = folder.canonicalize() else {
-            let folder = folder.display();
+            let folder = shown::path(folder);
             return Err(format!("there is no folder {folder}; make it first"));
         };
         let Some(name) = path.file_name() else {
@@ -130,7 +131,7 @@ pub(crate) fn check(
             continue;
         }
         let place = one(path, inputs, &known, existing).map_err(|message| {
-            let path = path.display();
+            let path = shown::path(path);
             Stop::WrongInput(format!("{option} {path}: {message}"))
         })?;
         known.push((option, place.file));
@@ -229,7 +230,7 @@ pub(crate) fn write_pieces(
 
 /// The end of a command that could not write.
 pub(crate) fn cannot_write(path: &Path, error: &std::io::Error) -> Stop {
-    Stop::Failed(format!("{}: cannot be written: {error}", path.display()))
+    Stop::Failed(format!("{}: cannot be written: {error}", shown::path(path)))
 }
 
 /// Writes what `give` puts into a file, which appears only when it is whole: it is written
@@ -243,7 +244,7 @@ pub(crate) fn write_file<T>(
     // Something may have come in its place since the options were checked.
     let place = || {
         let place = Place::new(path).and_then(|place| place.free(existing));
-        place.map_err(|message| Stop::WrongInput(format!("{}: {message}", path.display())))
+        place.map_err(|message| Stop::WrongInput(format!("{}: {message}", shown::path(path))))
     };
     let (beside, mut file) = unfinished(&place()?.file).map_err(failed)?;
     let result = give(&mut file).and_then(|done| {

@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use taxel::shown;
 use taxel::solutions::{Question, Solutions};
 
 use crate::Stop;
@@ -96,7 +97,7 @@ impl Solutions for Folder {
         if found.is_none() {
             note!(
                 "note: {} is damaged: the {} is solved again",
-                path.display(),
+                shown::path(&path),
                 question.what
             );
         }
@@ -146,7 +147,7 @@ impl Solutions for Folder {
             note!(
                 "note: the {} cannot be kept in {}; the next run solves it again (TAXEL_CACHE names another folder)",
                 question.what,
-                path.parent().unwrap_or(&path).display()
+                shown::path(path.parent().unwrap_or(&path))
             );
         }
     }

@@ -198,6 +198,28 @@ fn a_name_that_is_no_text_is_named() {
     assert!(text(&output.stderr).starts_with("error: no\u{fffd}.toml: cannot be read"));
 }
 
+/// A name of several lines is shown on one: the message stays one line.
+#[test]
+fn a_name_of_two_lines_is_shown_on_one() {
+    for command in [
+        &["check"][..],
+        &["recording", "inspect"],
+        &["live", "--raw"],
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_taxel"))
+            .args(command)
+            .arg("two\nlines.toml")
+            .output()
+            .unwrap();
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(
+            message.starts_with("error: two\\nlines.toml: "),
+            "{message}"
+        );
+    }
+}
+
 /// Nothing that a command reads is overwritten, and no work is done for an output that
 /// cannot be written.
 #[test]
@@ -524,7 +546,7 @@ fn vendor_recordings_are_recognised_by_content() {
         // Under another name: the content decides.
         let renamed = folder.join(format!("{rows}.data"));
         fs::copy(recording(name), &renamed).unwrap();
-        let source = format!("replay:{}", renamed.display());
+        let source = format!("replay:{}", renamed.to_str().unwrap());
         let summary = json(&[
             "live",
             "--headless",
@@ -979,7 +1001,7 @@ fn interruption_ends_with_a_summary_and_exit_code_0() {
     let frames = summary["frames"].as_u64().unwrap();
     assert!(frames > 3);
     // What was saved is whole and can be replayed to the last frame.
-    let source = format!("replay:{}", saved.display());
+    let source = format!("replay:{}", saved.to_str().unwrap());
     let again = json(&[
         "live",
         "--headless",

@@ -165,7 +165,7 @@ fn a_program_in_python_is_a_source() {
     }
     let board = folder.path("json-lines.toml");
     fs::write(&board, JSON_LINES).unwrap();
-    let source = format!("exec:python3 '{}' 256", script.display());
+    let source = format!("exec:python3 '{}' 256", script.to_str().unwrap());
     let output = common::taxel(&[
         "live",
         "three-axis-8x8",

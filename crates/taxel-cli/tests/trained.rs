@@ -179,7 +179,7 @@ fn nothing_follows_before_training() {
         assert!(message.contains("taxel calibrate"), "{message}");
     }
     let recording = excerpt().join("force_sensor.csv");
-    let source = format!("replay:{}", recording.display());
+    let source = format!("replay:{}", recording.to_str().unwrap());
     let message = refused(&["live", SENSOR, "--headless", "--source", &source]);
     assert!(message.contains("train first"), "{message}");
     // Without the sensor file nobody knows what the numbers are.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use taxel::acquisition::Stream;
+use taxel::shown;
 use taxel_board::{Begin, Board, Decoder};
 
 use crate::board::wire_counts;
@@ -36,7 +37,7 @@ impl CaptureSource {
     /// [`SourceError::Open`] when it cannot be opened or is no ordinary file.
     pub fn open(path: &Path, board: &Board, stream: Stream) -> Result<Self, SourceError> {
         let class = board.detection().class.letter();
-        let status = LinkHandle::new(path.display().to_string(), board.name.clone(), class);
+        let status = LinkHandle::new(shown::path(path), board.name.clone(), class);
         let decoder = Decoder::new(board, Begin::Whole);
         status.lock().connects = 1;
         status.lock().wire = wire_counts(&decoder.counts());

@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 
 use serde::Serialize;
 use taxel::estimation::{TouchEvent, TouchEventKind};
+use taxel::shown;
 
 use crate::reserved::reserved;
 use crate::save::{SaveError, created};
@@ -173,7 +174,7 @@ enum EventFormat {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EventFileError {
     /// Its name does not end in a known format.
-    #[error("{}: events are written as .csv or .jsonl; end the name in one of these", .0.display())]
+    #[error("{}: events are written as .csv or .jsonl; end the name in one of these", shown::path(.0))]
     Format(PathBuf),
 }
 

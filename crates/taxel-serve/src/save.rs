@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use taxel::acquisition::{Frame, Stream};
+use taxel::shown;
 use taxel_recording::ChannelWriter;
 
 /// Frames that may wait for the disk; then a source that waits does, and the run of a device is
@@ -24,7 +25,7 @@ const IDLE: Duration = Duration::from_hours(1);
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// The file cannot be made; an existing one is overwritten only on request.
-    #[error("{}: cannot be made: {cause}", path.display())]
+    #[error("{}: cannot be made: {cause}", shown::path(path))]
     Create {
         /// The file.
         path: PathBuf,
@@ -32,7 +33,7 @@ pub enum SaveError {
         cause: std::io::Error,
     },
     /// The disk failed or cannot keep up.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message}", shown::path(path))]
     Write {
         /// The file.
         path: PathBuf,

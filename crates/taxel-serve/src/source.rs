@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
 use taxel::estimation::MapNoise;
+use taxel::shown;
 use taxel_recording::mcap::{Findings, RestMessage};
 use taxel_recording::{Change, Recording, RecordingError};
 
@@ -76,7 +77,7 @@ pub enum SourceError {
     #[error("{0}")]
     Link(#[from] LinkError),
     /// The file cannot be opened.
-    #[error("{}: cannot be opened: {cause}", path.display())]
+    #[error("{}: cannot be opened: {cause}", shown::path(path))]
     Open {
         /// The file.
         path: PathBuf,
@@ -84,7 +85,7 @@ pub enum SourceError {
         cause: std::io::Error,
     },
     /// The file cannot be read to its end.
-    #[error("{}: cannot be read: {cause}", path.display())]
+    #[error("{}: cannot be read: {cause}", shown::path(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -195,7 +196,7 @@ impl ReplaySource {
     /// [`SourceError`] when it cannot be opened, its header is malformed, or it has no such
     /// part.
     pub fn open(path: &Path, options: &ReplayOptions) -> Result<Self, SourceError> {
-        let file = path.to_string_lossy();
+        let file = shown::path(path);
         let bytes = || reader(path);
         let recording = if options.bare {
             Recording::open_bare(&file, bytes()?)?

@@ -64,7 +64,12 @@ fn replugged(cycles: usize, name: &str) -> Vec<f64> {
     let place = DevicePlace::Terminal(Some(port.clone()));
     let device = Playing::start(place, 4, 500.0, &faults, None, None);
     let (options, states) = observed();
-    let mut source = link(&format!("serial:{}", port.display()), 4, 500.0, options);
+    let mut source = link(
+        &format!("serial:{}", port.to_str().unwrap()),
+        4,
+        500.0,
+        options,
+    );
     let mut reconnects = 0;
     let end = Instant::now() + Duration::from_secs_f64(1.5 + 0.4 * cycles as f64);
     let (mut before, mut flat) = (None, Vec::new());
@@ -232,7 +237,10 @@ fn a_program_is_read_to_its_end_and_its_words_are_passed_on() {
         tell: Arc::new(move |line| tell.lock().unwrap().push(line.into())),
         ..LinkOptions::default()
     };
-    let command = format!("exec:sh -c 'cat {}; echo hello >&2'", path.display());
+    let command = format!(
+        "exec:sh -c 'cat {}; echo hello >&2'",
+        path.to_str().unwrap()
+    );
     let mut source = link(&command, 4, 200.0, options);
     let found = numbers(&mut source, |_| false);
     assert_eq!(found, (0..100).collect::<Vec<_>>());
@@ -247,7 +255,7 @@ fn a_program_is_read_to_its_end_and_its_words_are_passed_on() {
 fn a_program_that_fails_is_started_again_and_one_that_will_not_end_is_killed() {
     let path = recorded(10, "again");
     let (options, states) = observed();
-    let command = format!("exec:sh -c 'cat {}; exit 3'", path.display());
+    let command = format!("exec:sh -c 'cat {}; exit 3'", path.to_str().unwrap());
     let mut source = link(&command, 4, 200.0, options);
     numbers(&mut source, |found| found.len() == 30);
     drop(source);

@@ -19,6 +19,7 @@ pub mod predict;
 pub mod quantity;
 pub mod schema;
 pub mod sensor;
+pub mod shown;
 pub mod signal;
 pub mod solutions;
 mod solved_table;

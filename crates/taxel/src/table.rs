@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value};
 
+use crate::shown;
+
 /// Format of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -304,27 +306,8 @@ fn text_of(cell: &Cell, number: impl Fn(f64) -> String, column: &Column) -> Stri
     match cell {
         Cell::Number(value) => number(column.shown(*value)),
         Cell::Whole(value) => value.to_string(),
-        Cell::Text(text) => visible(text),
+        Cell::Text(text) => shown::text(text),
     }
-}
-
-/// `text` with its control characters and the marks that turn a line written out: names and
-/// cells of files must neither steer a terminal nor break a line.
-pub fn visible(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        if c.is_control() || turns_the_line(c) {
-            shown.extend(c.escape_default());
-        } else {
-            shown.push(c);
-        }
-    }
-    shown
-}
-
-/// Marks that change the direction of a line.
-fn turns_the_line(c: char) -> bool {
-    matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// First line of a CSV file: names with units.

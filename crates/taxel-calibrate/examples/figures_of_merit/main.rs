@@ -52,7 +52,7 @@ fn run(folder: &Path, figure: Option<&str>) -> Result<(), String> {
     if runs.is_empty() {
         return Err(format!(
             "{}: no folder with sensor.csv and states.csv in it",
-            folder.display()
+            taxel::shown::path(folder)
         ));
     }
     let page = report::all(&runs)?;
@@ -64,7 +64,8 @@ fn run(folder: &Path, figure: Option<&str>) -> Result<(), String> {
 
 /// Folders below `folder` that hold a recording, in the order of their names.
 fn folders(folder: &Path) -> Result<Vec<PathBuf>, String> {
-    let entries = fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let entries =
+        fs::read_dir(folder).map_err(|e| format!("{}: {e}", taxel::shown::path(folder)))?;
     let mut paths: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
     paths.sort();
     let mut found = Vec::new();
@@ -80,14 +81,15 @@ fn folders(folder: &Path) -> Result<Vec<PathBuf>, String> {
 fn read(root: &Path, path: &Path) -> Result<Run, String> {
     let series = |name: &str| {
         let file = path.join(name);
-        let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-        Series::parse(&file.display().to_string(), &text).map_err(|error| error.to_string())
+        let text =
+            fs::read_to_string(&file).map_err(|e| format!("{}: {e}", taxel::shown::path(&file)))?;
+        Series::parse(&taxel::shown::path(&file), &text).map_err(|error| error.to_string())
     };
     let (sensor, stage) = (series("sensor.csv")?, series("states.csv")?);
-    let file = path.join("states.csv").display().to_string();
+    let file = taxel::shown::path(&path.join("states.csv"));
     let name = path.strip_prefix(root).unwrap_or(path);
     Ok(Run {
-        name: name.display().to_string(),
+        name: taxel::shown::path(name),
         session: Session::new(&file, sensor, &stage).map_err(|error| error.to_string())?,
     })
 }

@@ -5,6 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use taxel::predict::Predictor;
 use taxel::sensor::{Element, Sensor};
+use taxel::shown;
 use taxel::table;
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated, Provenance,
@@ -81,7 +82,7 @@ fn fitted(
     let calibrator = calibrator(sensors).map_err(|error| Stop::WrongInput(error.to_string()))?;
     let (mut tables, mut names, mut texts) = (Vec::new(), Vec::new(), String::new());
     for path in &arguments.data {
-        let (file, text) = (path.to_string_lossy(), files::text(path)?);
+        let (file, text) = (shown::path(path), files::text(path)?);
         let table = ReadingTable::parse(&file, &text, calibrator.columns(), calibrator.group())?;
         tables.push(table);
         names.push(file);
@@ -110,7 +111,7 @@ fn trained(
     let names: Vec<_> = arguments
         .data
         .iter()
-        .map(|path| path.to_string_lossy())
+        .map(|path| shown::path(path))
         .collect();
     let maps = train(named, &groups, options)?;
     Ok(Found {
@@ -142,7 +143,7 @@ struct Read {
 }
 
 fn read(path: &Path) -> Result<Read, Stop> {
-    let name = path.to_string_lossy().into_owned();
+    let name = shown::path(path);
     let file = CalibrationFile::parse(&name, &files::text(path)?)?;
     Ok(Read { name, file })
 }
@@ -155,7 +156,7 @@ pub(crate) fn applied(
     let Some(path) = calibration else {
         return Ok(named);
     };
-    let name = path.to_string_lossy();
+    let name = shown::path(path);
     applied_text(named, &name, &files::text(path)?)
 }
 

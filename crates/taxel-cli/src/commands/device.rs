@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::acquisition::{Stimulus, Stream, Twin};
 use taxel::quantity::FREQUENCY;
+use taxel::shown;
 use taxel_serve::device::{
     ControlPlace, Device as Virtual, DeviceError, DeviceOptions, DevicePlace, Faults, Player,
 };
@@ -26,7 +27,7 @@ pub(crate) fn run(arguments: &Device) -> Result<Done, Stop> {
     let existing = arguments.overwrite.existing();
     check_outputs(arguments, existing)?;
     let faults = match &arguments.faults {
-        Some(path) => Faults::parse(&path.to_string_lossy(), &files::text(path)?)?,
+        Some(path) => Faults::parse(&shown::path(path), &files::text(path)?)?,
         None => Faults::default(),
     };
     let (player, stream, mut named) = player(arguments, boards::board(&arguments.board)?)?;
@@ -106,7 +107,7 @@ fn player(arguments: &Device, named: NamedBoard) -> Result<(Player, Stream, Name
     boards::fit(&named, &sensor.sensor, &arguments.sensor)?;
     let usual = PathBuf::from(sensor.sensor.element.usual_script());
     let script = arguments.script.as_ref().unwrap_or(&usual);
-    let name = script.to_string_lossy();
+    let name = shown::path(script);
     let text = match Stimulus::shipped_text(&name) {
         Some(text) if !script.exists() => text.to_owned(),
         _ => files::text(script)?,
@@ -123,7 +124,7 @@ fn fits(named: &NamedBoard, stream: &Stream, path: &Path) -> Result<(), Stop> {
     fitted.map(drop).map_err(|mismatch| {
         Stop::WrongInput(format!(
             "{} and {} do not fit: {mismatch}",
-            path.display(),
+            shown::path(path),
             named.name
         ))
     })

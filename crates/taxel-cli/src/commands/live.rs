@@ -9,6 +9,7 @@ use taxel::acquisition::{Quantity, Stimulus, Stream, Twin};
 use taxel::device::Device;
 use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, TouchSession};
 use taxel::sensor::{Element, Sensor};
+use taxel::shown;
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_recording::RecordingError;
 use taxel_serve::link::LinkAddress;
@@ -138,7 +139,7 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
             _ if arguments.start.no_tare => StartTare::Never,
             _ => StartTare::Automatic,
         },
-        rest_from: recorded_rest(arguments).map(|path| path.display().to_string()),
+        rest_from: recorded_rest(arguments).map(shown::path),
         save: arguments.save.clone(),
         replace_files: arguments.overwrite.existing() == Existing::Replaced,
         events,
@@ -195,7 +196,7 @@ pub(crate) fn session(arguments: &Live, options: PumpOptions) -> Result<Session,
         Some(board) => {
             return Err(Stop::WrongInput(format!(
                 "--board {}: --source \"{}\" is no link; use serial:PORT, tcp:HOST:PORT, udp:PORT, -, exec:\"PROGRAM\", or replay:FILE of captured bytes",
-                board.display(),
+                shown::path(board),
                 arguments.source
             )));
         }
@@ -239,7 +240,7 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
 /// What the command line says of a run.
 fn asked(arguments: &Live) -> Result<RunFiles, Stop> {
     let calibration = arguments.calibration.as_deref().map(|path| {
-        let name = path.to_string_lossy().into_owned();
+        let name = shown::path(path);
         files::text(path).map(|text| NamedText { name, text })
     });
     Ok(RunFiles {
@@ -276,7 +277,7 @@ fn sensed(
     if let Some(path) = recorded_rest(arguments) {
         let bare = has_bare_recordings(&named.sensor);
         let session = |stream: &Stream| {
-            let name = format!("--rest {}", path.display());
+            let name = format!("--rest {}", shown::path(path));
             self::touch(device.as_ref(), stream, arguments, &name)
         };
         touch.restore_rest(&rest_of(path, bare, arguments, session)?);
@@ -306,7 +307,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
     let surveyed = open().map(Survey::of);
     let survey = match surveyed.unwrap_or_else(|error| (Survey::default(), Err(error))) {
         (survey, Ok(())) if survey.frames == 0 => {
-            let message = format!("{}: there is no frame in it", path.display());
+            let message = format!("{}: there is no frame in it", shown::path(path));
             return Err(Stop::WrongInput(message));
         }
         (survey, Ok(())) => survey,
@@ -415,7 +416,7 @@ fn map_session(
     if let Some(path) = &arguments.calibration {
         let message = format!(
             "--calibration {}: {} describes itself and takes no calibration",
-            path.display(),
+            shown::path(path),
             arguments.source
         );
         return Err(Stop::WrongInput(message));
@@ -490,7 +491,7 @@ fn rest_of(
     session: impl Fn(&Stream) -> Result<TouchSession, Stop>,
 ) -> Result<taxel::estimation::Rest, Stop> {
     let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
-    let refused = |why: String| Stop::WrongInput(format!("--rest {}: {why}", path.display()));
+    let refused = |why: String| Stop::WrongInput(format!("--rest {}: {why}", shown::path(path)));
     let options = rest_options(bare, arguments);
     let mut source = ReplaySource::open(path, &options).map_err(wrong)?;
     let mut session = session(source.stream())?;
@@ -525,7 +526,7 @@ fn touch(
             error,
             FrameError::Untrained | FrameError::TrainedWithMasked { .. }
         ) {
-            let sensor = arguments.sensor().display();
+            let sensor = shown::path(arguments.sensor());
             return Stop::WrongInput(format!(
                 "{sensor}: {error}\nhelp: taxel calibrate {sensor} RECORDINGS -o CAL.toml, then give --calibration CAL.toml"
             ));
@@ -533,7 +534,7 @@ fn touch(
         Stop::WrongInput(format!(
             "{} does not fit {}: {error}\nhelp: the frames are of {} x {} taxels; name the sensor file they come from",
             source,
-            arguments.sensor().display(),
+            shown::path(arguments.sensor()),
             stream.rows,
             stream.columns
         ))
@@ -697,7 +698,7 @@ fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Re
         note!(
             "note: {} messages are missing in {}: the disk did not take them in time",
             recording.lost,
-            recording.path.display()
+            shown::path(&recording.path)
         );
     }
     let wire_losses = summary.link.as_ref().is_some_and(|link| {
@@ -781,7 +782,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
         put(
             "recording",
             json!({
-                "file": recording.path.display().to_string(),
+                "file": recording.path.to_string_lossy(),
                 "bytes": recording.bytes,
                 "messages": recording.messages,
                 "lost": recording.lost,

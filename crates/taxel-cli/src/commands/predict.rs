@@ -9,6 +9,7 @@ use taxel::mechanics::{Mechanics, SolvedBody};
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
 use taxel::sensor::NoModel;
 use taxel::sensor::Sensor;
+use taxel::shown;
 
 use crate::arguments::{COMMIT, Predict, VERSION};
 use crate::commands::calibrate;
@@ -156,7 +157,7 @@ fn loads(arguments: &Predict, predictor: &dyn Predictor) -> Result<Loads, Stop> 
         (String::from("--load"), Loads::one(spec, columns)?)
     } else {
         let path = arguments.loads.as_deref().unwrap_or_else(|| Path::new(""));
-        let file = path.to_string_lossy().into_owned();
+        let file = shown::path(path);
         let loads = Loads::parse(&file, &files::text(path)?, columns)?;
         (file, loads)
     };
@@ -177,7 +178,7 @@ fn refusal(
     let key = columns.get(refused.column).map_or("", |column| column.name);
     let (file, message) = match &arguments.loads {
         Some(path) => (
-            path.to_string_lossy(),
+            shown::path(path),
             format!("line {line}: {}", refused.message),
         ),
         None => ("--load".into(), refused.message.clone()),

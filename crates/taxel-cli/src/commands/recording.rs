@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser as _;
 use serde_json::{Map, Value, json};
+use taxel::shown;
 use taxel::table;
 use taxel_recording::export::{write_csv, write_npz, write_tables};
 use taxel_recording::mcap::{
@@ -37,7 +38,7 @@ pub(crate) fn run(arguments: &Recording) -> Result<Done, Stop> {
 
 /// The file of a recording.
 fn open(path: &Path) -> Result<File, Stop> {
-    let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", path.display()));
+    let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", shown::path(path)));
     let unreadable = |error: std::io::Error| wrong(format!("cannot be read: {error}"));
     // Before it is opened: a pipe would wait for its writer.
     let about = std::fs::metadata(path).map_err(unreadable)?;
@@ -57,7 +58,7 @@ fn reader(path: &Path) -> Result<McapReader<BufReader<File>>, Stop> {
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Stop {
-    Stop::Failed(format!("{}: cannot be read: {error}", path.display()))
+    Stop::Failed(format!("{}: cannot be read: {error}", shown::path(path)))
 }
 
 /// Refuses a file that is no recording in chunks.
@@ -71,7 +72,10 @@ fn known(path: &Path, findings: &Findings) -> Result<(), Stop> {
         }
         None => return Ok(()),
     };
-    Err(Stop::WrongInput(format!("{}: {message}", path.display())))
+    Err(Stop::WrongInput(format!(
+        "{}: {message}",
+        shown::path(path)
+    )))
 }
 
 /// What a recording has, and what is wrong with it.
@@ -187,7 +191,7 @@ impl Survey {
         let attachments =
             attachments.map(|one| json!({ "name": one.name, "bytes": one.bytes.len() }));
         let pairs = [
-            ("file", json!(path.display().to_string())),
+            ("file", json!(shown::path(path))),
             ("state", json!(self.state())),
             ("finished", json!(findings.finished)),
             ("bytes", json!(findings.bytes)),
@@ -295,7 +299,7 @@ fn rewritten(
         let done = rewrite(open(file)?, times, &library(), NewFile(new));
         let done = done.map_err(|error| cannot_write(output, &error))?;
         if done.messages == 0 {
-            let file = file.display();
+            let file = shown::path(file);
             let message = format!("{file}: no whole chunk of a recording of taxel is in it");
             return Err(Stop::WrongInput(message));
         }
@@ -320,9 +324,9 @@ fn repair(arguments: &Repair) -> Result<Done, Stop> {
     let findings = &survey.findings;
     let mut report = format!(
         "{}: {}\n{}: {messages} messages, {} frames\n",
-        file.display(),
+        shown::path(file),
         survey.state(),
-        output.display(),
+        shown::path(output),
         findings.messages(Topic::Raw)
     );
     let start = findings.times.map_or(0, |[first, _]| first);
@@ -363,7 +367,7 @@ fn cut(arguments: &Cut) -> Result<Done, Stop> {
     check_new(file, output, existing)?;
     let survey = survey(file)?;
     let Some([first, last]) = survey.findings.times else {
-        let message = format!("{}: there is no message in it", file.display());
+        let message = format!("{}: there is no message in it", shown::path(file));
         return Err(Stop::WrongInput(message));
     };
     let duration = (last - first) as f64 * 1e-9;
@@ -377,10 +381,10 @@ fn cut(arguments: &Cut) -> Result<Done, Stop> {
     let time = |seconds: f64| first + (seconds * 1e9) as u64;
     let end = if to >= duration { last } else { time(to) };
     let messages = rewritten(file, output, &(time(arguments.from)..=end), existing)?;
-    let text = format!("{}: {messages} messages\n", output.display());
+    let text = format!("{}: {messages} messages\n", shown::path(output));
     outputs::print(&text)?;
     Ok(if survey.findings.is_damaged() {
-        note!("note: {} is {}", file.display(), survey.state());
+        note!("note: {} is {}", shown::path(file), survey.state());
         Done::WithLosses
     } else {
         Done::Complete
@@ -395,7 +399,7 @@ fn export(arguments: &Export) -> Result<Done, Stop> {
     let meaning = RunFiles::meaning(&survey.findings, survey.channels);
     let failed = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::InvalidInput => {
-            Stop::WrongInput(format!("{}: {error}", file.display()))
+            Stop::WrongInput(format!("{}: {error}", shown::path(file)))
         }
         _ => cannot_write(output, &error),
     };
@@ -412,24 +416,24 @@ fn export(arguments: &Export) -> Result<Done, Stop> {
                 };
                 frames.map_err(failed)
             })?;
-            format!("{}: {frames} frames\n", output.display())
+            format!("{}: {frames} frames\n", shown::path(output))
         }
         Some(other) if !output.is_dir() => {
             return Err(Stop::WrongInput(format!(
                 "-o {}: \".{other}\" is not written; end the name in .csv or .npz, or name a folder without a point in its name",
-                output.display()
+                shown::path(output)
             )));
         }
         _ => {
             let names = tables(file, output, &survey.findings, &meaning)?;
-            format!("{}: {}\n", output.display(), names.join(", "))
+            format!("{}: {}\n", shown::path(output), names.join(", "))
         }
     };
     outputs::print(&text)?;
     if survey.well() {
         return Ok(Done::Complete);
     }
-    note!("note: {} is {}", file.display(), survey.state());
+    note!("note: {} is {}", shown::path(file), survey.state());
     Ok(Done::WithLosses)
 }
 
@@ -442,7 +446,7 @@ fn tables(
 ) -> Result<Vec<String>, Stop> {
     let failed = |error: std::io::Error| cannot_write(output, &error);
     if std::fs::symlink_metadata(output).is_ok() {
-        let output = output.display();
+        let output = shown::path(output);
         let message = format!("-o {output}: the folder exists; name a new one");
         return Err(Stop::WrongInput(message));
     }
@@ -486,13 +490,13 @@ fn tables(
 
 /// `taxel live` on the frames of a recording, as fast as possible.
 fn played(file: &Path) -> Result<crate::arguments::Live, Stop> {
-    let source = format!("--source=replay:{}", file.display());
+    let source = format!("--source=replay:{}", shown::path(file));
     let line = ["taxel", "live", "--headless", "--speed", "max", &source];
     match Arguments::try_parse_from(line).map(|arguments| arguments.command) {
         Ok(Command::Live(live)) => Ok(*live),
         _ => Err(Stop::Failed(format!(
             "{}: cannot be played",
-            file.display()
+            shown::path(file)
         ))),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use taxel::shown;
 use taxel::table;
 use taxel_papers::{self as reproduce, Ledger, Paper};
 
@@ -50,7 +51,7 @@ fn write_pages(folder: &Path, ledgers: &[Ledger]) -> Result<(), Stop> {
         let path = page(folder, ledger.paper);
         let prose = files::text(&path)?;
         let text = reproduce::page(&prose, ledger).ok_or_else(|| {
-            Stop::WrongInput(format!("{}: no marks for the ledger", path.display()))
+            Stop::WrongInput(format!("{}: no marks for the ledger", shown::path(&path)))
         })?;
         // The page is made to be written anew.
         outputs::write(Some(&path), Existing::Replaced, &text)?;
@@ -76,7 +77,7 @@ fn format(arguments: &Reproduce) -> Result<Option<ReportFormat>, Stop> {
         (None, _) => {
             let message = format!(
                 "--output {}: must end in .html or .json, or give --format",
-                path.display()
+                shown::path(path)
             );
             Err(Stop::WrongInput(message))
         }

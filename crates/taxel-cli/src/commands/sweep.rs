@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde_json::{Map, Value};
 use taxel::design::{self, MicrochannelSections, SectionRow, Study};
 use taxel::sensor::{Element, Microchannel};
+use taxel::shown;
 use taxel::table;
 
 use crate::arguments::{COMMIT, Sweep, VERSION};
@@ -22,7 +23,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     ];
     let existing = arguments.overwrite.existing();
     outputs::check(&outputs, &[&arguments.study], existing)?;
-    let name = arguments.study.to_string_lossy().into_owned();
+    let name = shown::path(&arguments.study);
     let text = match Study::shipped_text(&name) {
         Some(text) if !arguments.study.exists() => text.to_owned(),
         _ => files::text(&arguments.study).map_err(with_shipped_names)?,

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use taxel::shown;
 use taxel::table;
 use taxel_fem::solver::newton::Continue;
 use taxel_fem::verify::{self, Effort, Event, Outcome};
@@ -131,7 +132,7 @@ fn format(path: &Path) -> Result<ReportFormat, Stop> {
         Some("html") => Ok(ReportFormat::Html),
         Some("json") => Ok(ReportFormat::Json),
         _ => {
-            let place = path.display();
+            let place = shown::path(path);
             let message = format!("--output {place}: must end in .html or .json");
             Err(Stop::WrongInput(message))
         }

@@ -1,6 +1,7 @@
 //! Why a virtual device cannot run.
 
 use std::path::PathBuf;
+use taxel::shown;
 
 use crate::source::SourceError;
 
@@ -27,7 +28,7 @@ pub enum DeviceError {
         cause: std::io::Error,
     },
     /// The file of the truth cannot be written.
-    #[error("{}: cannot be written: {cause}", path.display())]
+    #[error("{}: cannot be written: {cause}", shown::path(path))]
     Truth {
         /// The file.
         path: PathBuf,

@@ -373,7 +373,7 @@ mod terminal {
             if let Some(link) = &link
                 && fs::symlink_metadata(link).is_ok()
             {
-                let message = format!("{} exists; name a new link", link.display());
+                let message = format!("{} exists; name a new link", taxel::shown::path(link));
                 return Err(io::Error::other(message));
             }
             let mut terminal = Self {
@@ -391,8 +391,8 @@ mod terminal {
     impl Outlet for Terminal {
         fn name(&self) -> String {
             let own = self.pair.as_ref().map_or("", |pair| &pair.name);
-            let link = self.link.as_deref().map(Path::display);
-            link.map_or(own.to_owned(), |link| link.to_string())
+            let link = self.link.as_deref().map(taxel::shown::path);
+            link.unwrap_or_else(|| own.to_owned())
         }
 
         fn connections(&mut self) -> io::Result<usize> {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use taxel::shown;
 
 use serialport::{ErrorKind, SerialPortType};
 
@@ -85,7 +86,7 @@ fn link_to(folder: &Path, path: &str) -> Option<String> {
         .filter(|link| fs::canonicalize(link).is_ok_and(|target| target == file))
         .collect();
     names.sort();
-    names.first().map(|name| name.display().to_string())
+    names.first().map(|name| shown::path(name))
 }
 
 /// File that sets how long an FTDI adapter holds bytes back.

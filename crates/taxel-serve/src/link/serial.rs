@@ -3,6 +3,7 @@
 use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 use std::time::Duration;
+use taxel::shown;
 
 use serialport::{ClearBuffer, ErrorKind, SerialPort};
 
@@ -174,7 +175,7 @@ impl Serial {
             let file = ports::latency_timer_file(path);
             self.remarks.push(format!(
                 "{path}: the USB adapter holds bytes back for up to {milliseconds} ms; for less: echo 1 | sudo tee {}",
-                file.display()
+                shown::path(&file)
             ));
         }
         if let (SerialName::Named(name), Some(by_id)) = (&self.name, ports::by_id_of(path))

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::PathBuf;
 use std::time::Duration;
+use taxel::shown;
 
 use super::error::LinkError;
 use super::port::{Link, Port, Received, received};
@@ -30,7 +31,7 @@ pub(crate) struct Pipe(pub(crate) PathBuf);
 
 impl Link for Pipe {
     fn name(&self) -> String {
-        self.0.display().to_string()
+        shown::path(&self.0)
     }
 
     fn waits(&self) -> bool {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use taxel::estimation::Meaning;
+use taxel::shown;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 
@@ -98,7 +99,7 @@ impl fmt::Display for LineOutput {
         };
         match &self.place {
             Place::StandardOutput => write!(f, "{format}"),
-            Place::File(path) => write!(f, "{format}:{}", path.display()),
+            Place::File(path) => write!(f, "{format}:{}", shown::path(path)),
         }
     }
 }

@@ -14,6 +14,7 @@ use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Instant, SystemTime};
+use taxel::shown;
 
 use taxel_recording::mcap::{
     Attachment, ClockMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage, MarkMessage,
@@ -166,7 +167,7 @@ impl State {
 
     /// The recording has failed: this is said once.
     fn fail(&self, cause: &std::io::Error) {
-        let path = self.path.display();
+        let path = shown::path(&self.path);
         let message = format!(
             "the recording {path} has ended: {cause}; what came before is in it{}",
             match self.when_failing {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use taxel::acquisition::Stream;
 use taxel::estimation::MapNoise;
+use taxel::shown;
 use taxel_recording::Recording;
 use taxel_serve::link::{LinkAddress, LinkError, LinkOptions, Reconnect};
 use taxel_serve::{
@@ -62,8 +63,8 @@ pub(super) fn capture_session(
     if let Some(format) = recording_format(path) {
         return Err(Stop::WrongInput(format!(
             "{}: with --board {} it would be bytes as the board sent them, but it is a recording: {format}\nhelp: leave --board out; taxel recording decode makes the frames of a recording anew with another board file",
-            path.display(),
-            board.display(),
+            shown::path(path),
+            shown::path(board),
         )));
     }
     let (survey, end) = Survey::of(open()?);
@@ -71,7 +72,7 @@ pub(super) fn capture_session(
     if survey.frames == 0 {
         return Err(Stop::WrongInput(format!(
             "{}: no frame of {} is in it\nhelp: is it the file of that board? taxel live --board takes bytes as they came over the wire",
-            path.display(),
+            shown::path(path),
             fitted.board.name,
         )));
     }
@@ -81,7 +82,7 @@ pub(super) fn capture_session(
 /// What kind of recording a file is; `None` for one that is none.
 fn recording_format(path: &Path) -> Option<taxel_recording::Format> {
     let bytes = std::io::BufReader::new(std::fs::File::open(path).ok()?);
-    let recording = Recording::open(&path.to_string_lossy(), bytes).ok()?;
+    let recording = Recording::open(&shown::path(path), bytes).ok()?;
     Some(recording.format())
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::mpsc;
+use taxel::shown;
 
 use taxel_recording::mcap::{Message, Topic, TouchMessage};
 use taxel_serve::{RecordTo, Recorded, run_headless};
@@ -48,7 +49,7 @@ pub(super) fn run(arguments: &Compare) -> Result<Done, Stop> {
         };
         let outcome = compared(&mut touches, file, &mut || others.next(other))?;
         known(other, others.reader.findings())?;
-        (other.display().to_string(), outcome)
+        (shown::path(other), outcome)
     } else {
         ("this program".into(), played_again(&mut touches, file)?)
     };
@@ -60,7 +61,7 @@ pub(super) fn run(arguments: &Compare) -> Result<Done, Stop> {
             Done::WithLosses,
         ),
     };
-    outputs::print(&format!("{} and {name}: {text}", file.display()))?;
+    outputs::print(&format!("{} and {name}: {text}", shown::path(file)))?;
     Ok(done)
 }
 

@@ -2,6 +2,7 @@
 
 use std::io::{BufWriter, Read as _, Write};
 use std::path::Path;
+use taxel::shown;
 
 use taxel_board::{Begin, Counts, Decoder};
 use taxel_recording::ChannelWriter;
@@ -39,7 +40,7 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     let comments = [
         format!("taxel {VERSION} {COMMIT}"),
         format!("board {}", named.name),
-        format!("wire {}", file.display()),
+        format!("wire {}", shown::path(file)),
     ];
     outputs::write_file(output, existing, |new| {
         let failed = |error: std::io::Error| cannot_write(output, &error);
@@ -63,7 +64,7 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
         out.flush().map_err(failed)
     })?;
     let counts = decoder.counts();
-    outputs::print(&format!("{}: {}", output.display(), in_words(&counts)))?;
+    outputs::print(&format!("{}: {}", shown::path(output), in_words(&counts)))?;
     if let Some(remark) = decoder.remark() {
         note!("note: {remark}");
     }
@@ -117,7 +118,7 @@ fn of_recording(
     }
     Err(Stop::WrongInput(format!(
         "{}: has no bytes of a wire: its frames did not come over a link\nhelp: play it with taxel live --source replay:{0}",
-        file.display()
+        shown::path(file)
     )))
 }
 

@@ -1,0 +1,31 @@
+//! Texts and names of files as a message, a table or a terminal may show them.
+
+use std::path::Path;
+
+/// `text` with its control characters and the marks that turn a line written out: names and
+/// cells of files must neither steer a terminal nor break a line.
+///
+/// ```
+/// assert_eq!(taxel::shown::text("a\nb"), "a\\nb");
+/// ```
+pub fn text(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() || turns_the_line(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// The name of a file as [`text`]; what is no text in it is shown as `U+FFFD`.
+pub fn path(path: &Path) -> String {
+    text(&path.to_string_lossy())
+}
+
+/// Marks that change the direction of a line.
+fn turns_the_line(c: char) -> bool {
+    matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
