@@ -73,7 +73,7 @@ pub enum RestRefused {
     },
     /// Something presses: its force would be lost.
     #[error(
-        "rest capture refused: contact {contact} presses at row {row}, column {column}{force}; lift off, or force it"
+        "rest capture refused: contact {contact} presses at row {row}, column {column}{force}; lift off, or tare anyway"
     )]
     Touched {
         /// Number of the contact.
