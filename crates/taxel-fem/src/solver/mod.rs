@@ -6,3 +6,4 @@ mod memory;
 pub mod newton;
 mod small;
 pub mod stress;
+pub mod traction;

@@ -6,7 +6,7 @@ use crate::mesh::{Axis, Grading, Grid2, Growth, Mesh, MeshError};
 use crate::problem::{Kinematics, Motion, Problem, ProblemError, Rule};
 use crate::solver::failure::{Failure, Reason};
 use crate::solver::newton::{Continue, Solver};
-use crate::solver::stress::stress_points;
+use crate::solver::traction::Traction;
 
 /// The disc and the layer. Lengths in thicknesses of the layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,8 @@ pub struct DiscAnswer {
     /// Force over the area of the disc, its displacement over the thickness and Young's modulus.
     pub stiffness: f64,
     /// Distance from the axis over the radius of the disc, and pressure on the base over the
-    /// mean pressure under the disc.
+    /// mean pressure under the disc, at the nodes of the base: a parabola over each two that
+    /// follow one that is a corner of a cell. Every second node, from the first on, is one.
     pub pressure: Vec<[f64; 2]>,
 }
 
@@ -60,9 +61,9 @@ impl PressedDisc {
             // The shear modulus is one.
             stiffness: mean / (3.0 * TRAVEL),
             pressure: self
-                .base(&solver)
+                .base(&mut solver)?
                 .into_iter()
-                .map(|[r, stress]| [r / self.radius, -stress / mean])
+                .map(|[r, pressure]| [r / self.radius, pressure / mean])
                 .collect(),
         })
     }
@@ -108,29 +109,56 @@ impl PressedDisc {
         Ok(problem)
     }
 
-    /// Distance from the axis and normal stress on the base, by the straight line through the
-    /// two lowest points of each cell there.
-    fn base(&self, solver: &Solver) -> Vec<[f64; 2]> {
-        let points: Vec<_> = stress_points(solver.problem(), solver.state())
-            .filter(|point| point.place[1] < self.smallest)
-            .collect();
-        let mut stresses: Vec<[f64; 2]> = Vec::new();
-        for (index, low) in points.iter().enumerate() {
-            let column = |point: &&crate::solver::stress::StressPoint| {
-                point.cell == low.cell && (point.place[0] - low.place[0]).abs() < 1e-9
-            };
-            let mut others: Vec<_> = points.iter().filter(column).collect();
-            others.sort_by(|a, b| a.place[1].total_cmp(&b.place[1]));
-            let [first, second, ..] = others[..] else {
-                continue;
-            };
-            if !std::ptr::eq(first, &raw const points[index]) {
-                continue;
-            }
-            let slope = (second.cauchy[1] - first.cauchy[1]) / (second.place[1] - first.place[1]);
-            stresses.push([first.place[0], first.cauchy[1] - slope * first.place[1]]);
-        }
-        stresses.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        stresses
+    /// Distance from the axis and pressure at the nodes of the base, in their order.
+    fn base(&self, solver: &mut Solver) -> Result<Vec<[f64; 2]>, Failure> {
+        let forces = solver.evaluate()?.forces;
+        let problem = solver.problem();
+        let mesh = &problem.mesh;
+        let surface = problem
+            .surface("bottom")
+            .map_err(|error| Failure::at_start(Reason::Problem(error)))?;
+        let force = |node: u32| [0.0, forces[2 * node as usize + 1], 0.0];
+        let found = Traction::from_forces(mesh, problem.kinematics, &surface, force);
+        let at = found
+            .nodes
+            .iter()
+            .map(|&node| mesh.points[node as usize][0]);
+        let values = found.values.iter().map(|value| value[1]);
+        let mut pressures: Vec<[f64; 2]> = at.zip(values).map(|(r, p)| [r, p]).collect();
+        pressures.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        Ok(pressures)
+    }
+}
+
+impl DiscAnswer {
+    /// Pressure on the base over the mean pressure under the disc, at a distance from the axis
+    /// over the radius of the disc; 0 beyond the layer.
+    pub fn pressure_at(&self, radius: f64) -> f64 {
+        self.cells()
+            .find(|cell| radius <= cell[2][0])
+            .map_or(0.0, |cell| {
+                let value = |i: usize| {
+                    let [j, k] = [(i + 1) % 3, (i + 2) % 3];
+                    let factor = |of: usize| (radius - cell[of][0]) / (cell[i][0] - cell[of][0]);
+                    cell[i][1] * factor(j) * factor(k)
+                };
+                value(0) + value(1) + value(2)
+            })
+    }
+
+    /// Force on the base over that of the disc: 1 up to rounding.
+    pub fn carried(&self) -> f64 {
+        // Simpson's rule is exact for the cubic r p.
+        let ring = |[first, middle, last]: [[f64; 2]; 3]| {
+            let product = |[r, p]: [f64; 2]| r * p;
+            (last[0] - first[0]) / 6.0 * (product(first) + 4.0 * product(middle) + product(last))
+        };
+        2.0 * self.cells().map(ring).sum::<f64>()
+    }
+
+    /// Corner, middle and corner of each cell along the base.
+    fn cells(&self) -> impl Iterator<Item = [[f64; 2]; 3]> {
+        let ends = self.pressure.windows(3).step_by(2);
+        ends.map(|nodes| [nodes[0], nodes[1], nodes[2]])
     }
 }

@@ -91,7 +91,7 @@ impl BondedDisc {
     pub const ASPECTS: RangeInclusive<f64> = 0.5..=10.0;
 
     /// Stiffness and pressure on the base: cubic in ln(a/h) through the logarithms of the
-    /// tabulated values. Between its rows 0.5 % from a/h = 1 on, 1.2 % below.
+    /// tabulated values. Between its rows 0.5 %.
     ///
     /// # Errors
     /// [`OutsideDiscTable`] for a radius over thickness outside [`BondedDisc::ASPECTS`].
@@ -278,13 +278,17 @@ struct TableRow {
     pressures: [f64; 11],
 }
 
-/// The table with its source and its error in its head.
-const TABLE: &str = include_str!("tables/solved_p3_layer.csv");
+/// The tables, each with its source and its error in its head.
+const TABLES: [&str; 2] = [
+    include_str!("tables/solved_p3_layer.csv"),
+    include_str!("tables/bonded_disc.csv"),
+];
 
 fn table() -> &'static [TableRow] {
     static ROWS: OnceLock<Vec<TableRow>> = OnceLock::new();
     ROWS.get_or_init(|| {
-        let lines = TABLE.lines().filter(|line| !line.starts_with('#'));
+        let lines = TABLES.into_iter().flat_map(str::lines);
+        let lines = lines.filter(|line| !line.starts_with('#'));
         lines.filter_map(parse).collect()
     })
 }
@@ -322,7 +326,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_read_whole() {
-        assert_eq!(table().len(), 40);
+    fn the_tables_are_read_whole() {
+        assert_eq!(table().len(), 40 + 12);
     }
 }
