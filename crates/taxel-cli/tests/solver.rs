@@ -105,10 +105,16 @@ fn an_unknown_case_is_answered_with_those_there_are() {
 #[test]
 fn a_device_without_finite_elements_says_so() {
     let load = ["--mechanics", "fem", "--load", "fz=1 mN"];
-    let arguments = [&["predict", "three-axis-8x8"], &load[..]].concat();
-    let sentence =
-        "a three_axis_capacitor has no mechanics by finite elements; use --mechanics closed-form";
-    refused(&arguments, &[sentence]);
+    for (sensor, sentence) in [
+        ("three-axis-8x8", "suspension.stiffness is typed in"),
+        (
+            "piezo-1.5mm",
+            "this kind of device has no mechanics by finite elements",
+        ),
+    ] {
+        let arguments = [&["predict", sensor], &load[..]].concat();
+        refused(&arguments, &[sentence, "--mechanics closed-form"]);
+    }
 }
 
 /// A stiffness from the drawing is solved; the answer is near that of the table.

@@ -129,12 +129,9 @@ fn mechanics(arguments: &Predict, sensor: &Sensor) -> Result<Box<dyn Predictor>,
             let element = sensor.element.key();
             Stop::WrongInput(NoModel { element }.to_string())
         }),
-        Mechanics::Fem => device.field_predictor().ok_or_else(|| {
-            Stop::WrongInput(format!(
-                "a {} has no mechanics by finite elements; use --mechanics closed-form",
-                sensor.element.key()
-            ))
-        }),
+        Mechanics::Fem => device
+            .field_predictor()
+            .map_err(|reason| Stop::WrongInput(reason.to_string())),
     }
 }
 

@@ -36,7 +36,14 @@ pub struct BumpBlock {
     pub bump: f64,
     /// Half side of the bump at its base and at its flat top.
     pub bump_half: [f64; 2],
+    /// True if a block like this one follows on each side along x, all of one piece; then the
+    /// outer face across x is that of the last block.
+    pub in_row: bool,
 }
+
+/// Cavities of the quarter that is solved: of the block itself, and of the next one in a row
+/// the near and the far one.
+const CAVITIES: [&str; 3] = ["gap", "near", "far"];
 
 /// What holds the outer faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +95,8 @@ pub struct BlockResponse {
     pub closing: f64,
     /// Largest closing anywhere in the cavity over the mean.
     pub hottest: f64,
+    /// In a row: mean closing of the near and of the far cavity of the next block, m/N.
+    pub beside: Option<[f64; 2]>,
     /// Number of unknowns.
     pub unknowns: usize,
 }
@@ -124,7 +133,8 @@ impl BumpBlock {
             self.cavity[1],
             self.half,
         ];
-        let across = || Axis::new(&marks, &division.across.map(Grading::Uniform));
+        let across = Axis::new(&marks, &division.across.map(Grading::Uniform))?;
+        let along = self.along(&marks, &division.across)?;
         let [lower, upper, bump] = division.upward.map(Grading::Uniform);
         let thin = Grading::Uniform(1);
         let floor = -self.air;
@@ -142,30 +152,67 @@ impl BumpBlock {
         let up = Axis::new(&heights, &[lower, thin, thin, thin, thin, upper, bump])?;
         let within = |x: f64, [low, high]: [f64; 2]| low < x && x < high;
         let part = |[x, y, z]: [f64; 3]| {
-            let under_plate = within(x, self.plate) && within(y, self.plate);
+            let (x, centre) = self.across_axis(x);
+            let under_plate = within(x.abs(), self.plate) && within(y, self.plate);
             let plates = [
                 [below - self.plate_thickness, below],
                 [0.0, self.plate_thickness],
             ];
-            if z > self.upper && (x > middle || y > middle) {
+            let in_cavity = within(x.abs(), self.cavity) && within(y, self.cavity);
+            if z > self.upper && (x.abs() > middle || y > middle) {
                 Part::Void("beside")
-            } else if within(z, [floor, 0.0]) && within(x, self.cavity) && within(y, self.cavity) {
-                Part::Void("gap")
+            } else if within(z, [floor, 0.0]) && in_cavity {
+                Part::Void(match (centre > 0.0, x < 0.0) {
+                    (false, _) => CAVITIES[0],
+                    (true, true) => CAVITIES[1],
+                    (true, false) => CAVITIES[2],
+                })
             } else if under_plate && plates.iter().any(|plate| within(z, *plate)) {
                 Part::Region("stiff")
             } else {
                 Part::Region("soft")
             }
         };
-        let mut mesh = Grid3::new([across()?, across()?, up], "soft").mesh_by(&part)?;
-        // The bump narrows upward: its cells with it.
+        let mut mesh = Grid3::new([along, across, up], "soft").mesh_by(&part)?;
+        let top = self.upper + self.bump;
+        let pressed: Vec<Facet> = mesh.surfaces.get("top").map_or_else(Vec::new, |surface| {
+            let own = |facet: &&Facet| {
+                let mut nodes = mesh.facet_nodes(**facet);
+                nodes.all(|node| mesh.points[node as usize][0] <= self.half)
+            };
+            surface.iter().filter(own).copied().collect()
+        });
+        mesh.surfaces.insert("pressed".to_owned(), pressed);
+        // The bumps narrow upward: their cells with them.
         let narrow = 1.0 - self.bump_half[1] / self.bump_half[0];
         for point in &mut mesh.points {
-            let height = (point[2] - self.upper).max(0.0) / self.bump;
-            point[0] *= 1.0 - narrow * height;
-            point[1] *= 1.0 - narrow * height;
+            let factor = 1.0 - narrow * (point[2] - self.upper).max(0.0) / (top - self.upper);
+            let (x, centre) = self.across_axis(point[0]);
+            point[0] = centre + factor * x;
+            point[1] *= factor;
         }
         Ok(mesh)
+    }
+
+    /// Place along x from the axis of its block, and where that axis is.
+    fn across_axis(&self, x: f64) -> (f64, f64) {
+        let centre = if x > self.half { 2.0 * self.half } else { 0.0 };
+        (x - centre, centre)
+    }
+
+    /// Axis along x: marks and cells of the block, then those of the next one, which lie like
+    /// the block and its mirror image.
+    fn along(&self, marks: &[f64], cells: &[usize]) -> Result<Axis, MeshError> {
+        let (mut marks, mut cells) = (marks.to_vec(), cells.to_vec());
+        if self.in_row {
+            let (own, counts) = (marks.clone(), cells.clone());
+            let centre = 2.0 * self.half;
+            let back = own.iter().rev().skip(1).map(|mark| centre - mark);
+            marks.extend(back.chain(own.iter().skip(1).map(|mark| centre + mark)));
+            cells.extend(counts.iter().rev().chain(&counts));
+        }
+        let gradings: Vec<_> = cells.into_iter().map(Grading::Uniform).collect();
+        Axis::new(&marks, &gradings)
     }
 
     /// Solves the block of a soft and a stiff solid under a small force.
@@ -194,29 +241,39 @@ impl BumpBlock {
             ..Settings::default()
         };
         solver.load_to(&[size], |_, _| Continue::Yes)?;
-        let answer = self.closing(&solver);
-        let [closing, largest] =
-            answer.map_err(|error| Failure::at_start(Reason::Problem(error)))?;
+        let closing = |cavity| {
+            let answer = self.closing(&solver, cavity);
+            answer.map_err(|error| Failure::at_start(Reason::Problem(error)))
+        };
+        let [own, largest] = closing(0)?;
+        let beside = if self.in_row {
+            Some([closing(1)?[0] / size, closing(2)?[0] / size])
+        } else {
+            None
+        };
         Ok(BlockResponse {
-            closing: closing / size,
-            hottest: largest / closing,
+            closing: own / size,
+            hottest: largest / own,
+            beside,
             unknowns: solver.unknowns(),
         })
     }
 
-    /// Mean closing between the plates and largest closing in the cavity, m.
-    fn closing(&self, solver: &Solver) -> Result<[f64; 2], ProblemError> {
+    /// Mean closing between the plates and largest closing in a cavity, m.
+    fn closing(&self, solver: &Solver, cavity: usize) -> Result<[f64; 2], ProblemError> {
         let problem = solver.problem();
         let mesh = &problem.mesh;
         let moved = &solver.state().displacement;
-        let inside = |place: [f64; 3]| {
-            place[..2]
+        let inside = |[x, y, _]: [f64; 3]| {
+            let x = self.across_axis(x).0.abs();
+            [x, y]
                 .iter()
                 .all(|x| (self.plate[0]..=self.plate[1]).contains(x))
         };
         let mut mean = 0.0;
         let mut columns = BTreeMap::<[i64; 2], f64>::new();
-        for (name, sign) in [("gap.floor", 1.0), ("gap.roof", -1.0)] {
+        for (face, sign) in [("floor", 1.0), ("roof", -1.0)] {
+            let name = &format!("{}.{face}", CAVITIES[cavity]);
             let surface = problem.surface(name)?;
             let over = |facets: &[Facet]| {
                 let up = |place| [0.0, 0.0, if inside(place) { 1.0 } else { 0.0 }];
@@ -267,7 +324,7 @@ fn pose(
         problem.support("right", 0, Motion::Fixed)?;
     }
     let parameter = problem.parameter("force", Rule::Given);
-    let top = problem.surface("top")?;
+    let top = problem.surface("pressed")?;
     let pull = match force {
         TopForce::Normal => [0.0, 0.0, -1.0 / area],
         TopForce::Side => [1.0 / area, 0.0, 0.0],

@@ -60,8 +60,7 @@ impl PressedDisc {
         Ok(DiscAnswer {
             // The shear modulus is one.
             stiffness: mean / (3.0 * TRAVEL),
-            pressure: self
-                .base(&mut solver)?
+            pressure: pressures(&mut solver)?
                 .into_iter()
                 .map(|[r, pressure]| [r / self.radius, pressure / mean])
                 .collect(),
@@ -108,26 +107,26 @@ impl PressedDisc {
         }
         Ok(problem)
     }
+}
 
-    /// Distance from the axis and pressure at the nodes of the base, in their order.
-    fn base(&self, solver: &mut Solver) -> Result<Vec<[f64; 2]>, Failure> {
-        let forces = solver.evaluate()?.forces;
-        let problem = solver.problem();
-        let mesh = &problem.mesh;
-        let surface = problem
-            .surface("bottom")
-            .map_err(|error| Failure::at_start(Reason::Problem(error)))?;
-        let force = |node: u32| [0.0, forces[2 * node as usize + 1], 0.0];
-        let found = Traction::from_forces(mesh, problem.kinematics, &surface, force);
-        let at = found
-            .nodes
-            .iter()
-            .map(|&node| mesh.points[node as usize][0]);
-        let values = found.values.iter().map(|value| value[1]);
-        let mut pressures: Vec<[f64; 2]> = at.zip(values).map(|(r, p)| [r, p]).collect();
-        pressures.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        Ok(pressures)
-    }
+/// Distance from the axis and pressure at the nodes of the base, in their order.
+fn pressures(solver: &mut Solver) -> Result<Vec<[f64; 2]>, Failure> {
+    let forces = solver.evaluate()?.forces;
+    let problem = solver.problem();
+    let mesh = &problem.mesh;
+    let surface = problem
+        .surface("bottom")
+        .map_err(|error| Failure::at_start(Reason::Problem(error)))?;
+    let force = |node: u32| [0.0, forces[2 * node as usize + 1], 0.0];
+    let found = Traction::from_forces(mesh, problem.kinematics, &surface, force);
+    let at = found
+        .nodes
+        .iter()
+        .map(|&node| mesh.points[node as usize][0]);
+    let values = found.values.iter().map(|value| value[1]);
+    let mut pressures: Vec<[f64; 2]> = at.zip(values).map(|(r, p)| [r, p]).collect();
+    pressures.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    Ok(pressures)
 }
 
 impl DiscAnswer {

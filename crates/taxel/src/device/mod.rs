@@ -39,6 +39,27 @@ pub use three_axis_capacitor::{
 };
 pub use trained::{ReadingUnit, TrainedArray, TrainedPredictor};
 
+/// Why the mechanics of a device is not solved by finite elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NotSolvable {
+    /// No device of this kind is.
+    #[error("this kind of device has no mechanics by finite elements; use --mechanics closed-form")]
+    Kind,
+    /// Its stiffness does not follow from its drawing.
+    #[error(
+        "suspension.stiffness is typed in, so that nothing is left to solve by finite elements\n\
+         help: replace stiffness, tile_tilt and bump_sinking by a table suspension.from_drawing with the modulus of \
+         the elastomer, or use --mechanics closed-form"
+    )]
+    TypedIn,
+    /// Its stiffness is that of a calibration.
+    #[error(
+        "the stiffness is calibrated, so that nothing is left to solve by finite elements; use --mechanics closed-form, \
+         or leave the calibration out"
+    )]
+    Calibrated,
+}
+
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).
 pub trait Device {
     /// Rules between the keys of the sensor file that concern this element.
@@ -62,10 +83,12 @@ pub trait Device {
     /// follows ([`crate::sensor::NoModel`]).
     fn predictor(&self) -> Option<Box<dyn Predictor>>;
 
-    /// The same by finite elements of the drawing; none for a device whose
-    /// mechanics is not solved that way.
-    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
-        None
+    /// The same by finite elements of the drawing.
+    ///
+    /// # Errors
+    /// [`NotSolvable`] for a device whose mechanics is not solved that way.
+    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
+        Err(NotSolvable::Kind)
     }
 
     /// One piece of fabrication for the simulated twin; none without a

@@ -69,7 +69,7 @@ pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
 pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};
-pub use solved_unit::{BlockDivision, SolvedUnit, UnitSolution};
+pub use solved_unit::{BlockDivision, Crosstalk, SolvedUnit, UnitSolution};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use sphere_on_layer::SpherePressure;

@@ -1,7 +1,7 @@
 //! The elastic unit of P2 solved by finite elements, from its drawing.
 
 use taxel_fem::solver::failure::Failure;
-use taxel_fem::study::bump_block::{BlockSides, BumpBlock, TopForce, linear};
+use taxel_fem::study::bump_block::{BlockResponse, BlockSides, BumpBlock, TopForce, linear};
 
 pub use taxel_fem::study::bump_block::BlockDivision;
 
@@ -11,6 +11,8 @@ use super::solved_voids::NotSolved;
 /// Copper of the electrodes: Young's modulus, Pa, and Poisson's ratio. Only that it is stiff
 /// matters: at the moduli of rubber the closings do not depend on it.
 const COPPER: [f64; 2] = [117e9, 0.34];
+/// Young's modulus of the elastomer that is solved, Pa: closings times modulus do not depend on it.
+const SOFT: f64 = 1e6;
 
 /// A unit under forces on the flat top of its bump, by linear elasticity; times Young's
 /// modulus of the elastomer.
@@ -73,6 +75,19 @@ impl SolvedUnit {
     }
 }
 
+/// What a force on one unit of a row does to the next one, whose elastomer is of one piece with
+/// it, by linear elasticity: mean closing of the near and of the far cavities of the neighbour over
+/// that of the pressed unit on the same side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crosstalk {
+    /// Under a normal force: near, far.
+    pub normal: [f64; 2],
+    /// Under a side force along the row: near, far.
+    pub side: [f64; 2],
+    /// Unknowns of the larger solution.
+    pub unknowns: usize,
+}
+
 impl UnitDrawing {
     /// Solves a quarter of the unit under a normal and under a side force on the flat top of
     /// its bump, with hexahedra of quadratic displacement and linear pressure.
@@ -80,6 +95,44 @@ impl UnitDrawing {
     /// # Errors
     /// [`NotSolved`] when the lengths make no unit, or the solution fails.
     pub fn solve(&self, solution: &UnitSolution) -> Result<SolvedUnit, NotSolved> {
+        let solve = |force| self.response(solution, force, false);
+        let (normal, side) = (solve(TopForce::Normal)?, solve(TopForce::Side)?);
+        Ok(SolvedUnit {
+            c_zz: SOFT * normal.closing,
+            // The other side opens as much.
+            c_xx: 2.0 * SOFT * side.closing,
+            hot: [normal.hottest, side.hottest],
+            unknowns: normal.unknowns.max(side.unknowns),
+        })
+    }
+
+    /// Solves three units in a row, of which the middle one is pressed: cut out as one piece, or
+    /// with mirror images beside it.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when the lengths make no unit, or the solution fails.
+    pub fn crosstalk(&self, solution: &UnitSolution) -> Result<Crosstalk, NotSolved> {
+        let solve = |force| {
+            let response = self.response(solution, force, true)?;
+            let beside = response.beside.unwrap_or([f64::NAN; 2]);
+            let over = beside.map(|closing| closing / response.closing);
+            Ok::<_, NotSolved>((over, response.unknowns))
+        };
+        let (normal, unknowns) = solve(TopForce::Normal)?;
+        let (side, also) = solve(TopForce::Side)?;
+        Ok(Crosstalk {
+            normal,
+            side,
+            unknowns: unknowns.max(also),
+        })
+    }
+
+    fn response(
+        &self,
+        solution: &UnitSolution,
+        force: TopForce,
+        in_row: bool,
+    ) -> Result<BlockResponse, NotSolved> {
         let half = |length: f64| 0.5 * length;
         let block = BumpBlock {
             half: half(solution.block),
@@ -95,27 +148,16 @@ impl UnitDrawing {
             upper: self.upper_layer,
             bump: self.bump_height,
             bump_half: [half(self.bump_base), half(self.bump_top)],
+            in_row,
         };
         let [copper, ratio] = COPPER;
-        // Rubber of 1 MPa: closings times modulus do not depend on it.
-        let modulus = 1e6;
-        let solids = [linear(modulus, solution.poisson), linear(copper, ratio)];
+        let solids = [linear(SOFT, solution.poisson), linear(copper, ratio)];
         let sides = if solution.symmetric {
             BlockSides::Symmetric
         } else {
             BlockSides::Free
         };
-        let solve = |force| {
-            let answer = block.solve(solids, sides, force, solution.division);
-            answer.map_err(|failure: Failure| NotSolved::Solver(failure.to_string()))
-        };
-        let (normal, side) = (solve(TopForce::Normal)?, solve(TopForce::Side)?);
-        Ok(SolvedUnit {
-            c_zz: modulus * normal.closing,
-            // The other side opens as much.
-            c_xx: 2.0 * modulus * side.closing,
-            hot: [normal.hottest, side.hottest],
-            unknowns: normal.unknowns.max(side.unknowns),
-        })
+        let answer = block.solve(solids, sides, force, solution.division);
+        answer.map_err(|failure: Failure| NotSolved::Solver(failure.to_string()))
     }
 }

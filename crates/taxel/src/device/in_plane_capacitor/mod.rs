@@ -7,7 +7,7 @@ mod field;
 mod predict;
 mod simulated;
 
-use super::{Device, fits};
+use super::{Device, NotSolvable, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::InPlaneCalibration;
 use crate::drawing::Drawing;
@@ -92,8 +92,8 @@ impl Device for InPlaneArray<'_> {
         Some(Box::new(InPlanePredictor::new(self)))
     }
 
-    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
-        Some(Box::new(InPlaneFieldPredictor::new(self)))
+    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
+        Ok(Box::new(InPlaneFieldPredictor::new(self)))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

@@ -9,7 +9,7 @@ mod local;
 mod predict;
 mod simulated;
 
-use super::{Device, carries};
+use super::{Device, NotSolvable, carries};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::{ChannelScale, MicrochannelCalibration, MicrochannelModel};
 use crate::drawing::Drawing;
@@ -214,8 +214,8 @@ impl Device for MicrochannelArray<'_> {
         Some(Box::new(MicrochannelPredictor::new(self)))
     }
 
-    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
-        Some(Box::new(MicrochannelFieldPredictor::new(self)))
+    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
+        Ok(Box::new(MicrochannelFieldPredictor::new(self)))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

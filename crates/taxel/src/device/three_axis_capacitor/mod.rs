@@ -6,7 +6,7 @@ mod facts;
 mod predict;
 mod simulated;
 
-use super::{Device, fits};
+use super::{Device, NotSolvable, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::Calibration;
 use crate::drawing::Drawing;
@@ -119,8 +119,8 @@ impl Device for ThreeAxisArray<'_> {
         Some(Box::new(ThreeAxisPredictor::new(self)))
     }
 
-    fn field_predictor(&self) -> Option<Box<dyn Predictor>> {
-        Some(Box::new(ThreeAxisPredictor::solving(self)?))
+    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
+        Ok(Box::new(ThreeAxisPredictor::solving(self)?))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

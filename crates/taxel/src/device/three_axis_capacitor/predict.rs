@@ -1,9 +1,12 @@
 //! Force on one unit to signal, stage by stage.
 
+use super::super::NotSolvable;
 use super::ThreeAxisArray;
 use crate::device::{AXES, force_loads, number_cell, number_column};
 use crate::electronics::{Delivered, FrontEnd};
-use crate::mechanics::{Deformation, ElasticDescription, Suspension, UnitDrawing, UnitSolution};
+use crate::mechanics::{
+    Crosstalk, Deformation, ElasticDescription, Suspension, UnitDrawing, UnitSolution,
+};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::{Response, TileEdges, UnitModel};
@@ -91,6 +94,8 @@ struct ToSolve {
     elastic: ElasticDescription,
     drawing: UnitDrawing,
     solution: UnitSolution,
+    /// True if a unit has a neighbour along a row.
+    in_row: bool,
 }
 
 impl ThreeAxisPredictor {
@@ -107,15 +112,18 @@ impl ThreeAxisPredictor {
         }
     }
 
-    /// The same whose stiffness is solved by finite elements; `None` where it is typed in or
-    /// calibrated.
-    pub fn solving(array: &ThreeAxisArray<'_>) -> Option<Self> {
+    /// The same whose stiffness is solved by finite elements.
+    ///
+    /// # Errors
+    /// [`NotSolvable`] where it is typed in or calibrated.
+    pub fn solving(array: &ThreeAxisArray<'_>) -> Result<Self, NotSolvable> {
         let element = array.element;
-        let elastic = element.suspension.from_drawing?;
         if !element.calibrated.is_empty() {
-            return None;
+            return Err(NotSolvable::Calibrated);
         }
-        Some(Self {
+        let from_drawing = element.suspension.from_drawing;
+        let elastic = from_drawing.ok_or(NotSolvable::TypedIn)?;
+        Ok(Self {
             to_solve: Some(ToSolve {
                 elastic,
                 drawing: element.unit_drawing(),
@@ -123,6 +131,7 @@ impl ThreeAxisPredictor {
                     block: array.layout().pitch[0],
                     ..UnitSolution::default()
                 },
+                in_row: array.layout().columns > 1,
             }),
             ..Self::new(array)
         })
@@ -211,6 +220,17 @@ fn remark(array: &ThreeAxisArray<'_>) -> String {
     format!("{capacitance}; {stiffness}")
 }
 
+/// Closings of the neighbour in a row.
+fn in_words(found: &Crosstalk) -> String {
+    let percent = |[near, far]: [f64; 2]| format!("{:+.1} and {:+.1} %", 100.0 * near, 100.0 * far);
+    format!(
+        "; the near and the far plates of a neighbour in the row close by {} of its closing under a normal force, and \
+         by {} of that of its near side under a force along the row",
+        percent(found.normal),
+        percent(found.side)
+    )
+}
+
 const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
 /// The force on a taxel, at most this much along each axis, N.
 static LOADS: [LoadColumn; 3] = force_loads(1e3);
@@ -232,13 +252,20 @@ impl Predictor for ThreeAxisPredictor {
             .drawing
             .solve(&unit.solution)
             .map_err(|failure| failure.to_string())?;
-        progress(1.0);
+        progress(if unit.in_row { 0.3 } else { 1.0 });
+        let beside = if unit.in_row {
+            let found = unit.drawing.crosstalk(&unit.solution);
+            progress(1.0);
+            in_words(&found.map_err(|failure| failure.to_string())?)
+        } else {
+            String::new()
+        };
         let compliance = solved.in_place_of(&table);
         self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &compliance);
         let over = |solved: f64, table: f64| 100.0 * (solved / table - 1.0);
         Ok(Some(format!(
             "{}; solved with {} unknowns: closing per normal force {:+.1} % and per side force {:+.1} % off the \
-             table, error 2 %",
+             table, error 2 %{beside}",
             self.remark,
             solved.unknowns,
             over(solved.c_zz, table.c_zz),
