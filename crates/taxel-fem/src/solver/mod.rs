@@ -2,7 +2,10 @@
 
 mod control;
 pub mod failure;
+pub mod linear;
 mod memory;
 pub mod newton;
 mod small;
 pub mod stress;
+mod unsymmetric;
+pub mod volume;
