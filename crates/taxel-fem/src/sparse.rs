@@ -195,6 +195,16 @@ pub struct Cholesky {
     definiteness: Definiteness,
 }
 
+impl Cholesky {
+    /// Number of negative eigenvalues of the last matrix.
+    pub(crate) fn negative_eigenvalues(&self) -> usize {
+        match (&self.indefinite, self.definiteness) {
+            (Some(other), Definiteness::Indefinite) => other.negative(),
+            _ => 0,
+        }
+    }
+}
+
 impl Factorisation for Cholesky {
     fn analyse(pattern: &Pattern) -> Result<Self, LinearError> {
         let analysis = Analysis::of(pattern);

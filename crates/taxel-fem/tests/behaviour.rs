@@ -8,7 +8,8 @@ use taxel_fem::mesh::{Axis, Grid2};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Cavity, Contact, DeadLoad, Motion, Obstacle, Problem, ProblemError, Quantity, Rule, Shape,
+    Cavity, Contact, DeadLoad, FreeMotion, Motion, Obstacle, Parameter, Pressure, Problem,
+    ProblemError, Quantity, Rule, Shape,
 };
 use taxel_fem::solver::failure::Reason;
 use taxel_fem::solver::newton::{Continue, Solver};
@@ -261,7 +262,9 @@ fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
     let failure = Solver::new(loose).err().unwrap();
     assert_eq!(
         failure.reason,
-        Reason::Problem(ProblemError::NotFixed(0)),
+        Reason::Problem(ProblemError::NotFixed(FreeMotion::Translation([
+            1.0, 0.0, 0.0
+        ]))),
         "{failure}"
     );
 
@@ -318,4 +321,105 @@ fn a_dead_load_and_its_control_by_force_agree() {
     let mut by_motion = pose(Rule::Prescribes(Quantity::Displacement(top, 1)));
     by_motion.load_to(&[0.4], |_, _| Continue::Yes).unwrap();
     assert!((by_motion.state().parameters[0] - nominal).abs() < 1e-8);
+}
+
+#[test]
+fn wrong_input_is_refused_with_what_is_wrong() {
+    let refused = |change: &dyn Fn(&mut Problem)| -> String {
+        let mut problem = rectangle([1.0, 1.0], [1, 1]);
+        problem.clamp("bottom").unwrap();
+        change(&mut problem);
+        match Solver::new(problem) {
+            Ok(_) => panic!("not refused"),
+            Err(failure) => failure.to_string(),
+        }
+    };
+    let surplus = refused(&|problem| problem.materials.push(RUBBER));
+    assert!(
+        surplus.contains("2 materials") && surplus.contains("rubber"),
+        "{surplus}"
+    );
+    let negative = refused(&|problem| {
+        problem.materials[0].volumetric = Volumetric::Quadratic(-1.0);
+    });
+    assert!(negative.contains("bulk modulus"), "{negative}");
+    let nothing = refused(&|problem| {
+        let parameter = problem.parameter("push", Rule::Given);
+        let surface = Vec::new();
+        problem.pressures.push(Pressure { surface, parameter });
+    });
+    assert!(nothing.contains("\"push\" has no facets"), "{nothing}");
+    let both = refused(&|problem| {
+        let parameter = problem.parameter("push", Rule::Given);
+        let motion = Motion::Driven(parameter, 1.0);
+        problem.support("left", 1, motion).unwrap();
+    });
+    assert!(
+        both.contains("contradict") && both.contains("\"push\""),
+        "{both}"
+    );
+    let unknown = refused(&|problem| {
+        problem.supports[0].motion = Motion::Driven(Parameter(3), 1.0);
+    });
+    assert!(unknown.contains("no parameter number 3"), "{unknown}");
+
+    let mut flat = rectangle([1.0, 1.0], [1, 1]);
+    let error = flat.support("left", 2, Motion::Fixed).unwrap_err();
+    assert!(error.to_string().contains("no component 2"), "{error}");
+
+    let mut held = rectangle([1.0, 1.0], [1, 1]);
+    held.clamp("bottom").unwrap();
+    held.parameter("idle", Rule::Given);
+    let mut solver = Solver::new(held).unwrap();
+    for (targets, word) in [
+        (vec![], "0 targets"),
+        (vec![1.0, 2.0], "2 targets"),
+        (vec![f64::NAN], "NaN"),
+    ] {
+        let failure = solver.load_to(&targets, |_, _| Continue::Yes).unwrap_err();
+        assert!(failure.to_string().contains(word), "{failure}");
+    }
+}
+
+#[test]
+fn a_body_that_can_turn_is_refused_with_the_point_about_which_it_turns() {
+    let mut hinged = rectangle([2.0, 1.0], [2, 1]);
+    hinged.mesh.node_sets.insert("hinge".into(), vec![0]);
+    let hinge = hinged.mesh.points[0];
+    hinged.clamp("hinge").unwrap();
+    let failure = Solver::new(hinged).err().unwrap();
+    let Reason::Problem(ProblemError::NotFixed(FreeMotion::Rotation { axis, through })) =
+        failure.reason
+    else {
+        panic!("{failure}");
+    };
+    assert!((axis[2].abs() - 1.0).abs() < 1e-12);
+    assert!(
+        (0..2).all(|d| (through[d] - hinge[d]).abs() < 1e-9),
+        "{through:?}"
+    );
+}
+
+#[test]
+fn a_light_load_has_the_slope_of_rest() {
+    // A cell as slender as those at corners, under a load far below any other rounding.
+    let mut problem = rectangle([100.0, 1.0], [50, 4]);
+    problem.clamp("bottom").unwrap();
+    let push = problem.parameter("push", Rule::Given);
+    let surface = problem.surface("top").unwrap();
+    problem.pressures.push(Pressure {
+        surface,
+        parameter: push,
+    });
+    let mut solver = Solver::new(problem).unwrap();
+    let corner = solver.problem().mesh.nodes_of("top").unwrap()[0] as usize;
+    let slope = solver.linear_response(push).unwrap().displacement[corner];
+    solver.load_to(&[1e-9], |_, _| Continue::Yes).unwrap();
+    let moved = solver.state().displacement[corner];
+    for d in 0..2 {
+        assert!(
+            (moved[d] * 1e9 / slope[d] - 1.0).abs() < 1e-5,
+            "{moved:?} {slope:?}"
+        );
+    }
 }

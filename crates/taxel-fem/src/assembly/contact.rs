@@ -2,10 +2,14 @@
 
 use super::friction::{Friction, friction};
 use super::system::{Assembled, System};
+use super::unsymmetric::Slot;
 use crate::assembly::state::State;
 use crate::mesh::Facet;
 use crate::problem::contact::{Anchor, ContactState, Gap};
 use crate::problem::{Contact, Obstacle, Pairing, Problem, Walls};
+
+/// Gap over the accepted overlap at which a point counts as touching.
+const TOUCHING: f64 = 1e-6;
 
 /// A contact point of a surface against an obstacle.
 struct ContactPoint<'p> {
@@ -77,12 +81,16 @@ impl System {
         self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
             let gap = obstacle.shape.gap(point.place, shift);
             let pressure = contact.multiplier(point.number) - obstacle.stiffness * gap.distance;
-            if pressure <= 0.0 {
+            // A body that just touches is held there before it is pressed.
+            let touching = TOUCHING * obstacle.stiffness * obstacle.overlap_limit;
+            if pressure < -touching {
                 return;
             }
+            let pressure = pressure.max(0.0);
             let area = point.area;
             out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
-            let rubbing = rub(obstacle, contact, point, (&gap, shift));
+            out.rounding += rounding(obstacle.stiffness, area, point.place);
+            let rubbing = rub(obstacle, contact, point, (&gap, shift), pressure);
             let bend = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
                     area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
@@ -97,7 +105,35 @@ impl System {
             if let Some((direction, parameter)) = obstacle.travel {
                 self.travel(point, direction, parameter.0, (&push, &bend), out);
             }
+            if rubbing.sliding != [0.0; 3] {
+                // The bound of a point that slides follows its pressure.
+                let slope = obstacle.friction * obstacle.stiffness;
+                let forces = self.along(obstacle, point, rubbing.sliding.map(|d| area * d));
+                let motion = self.along(obstacle, point, gap.normal.map(|n| -slope * n));
+                out.add_unsymmetric(&forces, &motion);
+            }
         });
+    }
+
+    /// A vector at a contact point over the nodes of its facet and the travel of its obstacle.
+    fn along(
+        &self,
+        obstacle: &Obstacle,
+        point: &ContactPoint<'_>,
+        vector: [f64; 3],
+    ) -> Vec<(Slot, f64)> {
+        let mut slots = Vec::new();
+        for (&node, value) in point.nodes.iter().zip(point.values) {
+            for i in 0..self.unknowns.components() {
+                let slot = self.slot(node, i);
+                slots.extend(slot.map(|(slot, factor)| (slot, factor * value * vector[i])));
+            }
+        }
+        if let Some((direction, parameter)) = obstacle.travel {
+            let travel: f64 = (0..3).map(|d| vector[d] * direction[d]).sum();
+            slots.push((Slot::Parameter(parameter.0), -travel));
+        }
+        slots
     }
 
     /// Adds a force on a contact point with its derivative by the place.
@@ -158,6 +194,11 @@ impl System {
             if energy.pressure <= 0.0 {
                 continue;
             }
+            out.rounding += rounding(
+                walls.stiffness,
+                point.weight,
+                places[point.nodes[0] as usize],
+            );
             for (n, &node) in point.nodes.iter().enumerate() {
                 for i in 0..components {
                     out.forces[node as usize * components + i] += point.difference[n]
@@ -213,7 +254,7 @@ impl System {
                     let pressure =
                         (contact.multiplier(point.number) - obstacle.stiffness * distance).max(0.0);
                     let traction = if pressure > 0.0 {
-                        rub(obstacle, contact, point, (&gap, shift)).traction
+                        rub(obstacle, contact, point, (&gap, shift), pressure).traction
                     } else {
                         [0.0; 3]
                     };
@@ -226,38 +267,8 @@ impl System {
         probe
     }
 
-    /// Renews the bounds of friction from the pressures found; gives the greatest change
-    /// as a share of the greatest bound.
-    pub(crate) fn renew_bounds(&self, problem: &Problem, state: &mut State) -> f64 {
-        let (mut change, mut greatest) = (0.0_f64, f64::MIN_POSITIVE);
-        self.each_anchor(problem, state, &mut |touch| {
-            let place = touch.old?.place;
-            let bound = touch.bound;
-            change = change.max((bound - touch.old?.bound).abs());
-            greatest = greatest.max(bound);
-            Some(Anchor { place, bound })
-        });
-        change / greatest
-    }
-
-    /// Notes where the points of rough obstacles rest, after a step has converged.
+    /// Notes where the touching points of rough obstacles rest, after a step has converged.
     pub(crate) fn anchor(&self, problem: &Problem, state: &mut State) {
-        self.each_anchor(problem, state, &mut |touch| {
-            let place = touch.old.map_or(touch.here, |old| {
-                friction(&touch.gap, touch.here, old, touch.stiffness).anchor
-            });
-            let bound = touch.bound;
-            Some(Anchor { place, bound })
-        });
-    }
-
-    /// Sets the anchors of all touching points of rough obstacles.
-    fn each_anchor(
-        &self,
-        problem: &Problem,
-        state: &mut State,
-        set: &mut dyn FnMut(&Touch) -> Option<Anchor>,
-    ) {
         let places = state.places(&problem.mesh);
         for (number, contact) in problem.contacts.iter().enumerate() {
             let Contact::Obstacle(obstacle) = contact else {
@@ -272,14 +283,13 @@ impl System {
             self.each_contact_point(problem, &obstacle.surface, &places, &mut |point| {
                 let gap = obstacle.shape.gap(point.place, shift);
                 let pressure = old.multiplier(point.number) - obstacle.stiffness * gap.distance;
-                let touch = Touch {
-                    gap,
-                    stiffness: obstacle.stiffness,
-                    here: std::array::from_fn(|d| point.place[d] - shift[d]),
-                    old: old.anchor(point.number),
-                    bound: obstacle.friction * pressure,
+                let here = std::array::from_fn(|d| point.place[d] - shift[d]);
+                let bound = obstacle.friction * pressure;
+                let anchor = || match old.anchor(point.number) {
+                    Some(old) => friction(&gap, here, old, obstacle.stiffness, bound).anchor,
+                    None => here,
                 };
-                anchors.push(if pressure > 0.0 { set(&touch) } else { None });
+                anchors.push((pressure > 0.0).then(|| Anchor { place: anchor() }));
             });
             state.contacts[number].anchors = anchors;
         }
@@ -292,24 +302,21 @@ fn rub(
     contact: &ContactState,
     point: &ContactPoint<'_>,
     (gap, shift): (&Gap, [f64; 3]),
+    pressure: f64,
 ) -> Friction {
     contact
         .anchor(point.number)
         .map_or_else(Friction::default, |anchor| {
             let here = std::array::from_fn(|d| point.place[d] - shift[d]);
-            friction(gap, here, anchor, obstacle.stiffness)
+            let bound = obstacle.friction * pressure;
+            friction(gap, here, anchor, obstacle.stiffness, bound)
         })
 }
 
-/// A point that touches a rough obstacle.
-struct Touch {
-    gap: Gap,
-    stiffness: f64,
-    /// Place in the frame of the obstacle.
-    here: [f64; 3],
-    old: Option<Anchor>,
-    /// Greatest traction by the pressure found.
-    bound: f64,
+/// Energy of the rounding of a place against a contact of this stiffness.
+fn rounding(stiffness: f64, area: f64, place: [f64; 3]) -> f64 {
+    let far = place.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    0.5 * stiffness * area * (far * f64::EPSILON).powi(2)
 }
 
 /// Travel of an obstacle so far.
@@ -335,6 +342,8 @@ pub struct ContactProbe {
     pub at: Vec<[f64; 3]>,
     /// Deepest overlap of points that a multiplier can relieve, m.
     pub overlap: f64,
+    /// Widest gap at a point that is pressed by its multiplier, m.
+    pub lifted: f64,
     /// Undeformed place of the point that hardly touches or hardly does not.
     pub doubtful: Option<[f64; 3]>,
 }
@@ -346,6 +355,9 @@ impl ContactProbe {
         self.at.push(at);
         if relieved {
             self.overlap = self.overlap.max(-gap);
+            if pressure > 0.0 {
+                self.lifted = self.lifted.max(gap);
+            }
         }
         let least = self.pressures.iter().copied().fold(0.0, f64::max) * 1e-6;
         if self.doubtful.is_none() && gap < 0.0 && pressure < least {

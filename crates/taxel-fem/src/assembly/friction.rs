@@ -9,35 +9,44 @@ pub(crate) struct Friction {
     pub traction: [f64; 3],
     /// Its derivative at a fixed bound, Pa/m: symmetric.
     pub tangent: [[f64; 3]; 3],
+    /// Its derivative by the bound: the direction in which the point slides; zero while it
+    /// sticks.
+    pub sliding: [f64; 3],
     /// Where the point would rest without traction.
     pub anchor: [f64; 3],
 }
 
 /// Friction of a point at `place` (in the frame of the obstacle): a stiff spring along
-/// the surface up to the bound, then constant.
-pub(crate) fn friction(gap: &Gap, place: [f64; 3], anchor: Anchor, stiffness: f64) -> Friction {
+/// the surface up to the bound (Pa), then constant.
+pub(crate) fn friction(
+    gap: &Gap,
+    place: [f64; 3],
+    anchor: Anchor,
+    stiffness: f64,
+    bound: f64,
+) -> Friction {
     let n = gap.normal;
     let from: [f64; 3] = std::array::from_fn(|d| place[d] - anchor.place[d]);
     let along: f64 = (0..3).map(|d| from[d] * n[d]).sum();
     let slide: [f64; 3] = std::array::from_fn(|d| from[d] - along * n[d]);
     let size = slide.iter().map(|s| s * s).sum::<f64>().sqrt();
     let flat = |i: usize, j: usize| f64::from(u8::from(i == j)) - n[i] * n[j];
-    if stiffness * size <= anchor.bound {
+    if stiffness * size <= bound {
         return Friction {
             traction: slide.map(|s| stiffness * s),
             tangent: std::array::from_fn(|i| std::array::from_fn(|j| stiffness * flat(i, j))),
+            sliding: [0.0; 3],
             anchor: anchor.place,
         };
     }
     let direction = slide.map(|s| s / size);
-    let rest = anchor.bound / stiffness;
+    let rest = bound / stiffness;
     Friction {
-        traction: direction.map(|d| anchor.bound * d),
+        traction: direction.map(|d| bound * d),
         tangent: std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                anchor.bound / size * (flat(i, j) - direction[i] * direction[j])
-            })
+            std::array::from_fn(|j| bound / size * (flat(i, j) - direction[i] * direction[j]))
         }),
+        sliding: direction,
         anchor: std::array::from_fn(|d| place[d] - rest * direction[d]),
     }
 }
@@ -54,14 +63,14 @@ mod tests {
             curvature: [[0.0; 3]; 3],
         };
         let bound = 2.0;
-        let held = |place: [f64; 3]| Anchor { place, bound };
-        let at = |x: f64| friction(&gap, [x, -0.1, 0.0], held([0.0; 3]), 10.0);
+        let held = |place: [f64; 3]| Anchor { place };
+        let at = |x: f64| friction(&gap, [x, -0.1, 0.0], held([0.0; 3]), 10.0, bound);
         assert_eq!(at(0.1).traction, [1.0, 0.0, 0.0]);
         assert_eq!(at(0.1).anchor, [0.0; 3]);
         assert_eq!(at(0.5).traction, [2.0, 0.0, 0.0]);
         assert!((at(0.5).anchor[0] - 0.3).abs() < 1e-15);
         // From its new anchor it carries the same traction.
-        let again = friction(&gap, [0.5, -0.1, 0.0], held(at(0.5).anchor), 10.0);
+        let again = friction(&gap, [0.5, -0.1, 0.0], held(at(0.5).anchor), 10.0, bound);
         assert!((again.traction[0] - 2.0).abs() < 1e-14);
     }
 }

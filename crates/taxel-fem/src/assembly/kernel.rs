@@ -22,9 +22,23 @@ use passes::ROWS;
 use pulp::{Simd, WithSimd};
 
 use crate::material::Material;
-use crate::mesh::CellShape;
+use crate::mesh::{CellShape, QuadraturePoint};
 use crate::problem::Kinematics;
 use crate::scalar::{Lanes, PLACE, Scalar, Symmetric, Tensor, determinant, inverse};
+
+/// Greatest bulk over shear modulus of a solid that is taken as it is.
+const COMPRESSIBLE: f64 = 1e8;
+
+/// Slope of the volume ratio by the pressure (1/Pa) that the elimination takes: that of the solid,
+/// or that of a very stiff one where the solid keeps its volume.
+#[inline(always)]
+pub(super) fn eliminated(slope: f64, shear: f64, elimination: f64) -> f64 {
+    if slope * shear * COMPRESSIBLE >= 1.0 {
+        slope
+    } else {
+        slope.max(1.0 / (elimination * shear))
+    }
+}
 
 /// Usual bulk over shear modulus of the elimination where the solid keeps its volume.
 pub const ELIMINATION_RATIO: f64 = 1e5;
@@ -47,8 +61,8 @@ pub struct Memory<'a> {
 pub struct CellInput<'a> {
     /// Reference places of the nodes.
     pub reference: &'a [[f64; 3]],
-    /// Present places of the nodes.
-    pub current: &'a [[f64; 3]],
+    /// Displacements of the nodes.
+    pub displacement: &'a [[f64; 3]],
     /// Pressure unknowns (mean stress, tension positive), Pa.
     pub pressure: [f64; MAX_PRESSURES],
     /// The solid.
@@ -57,6 +71,28 @@ pub struct CellInput<'a> {
     pub memory: Option<Memory<'a>>,
     /// Bulk over shear modulus of the elimination where the solid keeps its volume.
     pub elimination: f64,
+}
+
+/// Points of integration of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Points {
+    /// As many as its stiffness needs.
+    Usual,
+    /// More, with its corners.
+    Closed,
+    /// Many, with its corners.
+    Finest,
+}
+
+impl Points {
+    /// The next finer ones.
+    #[must_use]
+    pub fn finer(self) -> Self {
+        match self {
+            Self::Usual => Self::Closed,
+            Self::Closed | Self::Finest => Self::Finest,
+        }
+    }
 }
 
 /// The cell turned inside out at a quadrature point.
@@ -74,6 +110,7 @@ pub struct Inverted {
 /// a wide register holds; what belongs to a column is kept together.
 pub struct Kernel {
     shape: CellShape,
+    rule: Points,
     kinematics: Kinematics,
     points: usize,
     nodes: usize,
@@ -102,6 +139,8 @@ pub struct Kernel {
     pub pressure_shift: [f64; MAX_PRESSURES],
     /// Energy of shape change, J (or J/m).
     pub energy: f64,
+    /// Energy that the rounding of the last evaluation is worth, J (or J/m).
+    pub rounding: f64,
 }
 
 /// States of points for the passes over nodes.
@@ -121,9 +160,14 @@ type Moduli = [[Lanes; 9]; 6];
 const ZERO: Lanes = Lanes([0.0; Lanes::COUNT]);
 
 impl Kernel {
-    /// Tables for a shape of cell.
-    pub fn new(shape: CellShape, kinematics: Kinematics) -> Self {
-        let (nodes, points) = (shape.node_count(), shape.quadrature().len());
+    /// Tables for a shape of cell with these points of integration.
+    pub fn new(shape: CellShape, kinematics: Kinematics, rule: Points) -> Self {
+        let quadrature = match rule {
+            Points::Usual => shape.quadrature(),
+            Points::Closed => shape.closed_quadrature(false),
+            Points::Finest => shape.closed_quadrature(true),
+        };
+        let (nodes, points) = (shape.node_count(), quadrature.len());
         let columns = nodes.div_ceil(Lanes::COUNT);
         let groups = points.div_ceil(Lanes::COUNT);
         let depth = points * kinematics.directions();
@@ -135,6 +179,7 @@ impl Kernel {
         };
         let mut kernel = Self {
             shape,
+            rule,
             kinematics,
             points,
             nodes,
@@ -154,14 +199,14 @@ impl Kernel {
             blocks: vec![0.0; 6 * nodes.next_multiple_of(ROWS) * columns * Lanes::COUNT],
             pressure_shift: [0.0; MAX_PRESSURES],
             energy: 0.0,
+            rounding: 0.0,
         };
-        kernel.tabulate();
+        kernel.tabulate(&quadrature);
         kernel
     }
 
     /// Shape functions and their slopes at the quadrature points.
-    fn tabulate(&mut self) {
-        let quadrature = self.shape.quadrature();
+    fn tabulate(&mut self, quadrature: &[QuadraturePoint]) {
         let (nodes, dimension) = (self.nodes, self.shape.dimension());
         for lane in 0..self.weights.len() * Lanes::COUNT {
             // Idle lanes repeat the first point with no weight.
@@ -189,9 +234,14 @@ impl Kernel {
         }
     }
 
-    /// Shape of the cells.
-    pub fn shape(&self) -> CellShape {
-        self.shape
+    /// True for cells of this shape with these points.
+    pub fn is_of(&self, shape: CellShape, rule: Points) -> bool {
+        (self.shape, self.rule) == (shape, rule)
+    }
+
+    /// Points of integration.
+    pub fn rule(&self) -> Points {
+        self.rule
     }
 
     /// Nodal force of the last cell with the pressure eliminated: component, node.
@@ -318,32 +368,43 @@ impl Kernel {
             matrix: [[ZERO; MAX_PRESSURES]; MAX_PRESSURES],
             residual: [ZERO; MAX_PRESSURES],
         };
-        let mut energy = ZERO;
+        let (mut energy, mut measure) = (ZERO, ZERO);
+        let mut fineness = 0.0;
         let centre = input.reference[input.reference.len() - 1];
         let size = input.reference[..self.shape.corner_count()]
             .iter()
             .flat_map(|x| (0..3).map(move |d| (x[d] - centre[d]).abs()))
             .fold(0.0, f64::max);
         for group in 0..self.weights.len() {
-            let (undeformed, place) = self.map(group, input.reference);
-            let (deformed, _) = self.map(group, input.current);
+            let (undeformed, place) = self.map(group, input.reference, 1.0);
+            let (change, _) = self.map(group, input.displacement, 0.0);
             let volume = determinant(&undeformed);
-            let size_ratio = determinant(&deformed) / volume;
-            self.check(group, volume, size_ratio)?;
             let mut weight = self.weights[group] * volume;
             if self.kinematics == Kinematics::Axisymmetric {
                 weight = weight * Lanes::constant(std::f64::consts::TAU);
             }
             let inward = inverse(&undeformed, volume);
-            let back = inverse(&deformed, determinant(&deformed));
-            let mut f: Tensor<Lanes> = [[Lanes::constant(0.0); 3]; 3];
+            // From displacements, not from places: the rounding of a small change of volume
+            // is then a share of that change.
+            let mut gradient = [[ZERO; 3]; 3];
+            let (mut f, mut deformed) = (gradient, undeformed);
             for i in 0..3 {
                 for k in 0..3 {
-                    f[i][k] = deformed[i][0] * inward[0][k]
-                        + deformed[i][1] * inward[1][k]
-                        + deformed[i][2] * inward[2][k];
+                    gradient[i][k] = change[i][0] * inward[0][k]
+                        + change[i][1] * inward[1][k]
+                        + change[i][2] * inward[2][k];
+                    f[i][k] = gradient[i][k];
+                    deformed[i][k] = deformed[i][k] + change[i][k];
                 }
+                f[i][i] = f[i][i] + Lanes::constant(1.0);
             }
+            let growth = volume_growth(&gradient);
+            let size_ratio = growth + Lanes::constant(1.0);
+            self.check(group, volume, size_ratio)?;
+            if group == 0 {
+                fineness = greatest_of(&inward);
+            }
+            let back = inverse(&deformed, size_ratio * volume);
             let mut response = input.material.law.response(&f);
             if let Some(memory) = &input.memory {
                 let carried = self.carried(group, memory);
@@ -360,15 +421,16 @@ impl Kernel {
             let pressure = (0..pressures).fold(Lanes::constant(0.0), |sum, m| {
                 sum + functions[m] * Lanes::constant(input.pressure[m])
             });
+            measure = measure + weight;
             let mut asked = Lanes::constant(0.0);
             let mut slope = Lanes::constant(0.0);
-            let stiffest = 1.0 / (input.elimination * input.material.law.shear_modulus());
+            let shear = input.material.law.shear_modulus();
             for lane in 0..Lanes::COUNT {
-                let (ratio, derivative) = input.material.volumetric.volume_ratio(pressure.0[lane]);
-                asked.0[lane] = ratio;
-                slope.0[lane] = derivative.max(stiffest);
+                let (growth, derivative) = input.material.volumetric.growth(pressure.0[lane]);
+                asked.0[lane] = growth;
+                slope.0[lane] = eliminated(derivative, shear, input.elimination);
             }
-            let excess = (size_ratio - asked) * weight;
+            let excess = (growth - asked) * weight;
             slope = slope * weight;
             energy = energy + response.energy * weight;
             for m in 0..pressures {
@@ -397,13 +459,15 @@ impl Kernel {
             }
         }
         self.energy = sum(energy);
+        self.rounding = rounding(input, sum(measure), fineness);
         Ok(compliance)
     }
 
     /// Gradient of a place in the reference cell (third row and column by the
-    /// kinematics), and the place itself.
+    /// kinematics), and the place itself. `depth` is the third diagonal entry in plane
+    /// strain: one for places, zero for displacements.
     #[inline(always)]
-    fn map(&self, group: usize, nodes: &[[f64; 3]]) -> (Tensor<Lanes>, [Lanes; 3]) {
+    fn map(&self, group: usize, nodes: &[[f64; 3]], depth: f64) -> (Tensor<Lanes>, [Lanes; 3]) {
         let count = nodes.len();
         let values = &self.values[group * count..][..count];
         let (mut gradient, place) = match self.kinematics {
@@ -411,7 +475,7 @@ impl Kernel {
             _ => mapped::<2>(values, &self.slopes[group * count * 2..], nodes),
         };
         match self.kinematics {
-            Kinematics::PlaneStrain => gradient[2][2] = Lanes::constant(1.0),
+            Kinematics::PlaneStrain => gradient[2][2] = Lanes::constant(depth),
             Kinematics::Axisymmetric => gradient[2][2] = place[0],
             Kinematics::Solid => {}
         }
@@ -487,6 +551,33 @@ impl Kernel {
             Kinematics::Axisymmetric => sort_moduli::<2, 3>(&modulus, &turning, blocks),
         }
     }
+}
+
+/// `det(1 + h) - 1`, without the cancellation of the difference.
+#[inline(always)]
+fn volume_growth(h: &Tensor<Lanes>) -> Lanes {
+    let minor = |i: usize, j: usize| h[i][i] * h[j][j] - h[i][j] * h[j][i];
+    let trace = h[0][0] + h[1][1] + h[2][2];
+    trace + (minor(0, 1) + minor(1, 2) + minor(0, 2)) + determinant(h)
+}
+
+/// Greatest entry of a tensor at the first of some points.
+#[inline(always)]
+fn greatest_of(tensor: &Tensor<Lanes>) -> f64 {
+    let entries = tensor.iter().flatten();
+    entries.fold(0.0, |most: f64, entry| most.max(entry.0[0].abs()))
+}
+
+/// Energy of what rounding does to a cell of this volume: `1/2 G V e^2` for the shape, of
+/// which `e` is the rounding of a number near one, and `1/2 K V e_v^2` for the volume, of
+/// which `e_v` is that of the gradient of the displacement. `fineness` is the gradient of the
+/// reference in the undeformed place, 1/m.
+fn rounding(input: &CellInput<'_>, volume: f64, fineness: f64) -> f64 {
+    let moved = input.displacement.iter().flatten();
+    let most = moved.fold(0.0, |most: f64, u| most.max(u.abs()));
+    let shear = input.material.law.shear_modulus();
+    let of_volume = most * fineness * f64::EPSILON;
+    0.5 * volume * shear * (f64::EPSILON.powi(2) + input.elimination * of_volume * of_volume)
 }
 
 /// Gradient and place by the values and slopes of the functions of the nodes.

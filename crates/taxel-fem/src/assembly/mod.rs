@@ -6,3 +6,4 @@ mod friction;
 pub mod kernel;
 pub mod state;
 pub mod system;
+pub mod unsymmetric;

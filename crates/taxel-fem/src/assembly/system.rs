@@ -1,7 +1,10 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
 use super::dofs::Unknowns;
-use super::kernel::{CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES};
+use super::kernel::{
+    CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES, Points, eliminated,
+};
+use super::unsymmetric::{FreeEdge, Unsymmetric, free_edges};
 use crate::assembly::state::State;
 use crate::mesh::{Facet, FacetShape};
 use crate::problem::load::FacetTable;
@@ -37,11 +40,13 @@ pub struct System {
     first_place: Vec<u32>,
     facets: Vec<FacetTable>,
     /// Parameter and factor that drive a component of a node.
-    driven: Vec<Option<(usize, f64)>>,
+    pub(super) driven: Vec<Option<(usize, f64)>>,
     /// Places in the matrix of each contact point's nodes, contact by contact.
     pub(super) contact_places: Vec<Vec<Vec<u32>>>,
     /// Places of the nodes of loaded facets, in the order pressures then cavities.
     facet_places: Vec<Vec<Vec<u32>>>,
+    /// Free edges of loaded surfaces, in the same order.
+    free_edges: Vec<Vec<FreeEdge>>,
     /// Values that nobody needs any more.
     spare: Vec<f64>,
     /// Bulk over shear modulus of the elimination where a solid keeps its volume.
@@ -63,6 +68,10 @@ pub struct Assembled {
     pub along: Vec<f64>,
     /// Change of these forces with the parameters at fixed unknowns.
     pub cross: Vec<Vec<f64>>,
+    /// The part of the tangent that is not symmetric.
+    pub unsymmetric: Unsymmetric,
+    /// Change of each force along a parameter with the unknowns, beyond its coupling.
+    pub force_slopes: Vec<Vec<(usize, f64)>>,
     /// Volumes of the cavities.
     pub volumes: Vec<f64>,
     /// Change of each volume with the unknowns.
@@ -72,6 +81,8 @@ pub struct Assembled {
     recovery: Vec<Lanes>,
     /// Energy of shape change and of contact, J (J/m in plane strain).
     pub energy: f64,
+    /// Energy that rounding is worth, J (J/m in plane strain).
+    pub rounding: f64,
 }
 
 impl System {
@@ -107,7 +118,6 @@ impl System {
             |node, i| held[node as usize * components + i],
             groups,
         );
-        let mut kernels: Vec<Kernel> = Vec::new();
         let mut system = Self {
             kernel_of: Vec::new(),
             places: Vec::new(),
@@ -118,25 +128,20 @@ impl System {
             driven,
             contact_places: Vec::new(),
             facet_places: Vec::new(),
+            free_edges: Vec::new(),
             kernels: Vec::new(),
             spare: Vec::new(),
             elimination: ELIMINATION_RATIO,
             unknowns,
         };
         for cell in 0..mesh.cell_count() {
-            let shape = mesh.shape(cell);
-            let known = kernels.iter().position(|kernel| kernel.shape() == shape);
-            let number = known.unwrap_or_else(|| {
-                kernels.push(Kernel::new(shape, problem.kinematics));
-                kernels.len() - 1
-            });
-            system.kernel_of.push(number as u8);
+            let number = system.kernel_for(problem, cell, Points::Usual);
+            system.kernel_of.push(number);
             system
                 .places
                 .extend(system.unknowns.cell_places(mesh.cell(cell)));
             system.first_place.push(system.places.len() as u32);
         }
-        system.kernels = kernels;
         system.contact_places = problem
             .contacts
             .iter()
@@ -150,11 +155,52 @@ impl System {
             })
             .collect();
         let pressed = problem.pressures.iter().map(|load| &load.surface);
-        system.facet_places = pressed
+        let pressed: Vec<&Vec<Facet>> = pressed
             .chain(problem.cavities.iter().map(|cavity| &cavity.wall))
-            .map(|surface| system.facet_places(problem, surface))
             .collect();
+        let places = pressed
+            .iter()
+            .map(|surface| system.facet_places(problem, surface));
+        system.facet_places = places.collect();
+        let edges = pressed.iter().map(|surface| free_edges(mesh, surface));
+        system.free_edges = edges.collect();
         Ok(system)
+    }
+
+    /// Number of the kernel for a cell with these points of integration.
+    fn kernel_for(&mut self, problem: &Problem, cell: usize, rule: Points) -> u8 {
+        let shape = problem.mesh.shape(cell);
+        let mut known = self.kernels.iter();
+        let number = known
+            .position(|kernel| kernel.is_of(shape, rule))
+            .unwrap_or_else(|| {
+                let kernel = Kernel::new(shape, problem.kinematics, rule);
+                self.kernels.push(kernel);
+                self.kernels.len() - 1
+            });
+        // Three for each of four shapes.
+        number as u8
+    }
+
+    /// Gives cells more points of integration, those at their corners included; returns what
+    /// [`Self::restore_points`] takes back. None, and nothing done, if all of them have the most
+    /// already, or carry a memory at their points.
+    pub(crate) fn refine_points(&mut self, problem: &Problem, cells: &[usize]) -> Option<Vec<u8>> {
+        let before = self.kernel_of.clone();
+        for &cell in cells {
+            let region = problem.mesh.region_of(cell);
+            if problem.relaxations.get(region).is_some_and(Option::is_some) {
+                continue;
+            }
+            let rule = self.kernels[usize::from(self.kernel_of[cell])].rule();
+            self.kernel_of[cell] = self.kernel_for(problem, cell, rule.finer());
+        }
+        (self.kernel_of != before).then_some(before)
+    }
+
+    /// Takes back [`Self::refine_points`].
+    pub(crate) fn restore_points(&mut self, before: Vec<u8>) {
+        self.kernel_of = before;
     }
 
     fn facet_places(&self, problem: &Problem, surface: &[Facet]) -> Vec<Vec<u32>> {
@@ -204,7 +250,8 @@ impl System {
     }
 
     /// Follows a part `length` of a change of displacement with the pressures of the
-    /// cells.
+    /// cells. Gives the greatest share of its volume by which a cell then misses the volume
+    /// that its solid asks for, in the linear equations, and that cell.
     pub fn recover_pressures(
         &self,
         problem: &Problem,
@@ -212,7 +259,8 @@ impl System {
         change: &[[f64; 3]],
         length: f64,
         pressures: &mut [[f64; MAX_PRESSURES]],
-    ) {
+    ) -> (f64, usize) {
+        let mut missed = (0.0, 0);
         let mut rest = assembled.recovery.as_slice();
         for cell in 0..problem.mesh.cell_count() {
             let nodes = problem.mesh.cell(cell);
@@ -233,10 +281,22 @@ impl System {
                     }
                 }
             }
+            let material = &problem.materials[problem.mesh.region_of(cell)];
+            let (_, slope) = material.volumetric.growth(pressures[cell][0]);
+            let taken = eliminated(slope, material.law.shear_modulus(), self.elimination);
+            let mut change = 0.0;
             for m in 0..MAX_PRESSURES {
-                pressures[cell][m] += length * sums[m].0.iter().sum::<f64>();
+                let step = sums[m].0.iter().sum::<f64>();
+                pressures[cell][m] += length * step;
+                change += step.abs();
+            }
+            // What the elimination lets go of, and the solid does not.
+            let here = change * (taken - slope);
+            if here > missed.0 {
+                missed = (here, cell);
             }
         }
+        missed
     }
 
     /// Takes back the values of a matrix, for the next one: fresh memory costs more
@@ -271,10 +331,11 @@ impl System {
             couplings: vec![vec![0.0; unknowns]; parameters],
             along: vec![0.0; parameters],
             cross: vec![vec![0.0; parameters]; parameters],
+            force_slopes: vec![Vec::new(); parameters],
             pressure_shift: Vec::with_capacity(problem.mesh.cell_count()),
             ..Assembled::default()
         };
-        self.cells(problem, state, &places, tangent, &mut out)?;
+        self.cells(problem, state, tangent, &mut out)?;
         self.loads(problem, state, &places, tangent, &mut out);
         self.cavities(problem, state, &places, tangent, &mut out);
         for (number, contact) in problem.contacts.iter().enumerate() {
@@ -303,14 +364,13 @@ impl System {
         &mut self,
         problem: &Problem,
         state: &State,
-        places: &[[f64; 3]],
         tangent: bool,
         out: &mut Assembled,
     ) -> Result<(), InvertedCell> {
         let mesh = &problem.mesh;
         let components = self.unknowns.components();
         let mut reference = [[0.0; 3]; MAX_NODES];
-        let mut current = [[0.0; 3]; MAX_NODES];
+        let mut displacement = [[0.0; 3]; MAX_NODES];
         if tangent {
             let rows: usize = (0..mesh.cell_count())
                 .map(|c| mesh.cell(c).len().div_ceil(Lanes::COUNT))
@@ -321,12 +381,12 @@ impl System {
             let nodes = mesh.cell(cell);
             for (n, &node) in nodes.iter().enumerate() {
                 reference[n] = mesh.points[node as usize];
-                current[n] = places[node as usize];
+                displacement[n] = state.displacement[node as usize];
             }
             let kernel = &mut self.kernels[usize::from(self.kernel_of[cell])];
             let input = CellInput {
                 reference: &reference[..nodes.len()],
-                current: &current[..nodes.len()],
+                displacement: &displacement[..nodes.len()],
                 pressure: state.pressures[cell],
                 material: &problem.materials[mesh.region_of(cell)],
                 memory: state.memory.of(cell),
@@ -336,6 +396,7 @@ impl System {
                 .evaluate(&input, tangent)
                 .map_err(|inverted| inverted_cell(problem, cell, inverted))?;
             out.energy += kernel.energy;
+            out.rounding += kernel.rounding;
             out.pressure_shift.push(kernel.pressure_shift);
             for (n, &node) in nodes.iter().enumerate() {
                 for i in 0..components {
@@ -426,6 +487,10 @@ impl System {
                 value: state.parameters[load.parameter.0],
             };
             self.pressure(problem, places, &pressed, tangent, out, |_, _, _| {});
+            if tangent {
+                let edges = (self.free_edges[number].as_slice(), pressed.value);
+                self.add_free_edges(problem.kinematics, places, edges, out);
+            }
         }
         for load in &problem.dead_loads {
             let value = state.parameters[load.parameter.0];
@@ -459,6 +524,11 @@ impl System {
                     slopes[unknown] -= share;
                 }
             });
+            if tangent {
+                let edges = &self.free_edges[problem.pressures.len() + number];
+                let edges = (edges.as_slice(), pressed.value);
+                self.add_free_edges(problem.kinematics, places, edges, out);
+            }
             out.volume_slopes.push(slopes);
             out.volumes
                 .push(cavity.volume(&problem.mesh, problem.kinematics, places));
@@ -505,8 +575,8 @@ impl System {
                 }
             }
             if tangent {
-                // The part that does work on no closed path is symmetric; the rest
-                // cancels between neighbours and on planes of symmetry.
+                // The rest cancels between neighbours and on planes of symmetry; what is
+                // left of it at free edges is added there.
                 let of = |i: usize, a: usize, j: usize, b: usize| {
                     let (row, column) = (a * components + i, b * components + j);
                     0.5 * load.value

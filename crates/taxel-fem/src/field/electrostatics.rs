@@ -97,19 +97,56 @@ impl Electrostatics<'_> {
     fn terminal(&self, name: &str, left_out: &mut Vec<usize>) -> Result<Terminal, FieldError> {
         let mesh = self.domain.mesh;
         let region = mesh.regions.iter().position(|known| known == name);
+        let exterior = self.domain.exterior;
         let nodes = if let Some(region) = region {
-            left_out.push(region);
+            // A conductor that reaches the ball goes on outside it.
+            let images = exterior.into_iter().flat_map(|e| e.images_of(region));
+            let regions: Vec<usize> = std::iter::once(region).chain(images).collect();
+            left_out.extend(&regions);
             (0..mesh.cell_count())
-                .filter(|&cell| mesh.region_of(cell) == region)
+                .filter(|&cell| regions.contains(&mesh.region_of(cell)))
                 .flat_map(|cell| mesh.cell(cell).iter().copied())
                 .collect()
         } else {
-            named_nodes(mesh, name)?
+            let mut nodes = named_nodes(mesh, name)?;
+            if let Some(exterior) = exterior {
+                nodes.extend(exterior.continuation(self.groups(name, &nodes).into_iter()));
+            }
+            nodes
         };
         Ok(Terminal {
             name: name.to_owned(),
             nodes,
         })
+    }
+}
+
+impl Electrostatics<'_> {
+    /// Nodes of the facets of a surface; of a node set, its nodes in each side of a cell that it
+    /// has whole.
+    fn groups(&self, name: &str, nodes: &[u32]) -> Vec<Vec<u32>> {
+        let mesh = self.domain.mesh;
+        if let Some(facets) = mesh.surfaces.get(name) {
+            return facets
+                .iter()
+                .map(|&facet| mesh.facet_nodes(facet).collect())
+                .collect();
+        }
+        let mut named = vec![false; mesh.points.len()];
+        for &node in nodes {
+            named[node as usize] = true;
+        }
+        let mut groups = Vec::new();
+        for cell in 0..mesh.cell_count() {
+            let own = mesh.cell(cell);
+            for side in mesh.shape(cell).sides() {
+                let side: Vec<u32> = side.iter().map(|&local| own[usize::from(local)]).collect();
+                if side.iter().all(|&node| named[node as usize]) {
+                    groups.push(side);
+                }
+            }
+        }
+        groups
     }
 }
 

@@ -44,6 +44,8 @@ pub struct Exterior {
     pub infinity: u32,
     /// Regions of the image with the regions of the mesh that they continue.
     media: Vec<(usize, usize)>,
+    /// Nodes of the image, out to infinity, that stand on each node of the ball.
+    columns: BTreeMap<u32, Vec<u32>>,
 }
 
 impl Exterior {
@@ -51,6 +53,31 @@ impl Exterior {
     pub fn inside_of(&self, region: usize) -> Option<usize> {
         let found = self.media.iter().find(|(image, _)| *image == region);
         found.map(|&(_, inside)| inside)
+    }
+
+    /// Regions of the image that continue a region.
+    pub(super) fn images_of(&self, region: usize) -> impl Iterator<Item = usize> + '_ {
+        let media = self.media.iter();
+        media
+            .filter(move |(_, inside)| *inside == region)
+            .map(|(image, _)| *image)
+    }
+
+    /// Nodes of the image that continue a surface to infinity: those on its nodes of the ball, as
+    /// far as the surface comes to the ball from inside and does not lie on it. `groups` are the
+    /// nodes of its facets.
+    pub(super) fn continuation(&self, groups: impl Iterator<Item = Vec<u32>>) -> Vec<u32> {
+        let mut nodes = Vec::new();
+        for group in groups {
+            let on_ball = |node: &&u32| self.columns.contains_key(node);
+            if group.iter().all(|node| on_ball(&node)) {
+                continue;
+            }
+            for node in group.iter().filter(on_ball) {
+                nodes.extend(&self.columns[node]);
+            }
+        }
+        nodes
     }
 
     /// Factor on the coefficient at a position of the image.
@@ -130,6 +157,7 @@ pub fn add_exterior(
         ball,
         infinity,
         media,
+        columns: columns.0,
     })
 }
 

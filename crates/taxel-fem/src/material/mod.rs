@@ -158,16 +158,22 @@ impl Law {
 impl Volumetric {
     /// Volume ratio `J` that the mean stress `p` (tension positive, Pa) asks for, and
     /// its derivative `dJ/dp` in 1/Pa.
-    #[inline(always)]
     pub fn volume_ratio(&self, pressure: f64) -> (f64, f64) {
+        let (growth, slope) = self.growth(pressure);
+        (1.0 + growth, slope)
+    }
+
+    /// `J - 1` and `dJ/dp` in 1/Pa at a mean stress: small changes keep their digits.
+    #[inline(always)]
+    pub(crate) fn growth(&self, pressure: f64) -> (f64, f64) {
         match *self {
-            Self::Incompressible => (1.0, 0.0),
-            Self::Quadratic(bulk) => (1.0 + pressure / bulk, 1.0 / bulk),
+            Self::Incompressible => (0.0, 0.0),
+            Self::Quadratic(bulk) => (pressure / bulk, 1.0 / bulk),
             Self::Logarithmic(bulk) => {
                 // U' = K/2 (J - 1/J) = p
                 let x = pressure / bulk;
                 let root = (x * x + 1.0).sqrt();
-                (x + root, (1.0 + x / root) / bulk)
+                (x + x * x / (1.0 + root), (1.0 + x / root) / bulk)
             }
         }
     }

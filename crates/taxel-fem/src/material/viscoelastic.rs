@@ -148,6 +148,19 @@ impl History {
         &self.carried[point]
     }
 
+    /// Greatest change of `S0` from another history of the same points to this one, and the
+    /// greatest `S0` of both, Pa.
+    pub(crate) fn change_from(&self, before: &Self) -> (f64, f64) {
+        let (mut change, mut size) = (0.0_f64, 0.0_f64);
+        for (now, old) in self.elastic.iter().zip(&before.elastic) {
+            for (now, old) in now.iter().zip(old) {
+                change = change.max((now - old).abs());
+                size = size.max(now.abs()).max(old.abs());
+            }
+        }
+        (change, size)
+    }
+
     /// Ends the step at a point, once, at its deformation gradient `f`.
     ///
     /// # Panics

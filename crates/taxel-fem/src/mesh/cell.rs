@@ -49,6 +49,28 @@ const GAUSS3: [(f64, f64); 3] = [
     (0.774_596_669_241_483_4, 5.0 / 9.0),
 ];
 
+/// Gauss and Lobatto's five points, exact to degree 7.
+const LOBATTO5: [(f64, f64); 5] = [
+    (-1.0, 0.1),
+    (-0.654_653_670_707_977_1, 49.0 / 90.0),
+    (0.0, 32.0 / 45.0),
+    (0.654_653_670_707_977_1, 49.0 / 90.0),
+    (1.0, 0.1),
+];
+
+/// Nine points, exact to degree 15.
+const LOBATTO9: [(f64, f64); 9] = [
+    (-1.0, 1.0 / 36.0),
+    (-0.899_757_995_411_460_2, 0.165_495_361_560_805_5),
+    (-0.677_186_279_510_737_7, 0.274_538_712_500_161_7),
+    (-0.363_117_463_826_178_2, 0.346_428_510_973_046_3),
+    (0.0, 0.371_519_274_376_417_2),
+    (0.363_117_463_826_178_2, 0.346_428_510_973_046_3),
+    (0.677_186_279_510_737_7, 0.274_538_712_500_161_7),
+    (0.899_757_995_411_460_2, 0.165_495_361_560_805_5),
+    (1.0, 1.0 / 36.0),
+];
+
 /// Places (-1, 0, 1) of the nodes of the 27-node hexahedron in VTK's order.
 const HEX: [[i8; 3]; 27] = [
     [-1, -1, -1],
@@ -193,6 +215,21 @@ impl CellShape {
             Self::Hex27 => tensor_shapes(&HEX, 3, at),
             Self::Tri7 => simplex_shapes(2, &TRI_EDGES, &[], at),
             Self::Tet15 => simplex_shapes(3, &TET_EDGES, &TET_FACES, at),
+        }
+    }
+
+    /// Quadrature with points at the corners of the cell and more of them within, for cells whose
+    /// deformation varies strongly: an energy that grows without bound as the volume vanishes
+    /// then keeps them from turning inside out between its points. Of two such rules `finer` has
+    /// more points.
+    pub fn closed_quadrature(self, finer: bool) -> Vec<QuadraturePoint> {
+        let line: &[(f64, f64)] = if finer { &LOBATTO9 } else { &LOBATTO5 };
+        let parts = if finer { 4 } else { 2 };
+        match self {
+            Self::Quad9 => products(line, 2),
+            Self::Hex27 => products(line, 3),
+            Self::Tri7 => closed_simplex(&TRIANGLE_PARTS, &[[0, 1, 2]], parts),
+            Self::Tet15 => closed_simplex(&TETRAHEDRON_PARTS, &TET_FACES, parts),
         }
     }
 
@@ -361,6 +398,11 @@ fn simplex_shapes(
 }
 
 fn tensor_points(dimension: usize) -> Vec<QuadraturePoint> {
+    products(&GAUSS3, dimension)
+}
+
+/// Products of a rule on a line.
+fn products(line: &[(f64, f64)], dimension: usize) -> Vec<QuadraturePoint> {
     let mut points = vec![QuadraturePoint {
         at: [0.0; 3],
         weight: 1.0,
@@ -369,7 +411,7 @@ fn tensor_points(dimension: usize) -> Vec<QuadraturePoint> {
         points = points
             .into_iter()
             .flat_map(|point| {
-                GAUSS3.map(|(x, weight)| {
+                line.iter().map(move |&(x, weight)| {
                     let mut at = point.at;
                     at[d] = x;
                     QuadraturePoint {
@@ -379,6 +421,76 @@ fn tensor_points(dimension: usize) -> Vec<QuadraturePoint> {
                 })
             })
             .collect();
+    }
+    points
+}
+
+/// Parts of equal measure of a simplex by its corners and the middles of its edges (numbered
+/// behind the corners).
+const TRIANGLE_PARTS: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
+const TETRAHEDRON_PARTS: [&[usize]; 8] = [
+    &[0, 4, 6, 7],
+    &[4, 1, 5, 8],
+    &[6, 5, 2, 9],
+    &[7, 8, 9, 3],
+    &[4, 5, 6, 8],
+    &[4, 6, 7, 8],
+    &[5, 6, 8, 9],
+    &[6, 7, 8, 9],
+];
+
+/// A rule exact to degree 3 on each part of a simplex that is halved along its edges until there
+/// are `halves` parts along each: shares of the corners, the middles of the edges (in the plane)
+/// and the middles of the faces.
+fn closed_simplex(parts: &[&[usize]], faces: &[[usize; 3]], halves: usize) -> Vec<QuadraturePoint> {
+    let corners = parts[0].len();
+    let (edges, measure, shares): (&[[usize; 2]], _, _) = if corners == 3 {
+        (&TRI_EDGES, 0.5, [3.0, 8.0, 27.0])
+    } else {
+        (&TET_EDGES, 1.0 / 6.0, [1.0, 0.0, 9.0])
+    };
+    let middle = |of: &[[f64; 3]]| -> [f64; 3] {
+        std::array::from_fn(|d| of.iter().map(|x| x[d]).sum::<f64>() / of.len() as f64)
+    };
+    let corner = |k: usize| std::array::from_fn(|d| f64::from(u8::from(k == d + 1)));
+    let mut simplices: Vec<Vec<[f64; 3]>> = vec![(0..corners).map(corner).collect()];
+    for _ in 0..halves.ilog2() {
+        let halved = simplices.iter().flat_map(|whole| {
+            let mut all = whole.clone();
+            all.extend(edges.iter().map(|pair| middle(&pair.map(|k| whole[k]))));
+            parts
+                .iter()
+                .map(move |part| part.iter().map(|&k| all[k]).collect())
+        });
+        simplices = halved.collect();
+    }
+    let whole = shares[0] * corners as f64
+        + shares[1] * edges.len() as f64
+        + shares[2] * faces.len() as f64;
+    let unit = measure / simplices.len() as f64 / whole;
+    let mut points: Vec<QuadraturePoint> = Vec::new();
+    for x in &simplices {
+        let own = x.iter().map(|&x| (x, shares[0]));
+        let own = own.chain(
+            edges
+                .iter()
+                .map(|pair| (middle(&pair.map(|k| x[k])), shares[1])),
+        );
+        let own = own.chain(
+            faces
+                .iter()
+                .map(|three| (middle(&three.map(|k| x[k])), shares[2])),
+        );
+        for (at, share) in own.filter(|(_, share)| *share > 0.0) {
+            let weight = unit * share;
+            // Parts share their corners and edges.
+            let same =
+                |point: &&mut QuadraturePoint| (0..3).all(|d| (point.at[d] - at[d]).abs() < 1e-12);
+            match points.iter_mut().find(same) {
+                Some(known) => known.weight += weight,
+                None => points.push(QuadraturePoint { at, weight }),
+            }
+        }
     }
     points
 }
@@ -468,6 +580,38 @@ mod tests {
                 for (other, value) in values.iter().enumerate() {
                     let expected = f64::from(u8::from(other == node));
                     assert!((value - expected).abs() < 1e-14, "{shape:?} {node} {other}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn closed_rules_have_the_corners_and_integrate_as_far_as_they_should() {
+        for shape in ALL {
+            let simplex = matches!(shape, CellShape::Tri7 | CellShape::Tet15);
+            // Of degree 3 on parts of simplices; 7 and 15 along the edges of the others.
+            let powers: &[i32] = if simplex {
+                &[0, 1, 2, 3]
+            } else {
+                &[0, 2, 4, 6, 7]
+            };
+            for finer in [false, true] {
+                let points = shape.closed_quadrature(finer);
+                for &n in powers {
+                    let sum: f64 = points.iter().map(|p| p.weight * p.at[1].powi(n)).sum();
+                    let exact = match shape {
+                        CellShape::Tri7 => 1.0 / f64::from((n + 1) * (n + 2)),
+                        CellShape::Tet15 => 1.0 / f64::from((n + 1) * (n + 2) * (n + 3)),
+                        _ if n % 2 == 1 => 0.0,
+                        CellShape::Quad9 => 4.0 / f64::from(n + 1),
+                        CellShape::Hex27 => 8.0 / f64::from(n + 1),
+                    };
+                    // Sums of up to 729 rounded weights.
+                    assert!((sum - exact).abs() < 1e-13, "{shape:?} {n}: {sum} {exact}");
+                }
+                for corner in 0..shape.corner_count() {
+                    let at = shape.node_at(corner);
+                    assert!(points.iter().any(|p| p.at == at && p.weight > 0.0));
                 }
             }
         }

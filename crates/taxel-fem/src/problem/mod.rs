@@ -6,9 +6,11 @@
 //! has to bring about (a volume, a displacement, a force), or whether it follows a law.
 
 pub mod cavity;
+mod check;
 pub mod contact;
 mod kinematics;
 pub mod load;
+mod rigid;
 
 use crate::material::viscoelastic::Relaxation;
 use crate::material::{Material, MaterialError};
@@ -17,6 +19,7 @@ pub use cavity::{Cavity, CavityLaw};
 pub use contact::{Contact, Obstacle, Pairing, Shape, WallPoint, Walls};
 pub use kinematics::Kinematics;
 pub use load::{DeadLoad, Pressure};
+pub use rigid::FreeMotion;
 
 /// A scalar that drives loads; numbered in the order of [`Problem::parameter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -93,9 +96,6 @@ pub struct Problem {
     rules: Vec<Rule>,
 }
 
-/// Every solid has to be stable up to this stretch and down to its inverse.
-const STABLE_TO: f64 = 1.25;
-
 /// Why a problem can't be posed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProblemError {
@@ -130,9 +130,77 @@ pub enum ProblemError {
         /// Error in its constants.
         reason: MaterialError,
     },
-    /// Nothing keeps the body from moving in a direction.
-    #[error("nothing holds the body against motion in component {0}: add a support or a contact")]
-    NotFixed(usize),
+    /// More solids, or relaxations of them, than regions.
+    #[error(
+        "{found} materials or relaxations for the regions {regions}: give one for each region, in their order"
+    )]
+    SurplusMaterials {
+        /// Number given.
+        found: usize,
+        /// The regions.
+        regions: String,
+    },
+    /// Nothing keeps the body from moving as a whole.
+    #[error("nothing holds the body against {0}: add a support or a contact")]
+    NotFixed(FreeMotion),
+    /// A component of displacement that there is not.
+    #[error("there is no component {component} in {}: components are 0 to {last}", .kinematics.words())]
+    Component {
+        /// Component asked for.
+        component: usize,
+        /// Kinematics of the body.
+        kinematics: Kinematics,
+        /// The last component.
+        last: usize,
+    },
+    /// Two supports ask a component of a node for different motions.
+    #[error("supports contradict each other in component {component} of node {node} at ({:.6e}, {:.6e}, {:.6e}): it is {first} and {second}; take the node out of one of them", .place[0], .place[1], .place[2])]
+    Contradiction {
+        /// The node.
+        node: u32,
+        /// Component of its displacement.
+        component: usize,
+        /// Undeformed place.
+        place: [f64; 3],
+        /// Motion of the first support.
+        first: String,
+        /// Motion of the second.
+        second: String,
+    },
+    /// A load on no facet.
+    #[error("the surface of the {what} of parameter {parameter:?} has no facets")]
+    EmptySurface {
+        /// The load.
+        what: &'static str,
+        /// Name of its parameter.
+        parameter: String,
+    },
+    /// A number beyond the last.
+    #[error("there is no {what} number {number}: there are {count}, numbered from 0")]
+    NoSuch {
+        /// Kind of the thing.
+        what: &'static str,
+        /// Number asked for.
+        number: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Another number of targets than of parameters.
+    #[error("{found} targets for {} parameters ({}): give one for each, in their order", .parameters.len(), .parameters.join(", "))]
+    Targets {
+        /// Number of targets.
+        found: usize,
+        /// Names of the parameters.
+        parameters: Vec<String>,
+    },
+    /// A target that is no finite number.
+    #[error("the target of parameter {parameter:?} is {value}; give a finite number")]
+    NotFinite {
+        /// Name of the parameter.
+        parameter: String,
+        /// Its target.
+        value: f64,
+    },
 }
 
 impl Problem {
@@ -189,13 +257,14 @@ impl Problem {
     /// Holds or drives a component on a named surface or node set.
     ///
     /// # Errors
-    /// When the mesh has no such name.
+    /// When the mesh has no such name, or the body no such component.
     pub fn support(
         &mut self,
         name: &str,
         component: usize,
         motion: Motion,
     ) -> Result<(), ProblemError> {
+        self.check_component(component)?;
         let nodes = self
             .mesh
             .nodes_of(name)
@@ -242,35 +311,5 @@ impl Problem {
             name: name.to_owned(),
             known: known.join(", "),
         }
-    }
-
-    /// Checks what can be checked before solving.
-    ///
-    /// # Errors
-    /// When a region has no solid or the body is not held at all.
-    pub fn check(&self) -> Result<(), ProblemError> {
-        if let Some(name) = self.mesh.regions.get(self.materials.len()) {
-            return Err(ProblemError::NoMaterial(name.clone()));
-        }
-        for (region, material) in self.mesh.regions.iter().zip(&self.materials) {
-            material
-                .require_stable(1.0 / STABLE_TO, STABLE_TO)
-                .map_err(|reason| ProblemError::Unstable {
-                    region: region.clone(),
-                    reason,
-                })?;
-        }
-        for component in 0..self.kinematics.components() {
-            // The radius is held by the axis.
-            let hoop = self.kinematics == Kinematics::Axisymmetric && component == 0;
-            let held = self
-                .supports
-                .iter()
-                .any(|support| support.component == component && !support.nodes.is_empty());
-            if !hoop && !held && self.contacts.is_empty() {
-                return Err(ProblemError::NotFixed(component));
-            }
-        }
-        Ok(())
     }
 }

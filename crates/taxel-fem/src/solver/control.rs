@@ -100,11 +100,17 @@ impl Solver {
                     .map_or(Slope::None, Slope::One),
                 none,
             ),
-            Quantity::Force(parameter) => (
-                assembled.along[parameter.0],
-                Slope::Dense(assembled.couplings[parameter.0].clone()),
-                assembled.cross[parameter.0].clone(),
-            ),
+            Quantity::Force(parameter) => {
+                let mut slope = assembled.couplings[parameter.0].clone();
+                for &(number, change) in &assembled.force_slopes[parameter.0] {
+                    slope[number] += change;
+                }
+                (
+                    assembled.along[parameter.0],
+                    Slope::Dense(slope),
+                    assembled.cross[parameter.0].clone(),
+                )
+            }
             Quantity::Arc(scale) => self.arc(k, *scale, trial),
         }
     }

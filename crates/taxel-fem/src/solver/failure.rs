@@ -87,6 +87,20 @@ pub enum Reason {
         /// Undeformed place.
         place: [f64; 3],
     },
+    /// The body has no room for the volume of a cell.
+    #[error(
+        "the volume that the solid {region:?} asks for has no room: cell {cell} near ({:.6e}, {:.6e}, {:.6e}) misses it by {:.1e} of itself and does not come nearer", .place[0], .place[1], .place[2], .missed
+    )]
+    Volume {
+        /// Number of the cell.
+        cell: usize,
+        /// Name of its region.
+        region: String,
+        /// Undeformed place of its middle.
+        place: [f64; 3],
+        /// Share of its volume that is missed.
+        missed: f64,
+    },
     /// The equilibrium found under given loads is not stable.
     #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it")]
     Unstable,
@@ -129,6 +143,9 @@ impl Reason {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"
             }
             Self::Chatter { .. } => "Lower the contact stiffness or refine the touching surface",
+            Self::Volume { .. } => {
+                "The supports, contacts and cavities leave no volume to go to: free a surface, or give the solid a bulk modulus"
+            }
             Self::ControlLost => "Choose a quantity that the parameter changes",
         }
     }

@@ -2,8 +2,11 @@
 
 mod control;
 pub mod failure;
+pub mod linear;
 mod memory;
 pub mod newton;
 mod small;
 pub mod stress;
 pub mod traction;
+mod unsymmetric;
+pub mod volume;

@@ -1,7 +1,7 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
 use super::failure::{Failure, Reason};
-use super::memory::remember;
+use super::memory::{Times, held, remember};
 use super::small::{dot, solve_small};
 use crate::assembly::contact::ContactProbe;
 use crate::assembly::kernel::{ELIMINATION_RATIO, MAX_PRESSURES};
@@ -10,7 +10,9 @@ use crate::assembly::system::{Assembled, System};
 use crate::material::stability::ellipticity;
 use crate::problem::{Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
-use crate::sparse::{Cholesky, Definiteness, Factorisation, solve_checked};
+use crate::solver::unsymmetric;
+use crate::solver::volume::{Lattice, LeastVolume, least_volume};
+use crate::sparse::{Cholesky, Definiteness, Factorisation};
 
 /// Settings of the solution. The defaults suit rubber.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,8 +41,14 @@ pub struct Settings {
     /// gives up a step by `iterations` alone. For bodies that fold, where a shorter step costs less
     /// than a stalled iteration.
     pub stall_iterations: Option<usize>,
-    /// Rounds of contact multipliers and bounds of friction in a step.
+    /// Rounds of contact multipliers in a step.
     pub rounds: usize,
+    /// Accepts no state in which a cell is inside out anywhere, corners and points between those
+    /// of integration included: such a cell gets more points of integration first, and what is
+    /// then still inside out is refused. Without, the state is accepted and reported
+    /// ([`Step::least_volume`], [`Solver::least_volume_ratio`]): at a bonded corner, where the
+    /// stretch has no bound, that is often as good elsewhere, and goes further.
+    pub whole_cells: bool,
     /// Under given loads only stable equilibria are accepted: beyond a limit point the
     /// iteration may find another one far away.
     pub stable: bool,
@@ -63,6 +71,7 @@ impl Default for Settings {
             reach: 1.0,
             stall_iterations: None,
             rounds: 8,
+            whole_cells: false,
             stable: true,
             elimination: ELIMINATION_RATIO,
         }
@@ -74,6 +83,10 @@ impl Default for Settings {
 pub struct Step {
     /// Newton iterations, all rounds together.
     pub iterations: usize,
+    /// Newton iterations before the first round of contact multipliers.
+    pub before_rounds: usize,
+    /// The least volume ratio over all cells; none for a body without cells.
+    pub least_volume: Option<LeastVolume>,
     /// Sign of the tangent at the end.
     pub definiteness: Definiteness,
     /// Fraction of the way that has been gone.
@@ -89,12 +102,22 @@ pub enum Continue {
     Stop,
 }
 
-/// Change of the bounds of friction in a round that is small enough, as a share of the
-/// greatest bound.
-const BOUND: f64 = 1e-3;
+/// An iteration has reached its rounding floor at so many times the estimate of its energy, and
+/// where it no longer falls at so many times more.
+const FLOOR: [f64; 2] = [10.0, 1e4];
+
+/// Share of its volume by which a cell may miss the volume that its solid asks for, over the
+/// tolerance of the iteration.
+const MISSED: f64 = 10.0;
+
+/// Iterations without progress after which a volume is given up.
+const MISSED_FOR: usize = 4;
 
 /// An iteration whose energy has grown so many times over that of the step is lost.
 const LOST: f64 = 10.0;
+
+/// Least share of a change that is tried where the whole one turns a cell inside out.
+const SHORTEST: f64 = 0.03;
 
 /// Points of the greatest stress that are looked at after a failure.
 const SUSPECTS: usize = 100;
@@ -103,7 +126,8 @@ const SUSPECTS: usize = 100;
 pub struct Solver {
     pub(super) problem: Problem,
     pub(super) system: System,
-    factor: Cholesky,
+    pub(super) factor: Cholesky,
+    pub(super) lattices: Vec<Lattice>,
     /// Settings of the search.
     pub settings: Settings,
     pub(super) state: State,
@@ -158,6 +182,7 @@ impl Solver {
         let state = State::rest(&problem);
         let targets = vec![0.0; problem.rules().len()];
         let mut solver = Self {
+            lattices: Lattice::of(&problem),
             problem,
             system,
             factor,
@@ -305,8 +330,14 @@ impl Solver {
         targets: &[f64],
         mut seen: impl FnMut(&State, &Step) -> Continue,
     ) -> Result<(), Failure> {
+        self.check_targets(targets)?;
         let duration = duration.max(0.0);
         let start = self.targets.clone();
+        let times = Times::of(&self.problem).filter(|_| duration > 0.0);
+        if times.is_some() && start == targets && self.wait(duration, &mut seen) {
+            return Ok(());
+        }
+        let span = times.map_or(duration, |times| times.span(duration));
         let mut gone = 0.0;
         // A path that continues in the same direction keeps its step size.
         let pace = self
@@ -317,13 +348,16 @@ impl Solver {
         let mut size = pace.min(self.settings.largest_step);
         while gone < 1.0 {
             let left = 1.0 - gone;
+            // Strain that creeps is not linear in time.
+            let most = times.map_or(1.0, |times| times.step(gone * span) / span);
+            let size_now = size.min(most);
             // No tiny last step.
-            let fraction = if size > 0.99 * left {
+            let fraction = if size_now > 0.99 * left {
                 left
-            } else if size > 0.5 * left {
+            } else if size_now > 0.5 * left {
                 0.5 * left
             } else {
-                size
+                size_now
             };
             let end = if fraction == left {
                 1.0
@@ -341,13 +375,16 @@ impl Solver {
                     }
                 })
                 .collect();
-            match self.step(&target, duration * (end - gone)) {
+            let last = end == 1.0 && duration > span;
+            let elapsed = if last { duration } else { span * (end - gone) };
+            match self.step(&target, elapsed) {
                 Ok(mut step) => {
                     gone = end;
                     step.fraction = gone;
-                    if step.iterations <= self.settings.easy_iterations {
+                    // Rounds of multipliers say nothing of the size of the step.
+                    if step.before_rounds <= self.settings.easy_iterations {
                         size = (1.5 * fraction).min(self.settings.largest_step).max(size);
-                    } else if step.iterations > 2 * self.settings.easy_iterations {
+                    } else if step.before_rounds > 2 * self.settings.easy_iterations {
                         size = 0.6 * fraction;
                     } else {
                         size = size.min(1.2 * fraction);
@@ -369,6 +406,43 @@ impl Solver {
             }
         }
         Ok(())
+    }
+
+    /// One finite target for each parameter.
+    fn check_targets(&self, targets: &[f64]) -> Result<(), Failure> {
+        let names: Vec<String> = self.named_parameters().into_iter().map(|p| p.0).collect();
+        if targets.len() != names.len() {
+            return Err(ProblemError::Targets {
+                found: targets.len(),
+                parameters: names,
+            }
+            .into());
+        }
+        match targets.iter().position(|target| !target.is_finite()) {
+            Some(number) => Err(ProblemError::NotFinite {
+                parameter: names[number].clone(),
+                value: targets[number],
+            }
+            .into()),
+            None => Ok(()),
+        }
+    }
+
+    /// Waits at the present targets in one step, which is exact where the strain is held; false,
+    /// and nothing done, where it creeps.
+    fn wait(&mut self, duration: f64, seen: &mut impl FnMut(&State, &Step) -> Continue) -> bool {
+        let before = self.state.clone();
+        let targets = self.targets.clone();
+        let Ok(mut step) = self.step(&targets, duration) else {
+            return false;
+        };
+        if !held(&before, &self.state) {
+            self.restart(before, targets);
+            return false;
+        }
+        step.fraction = 1.0;
+        seen(&self.state, &step);
+        true
     }
 
     /// A reason in the solid behind one of the iteration.
@@ -418,14 +492,28 @@ impl Solver {
         // Rounds of multipliers change little: they are measured by the step's own scale.
         let scale = self.scale;
         for _ in 0..self.settings.rounds {
-            let relieved = self.renew_multipliers(&mut trial);
-            let bound = self.system.renew_bounds(&self.problem, &mut trial);
-            if !relieved && bound <= BOUND {
+            if !self.renew_multipliers(&mut trial) {
                 break;
             }
             let round = self.iterate(&mut trial, targets)?;
             step.iterations += round.iterations;
             self.scale = scale;
+        }
+        let mut inverted = Vec::new();
+        let least = least_volume(&self.problem, &trial, &self.lattices, &mut inverted);
+        step.least_volume = least;
+        if let Some(least) = least.filter(|least| least.ratio <= 0.0)
+            && self.settings.whole_cells
+        {
+            let Some(before) = self.system.refine_points(&self.problem, &inverted) else {
+                return Err(least.inverted(&self.problem).into());
+            };
+            let step = self.step(targets, duration);
+            if step.is_err() {
+                // A smaller step may not need them yet.
+                self.system.restore_points(before);
+            }
+            return step;
         }
         remember(&self.problem, &mut trial);
         self.system.anchor(&self.problem, &mut trial);
@@ -470,6 +558,7 @@ impl Solver {
         let mut assembled = self.system.assemble(&self.problem, trial, true)?;
         let mut first = 0.0_f64;
         let mut energies = Vec::new();
+        let mut missed = Missed::default();
         for iteration in 1..=self.settings.iterations {
             let values = &assembled.values;
             let definiteness = self
@@ -489,22 +578,32 @@ impl Solver {
             first = first.max(energy);
             // A good start has little to fall; it must not end before it has begun.
             let scale = first.max(0.03 * self.scale);
-            let done = energy <= self.settings.tolerance * scale;
+            let settled = energy <= self.settings.tolerance * scale
+                || at_floor(&energies, assembled.rounding);
             let before = trial.clone();
             let length = if alternates(&energies) { 0.5 } else { 1.0 };
-            self.apply(trial, &before, &assembled, &change, length);
+            missed.hear(self.apply(trial, &before, &assembled, &change, length));
+            // The first change moves the obstacles; what they meet is seen in the second.
+            let seen = iteration > 1 || self.problem.contacts.is_empty();
+            let done = settled && seen && missed.share <= MISSED * self.settings.tolerance;
+            if settled && missed.rounds >= MISSED_FOR {
+                return Err(self.impossible(&missed));
+            }
+            let unstable = done && change.given_only && self.settings.stable && {
+                let pattern = &self.system.unknowns.pattern;
+                let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
+                unsymmetric::diverges(&mut self.factor, matrix, definiteness)?
+            };
             self.system.reuse(std::mem::take(&mut assembled.values));
-            if done
-                && definiteness == Definiteness::Indefinite
-                && change.given_only
-                && self.settings.stable
-            {
+            if unstable {
                 return Err(Reason::Unstable);
             }
             if done {
                 self.scale = first.max(0.3 * self.scale);
                 return Ok(Step {
                     iterations: iteration,
+                    before_rounds: iteration,
+                    least_volume: None,
                     definiteness,
                     fraction: 0.0,
                 });
@@ -513,6 +612,17 @@ impl Solver {
             assembled = self.search(trial, &before, &assembled, &change, beginning)?;
         }
         Err(self.why_not(trial, &energies))
+    }
+
+    fn impossible(&self, missed: &Missed) -> Reason {
+        let mesh = &self.problem.mesh;
+        let middle = mesh.cell(missed.cell)[mesh.cell(missed.cell).len() - 1];
+        Reason::Volume {
+            region: mesh.regions[mesh.region_of(missed.cell)].clone(),
+            cell: missed.cell,
+            place: mesh.points[middle as usize],
+            missed: missed.share,
+        }
     }
 
     /// True if the iteration has stalled.
@@ -558,7 +668,7 @@ impl Solver {
                 }
                 Err(inverted) => {
                     length *= 0.5;
-                    if length < 0.03 {
+                    if length < SHORTEST {
                         return Err(inverted.into());
                     }
                 }
@@ -567,7 +677,7 @@ impl Solver {
         }
     }
 
-    /// The state after a part of a change.
+    /// The state after a part of a change, and the volume that it misses.
     fn apply(
         &self,
         trial: &mut State,
@@ -575,7 +685,7 @@ impl Solver {
         assembled: &Assembled,
         change: &Change,
         length: f64,
-    ) {
+    ) -> (f64, usize) {
         for (k, dz) in change.parameters.iter().enumerate() {
             trial.parameters[k] = before.parameters[k] + length * dz;
         }
@@ -594,7 +704,7 @@ impl Solver {
             &moved,
             length,
             &mut trial.pressures,
-        );
+        )
     }
 
     /// Newton's change of unknowns and parameters.
@@ -620,15 +730,16 @@ impl Solver {
         }
         let pattern = &self.system.unknowns.pattern;
         let values = &assembled.values;
-        let mut unknowns = solve_checked(&mut self.factor, pattern, values, &right)?;
+        let matrix = (pattern, values.as_slice(), &assembled.unsymmetric);
+        let mut unknowns = unsymmetric::solve(&mut self.factor, matrix, &right)?;
         let mut responses = Vec::new();
         for &k in &free {
             let load: Vec<f64> = assembled.couplings[k].iter().map(|c| -c).collect();
-            responses.push(solve_checked(&mut self.factor, pattern, values, &load)?);
+            responses.push(unsymmetric::solve(&mut self.factor, matrix, &load)?);
         }
         // Small system of the free parameters.
         let size = free.len();
-        let mut matrix = vec![vec![0.0; size]; size];
+        let mut small = vec![vec![0.0; size]; size];
         let mut rest = vec![0.0; size];
         for (row, &k) in free.iter().enumerate() {
             let equation = self.equation(k, &rules[k], trial, assembled, targets[k]);
@@ -638,10 +749,10 @@ impl Solver {
                 .sum();
             rest[row] = -equation.value - along(&unknowns) - known;
             for (column, &l) in free.iter().enumerate() {
-                matrix[row][column] = along(&responses[column]) + equation.by_parameters[l];
+                small[row][column] = along(&responses[column]) + equation.by_parameters[l];
             }
         }
-        let found = solve_small(matrix, rest).ok_or(Reason::ControlLost)?;
+        let found = solve_small(small, rest).ok_or(Reason::ControlLost)?;
         for (column, &k) in free.iter().enumerate() {
             parameters[k] = found[column];
             axpy(found[column], &responses[column], &mut unknowns);
@@ -663,7 +774,8 @@ impl Solver {
         for number in 0..self.problem.contacts.len() {
             let probe = self.system.contact(&self.problem, trial, &places, number);
             let limit = self.problem.contacts[number].overlap_limit();
-            if probe.overlap > limit {
+            // A multiplier that holds a point off is as wrong as an overlap.
+            if probe.overlap.max(probe.lifted) > limit {
                 trial.contacts[number].multipliers = probe.pressures;
                 renewed = true;
             }
@@ -687,6 +799,36 @@ impl Solver {
         Reason::NotConverged {
             energies: energies.to_vec(),
         }
+    }
+}
+
+/// True if the iteration has fallen to what rounding leaves of it; `rounding` is the energy that
+/// rounding is worth.
+fn at_floor(energies: &[f64], rounding: f64) -> bool {
+    let floor = rounding.sqrt();
+    match energies {
+        [.., before, last] => {
+            *last <= FLOOR[0] * floor || (*last > 0.5 * before && *last <= FLOOR[1] * floor)
+        }
+        _ => false,
+    }
+}
+
+/// Volume that the cells miss.
+#[derive(Default)]
+struct Missed {
+    /// Greatest share of its volume that a cell misses, and that cell.
+    share: f64,
+    cell: usize,
+    /// Iterations in which it has hardly fallen.
+    rounds: usize,
+}
+
+impl Missed {
+    fn hear(&mut self, (share, cell): (f64, usize)) {
+        let stays = share > 0.5 * self.share && share < 2.0 * self.share;
+        self.rounds = if stays { self.rounds + 1 } else { 0 };
+        (self.share, self.cell) = (share, cell);
     }
 }
 

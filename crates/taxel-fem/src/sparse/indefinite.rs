@@ -5,8 +5,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, IntranodeLbltRef, SymbolicCholesky, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, IntranodeLbltRef, SymbolicCholesky, SymbolicCholeskyRaw,
+    SymmetricOrdering, factorize_symbolic_cholesky, supernodal::SupernodalIntranodeLbltRef,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
@@ -79,6 +79,44 @@ impl Indefinite {
         } else {
             Err(LinearError::Singular)
         }
+    }
+
+    /// Number of negative eigenvalues of the last matrix, by the pivots of one and of two rows.
+    pub(super) fn negative(&self) -> usize {
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else {
+            // The analysis asks for supernodes.
+            return 0;
+        };
+        let rows = self.below.len();
+        let factor = SupernodalIntranodeLbltRef::new(
+            symbolic,
+            &self.values,
+            &self.below,
+            PermRef::new_checked(&self.forward, &self.inverse, rows),
+        );
+        let mut negative = 0;
+        for number in 0..symbolic.n_supernodes() {
+            let front = factor.supernode(number);
+            let (start, value) = (front.start(), front.val());
+            let count = value.ncols();
+            let mut k = 0;
+            while k < count {
+                let (one, below) = (value[(k, k)], self.below[start + k]);
+                if below == 0.0 || k + 1 == count {
+                    negative += usize::from(one < 0.0);
+                    k += 1;
+                    continue;
+                }
+                let other = value[(k + 1, k + 1)];
+                negative += if one * other - below * below < 0.0 {
+                    1
+                } else {
+                    2 * usize::from(one < 0.0)
+                };
+                k += 2;
+            }
+        }
+        negative
     }
 
     pub(super) fn solve(&mut self, right: &mut [f64]) {

@@ -80,14 +80,15 @@ impl Default for LayerDivision {
 
 /// Half lengths over thickness from which the side face is drawn out far at its foot.
 const LONG: f64 = 3.0;
+/// Half lengths over thickness up to which it is drawn out little.
+const SHORT: f64 = 1.5;
 
 impl LayerDivision {
     /// Cells for a layer of this loaded half length over its thickness.
     ///
-    /// At the foot of a side face that lies down on the base the stretch has no bound. The
-    /// pressure keeps the volume of each cell in the mean only, so that cells turn inside
-    /// out there, the sooner the smaller they are and the longer the layer. The force hardly
-    /// depends on them: with cells of a fifth it is 0.1 % larger up to a compression of 0.3.
+    /// At the foot of the side face the stretch has no bound, and the pressure keeps the volume of
+    /// each cell in the mean only: cells turn inside out there, the sooner the smaller they are
+    /// and the longer the layer. More points of integration hold larger cells.
     pub fn for_aspect(aspect: f64) -> Self {
         let usual = Self::default();
         if aspect <= LONG {
@@ -96,6 +97,21 @@ impl LayerDivision {
         Self {
             smallest: 0.2,
             largest: 0.2,
+            ..usual
+        }
+    }
+
+    /// Cells for a layer of this loaded half length over its thickness on a base no wider than
+    /// itself: the foot of its side face is drawn out further. The force is within 2 % of a table
+    /// up to a compression of 0.2.
+    pub fn at_free_end(aspect: f64) -> Self {
+        let usual = Self::for_aspect(aspect);
+        Self {
+            smallest: if aspect > SHORT && aspect <= LONG {
+                0.1
+            } else {
+                usual.smallest
+            },
             ..usual
         }
     }
@@ -241,6 +257,8 @@ pub struct Pressed {
     /// Greatest von Mises stress, Pa. It grows with refinement where the theory has it
     /// without bound: at bonded and at reentrant corners.
     pub stress: f64,
+    /// The least volume ratio over all cells; zero or less where one is inside out.
+    pub least_volume_ratio: f64,
 }
 
 /// Half a layer with what presses it.
@@ -266,6 +284,9 @@ impl LayerStudy {
         solver.settings = Settings {
             // Where the side face rolls onto the base, points change sides on the way.
             iterations: 25,
+            // Cells inside out at the foot of the side face take up to a tenth off the force.
+            // At the edge of a probe they do less than the fold of the surface there.
+            whole_cells: layer.beyond == 0.0,
             ..Settings::default()
         };
         Ok(Self {
@@ -301,7 +322,9 @@ impl LayerStudy {
         let along = self.solver.evaluate()?.along[self.travel.0];
         let travel = self.solver.state().parameters[self.travel.0];
         let stress = self.solver.greatest_stress();
+        let least = self.solver.least_volume_ratio();
         Ok(Pressed {
+            least_volume_ratio: least.map_or(1.0, |least| least.ratio),
             compression: travel / self.layer.thickness,
             mean_stress: along / self.layer.loaded,
             on_base: self.on_base(),

@@ -67,6 +67,15 @@ pub(super) fn opposed_strips(case: &mut Case, effort: Effort) -> Result<(), Fail
     Ok(())
 }
 
+pub(super) fn ground_to_infinity(case: &mut Case, effort: Effort) -> Result<(), Failure> {
+    for (ratio, reference) in of::OPPOSED_STRIPS {
+        add(case, effort, |level| {
+            of::strip_above_ground(ratio, reference, level)
+        })?;
+    }
+    Ok(())
+}
+
 pub(super) fn coaxial_discs(case: &mut Case, effort: Effort) -> Result<(), Failure> {
     for (ratio, reference) in of::COAXIAL_DISCS {
         add(case, effort, |level| {

@@ -10,6 +10,7 @@ mod friction;
 mod homogeneous;
 mod indentation;
 mod inf_sup;
+mod limits;
 mod manufactured;
 mod patch;
 mod pressurised;
@@ -273,17 +274,24 @@ entries! {
     "B9", Exact, 20.0, manufactured::solve, "Manufactured solutions: rates of convergence";
     "B10.1", Exact, 1.0, patch::solve, "Patch tests at finite stretch on distorted meshes";
     "B10.2", Exact, 10.0, inf_sup::solve, "Inf-sup constant under refinement";
+    "B11", Exact, 1.0, limits::light, "The lightest loads, and the linear response at rest";
+    "B12", Exact, 1.0, limits::closed_mould, "Closed mould, with and without room for its volume";
+    "B13", Exact, 1.0, limits::creep, "Creep under a held load in one call";
+    "B14", IndependentProgram, 3.0, limits::free_ends, "Bonded layer with free ends";
+    "B15", Exact, 1.0, limits::follower, "Pressure on a face that ends at a free one";
     "C1", Exact, 3.0, indentation::hertz, "Sphere on a half space (Hertz)";
     "C2", Exact, 10.0, indentation::punch, "Flat punch on a bonded layer";
     "C3", Exact, 10.0, indentation::sphere_on_layer, "Sphere on a bonded layer";
     "C4.1", Exact, 3.0, friction::cylinder, "Rough cylinder pulled along a half space (Cattaneo, Mindlin)";
     "C4.2", Exact, 40.0, friction::sphere, "Rough sphere pulled along a half space (Cattaneo, Mindlin)";
+    "C4.3", Exact, 1.0, friction::dragged, "Block dragged over a rough plane";
     "C5", Exact, 2.0, slit::solve, "Slit under pressure";
     "D1", Exact, 3.0, fields::coplanar_strips, "Coplanar strips in an open space";
     "D2", Exact, 3.0, fields::opposed_strips, "Opposed strips in an open space";
     "D3", Exact, 3.0, fields::coaxial_discs, "Coaxial discs in an open space";
     "D4", Exact, 2.0, fields::isolated, "Isolated sphere and disc";
     "D5", Exact, 1.0, scaling::solve, "Capacitance and resistance of a homogeneously stretched body";
+    "D6", Exact, 3.0, fields::ground_to_infinity, "Strip above a ground plane that reaches infinity";
     "D7", Exact, 1.0, fields::corner_square, "Corner square of a conductor";
 }
 

@@ -2,7 +2,7 @@
 
 use taxel_fem::field::sections::{sections, slender_resistance};
 use taxel_fem::material::Material;
-use taxel_fem::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh};
+use taxel_fem::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh, QuadraturePoint};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{
     Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Rule, WallPoint,
@@ -41,6 +41,8 @@ pub struct CrossingStudy {
     pub solver: Solver,
     top: Parameter,
     rest: [f64; 2],
+    /// Pairs of roof and floor of each row, close to each other, where the gap is looked at.
+    facing: [Vec<WallPoint>; 2],
 }
 
 /// The rows: name of the void, axis along which it runs.
@@ -102,7 +104,14 @@ impl CrossingStudy {
             );
             problem.contacts.push(Contact::Walls(walls));
         }
-        Ok(Solver::new(problem).map(|solver| Self { solver, top, rest }))
+        let at = gap_points();
+        let facing = ROWS.map(|(name, along)| facing_pairs(&problem.mesh, name, along, &at));
+        Ok(Solver::new(problem).map(|solver| Self {
+            solver,
+            top,
+            rest,
+            facing,
+        }))
     }
 
     /// Raises the pressure on the top to a value in Pa.
@@ -124,6 +133,7 @@ impl CrossingStudy {
         let volumes = self.solver.evaluate()?.volumes;
         let state = self.solver.state();
         let mesh = &self.solver.problem().mesh;
+        let places = state.places(mesh);
         let mut crossing = Crossing {
             pressure: state.parameters[0],
             inside: [state.parameters[1], state.parameters[2]],
@@ -155,8 +165,8 @@ impl CrossingStudy {
             crossing.thickest[row] = ratios.fold(0.0, f64::max);
             crossing.resistance_ratio[row] =
                 slender_resistance(1.0, &now) / slender_resistance(1.0, &rest);
-            let gaps = self.solver.contact(row).gaps;
-            crossing.gap[row] = gaps.into_iter().fold(f64::INFINITY, f64::min);
+            let gaps = self.facing[row].iter().map(|pair| pair.gap(&places));
+            crossing.gap[row] = gaps.fold(f64::INFINITY, f64::min);
         }
         Ok(crossing)
     }
@@ -183,14 +193,24 @@ pub(super) fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
     }
 }
 
-/// Pairs of points of roof and floor at equal undeformed place.
-pub(super) fn roof_on_floor(
+/// Points of a facet, on a lattice with its corners, at which the gap is looked at.
+pub(super) fn gap_points() -> Vec<QuadraturePoint> {
+    let step = |k: i32| 0.5 * f64::from(k) - 1.0;
+    let point = |k: i32| QuadraturePoint {
+        at: [step(k / 5), step(k % 5), 0.0],
+        weight: 0.0,
+    };
+    (0..25).map(point).collect()
+}
+
+/// Pairs of points of roof and floor at equal undeformed place, at these points of each facet of
+/// the floor.
+pub(super) fn facing_pairs(
     mesh: &Mesh,
     name: &str,
     along: usize,
-    shear: f64,
-    contact: WallContact,
-) -> Walls {
+    at: &[QuadraturePoint],
+) -> Vec<WallPoint> {
     let surface = |side: &str| {
         let key = format!("{name}.{side}");
         mesh.surfaces.get(&key).cloned().unwrap_or_default()
@@ -202,14 +222,17 @@ pub(super) fn roof_on_floor(
         let x = mesh.points[last as usize];
         (x[along], x[1 - along])
     };
+    let reach = 1e-6 * mesh.points.iter().fold(0.0_f64, |m, x| m.max(x[0].abs()));
+    let tables: Vec<_> = at
+        .iter()
+        .map(|point| (point.weight, CellShape::Quad9.shapes(point.at)))
+        .collect();
     let mut points = Vec::new();
-    let mut height = f64::INFINITY;
     for &facet in &floor {
-        let at = middle(facet);
-        let reach = 1e-6 * mesh.points.iter().fold(0.0_f64, |m, x| m.max(x[0].abs()));
+        let here = middle(facet);
         let above = roof.iter().find(|&&other| {
             let other = middle(other);
-            (other.0 - at.0).hypot(other.1 - at.1) < reach
+            (other.0 - here.0).hypot(other.1 - here.1) < reach
         });
         let Some(&above) = above else { continue };
         let below: Vec<u32> = mesh.facet_nodes(facet).collect();
@@ -227,9 +250,8 @@ pub(super) fn roof_on_floor(
         if over.len() != below.len() {
             continue;
         }
-        for point in FacetShape::Quad9.quadrature() {
-            let shapes = CellShape::Quad9.shapes(point.at);
-            let area = area_at(mesh, &below, &shapes.gradients) * point.weight;
+        for (weight, shapes) in &tables {
+            let area = area_at(mesh, &below, &shapes.gradients) * weight;
             let side = |nodes: &[u32]| -> Vec<(u32, f64, f64)> {
                 nodes
                     .iter()
@@ -237,16 +259,24 @@ pub(super) fn roof_on_floor(
                     .map(|(&node, &value)| (node, value, 0.0))
                     .collect()
             };
-            let pair = WallPoint::new(
-                &side(&below),
-                &side(&over),
-                area,
-                Pairing::Opposite([0.0, 0.0, 1.0]),
-            );
-            height = height.min(pair.gap(&mesh.points));
-            points.push(pair);
+            let pairing = Pairing::Opposite([0.0, 0.0, 1.0]);
+            points.push(WallPoint::new(&side(&below), &side(&over), area, pairing));
         }
     }
+    points
+}
+
+/// The contact of roof and floor.
+pub(super) fn roof_on_floor(
+    mesh: &Mesh,
+    name: &str,
+    along: usize,
+    shear: f64,
+    contact: WallContact,
+) -> Walls {
+    let points = facing_pairs(mesh, name, along, &FacetShape::Quad9.quadrature());
+    let gaps = points.iter().map(|pair| pair.gap(&mesh.points));
+    let height = gaps.fold(f64::INFINITY, f64::min);
     Walls {
         points,
         stiffness: contact.opposite * shear / height,

@@ -12,12 +12,12 @@ use taxel_fem::mesh::{VOID_ROWS, VoidBlock};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{
     Cavity, Contact, Motion, Obstacle, Parameter, Pressure, Problem, ProblemError, Quantity, Rule,
-    Shape,
+    Shape, WallPoint,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 
-use super::crossing_microchannels::{roof_on_floor, rule};
+use super::crossing_microchannels::{facing_pairs, gap_points, roof_on_floor, rule};
 use super::microchannel_cell::{Filling, WallContact};
 
 /// Support of the sides of a block.
@@ -92,6 +92,8 @@ struct MeshedVoid {
     name: String,
     pressure: Parameter,
     rest: f64,
+    /// Pairs of roof and floor close to each other, where the gap is looked at.
+    facing: Vec<WallPoint>,
 }
 
 impl BlockStudy {
@@ -273,7 +275,8 @@ impl BlockStudy {
         };
         let far_side = ratios.last();
         let greatest = |from: &mut dyn Iterator<Item = &f64>| from.copied().fold(0.0, f64::max);
-        let gaps = self.solver.contact(number).gaps;
+        let places = state.places(&self.solver.problem().mesh);
+        let gaps = void.facing.iter().map(|pair| pair.gap(&places));
         Ok(BlockVoid {
             inside: state.parameters[void.pressure.0],
             volume_ratio: volume / void.rest,
@@ -281,7 +284,7 @@ impl BlockStudy {
             thickest: greatest(&mut ratios.iter()),
             rim: greatest(&mut near_side.into_iter().chain(far_side)),
             resistance_ratio: slender_resistance(1.0, &now) / slender_resistance(1.0, &rest),
-            gap: gaps.into_iter().fold(f64::INFINITY, f64::min),
+            gap: gaps.fold(f64::INFINITY, f64::min),
         })
     }
 
@@ -397,12 +400,14 @@ fn add_voids(
             problem.cavities.push(cavity);
             let walls = roof_on_floor(&problem.mesh, &name, row, shear, contact);
             problem.contacts.push(Contact::Walls(walls));
+            let facing = facing_pairs(&problem.mesh, &name, row, &gap_points());
             voids.push(MeshedVoid {
                 row,
                 number,
                 name,
                 pressure,
                 rest,
+                facing,
             });
         }
     }

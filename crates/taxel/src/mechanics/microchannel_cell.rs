@@ -67,7 +67,8 @@ pub struct VoidStudy {
     pub solver: Solver,
     top: Parameter,
     rest: f64,
-    roof_on_floor: usize,
+    /// Pairs of roof and floor close to each other, where the gap is looked at.
+    facing: Vec<WallPoint>,
     folding: Option<usize>,
 }
 
@@ -149,12 +150,12 @@ impl VoidStudy {
             folding = Some(problem.contacts.len());
             problem.contacts.push(Contact::Walls(walls));
         }
-        let roof_on_floor = problem.contacts.len();
         problem.contacts.push(Contact::Walls(roof_on_floor_walls(
             &problem.mesh,
             shear,
             contact,
         )));
+        let facing = facing_pairs(&problem.mesh, &GAP_POINTS);
         let mut solver = Solver::new(problem)?;
         solver.settings = Settings {
             first_step: 0.1,
@@ -164,7 +165,7 @@ impl VoidStudy {
             solver,
             top,
             rest,
-            roof_on_floor,
+            facing,
             folding,
         })
     }
@@ -210,8 +211,8 @@ impl VoidStudy {
         let state = self.solver.state();
         let problem = self.solver.problem();
         let places = state.places(&problem.mesh);
-        let facing = self.solver.contact(self.roof_on_floor);
-        let gap = facing.gaps.iter().copied().fold(f64::INFINITY, f64::min);
+        let gaps = self.facing.iter().map(|pair| pair.gap(&places));
+        let gap = gaps.fold(f64::INFINITY, f64::min);
         let fold = self.folding.map_or(0.0, |number| {
             let Contact::Walls(walls) = &problem.contacts[number] else {
                 return 0.0;
@@ -346,36 +347,59 @@ fn fold_pair(
     }
 }
 
-/// Pairs of points of roof and floor at equal undeformed place.
-fn roof_on_floor_walls(mesh: &Mesh, shear: f64, contact: WallContact) -> Walls {
-    let empty = Vec::new();
-    let side = |name: &str| mesh.surfaces.get(name).unwrap_or(&empty).clone();
+/// Places along an edge (with no weight) at which the gap is looked at: its ends, its middle and
+/// points between. It is least at a plane of symmetry, where no contact point lies.
+const GAP_POINTS: [(f64, f64); 9] = [
+    (-1.0, 0.0),
+    (-0.75, 0.0),
+    (-0.5, 0.0),
+    (-0.25, 0.0),
+    (0.0, 0.0),
+    (0.25, 0.0),
+    (0.5, 0.0),
+    (0.75, 0.0),
+    (1.0, 0.0),
+];
+
+/// Pairs of points of roof and floor at equal undeformed place, at these places and weights of
+/// each edge of the floor.
+fn facing_pairs(mesh: &Mesh, at: &[(f64, f64)]) -> Vec<WallPoint> {
+    let side = |name: &str| mesh.surfaces.get(name).cloned().unwrap_or_default();
     let (roof, floor) = (side("void.roof"), side("void.floor"));
     let mut points = Vec::new();
-    let mut height = f64::INFINITY;
-    for &facet in &floor {
+    for facet in floor {
         let below: Vec<u32> = mesh.facet_nodes(facet).collect();
         let x = |node: u32| mesh.points[node as usize];
         let length = (x(below[1])[0] - x(below[0])[0]).abs();
-        for quadrature in FacetShape::Line3.quadrature() {
-            let values = FacetShape::Line3.shapes(quadrature.at).values;
+        for &(on_edge, weight) in at {
+            let values = FacetShape::Line3.shapes([on_edge, 0.0, 0.0]).values;
             let place: f64 = below.iter().zip(&values).map(|(&n, v)| v * x(n)[0]).sum();
-            let Some((above, at)) = find_above(mesh, &roof, place) else {
+            let Some((above, over)) = find_above(mesh, &roof, place) else {
                 continue;
             };
-            let over = FacetShape::Line3.shapes([at, 0.0, 0.0]).values;
+            let over = FacetShape::Line3.shapes([over, 0.0, 0.0]).values;
             let lower: Vec<_> = (0..3).map(|n| (below[n], values[n], 0.0)).collect();
             let upper: Vec<_> = (0..3).map(|n| (above[n], over[n], 0.0)).collect();
-            let pair = WallPoint::new(
+            points.push(WallPoint::new(
                 &lower,
                 &upper,
-                quadrature.weight * length / 2.0,
+                weight * length / 2.0,
                 Pairing::Opposite([0.0, 1.0, 0.0]),
-            );
-            height = height.min(pair.gap(&mesh.points));
-            points.push(pair);
+            ));
         }
     }
+    points
+}
+
+/// The contact of roof and floor.
+fn roof_on_floor_walls(mesh: &Mesh, shear: f64, contact: WallContact) -> Walls {
+    let quadrature = FacetShape::Line3.quadrature().into_iter();
+    let at: Vec<(f64, f64)> = quadrature
+        .map(|point| (point.at[0], point.weight))
+        .collect();
+    let points = facing_pairs(mesh, &at);
+    let gaps = points.iter().map(|pair| pair.gap(&mesh.points));
+    let height = gaps.fold(f64::INFINITY, f64::min);
     Walls {
         points,
         stiffness: contact.opposite * shear / height,

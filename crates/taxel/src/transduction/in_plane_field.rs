@@ -258,6 +258,7 @@ fn body(model: &InPlaneModel) -> Result<(Layer, Bar), NoField> {
     if reach >= end {
         return Err(NoField::Reach { reach, end });
     }
+    let aspect = model.layer.contact_half_length / thickness;
     let layer = Layer {
         thickness,
         loaded: model.layer.contact_half_length,
@@ -265,12 +266,10 @@ fn body(model: &InPlaneModel) -> Result<(Layer, Bar), NoField> {
         side,
         bar: None,
         gripped: model.layer.top == TopFace::Gripped,
-        division: match (beyond > 0.0, side) {
-            (false, SideFace::OnBase) => {
-                LayerDivision::for_aspect(model.layer.contact_half_length / thickness)
-            }
-            (true, _) => LayerDivision::beside_probe(),
-            (false, SideFace::Free) => LayerDivision::default(),
+        division: match side {
+            _ if beyond > 0.0 => LayerDivision::beside_probe(),
+            SideFace::OnBase => LayerDivision::for_aspect(aspect),
+            SideFace::Free => LayerDivision::at_free_end(aspect),
         },
     };
     let bar = Bar {

@@ -12,7 +12,7 @@ use crate::mechanics::{
 use crate::solutions::{Question, Solutions, Unsolved, answer, digits};
 
 /// Raised whenever mesh, steps or numbers of the solution change.
-const METHOD: u32 = 1;
+const METHOD: u32 = 2;
 
 /// Gaps over the drawn one; a wider one that finds no place is taken closer.
 const NARROW: f64 = 0.5;

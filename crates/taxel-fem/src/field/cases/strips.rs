@@ -98,6 +98,24 @@ fn coplanar_strips_in(
 /// # Errors
 /// [`FieldError`] for ratios or levels out of range.
 pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+    above_plane(ratio, reference, level, false)
+}
+
+/// A strip of twice the distance above a ground plane that is named in the inner mesh only, and
+/// goes on from there to infinity: the same field as that of [`opposed_strips`]. `C'/eps0`.
+///
+/// # Errors
+/// [`FieldError`] for ratios or levels out of range.
+pub fn strip_above_ground(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+    above_plane(ratio, reference, level, true)
+}
+
+fn above_plane(
+    ratio: f64,
+    reference: f64,
+    level: u32,
+    inside_only: bool,
+) -> Result<Case, FieldError> {
     check(level, &[("width over distance", ratio)])?;
     let (half_width, height) = (0.5 * ratio, 0.5);
     let edge = Some(at_edge(ratio.min(1.0), level));
@@ -114,7 +132,12 @@ pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, Fi
     });
     mesh.name_boundary("box", |p| p[0] == size || p[1] == size);
     let exterior = open(&mut mesh, 1.7 * size, level)?;
+    let first = exterior.infinity;
     name_nodes(&mut mesh, "odd", &|p| p[1] == 0.0);
+    if inside_only && let Some(nodes) = mesh.node_sets.get_mut("odd") {
+        // Nodes of the image are added last.
+        nodes.retain(|&node| node < first);
+    }
     let found = solve(
         &mesh,
         Geometry::Plane,
@@ -126,7 +149,11 @@ pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, Fi
     )?;
     // Two quarters carry one strip, at half the voltage.
     Ok(Case {
-        name: format!("opposed strips, w/d = {ratio}"),
+        name: if inside_only {
+            format!("strip above a ground plane, w/d = {ratio}")
+        } else {
+            format!("opposed strips, w/d = {ratio}")
+        },
         ours: found.matrix[0][0],
         reference,
         cells: mesh.cell_count(),

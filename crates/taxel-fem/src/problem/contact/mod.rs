@@ -3,9 +3,8 @@
 //! Both are energies of the overlap, `1/2 k o^2` per undeformed area, with a
 //! multiplier that takes over the pressure (augmented Lagrangian): a contact whose
 //! overlap exceeds its limit is solved again with the multiplier at the pressure
-//! found, so that the result does not hang on the stiffness `k`. Friction is handled the
-//! same way: while the iteration runs the bound of the traction is fixed, which leaves it
-//! an energy, and rounds renew the bound from the pressure found.
+//! found, so that the result does not hang on the stiffness `k`. Friction follows the pressure
+//! of the same iteration.
 
 mod obstacle;
 mod walls;
@@ -36,8 +35,6 @@ pub struct ContactState {
 pub struct Anchor {
     /// Where the point would rest without traction, in the frame of the obstacle.
     pub place: [f64; 3],
-    /// Greatest traction, the coefficient of friction times the pressure, Pa.
-    pub bound: f64,
 }
 
 impl ContactState {

@@ -1,0 +1,154 @@
+//! Rigid motions of a body that its supports do not hold.
+
+use super::{Kinematics, Problem};
+use crate::mesh::Mesh;
+
+/// A rigid motion that nothing holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FreeMotion {
+    /// Along a direction.
+    Translation([f64; 3]),
+    /// About an axis (in the plane: across it) through a point.
+    Rotation {
+        /// Unit direction of the axis.
+        axis: [f64; 3],
+        /// A point of the axis, m.
+        through: [f64; 3],
+    },
+}
+
+impl std::fmt::Display for FreeMotion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let vector = |v: &[f64; 3]| format!("({:.3e}, {:.3e}, {:.3e})", v[0], v[1], v[2]);
+        match self {
+            Self::Translation(along) => {
+                let most = |k: &usize| along[*k].abs() > 1.0 - 1e-6;
+                match (0..3).find(most) {
+                    Some(component) => {
+                        write!(
+                            f,
+                            "translation in component {component} ({})",
+                            ["x", "y", "z"][component]
+                        )
+                    }
+                    None => write!(f, "translation along {}", vector(along)),
+                }
+            }
+            Self::Rotation { axis, through } => {
+                write!(
+                    f,
+                    "rotation about {} through {}",
+                    vector(axis),
+                    vector(through)
+                )
+            }
+        }
+    }
+}
+
+/// Share of a whole motion below which a support does not feel it.
+const FELT: f64 = 1e-9;
+
+/// A rigid motion that moves no held or driven component of a node; none where all are held.
+pub(super) fn free_motion(problem: &Problem) -> Option<FreeMotion> {
+    let mesh = &problem.mesh;
+    let (middle, size) = extent(mesh);
+    let motions = motions(problem.kinematics);
+    // Rows of a triangle: a motion that all of them leave out is free.
+    let mut rows: Vec<[f64; 6]> = Vec::new();
+    for support in &problem.supports {
+        for &node in &support.nodes {
+            let x: [f64; 3] =
+                std::array::from_fn(|d| (mesh.points[node as usize][d] - middle[d]) / size);
+            let mut row = [0.0; 6];
+            for &motion in motions {
+                row[motion] = moved(motion, x)[support.component];
+            }
+            reduce(&mut rows, row);
+            if rows.len() == motions.len() {
+                return None;
+            }
+        }
+    }
+    let free = null_vector(&rows, motions)?;
+    let (along, turn) = ([free[0], free[1], free[2]], [free[3], free[4], free[5]]);
+    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let whole = length(turn);
+    if whole < 1e-6 {
+        return Some(FreeMotion::Translation(along.map(|x| x / length(along))));
+    }
+    // The points that stay: turn x along / turn^2 from the middle.
+    let axis = turn.map(|x| x / whole);
+    let cross = |a: [f64; 3], b: [f64; 3]| {
+        std::array::from_fn(|d| {
+            let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+            a[e] * b[f] - a[f] * b[e]
+        })
+    };
+    let from: [f64; 3] = cross(axis, along.map(|x| x / whole));
+    let through = std::array::from_fn(|d| middle[d] + size * from[d]);
+    Some(FreeMotion::Rotation { axis, through })
+}
+
+/// Numbers of the rigid motions: translations, then rotations.
+const fn motions(kinematics: Kinematics) -> &'static [usize] {
+    match kinematics {
+        Kinematics::PlaneStrain => &[0, 1, 5],
+        Kinematics::Axisymmetric => &[1],
+        Kinematics::Solid => &[0, 1, 2, 3, 4, 5],
+    }
+}
+
+/// Displacement of a place in a rigid motion of unit size.
+fn moved(motion: usize, x: [f64; 3]) -> [f64; 3] {
+    match motion {
+        3 => [0.0, -x[2], x[1]],
+        4 => [x[2], 0.0, -x[0]],
+        5 => [-x[1], x[0], 0.0],
+        translation => std::array::from_fn(|d| f64::from(u8::from(d == translation))),
+    }
+}
+
+/// Middle and half of the longest side of the box round a body.
+fn extent(mesh: &Mesh) -> ([f64; 3], f64) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in &mesh.points {
+        for d in 0..3 {
+            low[d] = low[d].min(point[d]);
+            high[d] = high[d].max(point[d]);
+        }
+    }
+    let size = (0..3).fold(0.0, |most: f64, d| most.max(0.5 * (high[d] - low[d])));
+    let middle = std::array::from_fn(|d| f64::midpoint(low[d], high[d]));
+    (middle, if size > 0.0 { size } else { 1.0 })
+}
+
+/// Adds what a row has beyond the others, orthogonal to them.
+fn reduce(rows: &mut Vec<[f64; 6]>, mut row: [f64; 6]) {
+    let dot = |a: &[f64; 6], b: &[f64; 6]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    // Twice, for what rounding leaves.
+    for _ in 0..2 {
+        for known in rows.iter() {
+            let share = dot(known, &row);
+            for (x, known) in row.iter_mut().zip(known) {
+                *x -= share * known;
+            }
+        }
+    }
+    let length = dot(&row, &row).sqrt();
+    if length > FELT {
+        rows.push(row.map(|x| x / length));
+    }
+}
+
+/// A combination of these motions that is orthogonal to all rows, translations first.
+fn null_vector(rows: &[[f64; 6]], motions: &[usize]) -> Option<[f64; 6]> {
+    motions.iter().find_map(|&motion| {
+        let mut left = rows.to_vec();
+        let mut unit = [0.0; 6];
+        unit[motion] = 1.0;
+        reduce(&mut left, unit);
+        // What is left of the unit vector is free.
+        (left.len() > rows.len()).then(|| left[rows.len()])
+    })
+}

@@ -1,0 +1,93 @@
+//! Linear response of a body at a state, from rest on.
+
+use super::failure::Failure;
+use super::newton::Solver;
+use super::unsymmetric;
+use crate::problem::Parameter;
+use crate::sparse::Factorisation;
+
+/// Bulk over shear modulus at which a solid that keeps its volume is taken here: without an
+/// iteration that ends at the exact volume, the share that it gives way is the reciprocal.
+const STIFF: f64 = 1e8;
+
+/// Change of a body with a parameter, all other parameters held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearResponse {
+    /// Change of the displacement of each node, m per unit of the parameter.
+    pub displacement: Vec<[f64; 3]>,
+    /// Change of the force along each parameter, N (N/m in plane strain) per unit.
+    pub forces: Vec<f64>,
+    /// Change of the volume of each cavity (area in plane strain) per unit.
+    pub volumes: Vec<f64>,
+}
+
+impl Solver {
+    /// Slope of everything by a parameter at the accepted state, at rest before the first step:
+    /// one linear system, without the rounding of a difference of two states. Rules of other
+    /// parameters are not followed. Bodies that keep their volume are taken with a bulk modulus
+    /// of 1e8 shear moduli.
+    ///
+    /// # Errors
+    /// When the tangent is singular there.
+    ///
+    /// # Example
+    /// ```
+    /// use taxel_fem::material::{Law, Material, Volumetric};
+    /// use taxel_fem::mesh::{Axis, Grid2};
+    /// use taxel_fem::problem::{Kinematics, Motion, Problem, Rule};
+    /// use taxel_fem::solver::newton::Solver;
+    ///
+    /// let axis = || Axis::uniform(0.0, 1.0, 2);
+    /// let mesh = Grid2::new([axis()?, axis()?], "rubber").mesh()?;
+    /// let mut problem = Problem::new(mesh, Kinematics::PlaneStrain)?;
+    /// problem.materials.push(Material::new(Law::neo_hookean(1e5), Volumetric::Incompressible)?);
+    /// problem.support("left", 0, Motion::Fixed)?;
+    /// problem.support("bottom", 1, Motion::Fixed)?;
+    /// let pull = problem.parameter("pull", Rule::Given);
+    /// problem.support("top", 1, Motion::Driven(pull, 1.0))?;
+    /// // Modulus of plane strain, 4 G.
+    /// let slope = Solver::new(problem)?.linear_response(pull)?.forces[0];
+    /// assert!((slope / 4e5 - 1.0).abs() < 1e-7);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn linear_response(&mut self, parameter: Parameter) -> Result<LinearResponse, Failure> {
+        let usual = std::mem::replace(&mut self.system.elimination, STIFF);
+        let assembled = self.system.assemble(&self.problem, &self.state, true);
+        self.system.elimination = usual;
+        let assembled = assembled.map_err(|error| Failure::at_start(error.into()))?;
+        let linear = |error: crate::sparse::LinearError| Failure::at_start(error.into());
+        let pattern = &self.system.unknowns.pattern;
+        self.factor
+            .refactor(pattern, &assembled.values)
+            .map_err(linear)?;
+        let load: Vec<f64> = assembled.couplings[parameter.0]
+            .iter()
+            .map(|c| -c)
+            .collect();
+        let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
+        let unknowns = unsymmetric::solve(&mut self.factor, matrix, &load).map_err(linear)?;
+        let mut parameters = vec![0.0; self.problem.rules().len()];
+        parameters[parameter.0] = 1.0;
+        let mut displacement = vec![[0.0; 3]; self.problem.mesh.points.len()];
+        self.system
+            .displace(&mut displacement, &unknowns, &parameters);
+        let along =
+            |slope: &[f64]| -> f64 { slope.iter().zip(&unknowns).map(|(a, b)| a * b).sum() };
+        let forces = (0..parameters.len()).map(|k| {
+            let beyond = assembled.force_slopes[k].iter();
+            let beyond: f64 = beyond
+                .map(|&(number, slope)| slope * unknowns[number])
+                .sum();
+            along(&assembled.couplings[k]) + beyond + assembled.cross[k][parameter.0]
+        });
+        Ok(LinearResponse {
+            forces: forces.collect(),
+            volumes: assembled
+                .volume_slopes
+                .iter()
+                .map(|slope| along(slope))
+                .collect(),
+            displacement,
+        })
+    }
+}
