@@ -103,7 +103,7 @@ fn the_base_carries_the_force() {
         for aspect in [0.5, 2.453, 10.0] {
             let carried = solved(contact, aspect).carried();
             assert!(
-                (carried - 1.0).abs() < 1e-5,
+                (carried - 1.0).abs() < 1e-6,
                 "{contact} {aspect}: {carried}"
             );
         }

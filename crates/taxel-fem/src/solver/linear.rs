@@ -3,6 +3,7 @@
 use super::failure::Failure;
 use super::newton::Solver;
 use super::unsymmetric;
+use crate::assembly::system::Assembled;
 use crate::problem::Parameter;
 use crate::sparse::Factorisation;
 
@@ -51,21 +52,43 @@ impl Solver {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn linear_response(&mut self, parameter: Parameter) -> Result<LinearResponse, Failure> {
+        let mut responses = self.linear_responses(&[parameter])?;
+        Ok(responses.swap_remove(0))
+    }
+
+    /// [`Self::linear_response`] to each of several parameters, with one factorisation.
+    ///
+    /// # Errors
+    /// When the tangent is singular there.
+    pub fn linear_responses(
+        &mut self,
+        parameters: &[Parameter],
+    ) -> Result<Vec<LinearResponse>, Failure> {
         let usual = std::mem::replace(&mut self.system.elimination, STIFF);
         let assembled = self.system.assemble(&self.problem, &self.state, true);
         self.system.elimination = usual;
         let assembled = assembled.map_err(|error| Failure::at_start(error.into()))?;
-        let linear = |error: crate::sparse::LinearError| Failure::at_start(error.into());
         let pattern = &self.system.unknowns.pattern;
         self.factor
             .refactor(pattern, &assembled.values)
-            .map_err(linear)?;
-        let load: Vec<f64> = assembled.couplings[parameter.0]
-            .iter()
-            .map(|c| -c)
-            .collect();
+            .map_err(|error| Failure::at_start(error.into()))?;
+        let each = parameters.iter();
+        each.map(|&parameter| self.solved(&assembled, parameter))
+            .collect()
+    }
+
+    /// The response with the tangent that is factorised.
+    fn solved(
+        &mut self,
+        assembled: &Assembled,
+        parameter: Parameter,
+    ) -> Result<LinearResponse, Failure> {
+        let pattern = &self.system.unknowns.pattern;
+        let coupling = assembled.couplings[parameter.0].iter();
+        let load: Vec<f64> = coupling.map(|c| -c).collect();
         let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
-        let unknowns = unsymmetric::solve(&mut self.factor, matrix, &load).map_err(linear)?;
+        let unknowns = unsymmetric::solve(&mut self.factor, matrix, &load)
+            .map_err(|error| Failure::at_start(error.into()))?;
         let mut parameters = vec![0.0; self.problem.rules().len()];
         parameters[parameter.0] = 1.0;
         let mut displacement = vec![[0.0; 3]; self.problem.mesh.points.len()];

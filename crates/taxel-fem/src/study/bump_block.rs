@@ -1,17 +1,22 @@
 //! A bump on an elastic block with four cavities and stiff plates above and below each: how
-//! much the plates near each other under a small force on the flat top of the bump.
+//! much the plates near each other under a small force on the bump, and under air in the
+//! cavities.
 //!
 //! Linear response of a quarter of the block: x and y lead outward from its axis, z upward
-//! from the upper faces of the cavities.
+//! from the upper faces of the cavities. A force on one flank is half of a load that is the
+//! same on both sides, and half of one that is opposite.
 
 use std::collections::BTreeMap;
 
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, Facet, Grading, Grid3, Mesh, MeshError, Part};
 use crate::problem::load::traction;
-use crate::problem::{DeadLoad, Kinematics, Motion, Problem, ProblemError, Rule};
+use crate::problem::{
+    Cavity, DeadLoad, Kinematics, Motion, Parameter, Problem, ProblemError, Rule,
+};
 use crate::solver::failure::{Failure, Reason};
-use crate::solver::newton::{Continue, Settings, Solver};
+use crate::solver::linear::LinearResponse;
+use crate::solver::newton::Solver;
 
 /// The block at rest; lengths in m, x alike y.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,22 +59,13 @@ pub enum BlockSides {
     Symmetric,
 }
 
-/// Direction of the force, uniform over the flat top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TopForce {
-    /// Downward.
-    Normal,
-    /// Along x.
-    Side,
-}
-
 /// Numbers of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlockDivision {
     /// Across: wall, from wall to plate, inner and outer half of the plate, from plate to
     /// wall, beyond.
     pub across: [usize; 6],
-    /// Upward: lower layer, upper layer, bump. Thin layers have one.
+    /// Upward: lower layer, upper layer, each strip of the bump. Thin layers have one.
     pub upward: [usize; 3],
 }
 
@@ -79,7 +75,7 @@ impl BlockDivision {
         across: [1, 1, 1, 1, 1, 1],
         upward: [1, 1, 1],
     };
-    /// About 25 thousand unknowns: on the unit of P2 closings are within 2 % of graded meshes,
+    /// About 29 thousand unknowns: on the unit of P2 closings are within 2 % of graded meshes,
     /// the largest closing within 4 %.
     pub const USUAL: Self = Self {
         across: [1, 2, 2, 2, 2, 2],
@@ -87,18 +83,69 @@ impl BlockDivision {
     };
 }
 
-/// Response to a force of 1 N by linear extrapolation.
+/// Number of strips of equal height on a flank of the bump, from its foot up.
+pub const STRIPS: usize = 4;
+
+/// Answer to a uniform force on the flat top, per newton on the whole block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlockResponse {
-    /// Mean closing of the cavity between the plates of this quarter, m/N of the force on
-    /// the whole block.
+pub struct TopAnswer {
+    /// Mean closing of the cavity between the plates of this quarter, m/N.
     pub closing: f64,
     /// Largest closing anywhere in the cavity over the mean.
     pub hottest: f64,
+    /// Slope of the closing over the plate along x and along y, outward, 1/N.
+    pub slopes: [f64; 2],
+    /// Volume that the cavity loses, m3/N.
+    pub volume: f64,
     /// In a row: mean closing of the near and of the far cavity of the next block, m/N.
     pub beside: Option<[f64; 2]>,
-    /// Number of unknowns.
+}
+
+/// Answer to a uniform force on a strip of the flank that looks along x, per newton.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StripAnswer {
+    /// Closing under a force toward the axis: half the sum of both sides along x, and half of
+    /// what the side of the flank closes more than the other, m/N.
+    pub by_side_force: [f64; 2],
+    /// The same under a downward force.
+    pub by_downward_force: [f64; 2],
+    /// Mean rise of the strip under each of the two, m/N.
+    pub rise: [f64; 2],
+}
+
+/// Answer to a pressure in all four cavities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PressureAnswer {
+    /// Mean opening between the plates, m/Pa.
+    pub opening: f64,
+    /// Volume that one cavity gains, m3/Pa.
+    pub volume: f64,
+}
+
+/// All linear responses of the block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockAnswer {
+    /// To a force downward on the top.
+    pub normal: TopAnswer,
+    /// To a force along x on the top.
+    pub side: TopAnswer,
+    /// To forces on the strips of a flank.
+    pub strips: [StripAnswer; STRIPS],
+    /// To a pressure in the cavities.
+    pub pressure: PressureAnswer,
+    /// Volume of a cavity at rest, m3.
+    pub cavity: f64,
+    /// Number of unknowns of the larger solution.
     pub unknowns: usize,
+}
+
+/// What a load does on the other side of the axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mirror {
+    /// The mirror image.
+    Same,
+    /// The opposite of the mirror image.
+    Opposite,
 }
 
 /// Solids of a linear elastic law: Young's modulus, Pa, and Poisson's ratio below 0.5.
@@ -110,12 +157,6 @@ pub fn linear(modulus: f64, poisson: f64) -> Material {
         volumetric: Volumetric::Quadratic(modulus / (3.0 * (1.0 - 2.0 * poisson))),
     }
 }
-
-/// Strain of the bump under the force that is solved: the response is linear to about this
-/// share, and large enough above the rounding of the stiff plates.
-const STRAIN: f64 = 3e-4;
-/// End of the iteration: rounding of the plates' stress leaves 1e-4 of the first step.
-const TOLERANCE: f64 = 1e-3;
 
 impl BumpBlock {
     /// The mesh: regions `soft` and `stiff`, the cavity `gap`, the outer faces.
@@ -135,7 +176,8 @@ impl BumpBlock {
         ];
         let across = Axis::new(&marks, &division.across.map(Grading::Uniform))?;
         let along = self.along(&marks, &division.across)?;
-        let [lower, upper, bump] = division.upward.map(Grading::Uniform);
+        let [lower, upper, strip] = division.upward;
+        let [lower, upper, bump] = [lower, upper, STRIPS * strip].map(Grading::Uniform);
         let thin = Grading::Uniform(1);
         let floor = -self.air;
         let below = floor - self.insulation;
@@ -183,6 +225,20 @@ impl BumpBlock {
             surface.iter().filter(own).copied().collect()
         });
         mesh.surfaces.insert("pressed".to_owned(), pressed);
+        let flank = mesh.surfaces.get("beside.left").cloned();
+        for strip in 0..STRIPS {
+            let foot = self.upper + self.bump * strip as f64 / STRIPS as f64;
+            let within = |node: u32| {
+                let [x, _, z] = mesh.points[node as usize];
+                let height = (z - foot) / self.bump * STRIPS as f64;
+                // A billionth of the length is the rounding of the places.
+                x <= self.half && (-1e-9..=1.0 + 1e-9).contains(&height)
+            };
+            let facets = flank.iter().flatten().copied();
+            let own = facets.filter(|facet| mesh.facet_nodes(*facet).all(within));
+            let own = own.collect();
+            mesh.surfaces.insert(strip_name(strip), own);
+        }
         // The bumps narrow upward: their cells with them.
         let narrow = 1.0 - self.bump_half[1] / self.bump_half[0];
         for point in &mut mesh.points {
@@ -215,96 +271,205 @@ impl BumpBlock {
         Axis::new(&marks, &gradings)
     }
 
-    /// Solves the block of a soft and a stiff solid under a small force.
+    /// Solves the block of a soft and a stiff solid under small loads.
     ///
     /// # Errors
     /// [`Failure`] when the lengths make no block, or the solution fails.
     pub fn solve(
         &self,
-        [soft, stiff]: [Material; 2],
+        solids: [Material; 2],
         sides: BlockSides,
-        force: TopForce,
         division: BlockDivision,
-    ) -> Result<BlockResponse, Failure> {
+    ) -> Result<BlockAnswer, Failure> {
         let mesh = self
             .mesh(division)
             .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
-        let area = 4.0 * self.bump_half[1] * self.bump_half[1];
-        let shear = soft.law.shear_modulus();
-        let size = STRAIN * shear * area;
-        let problem = pose(mesh, [soft, stiff], sides, force, area)
+        let same = Half::solve(self, mesh.clone(), solids, sides, Mirror::Same)?;
+        let opposite = Half::solve(self, mesh, solids, sides, Mirror::Opposite)?;
+        let top = |half: &Half<'_>| {
+            let top = half.answer(half.loads.top);
+            let [closing, largest] = half.closing(0, top)?;
+            let beside = |cavity| Ok::<_, ProblemError>(half.closing(cavity, top)?[0]);
+            Ok(TopAnswer {
+                closing,
+                hottest: largest / closing,
+                slopes: half.slopes(top)?,
+                volume: -top.volumes[0],
+                beside: if self.in_row {
+                    Some([beside(1)?, beside(2)?])
+                } else {
+                    None
+                },
+            })
+        };
+        let strip = |strip: usize| {
+            let [side, down] = same.loads.strips[strip];
+            let closing = |half: &Half<'_>, load| Ok(half.closing(0, half.answer(load))?[0]);
+            let rise = |half: &Half<'_>, load| half.rise(strip, half.answer(load));
+            Ok(StripAnswer {
+                by_side_force: [closing(&same, side)?, closing(&opposite, side)?],
+                by_downward_force: [closing(&same, down)?, closing(&opposite, down)?],
+                rise: [
+                    rise(&same, side)? + rise(&opposite, side)?,
+                    rise(&same, down)? + rise(&opposite, down)?,
+                ],
+            })
+        };
+        let answer = || {
+            let inside = same.answer(same.loads.pressure);
+            let mut strips = [StripAnswer::default(); STRIPS];
+            for (number, answer) in strips.iter_mut().enumerate() {
+                *answer = strip(number)?;
+            }
+            Ok(BlockAnswer {
+                normal: top(&same)?,
+                side: top(&opposite)?,
+                strips,
+                pressure: PressureAnswer {
+                    opening: -same.closing(0, inside)?[0],
+                    volume: inside.volumes[0],
+                },
+                cavity: same.cavity(),
+                unknowns: same.solver.unknowns().max(opposite.solver.unknowns()),
+            })
+        };
+        answer().map_err(|error| Failure::at_start(Reason::Problem(error)))
+    }
+}
+
+/// Name of the surface of a strip of the flank.
+fn strip_name(strip: usize) -> String {
+    format!("strip{strip}")
+}
+
+/// Parameters of the loads, each 1 N on the whole block or 1 Pa.
+#[derive(Clone, Copy)]
+struct Loads {
+    top: Parameter,
+    /// Toward the axis and downward, half of it on each side.
+    strips: [[Parameter; 2]; STRIPS],
+    pressure: Parameter,
+}
+
+/// A quarter of the block with one mirror, solved.
+struct Half<'b> {
+    block: &'b BumpBlock,
+    solver: Solver,
+    loads: Loads,
+    /// In the order of the parameters.
+    answers: Vec<LinearResponse>,
+}
+
+impl<'b> Half<'b> {
+    fn solve(
+        block: &'b BumpBlock,
+        mesh: Mesh,
+        solids: [Material; 2],
+        sides: BlockSides,
+        mirror: Mirror,
+    ) -> Result<Self, Failure> {
+        let (problem, loads) = pose(block, mesh, solids, sides, mirror)
             .map_err(|error| Failure::at_start(Reason::Problem(error)))?;
         let mut solver = Solver::new(problem)?;
-        solver.settings = Settings {
-            first_step: 1.0,
-            tolerance: TOLERANCE,
-            ..Settings::default()
-        };
-        solver.load_to(&[size], |_, _| Continue::Yes)?;
-        let closing = |cavity| {
-            let answer = self.closing(&solver, cavity);
-            answer.map_err(|error| Failure::at_start(Reason::Problem(error)))
-        };
-        let [own, largest] = closing(0)?;
-        let beside = if self.in_row {
-            Some([closing(1)?[0] / size, closing(2)?[0] / size])
-        } else {
-            None
-        };
-        Ok(BlockResponse {
-            closing: own / size,
-            hottest: largest / own,
-            beside,
-            unknowns: solver.unknowns(),
+        let all: Vec<_> = (0..=loads.pressure.0).map(Parameter).collect();
+        let answers = solver.linear_responses(&all)?;
+        Ok(Self {
+            block,
+            solver,
+            loads,
+            answers,
         })
     }
 
-    /// Mean closing between the plates and largest closing in a cavity, m.
-    fn closing(&self, solver: &Solver, cavity: usize) -> Result<[f64; 2], ProblemError> {
-        let problem = solver.problem();
+    fn answer(&self, load: Parameter) -> &LinearResponse {
+        &self.answers[load.0]
+    }
+
+    /// Volume of the cavity at rest, m3.
+    fn cavity(&self) -> f64 {
+        let problem = self.solver.problem();
         let mesh = &problem.mesh;
-        let moved = &solver.state().displacement;
-        let inside = |[x, y, _]: [f64; 3]| {
-            let x = self.across_axis(x).0.abs();
-            [x, y]
-                .iter()
-                .all(|x| (self.plate[0]..=self.plate[1]).contains(x))
-        };
+        problem.cavities[0].volume(mesh, problem.kinematics, &mesh.points)
+    }
+
+    /// Integral of `weight` times the rise of a surface, and of `weight`.
+    fn over(
+        &self,
+        surface: &str,
+        answer: &LinearResponse,
+        weight: impl Fn([f64; 3]) -> f64,
+    ) -> Result<[f64; 2], ProblemError> {
+        let problem = self.solver.problem();
+        let facets = problem.surface(surface)?;
+        let up = |place| [0.0, 0.0, weight(place)];
+        let weights = traction(&problem.mesh, problem.kinematics, &facets, up);
+        let sums = weights
+            .iter()
+            .fold([0.0; 2], |[sum, whole], (node, weight)| {
+                let rise = answer.displacement[*node as usize][2];
+                [sum + weight[2] * rise, whole + weight[2]]
+            });
+        Ok(sums)
+    }
+
+    /// Mean rise of a strip of the flank.
+    fn rise(&self, strip: usize, answer: &LinearResponse) -> Result<f64, ProblemError> {
+        let [sum, whole] = self.over(&strip_name(strip), answer, |_| 1.0)?;
+        Ok(sum / whole)
+    }
+
+    /// 1 over a plate, 0 beside it.
+    fn on_plate(&self, [x, y, _]: [f64; 3]) -> f64 {
+        let x = self.block.across_axis(x).0.abs();
+        let plate = self.block.plate[0]..=self.block.plate[1];
+        f64::from(u8::from(plate.contains(&x) && plate.contains(&y)))
+    }
+
+    /// Mean closing between the plates and largest closing in a cavity, m.
+    fn closing(&self, cavity: usize, answer: &LinearResponse) -> Result<[f64; 2], ProblemError> {
+        let mesh = &self.solver.problem().mesh;
         let mut mean = 0.0;
         let mut columns = BTreeMap::<[i64; 2], f64>::new();
         for (face, sign) in [("floor", 1.0), ("roof", -1.0)] {
             let name = &format!("{}.{face}", CAVITIES[cavity]);
-            let surface = problem.surface(name)?;
-            let over = |facets: &[Facet]| {
-                let up = |place| [0.0, 0.0, if inside(place) { 1.0 } else { 0.0 }];
-                traction(mesh, problem.kinematics, facets, up)
-            };
-            let weights = over(&surface);
-            let whole: f64 = weights.iter().map(|(_, weight)| weight[2]).sum();
-            let sum: f64 = weights
-                .iter()
-                .map(|(node, weight)| weight[2] * moved[*node as usize][2])
-                .sum();
+            let [sum, whole] = self.over(name, answer, |place| self.on_plate(place))?;
             mean += sign * sum / whole;
             for node in mesh.nodes_of(name).unwrap_or_default() {
                 let [x, y, _] = mesh.points[node as usize];
                 // Places of one column are equal up to rounding.
-                let key = [x, y].map(|x| (x / self.half * 1e9).round() as i64);
-                *columns.entry(key).or_default() += sign * moved[node as usize][2];
+                let key = [x, y].map(|x| (x / self.block.half * 1e9).round() as i64);
+                *columns.entry(key).or_default() += sign * answer.displacement[node as usize][2];
             }
         }
         let largest = columns.into_values().fold(f64::NEG_INFINITY, f64::max);
         Ok([mean, largest])
     }
+
+    /// Slope of the closing over the plate along x and y.
+    fn slopes(&self, answer: &LinearResponse) -> Result<[f64; 2], ProblemError> {
+        let [near, far] = self.block.plate;
+        let middle = f64::midpoint(near, far);
+        let square = (far - near).powi(2) / 12.0;
+        let mut slopes = [0.0; 2];
+        for (face, sign) in [("floor", 1.0), ("roof", -1.0)] {
+            let name = &format!("{}.{face}", CAVITIES[0]);
+            let [_, area] = self.over(name, answer, |place| self.on_plate(place))?;
+            for (axis, slope) in slopes.iter_mut().enumerate() {
+                let arm = |place: [f64; 3]| self.on_plate(place) * (place[axis] - middle);
+                *slope += sign * self.over(name, answer, arm)?[0] / (area * square);
+            }
+        }
+        Ok(slopes)
+    }
 }
 
 fn pose(
+    block: &BumpBlock,
     mesh: Mesh,
     [soft, stiff]: [Material; 2],
     sides: BlockSides,
-    force: TopForce,
-    area: f64,
-) -> Result<Problem, ProblemError> {
+    mirror: Mirror,
+) -> Result<(Problem, Loads), ProblemError> {
     let mut problem = Problem::new(mesh, Kinematics::Solid)?;
     let regions = problem.mesh.regions.iter();
     problem.materials = regions
@@ -312,9 +477,9 @@ fn pose(
         .collect();
     problem.clamp("bottom")?;
     problem.support("front", 1, Motion::Fixed)?;
-    match force {
-        TopForce::Normal => problem.support("left", 0, Motion::Fixed)?,
-        TopForce::Side => {
+    match mirror {
+        Mirror::Same => problem.support("left", 0, Motion::Fixed)?,
+        Mirror::Opposite => {
             problem.support("left", 1, Motion::Fixed)?;
             problem.support("left", 2, Motion::Fixed)?;
         }
@@ -323,15 +488,55 @@ fn pose(
         problem.support("back", 1, Motion::Fixed)?;
         problem.support("right", 0, Motion::Fixed)?;
     }
-    let parameter = problem.parameter("force", Rule::Given);
-    let top = problem.surface("pressed")?;
-    let pull = match force {
-        TopForce::Normal => [0.0, 0.0, -1.0 / area],
-        TopForce::Side => [1.0 / area, 0.0, 0.0],
+    let down = [0.0, 0.0, -1.0];
+    let top = match mirror {
+        Mirror::Same => down,
+        Mirror::Opposite => [1.0, 0.0, 0.0],
     };
+    // A quarter of the block has a quarter of the top, and half of a flank.
+    let top = push(&mut problem, "pressed", top, 0.25)?;
+    let mut strips = [[top; 2]; STRIPS];
+    for (number, loads) in strips.iter_mut().enumerate() {
+        let name = strip_name(number);
+        // Half of the load on each of the two flanks.
+        for (load, along) in loads.iter_mut().zip([[-1.0, 0.0, 0.0], down]) {
+            *load = push(&mut problem, &name, along, 0.25)?;
+        }
+    }
+    let pressure = problem.parameter("pressure in the cavities", Rule::Given);
+    let wall = problem.surface(CAVITIES[0])?;
+    problem.cavities.push(Cavity {
+        wall,
+        axis: 2,
+        origin: 0.5 * -block.air,
+        pressure,
+    });
+    let loads = Loads {
+        top,
+        strips,
+        pressure,
+    };
+    Ok((problem, loads))
+}
+
+/// A force of `size` newtons, uniform over a surface.
+fn push(
+    problem: &mut Problem,
+    surface: &str,
+    along: [f64; 3],
+    size: f64,
+) -> Result<Parameter, ProblemError> {
+    let parameter = problem.parameter(&format!("force on {surface}"), Rule::Given);
+    let facets = problem.surface(surface)?;
+    let unit = |_| [1.0, 0.0, 0.0];
+    let area: f64 = traction(&problem.mesh, problem.kinematics, &facets, unit)
+        .iter()
+        .map(|(_, force)| force[0])
+        .sum();
+    let pull = along.map(|along| along * size / area);
     problem.dead_loads.push(DeadLoad {
-        forces: traction(&problem.mesh, problem.kinematics, &top, |_| pull),
+        forces: traction(&problem.mesh, problem.kinematics, &facets, |_| pull),
         parameter,
     });
-    Ok(problem)
+    Ok(parameter)
 }

@@ -1,11 +1,11 @@
 //! The elastic unit of P2 solved by finite elements, from its drawing.
 
 use taxel_fem::solver::failure::Failure;
-use taxel_fem::study::bump_block::{BlockResponse, BlockSides, BumpBlock, TopForce, linear};
+use taxel_fem::study::bump_block::{BlockAnswer, BlockSides, BumpBlock, TopAnswer, linear};
 
 pub use taxel_fem::study::bump_block::BlockDivision;
 
-use super::elastic_unit::{FlankCompliance, UnitCompliance, UnitDrawing};
+use super::elastic_unit::{FlankCompliance, SOLVED_ERROR, UnitCompliance, UnitDrawing};
 use super::solved_voids::NotSolved;
 
 /// Copper of the electrodes: Young's modulus, Pa, and Poisson's ratio. Only that it is stiff
@@ -14,16 +14,11 @@ const COPPER: [f64; 2] = [117e9, 0.34];
 /// Young's modulus of the elastomer that is solved, Pa: closings times modulus do not depend on it.
 const SOFT: f64 = 1e6;
 
-/// A unit under forces on the flat top of its bump, by linear elasticity; times Young's
-/// modulus of the elastomer.
+/// A unit solved by linear elasticity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolvedUnit {
-    /// Mean closing per normal force, Pa m/N.
-    pub c_zz: f64,
-    /// d_x per side force, Pa m/N.
-    pub c_xx: f64,
-    /// Largest closing over the mean, under a normal and under a side force.
-    pub hot: [f64; 2],
+    /// Closings, slopes and volumes per force and pressure, times Young's modulus.
+    pub compliance: UnitCompliance,
     /// Unknowns of the larger solution.
     pub unknowns: usize,
 }
@@ -53,28 +48,6 @@ impl Default for UnitSolution {
     }
 }
 
-impl SolvedUnit {
-    /// The compliance of this drawing by `table` with what was solved: what was not, forces
-    /// on strips and air in the cavities, keeps its ratio to it.
-    pub fn in_place_of(&self, table: &UnitCompliance) -> UnitCompliance {
-        let [x, z] = [self.c_xx / table.c_xx, self.c_zz / table.c_zz];
-        let scaled = |[along, down]: [f64; 2]| [x * along, z * down];
-        UnitCompliance {
-            c_zz: self.c_zz,
-            c_xx: self.c_xx,
-            hot_z: self.hot[0],
-            hot_x: self.hot[1],
-            strips: table.strips.map(|strip| FlankCompliance {
-                by_side_force: scaled(strip.by_side_force),
-                by_downward_force: scaled(strip.by_downward_force),
-                ..strip
-            }),
-            volume_by_force: z * table.volume_by_force,
-            ..*table
-        }
-    }
-}
-
 /// What a force on one unit of a row does to the next one, whose elastomer is of one piece with
 /// it, by linear elasticity: mean closing of the near and of the far cavities of the neighbour over
 /// that of the pressed unit on the same side.
@@ -89,20 +62,46 @@ pub struct Crosstalk {
 }
 
 impl UnitDrawing {
-    /// Solves a quarter of the unit under a normal and under a side force on the flat top of
-    /// its bump, with hexahedra of quadratic displacement and linear pressure.
+    /// Solves a quarter of the unit under forces on the top of its bump and on strips of a
+    /// flank, and under a pressure in its cavities, with hexahedra of quadratic displacement and
+    /// linear pressure.
     ///
     /// # Errors
     /// [`NotSolved`] when the lengths make no unit, or the solution fails.
     pub fn solve(&self, solution: &UnitSolution) -> Result<SolvedUnit, NotSolved> {
-        let solve = |force| self.response(solution, force, false);
-        let (normal, side) = (solve(TopForce::Normal)?, solve(TopForce::Side)?);
-        Ok(SolvedUnit {
+        let answer = self.answer(solution, false)?;
+        let BlockAnswer { normal, side, .. } = answer;
+        let half = 0.5 * self.electrode;
+        // The other side opens as much.
+        let c_xx = 2.0 * SOFT * side.closing;
+        let strips = answer.strips.map(|strip| {
+            // The table has the flank on the other side.
+            let closings = |[mean, more]: [f64; 2]| [-2.0 * SOFT * more, SOFT * mean];
+            FlankCompliance {
+                by_side_force: closings(strip.by_side_force),
+                by_downward_force: closings(strip.by_downward_force),
+                stick: -strip.rise[0] / strip.rise[1],
+            }
+        });
+        let compliance = UnitCompliance {
             c_zz: SOFT * normal.closing,
-            // The other side opens as much.
-            c_xx: 2.0 * SOFT * side.closing,
-            hot: [normal.hottest, side.hottest],
-            unknowns: normal.unknowns.max(side.unknowns),
+            c_xx,
+            hot_z: normal.hottest,
+            hot_x: side.hottest,
+            tilt_z: normal.slopes[0] * half / normal.closing,
+            tilt_x: side
+                .slopes
+                .map(|slope| SOFT * slope * self.centre_distance / c_xx),
+            strips,
+            volume_by_force: SOFT * normal.volume,
+            volume_by_pressure: SOFT * answer.pressure.volume,
+            opening_by_pressure: SOFT * answer.pressure.opening,
+            cavity_volume: answer.cavity,
+            error: SOLVED_ERROR,
+        };
+        Ok(SolvedUnit {
+            compliance,
+            unknowns: answer.unknowns,
         })
     }
 
@@ -112,27 +111,19 @@ impl UnitDrawing {
     /// # Errors
     /// [`NotSolved`] when the lengths make no unit, or the solution fails.
     pub fn crosstalk(&self, solution: &UnitSolution) -> Result<Crosstalk, NotSolved> {
-        let solve = |force| {
-            let response = self.response(solution, force, true)?;
-            let beside = response.beside.unwrap_or([f64::NAN; 2]);
-            let over = beside.map(|closing| closing / response.closing);
-            Ok::<_, NotSolved>((over, response.unknowns))
+        let answer = self.answer(solution, true)?;
+        let over = |top: TopAnswer| {
+            let beside = top.beside.unwrap_or([f64::NAN; 2]);
+            beside.map(|closing| closing / top.closing)
         };
-        let (normal, unknowns) = solve(TopForce::Normal)?;
-        let (side, also) = solve(TopForce::Side)?;
         Ok(Crosstalk {
-            normal,
-            side,
-            unknowns: unknowns.max(also),
+            normal: over(answer.normal),
+            side: over(answer.side),
+            unknowns: answer.unknowns,
         })
     }
 
-    fn response(
-        &self,
-        solution: &UnitSolution,
-        force: TopForce,
-        in_row: bool,
-    ) -> Result<BlockResponse, NotSolved> {
+    fn answer(&self, solution: &UnitSolution, in_row: bool) -> Result<BlockAnswer, NotSolved> {
         let half = |length: f64| 0.5 * length;
         let block = BumpBlock {
             half: half(solution.block),
@@ -157,7 +148,7 @@ impl UnitDrawing {
         } else {
             BlockSides::Free
         };
-        let answer = block.solve(solids, sides, force, solution.division);
+        let answer = block.solve(solids, sides, solution.division);
         answer.map_err(|failure: Failure| NotSolved::Solver(failure.to_string()))
     }
 }

@@ -244,10 +244,6 @@ impl Predictor for ThreeAxisPredictor {
         let Some(unit) = self.to_solve else {
             return Ok(Some(self.remark.clone()));
         };
-        let table = unit
-            .drawing
-            .compliance()
-            .map_err(|outside| outside.to_string())?;
         let solved = unit
             .drawing
             .solve(&unit.solution)
@@ -260,16 +256,22 @@ impl Predictor for ThreeAxisPredictor {
         } else {
             String::new()
         };
-        let compliance = solved.in_place_of(&table);
-        self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &compliance);
+        let found = solved.compliance;
+        self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &found);
         let over = |solved: f64, table: f64| 100.0 * (solved / table - 1.0);
+        let beside_table = unit.drawing.compliance().map_or_else(
+            |outside| format!("no table has it ({outside})"),
+            |table| {
+                format!(
+                    "closing per normal force {:+.1} % and per side force {:+.1} % off the table",
+                    over(found.c_zz, table.c_zz),
+                    over(found.c_xx, table.c_xx)
+                )
+            },
+        );
         Ok(Some(format!(
-            "{}; solved with {} unknowns: closing per normal force {:+.1} % and per side force {:+.1} % off the \
-             table, error 2 %{beside}",
-            self.remark,
-            solved.unknowns,
-            over(solved.c_zz, table.c_zz),
-            over(solved.c_xx, table.c_xx)
+            "{}; solved with {} unknowns, error 2 %: {beside_table}{beside}",
+            self.remark, solved.unknowns
         )))
     }
 
