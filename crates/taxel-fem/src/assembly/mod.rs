@@ -2,6 +2,7 @@
 
 pub mod contact;
 pub mod dofs;
+mod edges;
 mod friction;
 pub mod kernel;
 pub mod state;

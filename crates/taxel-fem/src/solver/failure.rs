@@ -104,6 +104,16 @@ pub enum Reason {
     /// The equilibrium found under given loads is not stable.
     #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it")]
     Unstable,
+    /// There is no equilibrium near beyond: a limit of the given loads.
+    #[error(
+        "no equilibrium was found beyond: the body gives way {times:.0} times as fast as on the way so far, most near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2]
+    )]
+    Limit {
+        /// Slope of the displacement by the load over its mean so far.
+        times: f64,
+        /// Undeformed place of the node that goes fastest.
+        place: [f64; 3],
+    },
     /// The quantity that controls the step does not respond to its parameter.
     #[error("the controlled quantity does not respond to its parameter")]
     ControlLost,
@@ -130,14 +140,17 @@ impl Reason {
                 "Check the geometry and the orientation of that cell"
             }
             Self::Inverted(_) => {
-                "Probably a fold or a collapse: give the walls there a contact, round the corner, or refine the mesh around it"
+                "A fold or a bonded corner, or a step too large: give walls that meet there a contact, round the corner, or make the cells there larger; smaller ones turn inside out sooner at a corner without bound"
             }
             Self::Linear(LinearError::Singular) => {
                 "Add a support in the direction that is free, or control by displacement instead of load"
             }
             Self::Linear(_) => "Check materials for extreme ratios of stiffness",
-            Self::NotANumber | Self::NotConverged { .. } | Self::Unstable => {
-                "Probably a limit of the load: control by displacement, volume or arc length instead; or allow smaller steps"
+            Self::Limit { .. } | Self::Unstable => {
+                "A limit of the load: control by displacement, volume or arc length goes beyond it"
+            }
+            Self::NotANumber | Self::NotConverged { .. } => {
+                "Allow smaller steps or more iterations; where surfaces touch, a stiffer contact; where the least volume ratio is near zero, larger cells"
             }
             Self::LostEllipticity { .. } => {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"

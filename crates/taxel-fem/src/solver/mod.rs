@@ -5,6 +5,8 @@ pub mod failure;
 pub mod linear;
 mod memory;
 pub mod newton;
+mod reasons;
+mod settings;
 mod small;
 pub mod stress;
 pub mod traction;

@@ -2,105 +2,17 @@
 
 use super::failure::{Failure, Reason};
 use super::memory::{Times, held, remember};
-use super::small::{dot, solve_small};
+pub use super::settings::{Continue, Settings, Step};
+use super::small::{axpy, dot, solve_small};
 use crate::assembly::contact::ContactProbe;
-use crate::assembly::kernel::{ELIMINATION_RATIO, MAX_PRESSURES};
+use crate::assembly::kernel::MAX_PRESSURES;
 use crate::assembly::state::State;
 use crate::assembly::system::{Assembled, System};
-use crate::material::stability::ellipticity;
 use crate::problem::{Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::solver::unsymmetric;
 use crate::solver::volume::{Lattice, LeastVolume, least_volume};
-use crate::sparse::{Cholesky, Definiteness, Factorisation};
-
-/// Settings of the solution. The defaults suit rubber.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// The iteration ends when `sqrt(|R . du|)` has fallen to this fraction of the
-    /// step's first.
-    pub tolerance: f64,
-    /// Iterations after which a step is given up.
-    pub iterations: usize,
-    /// After a step of at most this many iterations the next step grows; after more than twice as
-    /// many it shrinks.
-    pub easy_iterations: usize,
-    /// First step as a fraction of the path.
-    pub first_step: f64,
-    /// Largest step.
-    pub largest_step: f64,
-    /// Smallest step; below it the solution fails.
-    pub smallest_step: f64,
-    /// Starts each step on the straight line through the last two states.
-    pub extrapolate: bool,
-    /// Reach along that line, as a share of the step: where contacts change, the whole
-    /// line leads too far.
-    pub reach: f64,
-    /// Gives up a stalled step: after this many iterations the energy norm must have fallen to a
-    /// tenth; before, it may not double; and half of them may not pass without a new minimum. `None`
-    /// gives up a step by `iterations` alone. For bodies that fold, where a shorter step costs less
-    /// than a stalled iteration.
-    pub stall_iterations: Option<usize>,
-    /// Rounds of contact multipliers in a step.
-    pub rounds: usize,
-    /// Accepts no state in which a cell is inside out anywhere, corners and points between those
-    /// of integration included: such a cell gets more points of integration first, and what is
-    /// then still inside out is refused. Without, the state is accepted and reported
-    /// ([`Step::least_volume`], [`Solver::least_volume_ratio`]): at a bonded corner, where the
-    /// stretch has no bound, that is often as good elsewhere, and goes further.
-    pub whole_cells: bool,
-    /// Under given loads only stable equilibria are accepted: beyond a limit point the
-    /// iteration may find another one far away.
-    pub stable: bool,
-    /// Bulk over shear modulus by which pressures are eliminated where a solid keeps its
-    /// volume. The result does not depend on it: the more, the fewer iterations; the less,
-    /// the less rounding in the pressure (1e-15 of a shear modulus times this).
-    pub elimination: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-7,
-            iterations: 14,
-            easy_iterations: 5,
-            first_step: 0.1,
-            largest_step: 1.0,
-            smallest_step: 1e-4,
-            extrapolate: true,
-            reach: 1.0,
-            stall_iterations: None,
-            rounds: 8,
-            whole_cells: false,
-            stable: true,
-            elimination: ELIMINATION_RATIO,
-        }
-    }
-}
-
-/// Record of a converged step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// Newton iterations, all rounds together.
-    pub iterations: usize,
-    /// Newton iterations before the first round of contact multipliers.
-    pub before_rounds: usize,
-    /// The least volume ratio over all cells; none for a body without cells.
-    pub least_volume: Option<LeastVolume>,
-    /// Sign of the tangent at the end.
-    pub definiteness: Definiteness,
-    /// Fraction of the way that has been gone.
-    pub fraction: f64,
-}
-
-/// Decision after an accepted step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Continue {
-    /// Go on.
-    Yes,
-    /// Stop here; the accepted state stays.
-    Stop,
-}
+use crate::sparse::{Cholesky, Factorisation};
 
 /// An iteration has reached its rounding floor at so many times the estimate of its energy, and
 /// where it no longer falls at so many times more.
@@ -118,9 +30,6 @@ const LOST: f64 = 10.0;
 
 /// Least share of a change that is tried where the whole one turns a cell inside out.
 const SHORTEST: f64 = 0.03;
-
-/// Points of the greatest stress that are looked at after a failure.
-const SUSPECTS: usize = 100;
 
 /// A problem being solved: the last accepted state and what is reused between steps.
 pub struct Solver {
@@ -290,6 +199,13 @@ impl Solver {
         stress_points(&self.problem, &self.state).max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))
     }
 
+    /// The least volume ratio at the accepted state, over whole cells: at corners, nodes and
+    /// (in the plane) points between them, beside the points of integration. A force is to be
+    /// trusted where it is positive; none for a body without cells.
+    pub fn least_volume_ratio(&self) -> Option<LeastVolume> {
+        least_volume(&self.problem, &self.state, &self.lattices, &mut Vec::new())
+    }
+
     /// Values of the quantities that the rules name at the present state.
     fn targets_at_rest(&mut self) -> Result<Vec<f64>, Failure> {
         let assembled = self.evaluate()?;
@@ -397,7 +313,7 @@ impl Solver {
                     size = fraction / 3.0;
                     if size < self.settings.smallest_step || reason.is_final() {
                         return Err(Failure {
-                            reason: self.deeper(reason),
+                            reason: self.deeper(reason, targets),
                             fraction: gone,
                             parameters: self.named_parameters(),
                         });
@@ -443,28 +359,6 @@ impl Solver {
         step.fraction = 1.0;
         seen(&self.state, &step);
         true
-    }
-
-    /// A reason in the solid behind one of the iteration.
-    fn deeper(&self, reason: Reason) -> Reason {
-        if !matches!(
-            reason,
-            Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable
-        ) {
-            return reason;
-        }
-        let mut points: Vec<StressPoint> = stress_points(&self.problem, &self.state).collect();
-        points.sort_by(|a, b| b.von_mises.total_cmp(&a.von_mises));
-        let mesh = &self.problem.mesh;
-        let lost = points.iter().take(SUSPECTS).find(|point| {
-            let material = &self.problem.materials[mesh.region_of(point.cell)];
-            !ellipticity(material, &point.gradient, point.pressure).holds()
-        });
-        lost.map_or(reason, |point| Reason::LostEllipticity {
-            cell: point.cell,
-            region: mesh.regions[mesh.region_of(point.cell)].clone(),
-            place: point.place,
-        })
     }
 
     fn named_parameters(&self) -> Vec<(String, f64)> {
@@ -612,17 +506,6 @@ impl Solver {
             assembled = self.search(trial, &before, &assembled, &change, beginning)?;
         }
         Err(self.why_not(trial, &energies))
-    }
-
-    fn impossible(&self, missed: &Missed) -> Reason {
-        let mesh = &self.problem.mesh;
-        let middle = mesh.cell(missed.cell)[mesh.cell(missed.cell).len() - 1];
-        Reason::Volume {
-            region: mesh.regions[mesh.region_of(missed.cell)].clone(),
-            cell: missed.cell,
-            place: mesh.points[middle as usize],
-            missed: missed.share,
-        }
     }
 
     /// True if the iteration has stalled.
@@ -782,24 +665,6 @@ impl Solver {
         }
         renewed
     }
-
-    /// Why the iteration did not end.
-    fn why_not(&self, trial: &State, energies: &[f64]) -> Reason {
-        let places = trial.places(&self.problem.mesh);
-        for number in 0..self.problem.contacts.len() {
-            let probe = self.system.contact(&self.problem, trial, &places, number);
-            if let Some(point) = probe.doubtful {
-                return Reason::Chatter {
-                    contact: number,
-                    place: point,
-                    energies: energies.to_vec(),
-                };
-            }
-        }
-        Reason::NotConverged {
-            energies: energies.to_vec(),
-        }
-    }
 }
 
 /// True if the iteration has fallen to what rounding leaves of it; `rounding` is the energy that
@@ -816,10 +681,10 @@ fn at_floor(energies: &[f64], rounding: f64) -> bool {
 
 /// Volume that the cells miss.
 #[derive(Default)]
-struct Missed {
+pub(super) struct Missed {
     /// Greatest share of its volume that a cell misses, and that cell.
-    share: f64,
-    cell: usize,
+    pub(super) share: f64,
+    pub(super) cell: usize,
     /// Iterations in which it has hardly fallen.
     rounds: usize,
 }
@@ -854,12 +719,6 @@ struct Change {
     parameters: Vec<f64>,
     energy: f64,
     given_only: bool,
-}
-
-fn axpy(factor: f64, x: &[f64], y: &mut [f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += factor * x;
-    }
 }
 
 impl From<ProblemError> for Reason {

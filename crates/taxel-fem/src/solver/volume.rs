@@ -1,6 +1,5 @@
 //! Volume ratio over whole cells, also between the points of integration.
 
-use super::newton::Solver;
 use crate::assembly::state::State;
 use crate::assembly::system::InvertedCell;
 use crate::mesh::{CellShape, Shapes};
@@ -205,14 +204,5 @@ impl LeastVolume {
             volume_ratio: self.ratio,
             undeformed: false,
         }
-    }
-}
-
-impl Solver {
-    /// The least volume ratio at the accepted state, over whole cells: at corners, nodes and
-    /// (in the plane) points between them, beside the points of integration. A force is to be
-    /// trusted where it is positive; none for a body without cells.
-    pub fn least_volume_ratio(&self) -> Option<LeastVolume> {
-        least_volume(&self.problem, &self.state, &self.lattices, &mut Vec::new())
     }
 }

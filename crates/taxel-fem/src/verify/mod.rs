@@ -279,6 +279,7 @@ entries! {
     "B13", Exact, 1.0, limits::creep, "Creep under a held load in one call";
     "B14", IndependentProgram, 3.0, limits::free_ends, "Bonded layer with free ends";
     "B15", Exact, 1.0, limits::follower, "Pressure on a face that ends at a free one";
+    "B16", IndependentProgram, 1.0, limits::strip, "Strip of pressure on a bonded layer";
     "C1", Exact, 3.0, indentation::hertz, "Sphere on a half space (Hertz)";
     "C2", Exact, 10.0, indentation::punch, "Flat punch on a bonded layer";
     "C3", Exact, 10.0, indentation::sphere_on_layer, "Sphere on a bonded layer";
@@ -421,7 +422,7 @@ mod tests {
         };
         assert_eq!(ids("B1"), ["B1"]);
         assert_eq!(ids("b7"), ["B7.1", "B7.2", "B7.3"]);
-        assert_eq!(ids("C"), ["C1", "C2", "C3", "C4.1", "C4.2", "C5"]);
+        assert_eq!(ids("C"), ["C1", "C2", "C3", "C4.1", "C4.2", "C4.3", "C5"]);
         assert!(chosen(&["B2", "Z"]).is_err() && chosen(&[""]).is_err());
     }
 

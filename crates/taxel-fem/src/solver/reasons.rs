@@ -1,0 +1,114 @@
+//! Why a solution could not go on, found at its last state.
+
+use super::failure::Reason;
+use super::newton::{Missed, Solver};
+use super::small::{axpy, dot};
+use super::unsymmetric;
+use crate::assembly::state::State;
+use crate::material::stability::ellipticity;
+use crate::problem::Rule;
+use crate::solver::stress::{StressPoint, stress_points};
+use crate::sparse::Factorisation;
+
+/// Points of the greatest stress that are looked at after a failure.
+const SUSPECTS: usize = 100;
+
+/// A body that goes on so many times as fast as on the way so far is at a limit of its load.
+const GIVES_WAY: f64 = 5.0;
+
+impl Solver {
+    /// A reason in the solid or in the load behind one of the iteration.
+    pub(super) fn deeper(&mut self, reason: Reason, targets: &[f64]) -> Reason {
+        if !matches!(
+            reason,
+            Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable
+        ) {
+            return reason;
+        }
+        let mut points: Vec<StressPoint> = stress_points(&self.problem, &self.state).collect();
+        points.sort_by(|a, b| b.von_mises.total_cmp(&a.von_mises));
+        let mesh = &self.problem.mesh;
+        let lost = points.iter().take(SUSPECTS).find(|point| {
+            let material = &self.problem.materials[mesh.region_of(point.cell)];
+            !ellipticity(material, &point.gradient, point.pressure).holds()
+        });
+        if let Some(point) = lost {
+            return Reason::LostEllipticity {
+                cell: point.cell,
+                region: mesh.regions[mesh.region_of(point.cell)].clone(),
+                place: point.place,
+            };
+        }
+        match self.gives_way(targets) {
+            Some((times, place)) if times > GIVES_WAY => Reason::Limit { times, place },
+            _ => reason,
+        }
+    }
+
+    /// How many times as fast as on the way so far the body would go on with its given
+    /// parameters, and where it would go fastest; none at rest, or where nothing is given.
+    fn gives_way(&mut self, targets: &[f64]) -> Option<(f64, [f64; 3])> {
+        let rules = self.problem.rules();
+        let given = |k: &usize| rules[*k] == Rule::Given && targets[*k] != self.targets[*k];
+        let moving: Vec<usize> = (0..rules.len()).filter(given).collect();
+        let step = |k: usize| targets[k] - self.targets[k];
+        let size = |of: &dyn Fn(usize) -> f64| -> f64 {
+            moving.iter().map(|&k| of(k).powi(2)).sum::<f64>().sqrt()
+        };
+        let (next, gone) = (size(&step), size(&|k| self.state.parameters[k]));
+        if moving.is_empty() || gone == 0.0 {
+            return None;
+        }
+        let mut load = vec![0.0; self.system.unknowns.count()];
+        let assembled = self
+            .system
+            .assemble(&self.problem, &self.state, true)
+            .ok()?;
+        for &k in &moving {
+            axpy(-step(k), &assembled.couplings[k], &mut load);
+        }
+        let pattern = &self.system.unknowns.pattern;
+        self.factor.refactor(pattern, &assembled.values).ok()?;
+        let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
+        let ahead = unsymmetric::solve(&mut self.factor, matrix, &load).ok()?;
+        let so_far = self.system.unknown_part(&self.state.displacement);
+        let times = dot(&ahead, &ahead).sqrt() / next / (dot(&so_far, &so_far).sqrt() / gone);
+        let mut moved = vec![[0.0; 3]; self.state.displacement.len()];
+        let parameters = vec![0.0; self.problem.rules().len()];
+        self.system.displace(&mut moved, &ahead, &parameters);
+        let length = |u: &[f64; 3]| -> f64 { u.iter().map(|x| x * x).sum() };
+        let fastest =
+            (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])));
+        Some((times, self.problem.mesh.points[fastest?]))
+    }
+
+    /// The reason of a volume that has no room.
+    pub(super) fn impossible(&self, missed: &Missed) -> Reason {
+        let mesh = &self.problem.mesh;
+        let middle = mesh.cell(missed.cell)[mesh.cell(missed.cell).len() - 1];
+        Reason::Volume {
+            region: mesh.regions[mesh.region_of(missed.cell)].clone(),
+            cell: missed.cell,
+            place: mesh.points[middle as usize],
+            missed: missed.share,
+        }
+    }
+
+    /// Why the iteration did not end.
+    pub(super) fn why_not(&self, trial: &State, energies: &[f64]) -> Reason {
+        let places = trial.places(&self.problem.mesh);
+        for number in 0..self.problem.contacts.len() {
+            let probe = self.system.contact(&self.problem, trial, &places, number);
+            if let Some(point) = probe.doubtful {
+                return Reason::Chatter {
+                    contact: number,
+                    place: point,
+                    energies: energies.to_vec(),
+                };
+            }
+        }
+        Reason::NotConverged {
+            energies: energies.to_vec(),
+        }
+    }
+}
