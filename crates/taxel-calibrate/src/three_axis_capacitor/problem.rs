@@ -1,8 +1,8 @@
 //! One three-axis unit under known forces as a problem of least squares.
 //!
-//! The gauge errs, too. With J = ∂C/∂F the misfit of the four capacitances of
-//! a reading has the covariance σ_C² I + σ_F² J Jᵀ; each reading is multiplied
-//! by the inverse of its Cholesky factor. To first order that is the fit in
+//! The gauge errs, too, along each axis by its own σ. With J = ∂C/∂F the misfit of the
+//! four capacitances of a reading has the covariance σ_C² I + J diag(σ_x², σ_y², σ_z²) Jᵀ;
+//! each reading is multiplied by the inverse of its Cholesky factor. To first order that is the fit in
 //! which the true forces are unknowns of their own.
 
 use crate::split::OfSeries;
@@ -15,6 +15,10 @@ use taxel_numerics::least_squares::{Parameter, Problem, linear};
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
 /// Names of the axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// Kinds of readings with a noise of their own: forces along x, y and z, capacitances.
+pub(super) const KINDS: usize = 4;
+/// The kind of the capacitances.
+pub(super) const CAPACITANCE: usize = 3;
 /// Parameters of a unit: four parallel capacitances, four air gaps, nine
 /// compliances by rows, two sinkings of the bump.
 pub(super) const OWN: usize = 19;
@@ -33,8 +37,8 @@ pub(crate) struct Reading {
     /// True if a gauge read the force along each axis; else it is exact.
     pub(super) gauged: [bool; 3],
     pub(super) capacitance: [f64; 4],
-    /// Standard deviation of a force, of a capacitance, where the bench gives them.
-    pub(super) deviation: [Option<f64>; 2],
+    /// Standard deviation of each kind, where the bench gives it.
+    pub(super) deviation: [Option<f64>; KINDS],
     pub(super) marked: bool,
 }
 
@@ -109,23 +113,33 @@ pub(super) struct Bench<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Whitening {
     rows: [[f64; 4]; 4],
-    /// Number of rows, the first ones, that the gauge's errors reach.
-    pub(super) gauged: usize,
+    /// ∂C/∂F along each axis that a gauge read, zero along the others.
+    by_force: [[f64; 4]; 3],
 }
 
 impl Whitening {
-    /// For a reading with deviations of force (N) and capacitance (F) of a
-    /// unit; `None` where a tile touches.
-    pub(super) fn new(unit: &UnitModel, reading: &Reading, deviation: [f64; 2]) -> Option<Self> {
+    /// For a reading with deviations of each kind (N, F) of a unit; `None` where a tile
+    /// touches.
+    pub(super) fn new(
+        unit: &UnitModel,
+        reading: &Reading,
+        deviation: [f64; KINDS],
+    ) -> Option<Self> {
         let jacobian = unit.linearise(reading.force)?.jacobian;
-        let axes = (0..3).filter(|axis| reading.gauged[*axis]);
-        let reached: Vec<[f64; 4]> = axes
-            .map(|axis| std::array::from_fn(|i| jacobian[i][axis] * deviation[0]))
+        let by_force: [[f64; 4]; 3] = std::array::from_fn(|axis| {
+            let gauged = f64::from(u8::from(reading.gauged[axis]));
+            jacobian.map(|row| gauged * row[axis])
+        });
+        let reached: Vec<[f64; 4]> = by_force
+            .iter()
+            .zip(deviation)
+            .map(|(slopes, deviation)| slopes.map(|slope| slope * deviation))
+            .filter(|reached| reached.iter().any(|part| *part != 0.0))
             .collect();
         let basis = basis(&reached);
         let mut covariance = [[0.0; 4]; 4];
         for a in 0..4 {
-            covariance[a][a] = deviation[1] * deviation[1];
+            covariance[a][a] = deviation[CAPACITANCE].powi(2);
             for b in 0..4 {
                 let both = |v: &[f64; 4]| dot(v, &basis[a]) * dot(v, &basis[b]);
                 covariance[a][b] += reached.iter().map(both).sum::<f64>();
@@ -133,7 +147,7 @@ impl Whitening {
         }
         Some(Self {
             rows: times_inverse_factor(covariance, basis)?,
-            gauged: reached.len(),
+            by_force,
         })
     }
 
@@ -141,9 +155,15 @@ impl Whitening {
         self.rows.map(|row| dot(&row, &misfit))
     }
 
-    /// Share of the capacitances' noise in the variance of each row.
-    pub(super) fn share(&self, deviation: f64) -> [f64; 4] {
-        self.rows.map(|row| deviation * deviation * dot(&row, &row))
+    /// Covariance of the four numbers by an error of each kind of deviation one.
+    pub(super) fn unit_covariances(&self) -> [[[f64; 4]; 4]; KINDS] {
+        let mut found = [[[0.0; 4]; 4]; KINDS];
+        for (found, slopes) in found.iter_mut().zip(self.by_force) {
+            let moved = self.apply(slopes);
+            *found = moved.map(|a| moved.map(|b| a * b));
+        }
+        found[CAPACITANCE] = self.rows.map(|a| self.rows.map(|b| dot(&a, &b)));
+        found
     }
 }
 
@@ -192,13 +212,13 @@ fn times_inverse_factor(covariance: [[f64; 4]; 4], basis: [[f64; 4]; 4]) -> Opti
 }
 
 impl<'a> Bench<'a> {
-    /// `deviations` of force and capacitance of each reading; `None` where the
+    /// `deviations` of each kind of each reading; `None` where the
     /// unit `at` which the whitening is made touches.
     pub(super) fn new(
         drawn: &UnitModel,
         at: &UnitModel,
         readings: &'a [Reading],
-        deviations: &[[f64; 2]],
+        deviations: &[[f64; KINDS]],
         measured: Measured,
     ) -> Option<Self> {
         let pairs = readings.iter().zip(deviations);
@@ -214,6 +234,13 @@ impl<'a> Bench<'a> {
 
     pub(super) fn whitening(&self) -> &[Whitening] {
         &self.whitening
+    }
+
+    /// Slopes of all residuals by each parameter.
+    pub(super) fn whitened_slopes(&self, at: &[f64]) -> Vec<Vec<f64>> {
+        let mut columns = vec![vec![0.0; self.readings()]; at.len()];
+        self.slopes(&[], at, &mut columns);
+        columns
     }
 }
 
