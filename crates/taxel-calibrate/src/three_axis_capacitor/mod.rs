@@ -223,20 +223,20 @@ impl<'a> ThreeAxisCalibrator<'a> {
         let fit_options = options.fitting(given);
         let mut at = *start;
         let mut found: Option<(Vec<Parameter>, Fit)> = None;
-        for _ in 0..MOST_ROUNDS {
+        for round in 0..MOST_ROUNDS {
             let parameters = self.parameters(model, taxel, &at, moved);
             let touching = || FitError::NoStart {
                 name: name(GAP),
                 value: at.plates.air_gap[0],
             };
-            let bench = Bench::new(&self.drawn, &at, of, &noise.of(of), measured);
+            let bench = Bench::new(&self.drawn, (&at, round > 0), of, &noise.of(of), measured);
             let bench = bench.ok_or_else(touching)?;
             let next = fit(&bench, &parameters, &fit_options)?;
             let step = moved_by(&next, &values(&at));
             at = with_values(&self.drawn, &next.values());
             let changed = noise.weigh_again(of, &bench, &next);
             found = Some((parameters, next));
-            if changed.max(step) < SETTLED {
+            if round > 0 && changed.max(step) < SETTLED {
                 break;
             }
         }
@@ -344,7 +344,13 @@ impl DeviceModel for ThreeAxisCalibrator<'_> {
     ) -> Option<Box<dyn Problem + 'b>> {
         let (readings, unit) = (&fitted.readings, self.unit(fitted));
         let noise = fitted.noise.of(readings);
-        let bench = Bench::new(&self.drawn, &unit, readings, &noise, context.measured)?;
+        let bench = Bench::new(
+            &self.drawn,
+            (&unit, true),
+            readings,
+            &noise,
+            context.measured,
+        )?;
         Some(Box::new(bench))
     }
 }

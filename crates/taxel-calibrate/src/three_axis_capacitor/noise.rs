@@ -75,7 +75,7 @@ impl Noise {
 
     /// Replaces what is not given by what the residuals of a fit show; the largest
     /// relative change of a deviation.
-    pub(super) fn weigh_again(&mut self, of: &[Reading], bench: &Bench<'_>, found: &Fit) -> f64 {
+    pub(super) fn weigh_again(&mut self, of: &[Reading], bench: &Bench, found: &Fit) -> f64 {
         let shares = shares(of, bench, found);
         let unknown: Vec<usize> = (0..KINDS)
             .filter(|kind| shares.iter().any(|share| share.reads(*kind)))
@@ -113,7 +113,7 @@ impl Share {
 }
 
 /// The readings with the share of each kind in the covariance of their residuals.
-fn shares(of: &[Reading], bench: &Bench<'_>, found: &Fit) -> Vec<Share> {
+fn shares(of: &[Reading], bench: &Bench, found: &Fit) -> Vec<Share> {
     let slopes = bench.whitened_slopes(&found.values());
     let covariance = &found.covariance;
     let scale = found.scale.powi(-2);

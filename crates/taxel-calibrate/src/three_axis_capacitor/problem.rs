@@ -2,8 +2,12 @@
 //!
 //! The gauge errs, too, along each axis by its own σ. With J = ∂C/∂F the misfit of the
 //! four capacitances of a reading has the covariance σ_C² I + J diag(σ_x², σ_y², σ_z²) Jᵀ;
-//! each reading is multiplied by the inverse of its Cholesky factor. To first order that is the fit in
-//! which the true forces are unknowns of their own.
+//! each reading is multiplied by the inverse of its Cholesky factor.
+//!
+//! The model and J are taken at the most likely force F̂ of a reading, not at that of the
+//! gauge: the misfit is C − C(F̂) − J·(F − F̂). This is the fit in which the true forces are
+//! unknowns of their own. At the force of the gauge, the bend of C over F would turn the
+//! gauge's noise into a bias.
 
 use crate::split::OfSeries;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
@@ -101,9 +105,10 @@ pub(super) fn with_values(drawn: &UnitModel, at: &[f64]) -> UnitModel {
 }
 
 /// A unit, its readings, and what each reading's misfits are multiplied by.
-pub(super) struct Bench<'a> {
+pub(super) struct Bench {
     drawn: UnitModel,
-    readings: &'a [Reading],
+    /// At their most likely forces, with capacitances less J·(F − F̂).
+    readings: Vec<Reading>,
     whitening: Vec<Whitening>,
     /// Parallel capacitances measured otherwise: four more readings.
     measured: Measured,
@@ -120,11 +125,7 @@ pub(super) struct Whitening {
 impl Whitening {
     /// For a reading with deviations of each kind (N, F) of a unit; `None` where a tile
     /// touches.
-    pub(super) fn new(
-        unit: &UnitModel,
-        reading: &Reading,
-        deviation: [f64; KINDS],
-    ) -> Option<Self> {
+    fn new(unit: &UnitModel, reading: &Reading, deviation: [f64; KINDS]) -> Option<Self> {
         let jacobian = unit.linearise(reading.force)?.jacobian;
         let by_force: [[f64; 4]; 3] = std::array::from_fn(|axis| {
             let gauged = f64::from(u8::from(reading.gauged[axis]));
@@ -153,6 +154,15 @@ impl Whitening {
 
     fn apply(&self, misfit: [f64; 4]) -> [f64; 4] {
         self.rows.map(|row| dot(&row, &misfit))
+    }
+
+    /// Σ·Jᵀ·V⁻¹ times a misfit: by how much the most likely force is beyond that of the gauge.
+    fn most_likely(&self, misfit: [f64; 4], deviation: [f64; KINDS]) -> [f64; 3] {
+        let whitened = self.apply(misfit);
+        std::array::from_fn(|axis| {
+            let along = dot(&self.apply(self.by_force[axis]), &whitened);
+            deviation[axis].powi(2) * along
+        })
     }
 
     /// Covariance of the four numbers by an error of each kind of deviation one.
@@ -211,24 +221,29 @@ fn times_inverse_factor(covariance: [[f64; 4]; 4], basis: [[f64; 4]; 4]) -> Opti
         .then_some(rows)
 }
 
-impl<'a> Bench<'a> {
-    /// `deviations` of each kind of each reading; `None` where the
-    /// unit `at` which the whitening is made touches.
+impl Bench {
+    /// `deviations` of each kind of each reading; `None` where the unit `at` which the
+    /// whitening is made touches. `settled` says that this unit is near the best one, so that
+    /// the most likely forces can be found with it.
     pub(super) fn new(
         drawn: &UnitModel,
-        at: &UnitModel,
-        readings: &'a [Reading],
+        (at, settled): (&UnitModel, bool),
+        readings: &[Reading],
         deviations: &[[f64; KINDS]],
         measured: Measured,
     ) -> Option<Self> {
+        let steps = if settled { STEPS } else { 0 };
         let pairs = readings.iter().zip(deviations);
+        let found = pairs.map(|(reading, deviation)| {
+            likely(at, reading, *deviation, steps).or_else(|| likely(at, reading, *deviation, 0))
+        });
+        let found: Vec<(Reading, Whitening)> = found.collect::<Option<_>>()?;
+        let (readings, whitening) = found.into_iter().unzip();
         Some(Self {
             drawn: *drawn,
             readings,
             measured,
-            whitening: pairs
-                .map(|(reading, deviation)| Whitening::new(at, reading, *deviation))
-                .collect::<Option<_>>()?,
+            whitening,
         })
     }
 
@@ -242,6 +257,28 @@ impl<'a> Bench<'a> {
         self.slopes(&[], at, &mut columns);
         columns
     }
+}
+
+/// A reading at its most likely force for a unit, and its whitening there; `None` where a
+/// tile touches.
+fn likely(
+    unit: &UnitModel,
+    reading: &Reading,
+    deviation: [f64; KINDS],
+    steps: usize,
+) -> Option<(Reading, Whitening)> {
+    let mut moved = *reading;
+    let mut whitening = Whitening::new(unit, &moved, deviation)?;
+    for _ in 0..steps {
+        let beyond = whitening.most_likely(misfit(unit, &moved)?, deviation);
+        moved.force = std::array::from_fn(|axis| reading.force[axis] + beyond[axis]);
+        whitening = Whitening::new(unit, &moved, deviation)?;
+        for (i, capacitance) in moved.capacitance.iter_mut().enumerate() {
+            let back = (0..3).map(|axis| whitening.by_force[axis][i] * beyond[axis]);
+            *capacitance = reading.capacitance[i] + back.sum::<f64>();
+        }
+    }
+    Some((moved, whitening))
 }
 
 /// Measured less modelled capacitances of a reading, F; `None` where a tile
@@ -275,7 +312,7 @@ pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3
     }))
 }
 
-impl Problem for Bench<'_> {
+impl Problem for Bench {
     fn readings(&self) -> usize {
         4 * (self.readings.len() + usize::from(self.measured.is_some()))
     }
@@ -381,8 +418,8 @@ pub(super) fn far_enough(drawn: &UnitModel) -> String {
     )
 }
 
-/// Steps from the gauge's force to that of the capacitances: Newton's, so that
-/// a tenth between them becomes 1e-8.
+/// Steps from the gauge's force to the most likely one and to that of the capacitances:
+/// Newton's, so that a tenth between them becomes 1e-8.
 const STEPS: usize = 4;
 /// Share of the air after which the bend of 1/gap separates it from a constant.
 const CLOSED: f64 = 0.64;

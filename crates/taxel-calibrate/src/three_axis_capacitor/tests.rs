@@ -80,7 +80,7 @@ fn slopes_are_those_of_differences() {
         let deviations = vec![[0.1 * MN, 0.2 * MN, 0.05 * MN, 0.1 * FF]; readings.len()];
         let bench = Bench::new(
             &calibrator.drawn,
-            &unit,
+            (&unit, true),
             &readings,
             &deviations,
             Some(([1e-14; 4], 1e-15)),
