@@ -152,6 +152,10 @@ pub(crate) trait DeviceModel: DeviceReadings {
     /// True if each series is a body with a fit of its own.
     const SEPARATE: bool = false;
 
+    /// True if parameters that are badly known bend away from straight lines within their
+    /// intervals.
+    const CURVED: bool = false;
+
     /// The sensors, with what the names of their own parameters begin with.
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)>;
 

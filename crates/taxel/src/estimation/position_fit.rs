@@ -52,6 +52,11 @@ const BROAD: f64 = 60.0;
 const SEVERAL: f64 = 8.0;
 const UNLIKELY: f64 = 1e-4;
 
+/// With fewer equal weights on the finer grid the position is known better than its steps.
+const NARROW: f64 = 5.0;
+/// Positions of one size that are no further apart, in steps, lead to one best position.
+const APART: usize = 6;
+
 /// One position and size of the grid.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -236,6 +241,16 @@ fn best(candidates: &[Candidate]) -> f64 {
     candidates.iter().map(|one| one.gain).fold(0.0, f64::max)
 }
 
+/// What the grid says of a contact.
+pub(super) struct Searched {
+    pub(super) position: ContactPosition,
+    /// Unknown less than the elements that were used.
+    pub(super) freedom: f64,
+    /// Where the grid is too coarse for how well the position is known: the best position of
+    /// each likely size, in steps from the lower left element, with the index of the radius.
+    pub(super) narrow: Vec<([f64; 2], usize)>,
+}
+
 impl ProfileFit {
     /// The position with its misfit over the degrees of freedom; the position is
     /// given however badly it is known.
@@ -244,6 +259,12 @@ impl ProfileFit {
         forces: &[f64],
         deviations: &[f64],
     ) -> Option<(ContactPosition, f64)> {
+        let found = self.searched(forces, deviations)?;
+        Some((found.position, found.position.misfit / found.freedom))
+    }
+
+    /// The same with what a finer search needs.
+    pub(super) fn searched(&self, forces: &[f64], deviations: &[f64]) -> Option<Searched> {
         let elements = self.model.rows * self.model.columns;
         if forces.len() != elements || deviations.len() != elements {
             return None;
@@ -308,7 +329,40 @@ impl ProfileFit {
             misfit: silent - most,
             method: Method::Profile,
         };
-        Some((position, position.misfit / freedom))
+        let narrow = if broad {
+            Vec::new()
+        } else {
+            let likely = |one: &&Candidate| weight(one, most) > NEGLIGIBLE;
+            let sum: f64 = candidates.iter().map(|one| weight(one, most)).sum();
+            let squares = candidates.iter().map(|one| weight(one, most).powi(2));
+            let alike = sum * sum / squares.sum::<f64>();
+            let mut likely: Vec<&Candidate> = candidates
+                .iter()
+                .filter(likely)
+                .filter(|_| alike < NARROW)
+                .collect();
+            likely.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let mut sizes: Vec<&Candidate> = Vec::new();
+            for one in likely {
+                let near = |other: &&&Candidate| {
+                    let off = |axis: usize| one.steps[axis].abs_diff(other.steps[axis]);
+                    one.radius == other.radius && off(0).max(off(1)) <= APART
+                };
+                if sizes.iter().find(near).is_none() {
+                    sizes.push(one);
+                }
+            }
+            let at = |one: &&Candidate| {
+                let steps = [0, 1].map(|axis| (view.origin[axis] + one.steps[axis]) as f64);
+                (steps, one.radius)
+            };
+            sizes.iter().map(at).collect()
+        };
+        Some(Searched {
+            position,
+            freedom,
+            narrow,
+        })
     }
 }
 
