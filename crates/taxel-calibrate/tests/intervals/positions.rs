@@ -1,6 +1,6 @@
 //! Positions of contacts below a soft cover, each on another device.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use crate::tally::{Case, Printed};
 use rand::{RngExt, SeedableRng};
@@ -28,7 +28,6 @@ const PAIRS: [[f64; 2]; 6] = [
 const REACHED: f64 = 0.87;
 
 /// Contacts of one size on an array whose gains are anew in each trial.
-#[derive(Clone)]
 struct Array {
     fit: Arc<ProfileFit>,
     elements: Vec<[f64; 2]>,
@@ -97,16 +96,19 @@ fn fit(cells: Option<[usize; 2]>) -> Arc<ProfileFit> {
     Arc::new(ProfileFit::new(model).unwrap())
 }
 
+/// The shipped array, and a larger one.
+static SHIPPED: LazyLock<Arc<ProfileFit>> = LazyLock::new(|| fit(None));
+static LARGE: LazyLock<Arc<ProfileFit>> = LazyLock::new(|| fit(Some([4, 6])));
+
 pub(crate) fn all() -> Vec<Case> {
-    let (shipped, large) = (fit(None), fit(Some([4, 6])));
-    let mut all: Vec<Case> = RADII.map(|radius| lone(&shipped, radius)).into();
-    all.extend(PAIRS.map(|pair| two("P3, pair on 2 x 4 elements", true, &shipped, pair)));
-    all.extend(PAIRS.map(|pair| two("P3, pair on 4 x 6 elements", false, &large, pair)));
+    let mut all: Vec<Case> = RADII.map(lone).into();
+    all.extend(PAIRS.map(|pair| two("P3, pair on 2 x 4 elements", true, &SHIPPED, pair)));
+    all.extend(PAIRS.map(|pair| two("P3, pair on 4 x 6 elements", false, &LARGE, pair)));
     all
 }
 
-fn lone(fit: &Arc<ProfileFit>, radius: f64) -> Case {
-    let array = Array::new(fit, radius);
+fn lone(radius: f64) -> Case {
+    let array = LazyLock::new(move || Array::new(&SHIPPED, radius));
     let run = move |seed: u64| -> Vec<Printed> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let at = array.anywhere(&mut random);
@@ -136,10 +138,10 @@ fn lone(fit: &Arc<ProfileFit>, radius: f64) -> Case {
 fn two(
     name: &'static str,
     short: bool,
-    fit: &Arc<ProfileFit>,
+    fit: &'static LazyLock<Arc<ProfileFit>>,
     [radius, distance]: [f64; 2],
 ) -> Case {
-    let array = Array::new(fit, radius);
+    let array = LazyLock::new(move || Array::new(fit, radius));
     let run = move |seed: u64| -> Vec<Printed> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let [one, other] = array.pair(distance, &mut random);

@@ -3,12 +3,14 @@
 
 use super::super::localisation::ContactPosition;
 use super::population::Spread;
-use super::{Scene, Shape};
+use super::{OFFSETS, Scene, Shape};
 
 /// Sizes between two of the tables.
 const BETWEEN: usize = 6;
 /// Steps of the search for the best position of a size.
 const ITERATIONS: usize = 8;
+/// Sizes whose misfit is larger than the least one by so many variances are not refined.
+const LIKELY: f64 = 40.0;
 /// A step shorter than this, in steps of the grid, ends it.
 const SETTLED: f64 = 1e-2;
 
@@ -20,6 +22,17 @@ struct Best {
     misfit: f64,
     covariance: [f64; 3],
     volume: f64,
+}
+
+/// Adds what is not there yet.
+fn add(all: &mut Vec<Best>, one: Best) {
+    let same = |other: &Best| {
+        let off = |axis: usize| (one.shape.at[axis] - other.shape.at[axis]).abs();
+        (one.shape.size - other.shape.size).abs() < 0.5 / BETWEEN as f64 && off(0).max(off(1)) < 1.0
+    };
+    if !all.iter().any(same) {
+        all.push(one);
+    }
 }
 
 impl Scene<'_> {
@@ -36,26 +49,36 @@ impl Scene<'_> {
             return None;
         }
         let found = self.fit.searched(self.forces, deviations)?;
+        if found.narrow.is_empty() {
+            return Some(found.position);
+        }
+        let starts = found.narrow.iter();
+        let nodes = starts.filter_map(|(at, radius)| self.of_size(*at, *radius as f64));
+        let nodes: Vec<Best> = nodes.collect();
+        let least = nodes.iter().map(|one| one.misfit);
+        let least = least.fold(f64::INFINITY, f64::min);
         let mut all: Vec<Best> = Vec::new();
-        for (at, radius) in &found.narrow {
-            let mut at = *at;
-            for part in 0..BETWEEN {
-                let size = *radius as f64 + part as f64 / BETWEEN as f64;
-                if size > self.limits()[2] {
-                    break;
+        let most = least + LIKELY * ((least / found.freedom).max(1.0));
+        for node in nodes.iter().filter(|node| node.misfit <= most) {
+            add(&mut all, *node);
+            for side in [-1.0, 1.0] {
+                let mut at = node.shape.at;
+                for part in 1..BETWEEN {
+                    let size = node.shape.size + side * part as f64 / BETWEEN as f64;
+                    if !(0.0..=self.limits()[2]).contains(&size) {
+                        break;
+                    }
+                    let Some(best) = self.of_size(at, size) else {
+                        break;
+                    };
+                    at = best.shape.at;
+                    add(&mut all, best);
                 }
-                let Some(best) = self.of_size(at, size) else {
-                    continue;
-                };
-                at = best.shape.at;
-                all.push(best);
             }
         }
         let far = self.far();
-        let least = all
-            .iter()
-            .map(|one| one.misfit)
-            .fold(f64::INFINITY, f64::min);
+        let least = all.iter().map(|one| one.misfit);
+        let least = least.fold(f64::INFINITY, f64::min);
         // Where the grid found a better one, these are not the whole.
         if !least.is_finite() || least - far > found.position.misfit + 1.0 {
             return Some(found.position);
@@ -106,7 +129,7 @@ impl Scene<'_> {
 
     /// As [`Scene::share`], straight lines between the logarithms in place of the shares.
     fn log_share(&self, at: [f64; 2], size: f64, element: usize) -> [f64; 3] {
-        let last = super::OFFSETS - 1;
+        let last = OFFSETS - 1;
         let position = self.elements[element];
         let [dx, dy] = [0, 1].map(|axis| at[axis] - position[axis]);
         if dx.abs() >= last as f64 || dy.abs() >= last as f64 {
@@ -117,12 +140,9 @@ impl Scene<'_> {
         let sizes = self.tables.len() - 1;
         let cell = (size as usize).min(sizes.saturating_sub(1));
         let w = size - cell as f64;
+        let logs = self.fit.logs();
         let plane = |cell: usize| {
-            let log = |i: usize, j: usize| {
-                self.tables[cell.min(sizes)][i * super::OFFSETS + j]
-                    .max(1e-12)
-                    .ln()
-            };
+            let log = |i: usize, j: usize| logs[cell.min(sizes)][i * OFFSETS + j];
             let [a, b, c, d] = [log(i, j), log(i + 1, j), log(i, j + 1), log(i + 1, j + 1)];
             let [low, high] = [a + u * (b - a), c + u * (d - c)];
             [
@@ -153,7 +173,7 @@ impl Scene<'_> {
         }
         let [share, x, y] = sums;
         let force = share[3] / share[0];
-        if !(force > 0.0) {
+        if force.is_nan() || force <= 0.0 {
             return None;
         }
         // What the force does not take up of the slopes.
