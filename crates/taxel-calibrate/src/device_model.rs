@@ -2,7 +2,9 @@
 
 use taxel::figure::Figure;
 use taxel::predict::LoadColumn;
-use taxel_numerics::least_squares::{Fit, FitError, FitOptions, NoiseSize, Parameter, Problem};
+use taxel_numerics::least_squares::{
+    Fit, FitError, FitOptions, NoiseSize, Parameter, Problem, student_quantile,
+};
 use taxel_recording::InputError;
 
 use crate::hysteresis::Loops;
@@ -64,6 +66,12 @@ pub(crate) struct Fitted<R, N> {
 }
 
 impl<R, N> Fitted<R, N> {
+    /// Half a 95 % interval in standard deviations of a quantity that follows.
+    pub(crate) fn quantile(&self) -> f64 {
+        let known = self.given && self.fit.scale == 1.0;
+        student_quantile(0.975, if known { usize::MAX } else { self.fit.freedom })
+    }
+
     /// Free parameters.
     pub(crate) fn unknowns(&self) -> usize {
         self.parameters.iter().filter(|p| p.is_free()).count()
@@ -143,6 +151,10 @@ pub(crate) trait DeviceModel: DeviceReadings {
 
     /// True if each series is a body with a fit of its own.
     const SEPARATE: bool = false;
+
+    /// True if parameters that are badly known bend away from straight lines within their
+    /// intervals.
+    const CURVED: bool = false;
 
     /// The sensors, with what the names of their own parameters begin with.
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)>;

@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
-use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Status, profile_interval};
+use taxel_numerics::least_squares::{
+    Direction, Estimate, FitError, Member, Parameter, Status, wide_profile_interval,
+};
 use taxel_recording::InputError;
 
 use crate::clock::{one_clock, same_moment};
@@ -124,7 +126,7 @@ fn constants<D: Findings>(
     let (models, hold_out) = run.compared(&candidates, &mut remarks)?;
     let bodies = readings_of::<D>(&candidates[0]);
     device.explained(&run.judged(&candidates[0], &bodies), table)?;
-    if options.profile {
+    if options.profile || D::CURVED {
         for fitted in &mut candidates[0] {
             run.profiled(fitted)?;
         }
@@ -320,28 +322,65 @@ impl<D: Findings> Run<'_, D> {
         Ok((models, hold_out))
     }
 
-    /// Intervals of what is identified from profiles of the likelihood.
+    /// Intervals of what is identified from profiles of the likelihood: of all with
+    /// `--profile`, else of what is so badly known that the bend of the model matters. What
+    /// its profile leaves open to one side is not identifiable.
     fn profiled(&self, fitted: &mut FittedOf<D>) -> Result<(), InputError> {
         let Some(problem) = self.device.problem(self.context, fitted) else {
             return Ok(());
         };
-        let interval = |j: usize| {
+        let interval = |j: usize, width: f64| {
             let (parameters, found) = (&fitted.parameters, &fitted.fit);
-            profile_interval(problem.as_ref(), parameters, &fitted.options, found, j)
+            let options = &fitted.options;
+            wide_profile_interval(problem.as_ref(), parameters, options, found, j, width)
         };
+        let size = |j: usize| fitted.parameters[j].size;
         let identified = |j: &usize| fitted.fit.estimates[*j].status == Status::Identified;
+        let wanted = |j: &usize| {
+            self.options.profile || fitted.fit.estimates[*j].deviation > BENT * size(*j)
+        };
         let places = (0..fitted.parameters.len()).filter(identified);
-        let intervals: Vec<(usize, [f64; 2])> = places
-            .map(|j| Ok((j, interval(j)?)))
+        let intervals: Vec<(usize, [f64; 2], [f64; 2])> = places
+            .filter(wanted)
+            .map(|j| Ok((j, interval(j, 1.0)?, interval(j, FAR)?)))
             .collect::<Result<_, FitError>>()
             .map_err(|error| self.refused(self.wanted, "", &error))?;
+        let opened = |(j, interval, far): (usize, [f64; 2], [f64; 2])| {
+            let value = fitted.fit.estimates[j].value;
+            let [below, above] = far.map(|end| (end - value).abs());
+            let reach = below.max(above) / (FAR * fitted.quantile()) / size(j);
+            let open = reach > 1.0 && fitted.parameters[j].prior.is_none();
+            let direction = open.then(|| Direction {
+                members: vec![Member {
+                    parameter: j,
+                    share: 1.0,
+                }],
+                deviation: reach,
+                remedy: problem.remedy(&[j]),
+            });
+            (j, interval, direction)
+        };
+        let found: Vec<_> = intervals.into_iter().map(opened).collect();
         drop(problem);
-        for (j, interval) in intervals {
-            fitted.fit.estimates[j].interval = interval;
+        for (j, interval, direction) in found {
+            let estimate = &mut fitted.fit.estimates[j];
+            estimate.interval = interval;
+            if let Some(direction) = direction {
+                estimate.status = Status::NotIdentifiable;
+                estimate.interval = fitted.parameters[j].bounds;
+                fitted.fit.directions.push(direction);
+            }
         }
         Ok(())
     }
 }
+
+/// Deviation over its size above which the interval of a parameter of a curved model is that
+/// of its profile.
+const BENT: f64 = 0.3;
+/// Widths of the interval within which a parameter must be known: a fit that noise took to
+/// where the model is steep would else count as a good one.
+const FAR: f64 = 2.0;
 
 /// Covariance of independent constants.
 fn diagonal(constants: &[(Parameter, Estimate)]) -> Vec<Vec<f64>> {

@@ -30,7 +30,7 @@ pub struct Outcome {
     pub open: Vec<String>,
     /// What was learned from indentations at known positions.
     pub places: Option<IndentationMap>,
-    /// Further quantities that follow: name, value, 95 % interval, meaning.
+    /// Further quantities that follow from them.
     pub derived: Vec<Derived>,
     /// The noise, and how it is known.
     pub noise: String,
@@ -99,10 +99,39 @@ pub struct Derived {
     pub name: String,
     /// Value.
     pub value: f64,
-    /// 95 % interval.
-    pub interval: [f64; 2],
-    /// Name.
+    /// 95 % interval; `None` where the readings do not identify it.
+    pub interval: Option<[f64; 2]>,
+    /// Meaning, with its unit first.
     pub about: String,
+}
+
+impl Derived {
+    /// A quantity that rises or falls with one parameter alone.
+    pub(crate) fn of_parameter(
+        name: impl Into<String>,
+        estimate: &Estimate,
+        follows: impl Fn(f64) -> f64,
+        about: String,
+    ) -> Self {
+        let mut interval = estimate.interval.map(&follows);
+        interval.sort_by(f64::total_cmp);
+        let identified = estimate.status != Status::NotIdentifiable;
+        Self {
+            name: name.into(),
+            value: follows(estimate.value),
+            interval: identified.then_some(interval),
+            about,
+        }
+    }
+
+    /// Value and interval in words.
+    pub(crate) fn in_words(&self, digits: impl Fn(f64) -> String) -> String {
+        let value = digits(self.value);
+        match self.interval.map(|ends| ends.map(&digits)) {
+            Some([low, high]) => format!("{value} ({low} to {high})"),
+            None => format!("({value}), not identifiable"),
+        }
+    }
 }
 
 /// Residuals of one kind of reading of one sensor.

@@ -28,14 +28,8 @@ impl Outcome {
             text = table::render(Format::Table, &Map::new(), &columns, &rows);
         }
         for derived in &self.derived {
-            let [low, high] = derived.interval.map(digits);
-            let _ = writeln!(
-                text,
-                "{} = {} ({low} to {high}), {}",
-                derived.name,
-                digits(derived.value),
-                derived.about
-            );
+            let value = derived.in_words(digits);
+            let _ = writeln!(text, "{} = {value}, {}", derived.name, derived.about);
         }
         if !text.is_empty() {
             text.push('\n');
@@ -191,14 +185,8 @@ impl Outcome {
         }
         body.push_str("</tbody>\n</table>\n");
         for derived in &self.derived {
-            let [low, high] = derived.interval.map(digits);
-            let _ = writeln!(
-                body,
-                "<p>{} = {} ({low} to {high}), {}.</p>",
-                derived.name,
-                digits(derived.value),
-                escape(&derived.about)
-            );
+            let (value, about) = (derived.in_words(digits), escape(&derived.about));
+            let _ = writeln!(body, "<p>{} = {value}, {about}.</p>", derived.name);
         }
         body.push_str(
             "<p>A value that is not identifiable is one of many that fit as well; its interval is that of its bounds.</p>\n",

@@ -271,6 +271,8 @@ impl Calibratable for InPlaneCalibrator<'_> {
 impl DeviceModel for InPlaneCalibrator<'_> {
     type Noise = Vec<[f64; 2]>;
 
+    const CURVED: bool = true;
+
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
         let prefixes = self.prefixes.iter().map(String::as_str);
         self.sensors.iter().zip(prefixes).collect()

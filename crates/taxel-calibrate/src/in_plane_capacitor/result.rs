@@ -81,16 +81,14 @@ impl Findings for InPlaneCalibrator<'_> {
         // These end conditions have one factor for all compressions.
         let drawn = layer.end_condition.factor(layer.aspect(), 0.1);
         let drawn = drawn.unwrap_or(1.0);
-        let mut interval = estimate.interval.map(|scale| zeta(scale * drawn));
-        interval.sort_by(f64::total_cmp);
-        vec![Derived {
-            name: "zeta".into(),
-            value: zeta(estimate.value * drawn),
-            interval,
-            about: format!(
+        vec![Derived::of_parameter(
+            "zeta",
+            &estimate,
+            |scale| zeta(scale * drawn),
+            format!(
                 "of the end condition at m = {m}: only its end factor is identified, never zeta and m both"
             ),
-        }]
+        )]
     }
 
     fn figures(&self, _: &Judged<'_, Self>, candidates: &[Vec<Fitted>]) -> Vec<Figure> {

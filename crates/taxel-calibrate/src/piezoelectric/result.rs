@@ -48,12 +48,12 @@ impl Findings for PiezoelectricCalibrator<'_> {
         if let Ok(array) = self.named.sensor.piezoelectric() {
             let estimate = of.fits[0].fit.estimates[LEAK];
             let capacitance = array.element.capacitance;
-            derived.push(Derived {
-                name: "leak_time_constant".into(),
-                value: estimate.value * capacitance,
-                interval: estimate.interval.map(|resistance| resistance * capacitance),
-                about: "s, leak_resistance times the capacitance of the drawing".into(),
-            });
+            derived.push(Derived::of_parameter(
+                "leak_time_constant",
+                &estimate,
+                |resistance| resistance * capacitance,
+                "s, leak_resistance times the capacitance of the drawing".into(),
+            ));
         }
         let slope = |place: usize| slope(of.context, place);
         derived.extend((0..of.context.profiles.len()).filter_map(slope));
@@ -186,7 +186,7 @@ fn slope(table: &Table, place: usize) -> Option<Derived> {
     Some(Derived {
         name: format!("slope_{name}_{place}"),
         value,
-        interval: [value - half, value + half],
+        interval: Some([value - half, value + half]),
         about: format!(
             "{unit}, a1 + a2 over the load, {shape}, R^2 {:.5}",
             1.0 - misfit / spread

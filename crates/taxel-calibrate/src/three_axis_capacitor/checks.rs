@@ -1,10 +1,10 @@
 //! Checks of the readings of three-axis units.
 
 use super::columns::{
-    CAPACITANCES, COLUMNS, COUNTS, DEVIATIONS, FORCES, HOLD_OUT, PARALLEL, PARALLEL_DEVIATION,
-    REST, TAXEL, TIME,
+    CAPACITANCE_DEVIATION, CAPACITANCES, COLUMNS, COUNTS, FORCE_DEVIATION, FORCE_DEVIATIONS,
+    FORCES, HOLD_OUT, PARALLEL, PARALLEL_DEVIATION, REST, TAXEL, TIME,
 };
-use super::problem::{AXES, CAPACITORS, Measured, Reading};
+use super::problem::{AXES, CAPACITORS, KINDS, Measured, Reading};
 use super::{ThreeAxisCalibrator, in_words, name_of};
 use crate::device_model::DeviceReadings;
 use crate::hysteresis::{on_loading, unloading};
@@ -69,7 +69,7 @@ impl DeviceReadings for ThreeAxisCalibrator<'_> {
                 force: if rest { [0.0; 3] } else { force },
                 gauged: FORCES.map(|column| !rest && data.given[column]),
                 capacitance,
-                deviation: DEVIATIONS.map(|column| data.positive(row, column)),
+                deviation: deviations(data, row),
                 marked: data.flag(row, HOLD_OUT),
             });
         }
@@ -202,6 +202,14 @@ impl ThreeAxisCalibrator<'_> {
         }
         Ok(())
     }
+}
+
+/// Deviations of the forces along x, y and z and of a capacitance that a row gives; a force
+/// of deviation 0 is exact.
+fn deviations(data: &ReadingTable, row: usize) -> [Option<f64>; KINDS] {
+    let of = |column: usize| data.number(row, column).filter(|value| *value >= 0.0);
+    let [x, y, z] = FORCE_DEVIATIONS.map(|column| of(column).or_else(|| of(FORCE_DEVIATION)));
+    [x, y, z, data.positive(row, CAPACITANCE_DEVIATION)]
 }
 
 /// Parallel capacitances that the table gives, from its first row that has

@@ -40,7 +40,10 @@ columns! {
     COUNTS_21 = counts("counts_21");
     COUNTS_22 = counts("counts_22");
     REST = number("rest", [0.0, 1.0], "1 where nothing touches: the force is then zero");
-    FORCE_DEVIATION = force("force_deviation", "standard deviation of the gauge");
+    FORCE_DEVIATION = force("force_deviation", "standard deviation of the gauge along all axes");
+    FORCE_X_DEVIATION = force("force_x_deviation", "along x alone; 0 for exact loads");
+    FORCE_Y_DEVIATION = force("force_y_deviation", "along y alone; 0 for exact loads");
+    FORCE_Z_DEVIATION = force("force_z_deviation", "along z alone; 0 for exact loads");
     CAPACITANCE_DEVIATION =
         capacitance("capacitance_deviation", "standard deviation of a capacitance");
     PARALLEL_11 = parallel("parallel_capacitance_11");
@@ -60,6 +63,7 @@ pub(super) const CAPACITANCES: [usize; 4] = [
     CAPACITANCE_22,
 ];
 pub(super) const COUNTS: [usize; 4] = [COUNTS_11, COUNTS_12, COUNTS_21, COUNTS_22];
-/// Deviation of a force, of a capacitance.
-pub(super) const DEVIATIONS: [usize; 2] = [FORCE_DEVIATION, CAPACITANCE_DEVIATION];
+/// Deviation of the force along each axis.
+pub(super) const FORCE_DEVIATIONS: [usize; 3] =
+    [FORCE_X_DEVIATION, FORCE_Y_DEVIATION, FORCE_Z_DEVIATION];
 pub(super) const PARALLEL: [usize; 4] = [PARALLEL_11, PARALLEL_12, PARALLEL_21, PARALLEL_22];

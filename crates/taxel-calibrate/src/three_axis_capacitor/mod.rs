@@ -130,10 +130,20 @@ impl<'a> ThreeAxisCalibrator<'a> {
         moved: [bool; 3],
     ) -> Vec<Parameter> {
         let rest = start.rest();
-        let compliance = self.drawn.suspension.compliance;
+        let [compliance, here] = [&self.drawn, start].map(|unit| unit.suspension.compliance);
+        // Sizes that change from where a fit comes out to where another does as deviations do,
+        // C_par's nearly as the square of what the air gap holds and that of a compliance as
+        // its root: what is identified is then no matter of how the noise fell.
+        let facing = |unit: &UnitModel, place: usize| {
+            1.0 - unit.plates.parallel_capacitance[place] / unit.rest()[place]
+        };
         let of = |place: usize, at: f64| -> ([f64; 2], f64) {
             match place {
-                0..GAP => ([-0.5 * rest[place], 0.95 * rest[place]], SIZE * rest[place]),
+                0..GAP => {
+                    let share = facing(start, place) / facing(&self.drawn, place);
+                    let bounds = [-0.5 * rest[place], 0.95 * rest[place]];
+                    (bounds, SIZE * rest[place] * share.powi(2))
+                }
                 GAP..COMPLIANCE => {
                     let air = self.drawn.plates.air_gap[place - GAP];
                     ([0.02 * air, 20.0 * air], SIZE * air)
@@ -141,12 +151,13 @@ impl<'a> ThreeAxisCalibrator<'a> {
                 COMPLIANCE..SINKING => {
                     let [row, axis] = [(place - COMPLIANCE) / 3, (place - COMPLIANCE) % 3];
                     let own = (compliance[row][row] * compliance[axis][axis]).sqrt();
+                    let size = (here[row][row] * here[axis][axis]).powf(0.25) * own.sqrt();
                     let bounds = if row == axis {
                         [0.01 * at, 100.0 * at]
                     } else {
                         [-own, own]
                     };
-                    (bounds, SIZE * own)
+                    (bounds, SIZE * size)
                 }
                 _ => ([-1.0, 1.0], SIZE),
             }
@@ -212,20 +223,20 @@ impl<'a> ThreeAxisCalibrator<'a> {
         let fit_options = options.fitting(given);
         let mut at = *start;
         let mut found: Option<(Vec<Parameter>, Fit)> = None;
-        for _ in 0..MOST_ROUNDS {
+        for round in 0..MOST_ROUNDS {
             let parameters = self.parameters(model, taxel, &at, moved);
             let touching = || FitError::NoStart {
                 name: name(GAP),
                 value: at.plates.air_gap[0],
             };
-            let bench = Bench::new(&self.drawn, &at, of, &noise.of(of), measured);
+            let bench = Bench::new(&self.drawn, (&at, round > 0), of, &noise.of(of), measured);
             let bench = bench.ok_or_else(touching)?;
             let next = fit(&bench, &parameters, &fit_options)?;
             let step = moved_by(&next, &values(&at));
             at = with_values(&self.drawn, &next.values());
-            let changed = noise.weigh_again(of, bench.whitening(), &next);
+            let changed = noise.weigh_again(of, &bench, &next);
             found = Some((parameters, next));
-            if changed.max(step) < SETTLED {
+            if round > 0 && changed.max(step) < SETTLED {
                 break;
             }
         }
@@ -333,7 +344,13 @@ impl DeviceModel for ThreeAxisCalibrator<'_> {
     ) -> Option<Box<dyn Problem + 'b>> {
         let (readings, unit) = (&fitted.readings, self.unit(fitted));
         let noise = fitted.noise.of(readings);
-        let bench = Bench::new(&self.drawn, &unit, readings, &noise, context.measured)?;
+        let bench = Bench::new(
+            &self.drawn,
+            (&unit, true),
+            readings,
+            &noise,
+            context.measured,
+        )?;
         Some(Box::new(bench))
     }
 }

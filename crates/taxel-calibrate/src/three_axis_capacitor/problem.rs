@@ -1,9 +1,13 @@
 //! One three-axis unit under known forces as a problem of least squares.
 //!
-//! The gauge errs, too. With J = ∂C/∂F the misfit of the four capacitances of
-//! a reading has the covariance σ_C² I + σ_F² J Jᵀ; each reading is multiplied
-//! by the inverse of its Cholesky factor. To first order that is the fit in
-//! which the true forces are unknowns of their own.
+//! The gauge errs, too, along each axis by its own σ. With J = ∂C/∂F the misfit of the
+//! four capacitances of a reading has the covariance σ_C² I + J diag(σ_x², σ_y², σ_z²) Jᵀ;
+//! each reading is multiplied by the inverse of its Cholesky factor.
+//!
+//! The model and J are taken at the most likely force F̂ of a reading, not at that of the
+//! gauge: the misfit is C − C(F̂) − J·(F − F̂). This is the fit in which the true forces are
+//! unknowns of their own. At the force of the gauge, the bend of C over F would turn the
+//! gauge's noise into a bias.
 
 use crate::split::OfSeries;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
@@ -15,6 +19,10 @@ use taxel_numerics::least_squares::{Parameter, Problem, linear};
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
 /// Names of the axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// Kinds of readings with a noise of their own: forces along x, y and z, capacitances.
+pub(super) const KINDS: usize = 4;
+/// The kind of the capacitances.
+pub(super) const CAPACITANCE: usize = 3;
 /// Parameters of a unit: four parallel capacitances, four air gaps, nine
 /// compliances by rows, two sinkings of the bump.
 pub(super) const OWN: usize = 19;
@@ -33,8 +41,8 @@ pub(crate) struct Reading {
     /// True if a gauge read the force along each axis; else it is exact.
     pub(super) gauged: [bool; 3],
     pub(super) capacitance: [f64; 4],
-    /// Standard deviation of a force, of a capacitance, where the bench gives them.
-    pub(super) deviation: [Option<f64>; 2],
+    /// Standard deviation of each kind, where the bench gives it.
+    pub(super) deviation: [Option<f64>; KINDS],
     pub(super) marked: bool,
 }
 
@@ -97,9 +105,10 @@ pub(super) fn with_values(drawn: &UnitModel, at: &[f64]) -> UnitModel {
 }
 
 /// A unit, its readings, and what each reading's misfits are multiplied by.
-pub(super) struct Bench<'a> {
+pub(super) struct Bench {
     drawn: UnitModel,
-    readings: &'a [Reading],
+    /// At their most likely forces, with capacitances less J·(F − F̂).
+    readings: Vec<Reading>,
     whitening: Vec<Whitening>,
     /// Parallel capacitances measured otherwise: four more readings.
     measured: Measured,
@@ -109,23 +118,29 @@ pub(super) struct Bench<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Whitening {
     rows: [[f64; 4]; 4],
-    /// Number of rows, the first ones, that the gauge's errors reach.
-    pub(super) gauged: usize,
+    /// ∂C/∂F along each axis that a gauge read, zero along the others.
+    by_force: [[f64; 4]; 3],
 }
 
 impl Whitening {
-    /// For a reading with deviations of force (N) and capacitance (F) of a
-    /// unit; `None` where a tile touches.
-    pub(super) fn new(unit: &UnitModel, reading: &Reading, deviation: [f64; 2]) -> Option<Self> {
+    /// For a reading with deviations of each kind (N, F) of a unit; `None` where a tile
+    /// touches.
+    fn new(unit: &UnitModel, reading: &Reading, deviation: [f64; KINDS]) -> Option<Self> {
         let jacobian = unit.linearise(reading.force)?.jacobian;
-        let axes = (0..3).filter(|axis| reading.gauged[*axis]);
-        let reached: Vec<[f64; 4]> = axes
-            .map(|axis| std::array::from_fn(|i| jacobian[i][axis] * deviation[0]))
+        let by_force: [[f64; 4]; 3] = std::array::from_fn(|axis| {
+            let gauged = f64::from(u8::from(reading.gauged[axis]));
+            jacobian.map(|row| gauged * row[axis])
+        });
+        let reached: Vec<[f64; 4]> = by_force
+            .iter()
+            .zip(deviation)
+            .map(|(slopes, deviation)| slopes.map(|slope| slope * deviation))
+            .filter(|reached| reached.iter().any(|part| *part != 0.0))
             .collect();
         let basis = basis(&reached);
         let mut covariance = [[0.0; 4]; 4];
         for a in 0..4 {
-            covariance[a][a] = deviation[1] * deviation[1];
+            covariance[a][a] = deviation[CAPACITANCE].powi(2);
             for b in 0..4 {
                 let both = |v: &[f64; 4]| dot(v, &basis[a]) * dot(v, &basis[b]);
                 covariance[a][b] += reached.iter().map(both).sum::<f64>();
@@ -133,7 +148,7 @@ impl Whitening {
         }
         Some(Self {
             rows: times_inverse_factor(covariance, basis)?,
-            gauged: reached.len(),
+            by_force,
         })
     }
 
@@ -141,9 +156,24 @@ impl Whitening {
         self.rows.map(|row| dot(&row, &misfit))
     }
 
-    /// Share of the capacitances' noise in the variance of each row.
-    pub(super) fn share(&self, deviation: f64) -> [f64; 4] {
-        self.rows.map(|row| deviation * deviation * dot(&row, &row))
+    /// Σ·Jᵀ·V⁻¹ times a misfit: by how much the most likely force is beyond that of the gauge.
+    fn most_likely(&self, misfit: [f64; 4], deviation: [f64; KINDS]) -> [f64; 3] {
+        let whitened = self.apply(misfit);
+        std::array::from_fn(|axis| {
+            let along = dot(&self.apply(self.by_force[axis]), &whitened);
+            deviation[axis].powi(2) * along
+        })
+    }
+
+    /// Covariance of the four numbers by an error of each kind of deviation one.
+    pub(super) fn unit_covariances(&self) -> [[[f64; 4]; 4]; KINDS] {
+        let mut found = [[[0.0; 4]; 4]; KINDS];
+        for (found, slopes) in found.iter_mut().zip(self.by_force) {
+            let moved = self.apply(slopes);
+            *found = moved.map(|a| moved.map(|b| a * b));
+        }
+        found[CAPACITANCE] = self.rows.map(|a| self.rows.map(|b| dot(&a, &b)));
+        found
     }
 }
 
@@ -191,30 +221,64 @@ fn times_inverse_factor(covariance: [[f64; 4]; 4], basis: [[f64; 4]; 4]) -> Opti
         .then_some(rows)
 }
 
-impl<'a> Bench<'a> {
-    /// `deviations` of force and capacitance of each reading; `None` where the
-    /// unit `at` which the whitening is made touches.
+impl Bench {
+    /// `deviations` of each kind of each reading; `None` where the unit `at` which the
+    /// whitening is made touches. `settled` says that this unit is near the best one, so that
+    /// the most likely forces can be found with it.
     pub(super) fn new(
         drawn: &UnitModel,
-        at: &UnitModel,
-        readings: &'a [Reading],
-        deviations: &[[f64; 2]],
+        (at, settled): (&UnitModel, bool),
+        readings: &[Reading],
+        deviations: &[[f64; KINDS]],
         measured: Measured,
     ) -> Option<Self> {
+        let steps = if settled { STEPS } else { 0 };
         let pairs = readings.iter().zip(deviations);
+        let found = pairs.map(|(reading, deviation)| {
+            likely(at, reading, *deviation, steps).or_else(|| likely(at, reading, *deviation, 0))
+        });
+        let found: Vec<(Reading, Whitening)> = found.collect::<Option<_>>()?;
+        let (readings, whitening) = found.into_iter().unzip();
         Some(Self {
             drawn: *drawn,
             readings,
             measured,
-            whitening: pairs
-                .map(|(reading, deviation)| Whitening::new(at, reading, *deviation))
-                .collect::<Option<_>>()?,
+            whitening,
         })
     }
 
     pub(super) fn whitening(&self) -> &[Whitening] {
         &self.whitening
     }
+
+    /// Slopes of all residuals by each parameter.
+    pub(super) fn whitened_slopes(&self, at: &[f64]) -> Vec<Vec<f64>> {
+        let mut columns = vec![vec![0.0; self.readings()]; at.len()];
+        self.slopes(&[], at, &mut columns);
+        columns
+    }
+}
+
+/// A reading at its most likely force for a unit, and its whitening there; `None` where a
+/// tile touches.
+fn likely(
+    unit: &UnitModel,
+    reading: &Reading,
+    deviation: [f64; KINDS],
+    steps: usize,
+) -> Option<(Reading, Whitening)> {
+    let mut moved = *reading;
+    let mut whitening = Whitening::new(unit, &moved, deviation)?;
+    for _ in 0..steps {
+        let beyond = whitening.most_likely(misfit(unit, &moved)?, deviation);
+        moved.force = std::array::from_fn(|axis| reading.force[axis] + beyond[axis]);
+        whitening = Whitening::new(unit, &moved, deviation)?;
+        for (i, capacitance) in moved.capacitance.iter_mut().enumerate() {
+            let back = (0..3).map(|axis| whitening.by_force[axis][i] * beyond[axis]);
+            *capacitance = reading.capacitance[i] + back.sum::<f64>();
+        }
+    }
+    Some((moved, whitening))
 }
 
 /// Measured less modelled capacitances of a reading, F; `None` where a tile
@@ -248,7 +312,7 @@ pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3
     }))
 }
 
-impl Problem for Bench<'_> {
+impl Problem for Bench {
     fn readings(&self) -> usize {
         4 * (self.readings.len() + usize::from(self.measured.is_some()))
     }
@@ -354,8 +418,8 @@ pub(super) fn far_enough(drawn: &UnitModel) -> String {
     )
 }
 
-/// Steps from the gauge's force to that of the capacitances: Newton's, so that
-/// a tenth between them becomes 1e-8.
+/// Steps from the gauge's force to the most likely one and to that of the capacitances:
+/// Newton's, so that a tenth between them becomes 1e-8.
 const STEPS: usize = 4;
 /// Share of the air after which the bend of 1/gap separates it from a constant.
 const CLOSED: f64 = 0.64;

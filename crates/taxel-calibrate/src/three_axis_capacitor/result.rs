@@ -1,7 +1,8 @@
 //! Results of the fits of three-axis units.
 
-use super::problem::{AXES, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, force_error, misfit};
-use super::stiffness::{Observation, fit_stiffness};
+use super::problem::{
+    AXES, CAPACITANCE, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, force_error, misfit,
+};
 use super::{Fitted, ThreeAxisCalibrator, in_words, name_of};
 use crate::device_model::{Findings, Judged};
 use crate::hysteresis::{Loops, loss_in_words};
@@ -11,7 +12,7 @@ use crate::remark::Remark;
 use crate::split::{Branch, branches};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::transduction::UnitModel;
-use taxel_numerics::least_squares::{Estimate, Status, linear, student_quantile};
+use taxel_numerics::least_squares::{Estimate, Status, linear};
 
 /// Taxels of which a report shows figures.
 const SHOWN: usize = 8;
@@ -116,39 +117,11 @@ impl Findings for ThreeAxisCalibrator<'_> {
         open
     }
 
-    /// The stiffness matrix of the published inverse: least squares of the
-    /// gauge's forces on its three displacements, never on the twist.
+    /// The stiffness of the published inverse along the axes that a gauge read, with the whole
+    /// covariance of the fit.
     fn derived(&self, of: &Judged<'_, Self>) -> Vec<Derived> {
-        let mut derived = Vec::new();
-        for fitted in of.fits {
-            let (readings, unit) = (&fitted.readings, self.unit(fitted));
-            let (rest, name) = (unit.rest(), name_of(readings));
-            let observation = |r: &Reading| Observation {
-                displacement: unit.effective_motion(rest, r.capacitance).displacement,
-                force: r.force,
-            };
-            let observations: Vec<Observation> = readings.iter().map(observation).collect();
-            let Some(rows) = fit_stiffness(&observations) else {
-                continue;
-            };
-            let quantile = student_quantile(0.975, observations.len() - 4);
-            for (row, force) in rows.iter().zip(AXES) {
-                for (column, axis) in AXES.iter().enumerate() {
-                    let value = row.coefficients[column];
-                    let half = quantile * row.deviations[column];
-                    derived.push(Derived {
-                        name: format!("{name}.stiffness_{force}{axis}"),
-                        value,
-                        interval: [value - half, value + half],
-                        about: format!(
-                            "N/m, force_{force} over d_{axis} of the published inverse by a straight line, R^2 {:.6}",
-                            row.r_squared
-                        ),
-                    });
-                }
-            }
-        }
-        derived
+        let of_taxel = |fitted: &Fitted| self.stiffnesses(fitted).unwrap_or_default();
+        of.fits.iter().flat_map(of_taxel).collect()
     }
 
     fn noise(&self, fits: &[Fitted]) -> String {
@@ -156,10 +129,16 @@ impl Findings for ThreeAxisCalibrator<'_> {
             let all = fits.iter().map(|fitted| fitted.noise.common[kind]);
             all.fold(0.0, f64::max)
         };
+        let gauged = |axis: usize| {
+            let mut readings = fits.iter().flat_map(|fitted| &fitted.readings);
+            readings.any(|r| r.gauged[axis] && r.deviation[axis].is_none())
+        };
+        let axes = (0..AXES.len()).filter(|axis| gauged(*axis));
+        let gauge = axes.map(|axis| format!("{} {:.4} mN, ", AXES[axis], most(axis) * 1e3));
+        let capacitances = most(CAPACITANCE) * 1e15;
         format!(
-            ": gauge {:.4} mN, capacitances {:.4} fF",
-            most(0) * 1e3,
-            most(1) * 1e15
+            ": gauge {}capacitances {capacitances:.4} fF",
+            gauge.collect::<String>()
         )
     }
 

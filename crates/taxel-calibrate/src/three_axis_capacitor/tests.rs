@@ -8,7 +8,7 @@ use crate::testing::{
     calibrated, covered, file, lost, lost_on_bench, no_hold_out, slopes_and_differences, unnamed,
 };
 use problem::AXES;
-use stiffness::{Observation, fit_stiffness};
+use stiffness::{Observation, fit_stiffness, of_readings};
 use taxel::estimation::{ArrayEstimator, ThreeAxisOptions, ThreeAxisReader};
 use taxel::predict::Loads;
 use taxel::table::Cell;
@@ -77,10 +77,10 @@ fn slopes_are_those_of_differences() {
         });
         let readings = readings(calibrator, &text);
         let unit = synthetic::tilted(&calibrator.made[0], 0.02);
-        let deviations = vec![[0.1 * MN, 0.1 * FF]; readings.len()];
+        let deviations = vec![[0.1 * MN, 0.2 * MN, 0.05 * MN, 0.1 * FF]; readings.len()];
         let bench = Bench::new(
             &calibrator.drawn,
-            &unit,
+            (&unit, true),
             &readings,
             &deviations,
             Some(([1e-14; 4], 1e-15)),
@@ -284,10 +284,13 @@ fn the_reference_stiffness_comes_back() {
     }
     with(&sensor(), |calibrator| {
         let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        let found: Vec<f64> = outcome.parameters.iter().map(|(_, e)| e.value).collect();
+        let unit = with_values(&calibrator.drawn, &found);
+        let lines = of_readings(&unit, &readings(calibrator, &text), &[0, 1, 2]).unwrap();
         let (_, expected) = table(reference!("p2_calibration_expected.csv"));
         for (axis, row) in expected.iter().enumerate() {
             for column in 0..3 {
-                let found = outcome.derived[3 * axis + column].value;
+                let found = lines[axis].coefficients[column];
                 let wanted = row[1 + column] * 1e6;
                 // The parallel capacitances are held to 1e-9 fF; small entries
                 // to that share of the large ones.
@@ -295,6 +298,10 @@ fn the_reference_stiffness_comes_back() {
                     (found - wanted).abs() < 1e-9 * 1e4,
                     "{axis} {column}: {found} {wanted}"
                 );
+                // What is printed is the line of the fitted unit.
+                let printed = &outcome.derived[3 * axis + column];
+                let [low, high] = printed.interval.unwrap();
+                assert!((low..=high).contains(&wanted), "{printed:?} {wanted}");
             }
         }
     });
@@ -320,7 +327,7 @@ fn the_reference_line_has_its_intercept_and_scatter() {
         force: std::array::from_fn(|axis| row[4 + axis] * MN),
     };
     let observations: Vec<Observation> = rows.iter().map(observation).collect();
-    let fits = fit_stiffness(&observations).unwrap();
+    let fits = fit_stiffness(&observations, &[0, 1, 2]).unwrap();
     let near = |found: f64, wanted: f64| (found / wanted - 1.0).abs() < 1e-9;
     for (fit, row) in fits.iter().zip(&expected) {
         for (k, scale) in [1e6, 1e6, 1e6, MN].into_iter().enumerate() {

@@ -23,7 +23,7 @@ mod reweighted;
 pub use identifiability::{Direction, Member};
 pub use iteration::Stop;
 pub use loss::Loss;
-pub use profile::{leave_groups_out, profile_interval};
+pub use profile::{leave_groups_out, profile_interval, wide_profile_interval};
 pub use quantile::student_quantile;
 
 pub use dense::singular_values;

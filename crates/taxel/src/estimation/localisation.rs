@@ -196,10 +196,12 @@ impl ProfileModel {
         }
     }
 
-    /// Radii from half the thickness of the cover to `largest`, each an
-    /// eighth larger than the last: for a contact of unknown size.
+    /// Radii from half the thickness of the cover to `largest`, for a contact of unknown size:
+    /// each an eighth larger than the last, and by no more than a quarter of the thickness,
+    /// over which the rim of a contact is blurred.
     pub fn unknown_radii(thickness: f64, largest: f64) -> Vec<f64> {
-        std::iter::successors(Some(0.5 * thickness), |radius| Some(1.12 * radius))
+        let next = |radius: &f64| Some(radius + (0.12 * radius).min(0.25 * thickness));
+        std::iter::successors(Some(0.5 * thickness), next)
             .take_while(|radius| *radius <= largest)
             .collect()
     }

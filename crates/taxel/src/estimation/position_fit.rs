@@ -26,7 +26,11 @@ pub struct ProfileFit {
 enum Tables {
     /// The share at offsets of i, j steps along x and y: all elements are
     /// alike.
-    Cover(Vec<Vec<f64>>),
+    Cover {
+        shares: Vec<Vec<f64>>,
+        /// Their logarithms.
+        logs: Vec<Vec<f64>>,
+    },
     /// The signals of all elements at each position, i, j steps from the lower
     /// left element, as presses taught them.
     Learned(Vec<Vec<f64>>),
@@ -41,6 +45,9 @@ pub(super) const WINDOW: usize = 32;
 /// Offsets of a table along one axis.
 pub(super) const OFFSETS: usize = NEAR * STEPS + WINDOW + 1;
 
+/// No share counts as less: its logarithm must be finite.
+const LEAST_SHARE: f64 = 1e-12;
+
 /// Steps between positions that are looked at first.
 const COARSE: usize = 4;
 /// Weight below which the surroundings of a position are not looked at.
@@ -51,6 +58,12 @@ const BROAD: f64 = 60.0;
 /// ... and with so many, positions below this weight are unlikely.
 const SEVERAL: f64 = 8.0;
 const UNLIKELY: f64 = 1e-4;
+
+/// With fewer equal weights on the finer grid the position is known better than its steps.
+const NARROW: f64 = 5.0;
+/// Positions of each radius from which a finer search starts, and steps between them.
+const STARTS: usize = 3;
+const APART: usize = 8;
 
 /// One position and size of the grid.
 #[derive(Debug, Clone, Copy)]
@@ -88,10 +101,16 @@ impl ProfileFit {
         if model.rows * model.columns < 3 || model.radii.is_empty() {
             return None;
         }
-        let shares = model.radii.par_iter().map(|a| table(&model, *a)).collect();
+        let radii = model.radii.par_iter();
+        let shares: Vec<Vec<f64>> = radii.map(|a| table(&model, *a)).collect();
+        let log = |share: &f64| share.max(LEAST_SHARE).ln();
+        let logs = shares.iter().map(|one| one.iter().map(log).collect());
         Some(Self {
             model,
-            tables: Tables::Cover(shares),
+            tables: Tables::Cover {
+                logs: logs.collect(),
+                shares,
+            },
             scatter: 0.0,
         })
     }
@@ -111,7 +130,15 @@ impl ProfileFit {
     /// signals.
     pub(super) fn shares(&self) -> &[Vec<f64>] {
         match &self.tables {
-            Tables::Cover(shares) => shares,
+            Tables::Cover { shares, .. } => shares,
+            Tables::Learned(_) => &[],
+        }
+    }
+
+    /// Their logarithms.
+    pub(super) fn logs(&self) -> &[Vec<f64>] {
+        match &self.tables {
+            Tables::Cover { logs, .. } => logs,
             Tables::Learned(_) => &[],
         }
     }
@@ -211,12 +238,14 @@ impl ProfileFit {
             &signals[(x * rows + y) * elements..][..elements]
         };
         let row = match &self.tables {
-            Tables::Cover(_) => &[],
+            Tables::Cover { .. } => &[],
             Tables::Learned(signals) => learned(&signals[radius]),
         };
         for one in &view.readings {
             let share = match &self.tables {
-                Tables::Cover(shares) => shares[radius][offset(one, 0) * OFFSETS + offset(one, 1)],
+                Tables::Cover { shares, .. } => {
+                    shares[radius][offset(one, 0) * OFFSETS + offset(one, 1)]
+                }
                 Tables::Learned(_) => row[one.element],
             };
             cross += share * one.force * one.weight;
@@ -236,7 +265,42 @@ fn best(candidates: &[Candidate]) -> f64 {
     candidates.iter().map(|one| one.gain).fold(0.0, f64::max)
 }
 
+/// What the grid says of a contact.
+pub(super) struct Searched {
+    pub(super) position: ContactPosition,
+    /// Unknown less than the elements that were used.
+    pub(super) freedom: f64,
+    /// Where the grid is too coarse for how well the position is known: positions from which a
+    /// finer search starts, in steps from the lower left element, with the index of the radius.
+    pub(super) narrow: Vec<([f64; 2], usize)>,
+}
+
 impl ProfileFit {
+    /// Surveyed positions of each radius, the best and others apart from it, in steps from the
+    /// lower left element: a position that is known better than the steps of a survey may
+    /// look unlikely in it.
+    fn starts(&self, surveyed: &[Candidate], origin: [isize; 2]) -> Vec<([f64; 2], usize)> {
+        let mut starts: Vec<&Candidate> = Vec::new();
+        for of in surveyed.chunk_by(|a, b| a.radius == b.radius) {
+            let first = starts.len();
+            for _ in 0..STARTS {
+                let apart = |one: &&Candidate| {
+                    starts[first..].iter().all(|other| {
+                        let off = |axis: usize| one.steps[axis].abs_diff(other.steps[axis]);
+                        off(0).max(off(1)) > APART
+                    })
+                };
+                let best = of.iter().filter(apart);
+                starts.extend(best.max_by(|a, b| a.gain.total_cmp(&b.gain)));
+            }
+        }
+        let at = |one: &Candidate| {
+            let steps = [0, 1].map(|axis| (origin[axis] + one.steps[axis]) as f64);
+            (steps, one.radius)
+        };
+        starts.into_iter().map(at).collect()
+    }
+
     /// The position with its misfit over the degrees of freedom; the position is
     /// given however badly it is known.
     pub(super) fn search(
@@ -244,6 +308,12 @@ impl ProfileFit {
         forces: &[f64],
         deviations: &[f64],
     ) -> Option<(ContactPosition, f64)> {
+        let found = self.searched(forces, deviations)?;
+        Some((found.position, found.position.misfit / found.freedom))
+    }
+
+    /// The same with what a finer search needs.
+    pub(super) fn searched(&self, forces: &[f64], deviations: &[f64]) -> Option<Searched> {
         let elements = self.model.rows * self.model.columns;
         if forces.len() != elements || deviations.len() != elements {
             return None;
@@ -308,7 +378,19 @@ impl ProfileFit {
             misfit: silent - most,
             method: Method::Profile,
         };
-        Some((position, position.misfit / freedom))
+        let sum: f64 = candidates.iter().map(|one| weight(one, most)).sum();
+        let squares = candidates.iter().map(|one| weight(one, most).powi(2));
+        let fine = broad || sum * sum / squares.sum::<f64>() > NARROW;
+        let narrow = if fine || self.shares().is_empty() {
+            Vec::new()
+        } else {
+            self.starts(&surveyed, view.origin)
+        };
+        Some(Searched {
+            position,
+            freedom,
+            narrow,
+        })
     }
 }
 

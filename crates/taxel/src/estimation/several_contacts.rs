@@ -1,6 +1,7 @@
 //! Several contacts below a soft cover, whose profiles overlap: as many as the
 //! forces need, all fitted together.
 
+mod lone;
 mod population;
 mod raster;
 
@@ -30,7 +31,7 @@ const ITERATIONS: usize = 15;
 
 impl Localiser for ProfileFit {
     fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition> {
-        let (position, _) = self.search(forces, deviations)?;
+        let position = Scene::new(self, forces, deviations).lone(deviations)?;
         position.is_known(self.model.pitch).then_some(position)
     }
 
@@ -50,14 +51,14 @@ impl Localiser for ProfileFit {
 /// apart by four deviations; if not, two are one that is as wide as both.
 /// Positions and covariances are those of the population.
 pub(super) fn several(fit: &ProfileFit, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
-    let Some((lone, _)) = fit.search(forces, deviations) else {
+    let mut scene = Scene::new(fit, forces, deviations);
+    let Some(lone) = scene.lone(deviations) else {
         return Vec::new();
     };
     let one = |position: ContactPosition| Located {
         position: position.is_known(fit.model.pitch).then_some(position),
         carried: forces.to_vec(),
     };
-    let mut scene = Scene::new(fit, forces, deviations);
     if lone.misfit + scene.far() <= scene.allowed(1) {
         return vec![one(lone)];
     }

@@ -1,0 +1,388 @@
+//! `calibrate` and `predict --calibration` on synthetic benches.
+
+use crate::tally::{Case, Printed};
+use taxel::mechanics::{EndCondition, GivenFactor};
+use taxel::predict::{Loads, Predictor};
+use taxel::sensor::{Element, Sensor};
+use taxel::table::Cell;
+use taxel::transduction::{CapacitanceLaw, UnitModel};
+use taxel_calibrate::{
+    CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated, Provenance,
+    ReadingTable, SyntheticOptions, calibrator,
+};
+use taxel_numerics::Noise;
+use taxel_numerics::least_squares::{Status, linear};
+
+/// Noise of the benches that the truth is read from, over that of the others: the fit
+/// to them is off by so many of its deviations.
+const QUIET: f64 = 1e-3;
+/// Half a 95 % interval in deviations.
+const WIDTH: f64 = 1.96;
+
+/// A kind of bench: sensors, their table for a seed and a share of the noise, and a load.
+struct Bench {
+    sensors: Vec<Sensor>,
+    table: Box<dyn Fn(&[Sensor], u64, f64) -> String + Sync>,
+    /// The load of `predict`; empty where it is not asked.
+    load: &'static str,
+}
+
+pub(crate) fn all() -> Vec<Case> {
+    let options = SyntheticOptions::default();
+    let noise = |noise: f64| SyntheticOptions { noise, ..options };
+    let unit = || vec![shipped("three-axis-8x8")];
+    let piezo = || vec![shipped("piezo-1.5mm")];
+    let (p2, p1) = ("fx=1 mN, fz=8 mN", "u=150 um");
+    let p3 = "profile=impact, x=40 um, ramp=10 ms, dwell=200 ms";
+    let gaps = ["in-plane-20um", "in-plane-50um", "in-plane-100um"];
+    let crossing = SyntheticOptions {
+        compression: 0.39,
+        ..noise(0.0005)
+    };
+    vec![
+        case("P2, 1 % noise", true, twin(unit(), noise(0.01), p2)),
+        case("P2, 0.7 % noise", false, twin(unit(), noise(0.007), "")),
+        case("P2, 0.2 % noise", false, twin(unit(), noise(0.002), p2)),
+        case("P2, pressed only", true, pressed(unit())),
+        case(
+            "P2, gauge of 1 mN along z, exact side loads",
+            false,
+            coarse(unit(), false),
+        ),
+        case(
+            "P2, the same with deviations given",
+            false,
+            coarse(unit(), true),
+        ),
+        case(
+            "P1, one gap",
+            true,
+            twin(vec![shipped(gaps[1])], options, p1),
+        ),
+        case(
+            "P1, one gap, published law",
+            true,
+            twin(vec![published(gaps[1])], options, p1),
+        ),
+        case(
+            "P1, three gaps",
+            false,
+            twin(gaps.map(published).into(), options, ""),
+        ),
+        case("P3, peaks, 1 % noise", true, twin(piezo(), options, p3)),
+        case(
+            "P4",
+            false,
+            twin(vec![shipped("liquid-metal-2x4")], crossing, "p=15 kPa"),
+        ),
+    ]
+}
+
+/// What `calibrate` prints of a normal sweep alone.
+pub(crate) fn pressed_only() -> String {
+    let Bench { sensors, table, .. } = pressed(vec![shipped("three-axis-8x8")]);
+    calibrated(&sensors, &table(&sensors, 1, 1.0)).text()
+}
+
+fn shipped(name: &str) -> Sensor {
+    Sensor::shipped(name).unwrap()
+}
+
+/// A shipped sensor under the published law with a known end factor.
+fn published(name: &str) -> Sensor {
+    let mut sensor = shipped(name);
+    if let Element::InPlaneCapacitor(element) = &mut sensor.element {
+        element.law = CapacitanceLaw::Published;
+        element.layer.end_condition = EndCondition::Given(GivenFactor { chi: 0.909 });
+    }
+    sensor
+}
+
+/// The bench of `taxel twin --calibration-data`; of a three-axis array without times, so that
+/// all of its readings count.
+fn twin(sensors: Vec<Sensor>, options: SyntheticOptions, load: &'static str) -> Bench {
+    let table = move |sensors: &[Sensor], seed: u64, share: f64| {
+        let options = SyntheticOptions {
+            seed,
+            noise: share * options.noise,
+            ..options
+        };
+        let text = calibrator(&named(sensors)).unwrap().synthetic(&options);
+        match sensors[0].element {
+            Element::ThreeAxisCapacitor(_) => without_times(&text),
+            _ => text,
+        }
+    };
+    Bench {
+        sensors,
+        table: Box::new(table),
+        load,
+    }
+}
+
+/// A table without its first column.
+fn without_times(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let rest = lines.filter_map(|line| line.split_once(','));
+    rest.map(|(_, rest)| format!("{rest}\n")).collect()
+}
+
+/// A normal sweep that closes two thirds of the air, its side forces not in the table.
+fn pressed(sensors: Vec<Sensor>) -> Bench {
+    let table = |sensors: &[Sensor], seed: u64, share: f64| {
+        rows(
+            &made(sensors),
+            [0.02, 0.1].map(|deviation| share * deviation),
+            seed,
+            |place| [0.0, 0.0, 40.0 * place],
+        )
+        .lines()
+        .map(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            fields[2..].join(",") + "\n"
+        })
+        .collect()
+    };
+    Bench {
+        sensors,
+        table: Box::new(table),
+        load: "fz=8 mN",
+    }
+}
+
+/// Side loads that are exact beside a gauge of 1 mN along z.
+fn coarse(sensors: Vec<Sensor>, given: bool) -> Bench {
+    let table = move |sensors: &[Sensor], seed: u64, share: f64| {
+        let path = |place: f64| {
+            let turn = 40.0 * place;
+            [
+                12.0 * turn.sin(),
+                12.0 * (0.7 * turn).cos(),
+                5.0 + 25.0 * place,
+            ]
+        };
+        let text = rows(&made(sensors), [share, 0.1 * share], seed, path);
+        if !given {
+            return text;
+        }
+        let mut lines = text.lines();
+        let head = lines.next().unwrap_or_default();
+        let rest = lines.map(|line| format!("{line},0,0,{share},{}\n", 0.1 * share));
+        format!(
+            "{head},force_x_deviation [mN],force_y_deviation [mN],force_z_deviation [mN],capacitance_deviation [fF]\n{}",
+            rest.collect::<String>()
+        )
+    };
+    Bench {
+        sensors,
+        table: Box::new(table),
+        load: "",
+    }
+}
+
+fn made(sensors: &[Sensor]) -> UnitModel {
+    sensors[0].three_axis().unwrap().made()[0]
+}
+
+/// A table of 160 forces, mN, of which the gauge reads that along z with a deviation,
+/// mN, and the capacitances with another, fF.
+fn rows(
+    unit: &UnitModel,
+    deviations: [f64; 2],
+    seed: u64,
+    path: impl Fn(f64) -> [f64; 3],
+) -> String {
+    let mut noise = Noise::seeded(seed);
+    let mut text = String::from(
+        "force_x [mN],force_y [mN],force_z [mN],capacitance_11 [fF],capacitance_12 [fF],capacitance_21 [fF],capacitance_22 [fF]\n",
+    );
+    for k in 0..160 {
+        let [x, y, z] = path(f64::from(k) / 159.0);
+        let read = unit.predict([x, y, z].map(|f| 1e-3 * f)).1.capacitance();
+        text.push_str(&format!(
+            "{x:.9},{y:.9},{:.9}",
+            z + deviations[0] * noise.normal()
+        ));
+        for c in read {
+            text.push_str(&format!(
+                ",{:.9}",
+                1e15 * c + deviations[1] * noise.normal()
+            ));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn named(sensors: &[Sensor]) -> Vec<NamedSensor<'_>> {
+    let named = |sensor| NamedSensor {
+        name: "sensor",
+        text: "",
+        sensor,
+    };
+    sensors.iter().map(named).collect()
+}
+
+fn calibrated(sensors: &[Sensor], text: &str) -> Outcome {
+    let named = named(sensors);
+    let calibrator = calibrator(&named).unwrap();
+    let table = ReadingTable::parse("bench.csv", text, calibrator.columns(), calibrator.group());
+    let options = CalibrateOptions {
+        hold_out: HoldOut::None,
+        ..CalibrateOptions::default()
+    };
+    calibrator.calibrate(&table.unwrap(), &options).unwrap()
+}
+
+/// The file of a calibration, read back.
+fn file(outcome: &Outcome) -> CalibrationFile {
+    let about = Provenance {
+        version: "0",
+        date: "2000-01-01",
+        data: "bench.csv",
+        data_hash: "00",
+    };
+    CalibrationFile::parse("calibration.toml", &outcome.to_toml(&about)).unwrap()
+}
+
+/// Answers of `predict --calibration` with their names.
+fn predicted(sensors: &[Sensor], outcome: &Outcome, load: &str) -> Vec<(String, f64)> {
+    let (named, file) = (named(sensors), file(outcome));
+    let predictor = |sensor: &Sensor| sensor.device().unwrap().predictor().unwrap();
+    let name = "calibration.toml";
+    let centre = predictor(&file.apply(name, &named[0]).unwrap());
+    let sides = file.spread(name, &named[0]).unwrap();
+    let sides = sides
+        .iter()
+        .map(|[below, above]| [predictor(below), predictor(above)]);
+    let names = CalibrationFile::uncertain_columns(&sensors[0]);
+    let propagated = Propagated::new(centre, sides.collect(), names);
+    let loads = Loads::one(load, propagated.load_columns()).unwrap();
+    let mut row = Vec::new();
+    propagated.answer(&loads.load(0), &mut row).unwrap();
+    let pairs = propagated.columns().into_iter().zip(row);
+    let number = |(column, cell): (taxel::table::Column, Cell)| match cell {
+        Cell::Number(value) => Some((column.name, value)),
+        _ => None,
+    };
+    pairs.filter_map(number).collect()
+}
+
+/// A case of a bench, whose truth is what the same bench gives without noise.
+fn case(name: &'static str, short: bool, bench: Bench) -> Case {
+    let truth = std::sync::OnceLock::new();
+    let run = move |seed: u64| {
+        let Bench {
+            sensors,
+            table,
+            load,
+        } = &bench;
+        let (truth, expected) = truth.get_or_init(|| {
+            let truth = calibrated(sensors, &table(sensors, 1, QUIET));
+            let expected = if load.is_empty() {
+                Vec::new()
+            } else {
+                predicted(sensors, &truth, load)
+            };
+            (truth, expected)
+        });
+        let text = table(sensors, seed, 1.0);
+        let found = calibrated(sensors, &text);
+        let lines = match sensors[0].element {
+            Element::ThreeAxisCapacitor(_) => straight_lines(&made(sensors), &text),
+            _ => Vec::new(),
+        };
+        let mut all = printed(&found, truth, &lines);
+        if !load.is_empty() {
+            let answers = predicted(sensors, &found, load);
+            let value = |of: &[(String, f64)], name: &str| {
+                of.iter().find(|(known, _)| known == name).map(|(_, v)| *v)
+            };
+            for (name, deviation) in &answers {
+                let Some(own) = name.strip_suffix("_deviation") else {
+                    continue;
+                };
+                let off = value(&answers, own).unwrap() - value(expected, own).unwrap();
+                all.push((format!("predict {name}"), off.abs() <= WIDTH * deviation));
+            }
+        }
+        all
+    };
+    Case {
+        name,
+        short,
+        reached: 1.0,
+        run: Box::new(run),
+    }
+}
+
+/// Stiffnesses of a unit by straight lines through what it reads under the forces of a
+/// table: they depend on the loads that the lines are drawn through.
+fn straight_lines(unit: &UnitModel, text: &str) -> Vec<(String, f64)> {
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let place = |axis: &str| {
+        let title = format!("force_{axis} [mN]");
+        names.iter().position(|name| *name == title)
+    };
+    let axes: Vec<(usize, &str)> = ["x", "y", "z"].into_iter().enumerate().collect();
+    let read = axes.iter().filter(|(_, axis)| place(axis).is_some());
+    let read: Vec<&(usize, &str)> = read.collect();
+    let force = |line: &str| -> [f64; 3] {
+        let fields: Vec<&str> = line.split(',').collect();
+        ["x", "y", "z"].map(|axis| {
+            let field = place(axis).and_then(|at| fields[at].parse::<f64>().ok());
+            1e-3 * field.unwrap_or(0.0)
+        })
+    };
+    let forces: Vec<[f64; 3]> = lines.map(force).collect();
+    let row = |force: &[f64; 3]| {
+        let capacitance = unit.predict(*force).1.capacitance();
+        let motion = unit.effective_motion(unit.rest(), capacitance).displacement;
+        let along = read.iter().map(|(axis, _)| motion[*axis]);
+        along.chain([1.0]).collect()
+    };
+    let design: Vec<Vec<f64>> = forces.iter().map(row).collect();
+    let of_axis = |(axis, name): &&(usize, &str)| {
+        let target: Vec<f64> = forces.iter().map(|force| force[*axis]).collect();
+        let line = linear::solve(&design, &target).unwrap().coefficients;
+        let named = |(slope, (_, along)): (f64, &&(usize, &str))| {
+            (format!("taxel_0.stiffness_{name}{along}"), slope)
+        };
+        line.into_iter().zip(&read).map(named).collect::<Vec<_>>()
+    };
+    read.iter().flat_map(of_axis).collect()
+}
+
+fn printed(found: &Outcome, truth: &Outcome, lines: &[(String, f64)]) -> Vec<Printed> {
+    let inside = |[low, high]: [f64; 2], truth: f64| low <= truth && truth <= high;
+    let mut all = Vec::new();
+    for (parameter, estimate) in &found.parameters {
+        let known =
+            |(one, _): &&(taxel_numerics::least_squares::Parameter, _)| one.name == parameter.name;
+        let Some((_, exact)) = truth.parameters.iter().find(known) else {
+            continue;
+        };
+        if matches!(estimate.status, Status::Fixed | Status::NotIdentifiable) {
+            continue;
+        }
+        let status = if estimate.status == Status::Identified {
+            String::new()
+        } else {
+            format!(" ({})", estimate.status.name())
+        };
+        all.push((
+            format!("{}{status}", parameter.name),
+            inside(estimate.interval, exact.value),
+        ));
+    }
+    for derived in &found.derived {
+        let line = lines.iter().find(|(name, _)| *name == derived.name);
+        let other = truth.derived.iter().find(|one| one.name == derived.name);
+        let exact = line.map(|(_, slope)| *slope).or(other.map(|one| one.value));
+        if let (Some(interval), Some(exact)) = (derived.interval, exact) {
+            all.push((derived.name.clone(), inside(interval, exact)));
+        }
+    }
+    all
+}
