@@ -259,7 +259,7 @@ fn signals_end_long_work_soon() {
             elapsed < SOON && code == Some(3),
             "{signal} {elapsed:?} {code:?}"
         );
-        assert!(message.contains("of 12 cases"), "{message}");
+        assert!(message.contains("of 18 cases"), "{message}");
         let (elapsed, code, _) = ended_by(signal, &["live", "--headless"], wait);
         assert!(
             elapsed < SOON && code == Some(0),

@@ -51,8 +51,8 @@ pub(super) fn light(case: &mut Case, effort: Effort) -> Result<(), Failure> {
     let slope = solver.linear_response(load)?;
     let top = solver.problem().mesh.nodes_of("top").unwrap_or_default()[0];
     let found = slope.displacement[top as usize][1];
-    // Taken with a bulk modulus of 1e8 shear moduli.
-    case.relative("slope at rest, linear response", -0.25, found, 1e-7);
+    // Taken with a bulk modulus of 1e8 shear moduli, which also multiplies rounding.
+    case.relative("slope at rest, linear response", -0.25, found, 1e-6);
     for q in [1e-12, 1e-9, 1e-6, 1e-3] {
         let (mut solver, _) = pressed(cells)?;
         load_to(&mut solver, &[q])?;
