@@ -186,7 +186,7 @@ fn a_sensor_file_names_its_mechanics() {
     // It is what answers, as long as the command line says nothing else.
     with("three-axis-8x8", "fem");
     let arguments = ["predict", text(&path), "--load", "fz=1 mN"];
-    refused(&arguments, &["no mechanics by finite elements"]);
+    refused(&arguments, &["suspension.stiffness is typed in"]);
     answered(&[&arguments[..], &["--mechanics", "closed-form"]].concat());
     with("liquid-metal-2x4", "magic");
     let parts = ["mechanics", "magic", "closed_form", "fem"];

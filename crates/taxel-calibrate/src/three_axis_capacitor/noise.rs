@@ -157,11 +157,12 @@ fn scored(shares: &[Share], unknown: &[usize], variances: [f64; KINDS]) -> Optio
             let mut seen = share.followed;
             add(&mut seen, 1.0, &outer(share.residuals));
             score[kind] += trace(&inner, &seen);
-            for other in 0..KINDS {
-                let part = trace(&inner, &share.by_kind[other]);
-                match share.given[other] {
+            let others = share.by_kind.iter().zip(share.given);
+            for (entry, (by_other, given)) in information[kind].iter_mut().zip(others) {
+                let part = trace(&inner, by_other);
+                match given {
                     Some(given) => score[kind] -= part * given,
-                    None => information[kind][other] += part,
+                    None => *entry += part,
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! `calibrate` and `predict --calibration` on synthetic benches.
 
 use crate::tally::{Case, Printed};
+use std::fmt::Write as _;
 use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::predict::{Loads, Predictor};
 use taxel::sensor::{Element, Sensor};
@@ -19,10 +20,13 @@ const QUIET: f64 = 1e-3;
 /// Half a 95 % interval in deviations.
 const WIDTH: f64 = 1.96;
 
+/// A table for a seed and a share of the noise.
+type Table = Box<dyn Fn(&[Sensor], u64, f64) -> String + Sync>;
+
 /// A kind of bench: sensors, their table for a seed and a share of the noise, and a load.
 struct Bench {
     sensors: Vec<Sensor>,
-    table: Box<dyn Fn(&[Sensor], u64, f64) -> String + Sync>,
+    table: Table,
     /// The load of `predict`; empty where it is not asked.
     load: &'static str,
 }
@@ -124,7 +128,7 @@ fn twin(sensors: Vec<Sensor>, options: SyntheticOptions, load: &'static str) -> 
 fn without_times(text: &str) -> String {
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     let rest = lines.filter_map(|line| line.split_once(','));
-    rest.map(|(_, rest)| format!("{rest}\n")).collect()
+    rest.flat_map(|(_, rest)| [rest, "\n"]).collect()
 }
 
 /// A normal sweep that closes two thirds of the air, its side forces not in the table.
@@ -199,15 +203,11 @@ fn rows(
     for k in 0..160 {
         let [x, y, z] = path(f64::from(k) / 159.0);
         let read = unit.predict([x, y, z].map(|f| 1e-3 * f)).1.capacitance();
-        text.push_str(&format!(
-            "{x:.9},{y:.9},{:.9}",
-            z + deviations[0] * noise.normal()
-        ));
+        let z = z + deviations[0] * noise.normal();
+        write!(text, "{x:.9},{y:.9},{z:.9}").unwrap();
         for c in read {
-            text.push_str(&format!(
-                ",{:.9}",
-                1e15 * c + deviations[1] * noise.normal()
-            ));
+            let c = 1e15 * c + deviations[1] * noise.normal();
+            write!(text, ",{c:.9}").unwrap();
         }
         text.push('\n');
     }

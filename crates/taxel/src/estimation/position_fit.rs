@@ -276,31 +276,6 @@ pub(super) struct Searched {
 }
 
 impl ProfileFit {
-    /// Surveyed positions of each radius, the best and others apart from it, in steps from the
-    /// lower left element: a position that is known better than the steps of a survey may
-    /// look unlikely in it.
-    fn starts(&self, surveyed: &[Candidate], origin: [isize; 2]) -> Vec<([f64; 2], usize)> {
-        let mut starts: Vec<&Candidate> = Vec::new();
-        for of in surveyed.chunk_by(|a, b| a.radius == b.radius) {
-            let first = starts.len();
-            for _ in 0..STARTS {
-                let apart = |one: &&Candidate| {
-                    starts[first..].iter().all(|other| {
-                        let off = |axis: usize| one.steps[axis].abs_diff(other.steps[axis]);
-                        off(0).max(off(1)) > APART
-                    })
-                };
-                let best = of.iter().filter(apart);
-                starts.extend(best.max_by(|a, b| a.gain.total_cmp(&b.gain)));
-            }
-        }
-        let at = |one: &Candidate| {
-            let steps = [0, 1].map(|axis| (origin[axis] + one.steps[axis]) as f64);
-            (steps, one.radius)
-        };
-        starts.into_iter().map(at).collect()
-    }
-
     /// The position with its misfit over the degrees of freedom; the position is
     /// given however badly it is known.
     pub(super) fn search(
@@ -384,7 +359,7 @@ impl ProfileFit {
         let narrow = if fine || self.shares().is_empty() {
             Vec::new()
         } else {
-            self.starts(&surveyed, view.origin)
+            starts(&surveyed, view.origin)
         };
         Some(Searched {
             position,
@@ -392,6 +367,31 @@ impl ProfileFit {
             narrow,
         })
     }
+}
+
+/// Surveyed positions of each radius, the best and others apart from it, in steps from the
+/// lower left element: a position that is known better than the steps of a survey may
+/// look unlikely in it.
+fn starts(surveyed: &[Candidate], origin: [isize; 2]) -> Vec<([f64; 2], usize)> {
+    let mut found: Vec<&Candidate> = Vec::new();
+    for of in surveyed.chunk_by(|a, b| a.radius == b.radius) {
+        let first = found.len();
+        for _ in 0..STARTS {
+            let apart = |one: &&Candidate| {
+                found[first..].iter().all(|other| {
+                    let off = |axis: usize| one.steps[axis].abs_diff(other.steps[axis]);
+                    off(0).max(off(1)) > APART
+                })
+            };
+            let best = of.iter().filter(apart);
+            found.extend(best.max_by(|a, b| a.gain.total_cmp(&b.gain)));
+        }
+    }
+    let at = |one: &Candidate| {
+        let steps = [0, 1].map(|axis| (origin[axis] + one.steps[axis]) as f64);
+        (steps, one.radius)
+    };
+    found.into_iter().map(at).collect()
 }
 
 /// Steps from an element with so many elements before and behind it.

@@ -313,7 +313,7 @@ mod tests {
             thickness: 0.1,
         };
         let mut study = BarStudy::new(layer, bar, rubber, rubber).unwrap();
-        study.study.press(0.2).unwrap();
+        study.study.press(0.14).unwrap();
         let displacement = study.study.solver.state().displacement.clone();
         let section = study.section(&displacement).unwrap();
         // Below the plane of the base there is some of the layer.
