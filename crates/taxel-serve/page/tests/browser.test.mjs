@@ -297,7 +297,7 @@ test("a tare under a contact is refused, and taken when forced", { skip: mock },
   await byTestId(tab, "events").locator("tr").first().waitFor({ state: "attached" });
   await byTestId(tab, "tare").click();
   await entries.first().getByText(/refused, asked for by the page: contact \d+ presses at row \d, column \d with [\d.]+ mN/).waitFor();
-  await entries.first().getByText("Tare anyway").click();
+  await entries.first().getByText("Tare anyway", { exact: true }).click();
   await tab.waitForFunction(() => document.getElementById("tare-state").textContent !== "tare: none");
   assert.deepEqual(complaints, []);
 });
@@ -314,7 +314,7 @@ test("a zero taken under load is drawn as below zero, with its cause and one way
   await moreFrames(tab, 30);
   await byTestId(tab, "tare").click();
   await byTestId(tab, "tab-tares").click();
-  await byTestId(tab, "tares").getByText("Tare anyway").click();
+  await byTestId(tab, "tares").getByText("Tare anyway", { exact: true }).click();
   await banner.waitFor();
   await tab.waitForFunction(() => / taxels read/.test(document.getElementById("below-zero-text").textContent));
   assert.match(
