@@ -106,32 +106,11 @@ fn check(table: &str, layer: Layer, asked: f64) {
     );
 }
 
-/// Share that a row of the corrected table may be in error: what it states, and what another
-/// program with valid cells differs from it where it states less.
-const CORRECTED: f64 = 0.02;
-
 #[test]
 fn free_ends_follow_the_corrected_table() {
+    // No state with a cell inside out is accepted on the way.
     for aspect in [1.0, 2.0, 5.0, 10.0, 20.0] {
-        let mut study =
-            LayerStudy::new(body(aspect, 0.0, SideFace::Free), rubber(1.0), None).unwrap();
-        for row in rows(FREE) {
-            if row[0] != aspect {
-                continue;
-            }
-            let found = study.press(row[1]).unwrap();
-            let error = found.mean_stress / row[2] - 1.0;
-            println!(
-                "{aspect} e {:.2}: {:.5} table {:.5} error {:+.2} % least J {:.3}",
-                row[1],
-                found.mean_stress,
-                row[2],
-                100.0 * error,
-                found.least_volume_ratio
-            );
-            assert!(error.abs() < CORRECTED, "{aspect} {row:?}: {error}");
-            assert!(found.least_volume_ratio > 0.0);
-        }
+        check(FREE, body(aspect, 0.0, SideFace::Free), ASKED);
     }
 }
 

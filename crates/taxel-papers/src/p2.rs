@@ -121,10 +121,9 @@ fn structure(ours: &mut Ours, array: &ThreeAxisArray<'_>) {
         "independence",
         found.is_some_and(|force| force[2].abs() < 0.1e-3),
     );
-    // What a neighbour reads, beside the step of the gauge over the largest side force: the run
-    // is in %.
+    // In %, beside the step of the gauge over the largest side force.
     let beside = ours.table.run("crosstalk").map(|run| &run.values);
-    let step = 100.0 * 1.0 / 15.0;
+    let step = 100.0 * ours.printed("gauge_resolution", 0) / ours.printed("usable_force", 0);
     ours.holds(
         "crosstalk",
         beside.is_some_and(|values| values.values().all(|closing| closing.abs() < step)),

@@ -13,6 +13,19 @@ mod common;
 use common::{Row, drawing, table};
 use taxel::mechanics::{BlockDivision, UnitDrawing, UnitSolution};
 
+/// The base case of the table.
+fn base() -> Row {
+    let mut rows = table("solved_p2_unit.csv").into_iter();
+    rows.find(|row| row.text("case") == "base").unwrap()
+}
+
+fn coarse() -> UnitSolution {
+    UnitSolution {
+        division: BlockDivision::COARSE,
+        ..UnitSolution::default()
+    }
+}
+
 fn solution(row: &Row) -> UnitSolution {
     UnitSolution {
         poisson: row.at("poisson"),
@@ -84,15 +97,8 @@ fn compare(row: &Row, solution: &UnitSolution, error: f64) {
 /// The base case on few cells, which are stiffer.
 #[test]
 fn base_case_on_a_coarse_mesh() {
-    let row = table("solved_p2_unit.csv")
-        .into_iter()
-        .find(|row| row.text("case") == "base");
-    let coarse = UnitSolution {
-        division: BlockDivision::COARSE,
-        ..UnitSolution::default()
-    };
     // What this mesh differs from the usual one.
-    compare(&row.unwrap(), &coarse, 0.04);
+    compare(&base(), &coarse(), 0.04);
 }
 
 /// Rows of the table within its error, 2 %: some minutes in development.
@@ -113,10 +119,7 @@ fn rows_of_the_table() {
 #[test]
 #[ignore = "long: ten drawings, two solutions of 25 thousand unknowns each"]
 fn drawings_between_the_rows() {
-    let row = table("solved_p2_unit.csv")
-        .into_iter()
-        .find(|row| row.text("case") == "base");
-    let base = drawing(&row.unwrap());
+    let base = drawing(&base());
     // Factors of wall, cavity, layer and bump from a fixed sequence within 20 %.
     let mut state = 1_u64;
     let mut factor = || {
@@ -156,14 +159,7 @@ fn drawings_between_the_rows() {
 /// on four meshes, with their scatter, in % of the pressed unit.
 #[test]
 fn a_neighbour_in_the_row_hardly_moves() {
-    let row = table("solved_p2_unit.csv")
-        .into_iter()
-        .find(|row| row.text("case") == "base");
-    let coarse = UnitSolution {
-        division: BlockDivision::COARSE,
-        ..UnitSolution::default()
-    };
-    let found = drawing(&row.unwrap()).crosstalk(&coarse).unwrap();
+    let found = drawing(&base()).crosstalk(&coarse()).unwrap();
     for (found, expected, scatter) in [
         (found.normal[0], -1.3, 0.2),
         (found.normal[1], -0.16, 0.05),

@@ -9,7 +9,7 @@
 //! capacitances alone and separates them.
 
 use super::checks;
-use super::problem::{Bench, CAPACITANCE, KINDS, Reading};
+use super::problem::{Bench, CAPACITANCE, KINDS, Reading, Whitening};
 use crate::loads::range;
 use taxel_numerics::dense::{cholesky, cholesky_solve};
 use taxel_numerics::least_squares::Fit;
@@ -117,7 +117,7 @@ fn shares(of: &[Reading], bench: &Bench, found: &Fit) -> Vec<Share> {
     let slopes = bench.whitened_slopes(&found.values());
     let covariance = &found.covariance;
     let scale = found.scale.powi(-2);
-    let one = |(index, (reading, whitening)): (usize, (&Reading, &_))| {
+    let one = |(index, (reading, whitening)): (usize, (&Reading, &Whitening))| {
         let rows = |k: usize| slopes.iter().map(move |column| column[4 * index + k]);
         let followed = std::array::from_fn(|a| {
             let by_parameters: Vec<f64> = covariance
@@ -132,7 +132,7 @@ fn shares(of: &[Reading], bench: &Bench, found: &Fit) -> Vec<Share> {
         Share {
             residuals: std::array::from_fn(|k| found.residuals[4 * index + k]),
             followed,
-            by_kind: super::problem::Whitening::unit_covariances(whitening),
+            by_kind: whitening.unit_covariances(),
             given: reading.deviation.map(|given| Some(given?.powi(2))),
         }
     };
@@ -141,7 +141,7 @@ fn shares(of: &[Reading], bench: &Bench, found: &Fit) -> Vec<Share> {
 }
 
 /// Variances of the kinds `unknown` after one step from `variances`; `None` where they
-/// cannot be told apart.
+/// cannot be separated.
 fn scored(shares: &[Share], unknown: &[usize], variances: [f64; KINDS]) -> Option<[f64; KINDS]> {
     let mut information = [[0.0; KINDS]; KINDS];
     let mut score = [0.0; KINDS];

@@ -1,5 +1,6 @@
 //! Rigid motions of a body that its supports do not hold.
 
+use super::load::cross;
 use super::{Kinematics, Problem};
 use crate::mesh::Mesh;
 
@@ -47,7 +48,7 @@ impl std::fmt::Display for FreeMotion {
 }
 
 /// Share of a whole motion below which a support does not feel it.
-const FELT: f64 = 1e-9;
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// A rigid motion that moves no held or driven component of a node; none where all are held.
 pub(super) fn free_motion(problem: &Problem) -> Option<FreeMotion> {
@@ -79,13 +80,7 @@ pub(super) fn free_motion(problem: &Problem) -> Option<FreeMotion> {
     }
     // The points that stay: turn x along / turn^2 from the middle.
     let axis = turn.map(|x| x / whole);
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        std::array::from_fn(|d| {
-            let (e, f) = ((d + 1) % 3, (d + 2) % 3);
-            a[e] * b[f] - a[f] * b[e]
-        })
-    };
-    let from: [f64; 3] = cross(axis, along.map(|x| x / whole));
+    let from = cross(axis, along.map(|x| x / whole));
     let through = std::array::from_fn(|d| middle[d] + size * from[d]);
     Some(FreeMotion::Rotation { axis, through })
 }
@@ -136,7 +131,7 @@ fn reduce(rows: &mut Vec<[f64; 6]>, mut row: [f64; 6]) {
         }
     }
     let length = dot(&row, &row).sqrt();
-    if length > FELT {
+    if length > NEGLIGIBLE {
         rows.push(row.map(|x| x / length));
     }
 }

@@ -29,8 +29,8 @@ pub struct DiscAnswer {
     /// Force over the area of the disc, its displacement over the thickness and Young's modulus.
     pub stiffness: f64,
     /// Distance from the axis over the radius of the disc, and pressure on the base over the
-    /// mean pressure under the disc, at the nodes of the base: a parabola over each two that
-    /// follow one that is a corner of a cell. Every second node, from the first on, is one.
+    /// mean pressure under the disc, at the nodes of the base outward: a corner of a cell and a
+    /// middle of its side in turn, with a parabola through the three of each cell.
     pub pressure: Vec<[f64; 2]>,
 }
 

@@ -57,8 +57,6 @@ pub struct Crosstalk {
     pub normal: [f64; 2],
     /// Under a side force along the row: near, far.
     pub side: [f64; 2],
-    /// Unknowns of the larger solution.
-    pub unknowns: usize,
 }
 
 impl UnitDrawing {
@@ -119,7 +117,6 @@ impl UnitDrawing {
         Ok(Crosstalk {
             normal: over(answer.normal),
             side: over(answer.side),
-            unknowns: answer.unknowns,
         })
     }
 

@@ -112,8 +112,7 @@ impl Scene<'_> {
         let mut at = at;
         let mut best: Option<Best> = None;
         for _ in 0..ITERATIONS {
-            let here = self.normal_law(at, size)?;
-            let (next, step) = here;
+            let (next, step) = self.normal_law(at, size)?;
             if best.is_some_and(|best| next.misfit >= best.misfit) {
                 break;
             }

@@ -304,7 +304,7 @@ mod tests {
             side: SideFace::Free,
             bar: None,
             gripped: false,
-            division: LayerDivision::default(),
+            division: LayerDivision::at_free_end(1.8),
         };
         let bar = Bar {
             inner: 0.05,
@@ -313,7 +313,7 @@ mod tests {
             thickness: 0.1,
         };
         let mut study = BarStudy::new(layer, bar, rubber, rubber).unwrap();
-        study.study.press(0.14).unwrap();
+        study.study.press(0.2).unwrap();
         let displacement = study.study.solver.state().displacement.clone();
         let section = study.section(&displacement).unwrap();
         // Below the plane of the base there is some of the layer.
