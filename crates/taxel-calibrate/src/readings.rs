@@ -1,5 +1,7 @@
 //! Readings of a bench: CSV with units in the header, as people save it.
 
+use std::collections::BTreeMap;
+
 use crate::remark::Remark;
 use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::Dimension;
@@ -96,6 +98,9 @@ impl ReadingTable {
     /// tabs part the fields; after the latter two a number may have a decimal
     /// comma. Other columns than `columns` are left alone.
     ///
+    /// A table may be wide: where `group` is a column of whole numbers, `voltage_3` is the
+    /// column `voltage` of group 3, and each row has the readings of all groups.
+    ///
     /// Repeated header rows, rows without a required value, rows out of the
     /// order of time, and second rows of one time (and one value of the column
     /// `group`, if there is one) are put right and remarked.
@@ -120,6 +125,10 @@ impl ReadingTable {
             file,
             text,
             columns,
+            group: columns
+                .iter()
+                .position(|column| column.name == group)
+                .filter(|at| matches!(columns[*at].kind, LoadKind::Number(_))),
             header: Vec::new(),
             places: Vec::new(),
             decimal_comma: separator_of(text) != b',',
@@ -140,6 +149,9 @@ impl ReadingTable {
                 table.head(line, &fields)?;
                 for place in table.places.iter().flatten() {
                     data.given[place.column] = true;
+                    if let (Some(_), Some(column)) = (place.group, table.group) {
+                        data.given[column] = true;
+                    }
                 }
             } else if fields == table.header {
                 data.remark(line, "the header again; left out");
@@ -168,21 +180,43 @@ impl ReadingTable {
             );
             return Err(table.error(line, None, message, ""));
         }
-        let mut row = vec![None; table.columns.len()];
+        let mut common = vec![None; table.columns.len()];
+        // What a wide table says of each group, by the number of the group.
+        let mut groups: BTreeMap<u32, Vec<(usize, Option<f64>)>> = BTreeMap::new();
         for (at, (field, place)) in fields.iter().zip(&table.places).enumerate() {
             let Some(place) = place else { continue };
-            row[place.column] = table.number(line, at, field, place)?;
+            let value = table.number(line, at, field, place)?;
+            match place.group {
+                None => common[place.column] = value,
+                Some(group) => groups.entry(group).or_default().push((place.column, value)),
+            }
         }
+        let Some(column) = table.group.filter(|_| !groups.is_empty()) else {
+            self.keep(table, line, common);
+            return Ok(());
+        };
+        for (group, values) in groups {
+            let mut row = common.clone();
+            row[column] = Some(f64::from(group));
+            for (column, value) in values {
+                row[column] = value;
+            }
+            self.keep(table, line, row);
+        }
+        Ok(())
+    }
+
+    /// Keeps a row that has what it must have.
+    fn keep(&mut self, table: &Table<'_>, line: usize, row: Vec<Option<f64>>) {
         let missing = |(column, value): (&LoadColumn, &Option<f64>)| {
             (column.required && value.is_none()).then_some(column.name)
         };
         if let Some(name) = table.columns.iter().zip(&row).find_map(missing) {
             self.remark(line, &format!("no {name}; the row is left out"));
-            return Ok(());
+            return;
         }
         self.rows.push(row);
         self.lines.push(line);
-        Ok(())
     }
 
     fn put_in_order(&mut self, columns: &[LoadColumn], group: &str) {
@@ -284,6 +318,8 @@ struct Table<'a> {
     file: &'a str,
     text: &'a str,
     columns: &'a [LoadColumn],
+    /// The column of the group, where groups have whole numbers.
+    group: Option<usize>,
     header: Vec<String>,
     /// For each field of a row the column that it is, if it is one.
     places: Vec<Option<Place>>,
@@ -292,6 +328,8 @@ struct Table<'a> {
 
 struct Place {
     column: usize,
+    /// Of a wide table: the group whose column it is.
+    group: Option<u32>,
     /// SI value of its unit; 1 for a plain number.
     scale: f64,
 }
@@ -304,7 +342,12 @@ impl Table<'_> {
                 .place(title)
                 .map_err(|(message, help)| self.error(line, Some(at), message, &help))?;
             let twice = place.as_ref().is_some_and(|place| {
-                let same = |other: &Place| other.column == place.column;
+                let same = |other: &Place| {
+                    other.column == place.column
+                        && (other.group == place.group
+                            || other.group.is_none()
+                            || place.group.is_none())
+                };
                 self.places.iter().flatten().any(same)
             });
             if twice {
@@ -312,9 +355,25 @@ impl Table<'_> {
             }
             self.places.push(place);
         }
+        let wide = self
+            .places
+            .iter()
+            .flatten()
+            .any(|place| place.group.is_some());
+        let grouped = |place: &Option<Place>| {
+            let place = place.as_ref();
+            place.is_some_and(|place| Some(place.column) == self.group)
+        };
+        if let (true, Some(at)) = (wide, self.places.iter().position(grouped)) {
+            let message = "this column and columns of each group";
+            let help =
+                "remove one of them: in a wide table the columns say of which group they are";
+            return Err(self.error(line, Some(at), message.into(), help));
+        }
         let there = |name: &str| {
             let named = |place: &Place| self.columns[place.column].name == name;
-            self.places.iter().flatten().any(named)
+            let group = self.group.is_some_and(|at| self.columns[at].name == name);
+            self.places.iter().flatten().any(named) || wide && group
         };
         let missing = self.columns.iter().find(|c| c.required && !there(c.name));
         if let Some(column) = missing {
@@ -331,7 +390,14 @@ impl Table<'_> {
         let (name, rest) = title.split_once('[').unwrap_or((title, ""));
         let unit = rest.trim_end().trim_end_matches(']').trim();
         let name = name.trim();
-        let Some(column) = self.columns.iter().position(|column| column.name == name) else {
+        let known = |name: &str| self.columns.iter().position(|column| column.name == name);
+        let of_group = || {
+            let (name, group) = name.rsplit_once('_')?;
+            let group = group.parse::<u32>().ok().filter(|_| self.group.is_some())?;
+            Some((known(name)?, Some(group)))
+        };
+        let Some((column, group)) = known(name).map(|column| (column, None)).or_else(of_group)
+        else {
             return Ok(None);
         };
         let scale = match (self.columns[column].kind, unit) {
@@ -349,7 +415,11 @@ impl Table<'_> {
                 return Err(("this column has no unit".into(), format!("write {name}")));
             }
         };
-        Ok(Some(Place { column, scale }))
+        Ok(Some(Place {
+            column,
+            group,
+            scale,
+        }))
     }
 
     fn number(
@@ -458,6 +528,34 @@ mod tests {
         let data =
             parse("time [s],gap [um],force_z [N]\n0,20,1\n0,50,2\n1,20,3\n1,50,4\n").unwrap();
         assert_eq!((data.len(), data.remarks.len()), (4, 0));
+    }
+
+    #[test]
+    fn a_wide_table_is_that_of_its_groups() {
+        static CHANNELS: [LoadColumn; 4] = [
+            column("time", LoadKind::Quantity(&SECONDS, [-1e9, 1e9]), ""),
+            required(number("channel", [0.0, 10.0], "")),
+            required(quantity("force_z", &FORCE, 1e3, "")),
+            quantity("displacement", &LENGTH, 1.0, ""),
+        ];
+        let parse = |text: &str| ReadingTable::parse("bench.csv", text, &CHANNELS, "channel");
+        let wide = "time [s],force_z [N],displacement_2 [mm],displacement_0 [mm]\n\
+                    0,1,3,\n1,2,5,4\n";
+        let long = "time [s],channel,force_z [N],displacement [mm]\n\
+                    0,0,1,\n1,0,2,4\n0,2,1,3\n1,2,2,5\n";
+        let [wide, long] = [wide, long].map(|text| parse(text).unwrap());
+        assert_eq!((wide.rows, wide.given), (long.rows, long.given));
+        // Of both forms, one is meant.
+        for text in [
+            "channel,force_z [N],displacement_2 [mm]\n0,1,2\n",
+            "force_z [N],displacement [mm],displacement_2 [mm]\n0,1,2\n",
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(
+                error.message.contains("of each group") || error.message.contains("twice"),
+                "{error}"
+            );
+        }
     }
 
     #[test]

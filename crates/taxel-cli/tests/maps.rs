@@ -250,6 +250,13 @@ fn channels_are_shown_raw_without_their_sensor() {
     let rows: Vec<String> = (0..60).map(row).collect();
     fs::write(&bare, rows.join("\n")).unwrap();
     assert_eq!(play(&bare, &["--raw"])["channels"], 3);
+    // A map of pressure is as it is: that is said, and nothing else changes.
+    let pressures = folder.path("pressures.csv");
+    fs::write(&pressures, map("", 8, "kPa", &frames)).unwrap();
+    let [(plain, without), (raw, with)] = [&[][..], &["--raw"]].map(|more| told(&pressures, more));
+    assert_eq!(plain, raw);
+    let note = "note: --raw changes nothing: the frames are a map in kPa";
+    assert!(with.contains(note) && !without.contains(note), "{with}");
     let twin = [
         "live",
         "--raw",

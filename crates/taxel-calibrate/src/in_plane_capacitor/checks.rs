@@ -3,7 +3,7 @@
 use super::columns::{
     CAPACITANCE, CAPACITANCE_DEVIATION, DISPLACEMENT, FORCE_DEVIATION, FORCE_Z, GAP, HOLD_OUT, TIME,
 };
-use super::problem::Reading;
+use super::problem::{Load, Reading};
 use super::{InPlaneCalibrator, OWN};
 use crate::device_model::DeviceReadings;
 use crate::hysteresis::{loss_in_words, on_loading};
@@ -33,26 +33,42 @@ impl DeviceReadings for InPlaneCalibrator<'_> {
         data: &ReadingTable,
         remarks: &mut Vec<Remark>,
     ) -> Result<((), Vec<Reading>), InputError> {
+        if !data.given[FORCE_Z] && !data.given[DISPLACEMENT] {
+            let message = "neither a force nor a displacement";
+            let help = "give a column force_z, displacement, or both, with their units";
+            return Err(data.error("force_z", message, help));
+        }
         let mut readings = Vec::with_capacity(data.len());
-        let mut beyond = Vec::new();
+        let (mut beyond, mut without_load) = (Vec::new(), Vec::new());
         for row in 0..data.len() {
             let sensor = self.sensor_of(data, row)?;
             let read = |column| data.number(row, column);
-            let (Some(force), Some(capacitance)) = (read(FORCE_Z), read(CAPACITANCE)) else {
+            let load = match (read(DISPLACEMENT), read(FORCE_Z)) {
+                (Some(displacement), Some(force)) => Load::Both {
+                    displacement,
+                    force,
+                },
+                (Some(displacement), None) => Load::Displacement(displacement),
+                (None, Some(force)) => Load::Force(force),
+                (None, None) => {
+                    without_load.push(data.line(row));
+                    continue;
+                }
+            };
+            let Some(capacitance) = read(CAPACITANCE) else {
                 continue;
             };
             let deviations = [FORCE_DEVIATION, CAPACITANCE_DEVIATION];
             let reading = Reading {
                 sensor,
                 time: read(TIME),
-                force,
-                displacement: read(DISPLACEMENT),
+                load,
                 capacitance,
                 deviation: deviations.map(|column| data.positive(row, column)),
                 marked: data.flag(row, HOLD_OUT),
             };
             let most = LARGEST_COMPRESSION * self.models[sensor].layer.thickness;
-            if reading.displacement.is_some_and(|u| u > most) {
+            if reading.displacement().is_some_and(|u| u > most) {
                 beyond.push(data.line(row));
             } else {
                 readings.push(reading);
@@ -69,10 +85,22 @@ impl DeviceReadings for InPlaneCalibrator<'_> {
         }
         let what = format!("readings beyond a compression of {LARGEST_COMPRESSION} are left out");
         remarks.extend(Remark::from_here_on(&beyond, &what));
-        let without = readings.iter().filter(|r| r.displacement.is_none()).count();
+        let what = "rows with neither a force nor a displacement are left out";
+        remarks.extend(Remark::from_here_on(&without_load, what));
+        let without = readings
+            .iter()
+            .filter(|r| r.displacement().is_none())
+            .count();
         if data.given[DISPLACEMENT] && without > 0 {
             remarks.push(Remark::whole(format!(
                 "{without} readings without a displacement take their force as exact"
+            )));
+        }
+        let without = readings.iter().filter(|r| r.force().is_none()).count();
+        if without > 0 {
+            remarks.push(Remark::whole(format!(
+                "{without} readings without a force say nothing of the stiffness: without others \
+                 that have both, forces are those of the drawing"
             )));
         }
         for sensor in 0..self.models.len() {
@@ -83,7 +111,7 @@ impl DeviceReadings for InPlaneCalibrator<'_> {
 
     fn loading(&self, (): &(), of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
         let name = self.name(of[0].sensor);
-        let loads: Vec<f64> = of.iter().map(Reading::load).collect();
+        let loads: Vec<f64> = of.iter().map(Reading::drive).collect();
         let branches = branches(&loads);
         if of.iter().all(|r| r.time.is_none()) && turns(&branches) * 8 > of.len() {
             let message = "the rows are in no order of loading; all are used as one branch";
@@ -99,11 +127,18 @@ impl DeviceReadings for InPlaneCalibrator<'_> {
 
     fn loads(&self, (): &(), of: &[Reading]) -> Vec<Loads> {
         let sensor = of.first().map_or(0, |r| r.sensor);
+        let forces: Option<Vec<f64>> = of.iter().map(Reading::force).collect();
+        let (column, unit, values) = if let Some(forces) = forces {
+            ("force_z", ("N", 1.0), forces)
+        } else {
+            let displacements = of.iter().filter_map(Reading::displacement);
+            ("displacement", ("um", 1e-6), displacements.collect())
+        };
         vec![Loads {
             name: self.name(sensor).to_owned(),
-            column: "force_z",
-            unit: ("N", 1.0),
-            values: of.iter().map(|r| r.force).collect(),
+            column,
+            unit,
+            values,
             least: LEAST,
             span: LEAST_SPAN,
             from_rest: true,
@@ -152,8 +187,14 @@ impl InPlaneCalibrator<'_> {
             let help = "leave this sensor out, or add its readings";
             return Err(data.error("gap", message, help));
         }
-        let most = of.iter().map(|r| r.force).fold(f64::NEG_INFINITY, f64::max);
-        pressing(data, "force_z", "force", most)?;
+        let forces = of.iter().filter_map(|r| r.force());
+        let (column, what, most) = if let Some(most) = forces.reduce(f64::max) {
+            ("force_z", "force", most)
+        } else {
+            let most = of.iter().map(|r| r.drive()).fold(0.0, f64::max);
+            ("displacement", "displacement", most)
+        };
+        pressing(data, column, what, most)?;
         let (rest, drawn) = (rest_of(readings, sensor), model.rest_capacitance());
         let expected = format!(", {:.3} fF at rest", drawn * 1e15);
         right_prefix(data, "capacitance", rest / drawn, &expected)?;
@@ -175,10 +216,11 @@ pub(super) fn micrometres(model: &InPlaneModel) -> f64 {
 }
 
 /// The largest force by the drawing, and as read: from the displacement, or
-/// from the fall of the capacitance.
+/// from the fall of the capacitance. `None` where no force was read.
 fn expected_force(model: &InPlaneModel, readings: &[&Reading], rest: f64) -> Option<(f64, f64)> {
-    let most = readings.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;
-    let expected = if let Some(displacement) = most.displacement {
+    let read = readings.iter().filter_map(|r| Some((*r, r.force()?)));
+    let (most, force) = read.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let expected = if let Some(displacement) = most.displacement() {
         let compression = displacement / model.layer.thickness;
         model.compress(compression.max(0.0)).ok()?.force
     } else {
@@ -187,18 +229,27 @@ fn expected_force(model: &InPlaneModel, readings: &[&Reading], rest: f64) -> Opt
         let fall = rest - most.capacitance;
         drawn.inverse().ok()?.force_from_change(fall)
     };
-    (expected > 0.0).then_some((expected, most.force))
+    (expected > 0.0).then_some((expected, force))
 }
 
 /// Capacitance at rest: the mean of a sensor's readings at its least loads.
 pub(super) fn rest_of(readings: &[Reading], sensor: usize) -> f64 {
     let of = readings.iter().filter(|r| r.sensor == sensor);
-    at_rest(of.map(|r| [r.load(), r.capacitance]))
+    at_rest(of.map(|r| [r.drive(), r.capacitance]))
 }
 
-/// Range of a quantity over the readings of a sensor.
-pub(super) fn range(readings: &[Reading], sensor: usize, of: impl Fn(&Reading) -> f64) -> f64 {
-    span(readings.iter().filter(|r| r.sensor == sensor).map(of))
+/// Range of a quantity over the readings of a sensor that have it.
+pub(super) fn range(
+    readings: &[Reading],
+    sensor: usize,
+    of: impl Fn(&Reading) -> Option<f64>,
+) -> f64 {
+    span(
+        readings
+            .iter()
+            .filter(|r| r.sensor == sensor)
+            .filter_map(of),
+    )
 }
 
 /// Standard deviations of force and capacitance of each reading, and whether
@@ -207,15 +258,15 @@ pub(super) fn noise(readings: &[Reading], sensors: usize) -> (Vec<[f64; 2]>, boo
     let ranges: Vec<[f64; 2]> = (0..sensors)
         .map(|sensor| {
             [
-                range(readings, sensor, |r| r.force),
-                range(readings, sensor, |r| r.capacitance),
+                range(readings, sensor, Reading::force),
+                range(readings, sensor, |r| Some(r.capacitance)),
             ]
         })
         .collect();
-    let with_displacement = readings.iter().any(|r| r.displacement.is_some());
+    let with_force = readings.iter().any(Reading::has_both);
     let given = readings
         .iter()
-        .all(|r| r.deviation[1].is_some() && (r.deviation[0].is_some() || !with_displacement));
+        .all(|r| r.deviation[1].is_some() && (r.deviation[0].is_some() || !with_force));
     let of = |r: &Reading| {
         std::array::from_fn(|kind| {
             let first = (FIRST_NOISE * ranges[r.sensor][kind]).max(f64::MIN_POSITIVE);
@@ -239,7 +290,7 @@ pub(super) fn weigh_again(readings: &[Reading], found: &Fit, noise: &mut [[f64; 
             let mut freedom = 0.0;
             for (index, reading) in readings.iter().enumerate() {
                 let unknown = reading.sensor == sensor && reading.deviation[kind].is_none();
-                let read = kind == 1 || reading.displacement.is_some();
+                let read = kind == 1 || reading.has_both();
                 if let (true, true, Some(residual)) =
                     (unknown, read, found.residuals.get(offset + index))
                 {
@@ -263,12 +314,12 @@ pub(super) fn weigh_again(readings: &[Reading], found: &Fit, noise: &mut [[f64; 
 }
 
 /// Hysteresis: share of force lost on unloading at the same displacement, mean over
-/// the displacements; `None` without displacements.
+/// the displacements; `None` without displacements or forces.
 fn hysteresis(readings: &[Reading], branches: &[Branch]) -> Option<f64> {
     let curve = |wanted: Branch| -> Option<Vec<(f64, f64)>> {
         let pairs = readings.iter().zip(branches);
         let of = pairs.filter(|(_, branch)| **branch == wanted);
-        let points = of.map(|(r, _)| Some((r.displacement?, r.force)));
+        let points = of.map(|(r, _)| Some((r.displacement()?, r.force()?)));
         let mut points: Vec<(f64, f64)> = points.collect::<Option<_>>()?;
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         Some(points)

@@ -8,8 +8,8 @@ use taxel::quantity as unit;
 columns! {
     TIME = quantity("time", &unit::TIME, 1e12, "clock of the gauge");
     SENSOR_TIME = sensor_clock();
-    FORCE_Z = required(quantity("force_z", &unit::FORCE, 1e6, "pressing force"));
-    DISPLACEMENT = quantity("displacement", &unit::LENGTH, 1.0, "how far the pressed face sinks");
+    FORCE_Z = quantity("force_z", &unit::FORCE, 1e6, "pressing force");
+    DISPLACEMENT = quantity("displacement", &unit::LENGTH, 1.0, "how far the pressed face sinks; needed without a force");
     CAPACITANCE = required(size("capacitance", &unit::CAPACITANCE, 1.0, "of the electrodes"));
     GAP = size("gap", &unit::LENGTH, 1.0, "which sensor, by its drawn gap");
     FORCE_DEVIATION = quantity("force_z_deviation", &unit::FORCE, 1e6, "standard deviation of the force");

@@ -21,8 +21,8 @@ impl InPlaneCalibrator<'_> {
             quantity: "force",
             unit: ("N", 1.0),
         };
-        let read: Vec<f64> = of.iter().map(|reading| reading.force).collect();
-        let driven: Vec<f64> = of.iter().map(Reading::load).collect();
+        let read: Vec<f64> = of.iter().map(Reading::force).collect::<Option<_>>()?;
+        let driven: Vec<f64> = of.iter().map(Reading::drive).collect();
         let samples = samples(&by_capacitance(&fitted.fit.values())?, &read, &driven);
         let steps = steps(&fitted.fit);
         let mut moved = steps.iter().filter_map(|at| by_capacitance(at));

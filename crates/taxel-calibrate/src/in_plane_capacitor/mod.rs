@@ -1,5 +1,5 @@
 //! Calibration of in-plane capacitive sensors (P1) from test-bench data: force,
-//! displacement if there is one, and capacitance, for one gap or several.
+//! displacement or both, and capacitance, for one gap or several.
 //!
 //! Modulus and scale of the end factor are shared by all gaps; rest capacitance, q, γ,
 //! t_min and n are each gap's own, as in P1 Table 1.
@@ -31,7 +31,7 @@ pub(super) struct InPlaneCalibrator<'a> {
     prefixes: Vec<String>,
 }
 
-/// Without displacements modulus and end condition are taken from the drawing
+/// Without force and displacement side by side modulus and end condition are taken from the drawing
 /// with these deviations: 10 % of a cast elastomer's modulus, and the spread of
 /// the end conditions.
 const MODULUS_PRIOR: f64 = 0.1;
@@ -116,10 +116,11 @@ impl<'a> InPlaneCalibrator<'a> {
         self.name(sensor).replace('_', " ")
     }
 
-    fn parameters(&self, model: Model, at: &[f64], with_displacement: bool) -> Vec<Parameter> {
+    /// `with_force`: forces were read beside displacements.
+    fn parameters(&self, model: Model, at: &[f64], with_force: bool) -> Vec<Parameter> {
         let drawn = self.models[0].layer;
         let prior =
-            |value: f64, deviation: f64| (!with_displacement).then_some(Prior { value, deviation });
+            |value: f64, deviation: f64| (!with_force).then_some(Prior { value, deviation });
         let modulus = drawn.youngs_modulus;
         let mut parameters = vec![
             Parameter {
@@ -210,11 +211,11 @@ impl<'a> InPlaneCalibrator<'a> {
         options: &CalibrateOptions,
         starts: &[Vec<f64>],
     ) -> Result<Fitted, FitError> {
-        let with_displacement = readings.iter().any(|r| r.displacement.is_some());
+        let with_force = readings.iter().any(Reading::has_both);
         let (mut noise, given) = checks::noise(readings, self.models.len());
         let fit_options = options.fitting(given);
         let once = |at: &[f64], noise: &[[f64; 2]]| {
-            let parameters = self.parameters(model, at, with_displacement);
+            let parameters = self.parameters(model, at, with_force);
             let bench = Bench::new(&self.models, readings, model.law(), noise.to_vec());
             fit(&bench, &parameters, &fit_options).map(|fit| (parameters, fit))
         };

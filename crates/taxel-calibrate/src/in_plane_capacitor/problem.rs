@@ -20,10 +20,7 @@ pub(super) fn own(sensor: usize) -> usize {
 pub(crate) struct Reading {
     pub(super) sensor: usize,
     pub(super) time: Option<f64>,
-    /// N.
-    pub(super) force: f64,
-    /// m.
-    pub(super) displacement: Option<f64>,
+    pub(super) load: Load,
     /// F.
     pub(super) capacitance: f64,
     /// Standard deviations that the bench gives, N and F.
@@ -31,11 +28,48 @@ pub(crate) struct Reading {
     pub(super) marked: bool,
 }
 
+/// What the bench did, and what it read of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Load {
+    /// Pressed with a force, N, which is taken as exact.
+    Force(f64),
+    /// Pressed by a displacement, m, which is taken as exact.
+    Displacement(f64),
+    /// The same, with the force that was read, N.
+    Both { displacement: f64, force: f64 },
+}
+
 impl Reading {
     /// Load that drives the bench: the displacement where it was read, m, else the force,
     /// N.
-    pub(super) fn load(&self) -> f64 {
-        self.displacement.unwrap_or(self.force)
+    pub(super) fn drive(&self) -> f64 {
+        match self.load {
+            Load::Force(load) | Load::Displacement(load) => load,
+            Load::Both { displacement, .. } => displacement,
+        }
+    }
+
+    /// Force that was read, N.
+    pub(super) fn force(&self) -> Option<f64> {
+        match self.load {
+            Load::Force(force) | Load::Both { force, .. } => Some(force),
+            Load::Displacement(_) => None,
+        }
+    }
+
+    /// Displacement that was read, m.
+    pub(super) fn displacement(&self) -> Option<f64> {
+        match self.load {
+            Load::Displacement(displacement) | Load::Both { displacement, .. } => {
+                Some(displacement)
+            }
+            Load::Force(_) => None,
+        }
+    }
+
+    /// True if the force was read beside the displacement.
+    pub(super) fn has_both(&self) -> bool {
+        matches!(self.load, Load::Both { .. })
     }
 }
 
@@ -137,7 +171,7 @@ impl<'a> Bench<'a> {
     ) -> Self {
         let motion = |reading: &Reading| {
             let model = &models[reading.sensor];
-            let compression = reading.displacement? / model.layer.thickness;
+            let compression = reading.displacement()? / model.layer.thickness;
             Motion::new(model, compression)
         };
         let motions: Vec<_> = readings.iter().map(motion).collect();
@@ -145,7 +179,7 @@ impl<'a> Bench<'a> {
             models,
             readings,
             law,
-            with_force: motions.iter().any(Option::is_some),
+            with_force: readings.iter().any(Reading::has_both),
             motions,
             noise,
         }
@@ -161,15 +195,13 @@ impl<'a> Bench<'a> {
         Some([force, at[own(reading.sensor)] - change])
     }
 
-    /// Readings of force and capacitance less the model, SI.
+    /// Readings of force and capacitance less the model, SI; no misfit of a force that was
+    /// not read.
     pub(super) fn misfits(&self, at: &[f64], index: usize) -> Option<[f64; 2]> {
         let [force, capacitance] = self.predict(at, index)?;
         let reading = &self.readings[index];
-        Some([reading.force - force, reading.capacitance - capacitance])
-    }
-
-    pub(super) fn with_force(&self) -> bool {
-        self.with_force
+        let force = reading.force().map_or(0.0, |read| read - force);
+        Some([force, reading.capacitance - capacitance])
     }
 
     /// Compression of the layer at a reading.
@@ -188,7 +220,7 @@ impl<'a> Bench<'a> {
         loaded.layer.youngs_modulus = at[0];
         loaded.layer.end_scale = at[1];
         // Noise about zero is no pull.
-        let force = reading.force.max(0.0);
+        let force = reading.force()?.max(0.0);
         let compression = loaded.compression_from_force(force).ok()?;
         Motion::new(model, compression)
     }
@@ -337,8 +369,8 @@ impl Problem for Bench<'_> {
             residuals[index] = capacitance / noise[1];
             if self.with_force {
                 // Without a displacement the force is the load, no reading.
-                let is_read = self.motions[index].is_some();
-                residuals[count + index] = if is_read { force / noise[0] } else { 0.0 };
+                let both = self.readings[index].has_both();
+                residuals[count + index] = if both { force / noise[0] } else { 0.0 };
             }
         }
         true
@@ -353,10 +385,12 @@ impl Problem for Bench<'_> {
             let noise = self.noise[index];
             let own = own(reading.sensor);
             let motion = if let Some(motion) = self.motions[index] {
-                let scale = force_scale(&self.models[reading.sensor].layer, at) / noise[0];
-                let stress = motion.alone + at[1] * motion.by_factor;
-                columns[0][count + index] = -scale * stress / at[0];
-                columns[1][count + index] = -scale * motion.by_factor;
+                if reading.has_both() {
+                    let scale = force_scale(&self.models[reading.sensor].layer, at) / noise[0];
+                    let stress = motion.alone + at[1] * motion.by_factor;
+                    columns[0][count + index] = -scale * stress / at[0];
+                    columns[1][count + index] = -scale * motion.by_factor;
+                }
                 motion
             } else {
                 let (Some(through), Some(motion)) = (
@@ -390,7 +424,12 @@ impl Problem for Bench<'_> {
             .collect();
         let shared = together.iter().any(|j| *j < SHARED);
         if shared && !self.with_force {
-            return "read the displacement too, or give a measured modulus".into();
+            let missing = if self.readings.iter().any(|r| r.force().is_none()) {
+                "force"
+            } else {
+                "displacement"
+            };
+            return format!("read the {missing} too, or give a measured modulus");
         }
         if shared {
             return "press further, or measure the modulus on a plain block of the layer".into();

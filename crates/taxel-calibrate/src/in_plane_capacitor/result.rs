@@ -13,21 +13,27 @@ use taxel::transduction::CapacitanceLaw;
 use taxel_numerics::roots;
 
 impl Findings for InPlaneCalibrator<'_> {
-    /// Residuals of each sensor's capacitance, and of its force where a displacement was read.
+    /// Residuals of each sensor's capacitance, and of its force where it was read beside a
+    /// displacement.
     fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {
         let (readings, all) = (&of.readings[0], &of.all[0]);
         let bench = self.bench_of(&of.fits[0], readings);
         let at = of.fits[0].fit.values();
         let mut summaries = Vec::new();
         for (sensor, prefix) in self.prefixes.iter().enumerate() {
-            let misfits: Vec<[f64; 2]> = (0..readings.len())
-                .filter(|i| readings[*i].sensor == sensor)
-                .filter_map(|i| bench.misfits(&at, i))
+            let of = |i: &usize| readings[*i].sensor == sensor;
+            let misfits: Vec<(bool, [f64; 2])> = (0..readings.len())
+                .filter(of)
+                .filter_map(|i| Some((readings[i].has_both(), bench.misfits(&at, i)?)))
                 .collect();
             let kinds = [("capacitance", "F", 1), ("force_z", "N", 0)];
-            for (name, unit, kind) in kinds.into_iter().take(1 + usize::from(bench.with_force())) {
-                let values: Vec<f64> = misfits.iter().map(|misfit| misfit[kind]).collect();
-                let range = range(all, sensor, |r| [r.force, r.capacitance][kind]);
+            for (name, unit, kind) in kinds {
+                let read = misfits.iter().filter(|(both, _)| kind == 1 || *both);
+                let values: Vec<f64> = read.map(|(_, misfit)| misfit[kind]).collect();
+                if values.is_empty() {
+                    continue;
+                }
+                let range = range(all, sensor, |r| [r.force(), Some(r.capacitance)][kind]);
                 let name = format!("{prefix}{name}");
                 summaries.push(ResidualSummary::of(name, unit, &values, range));
             }
@@ -76,6 +82,9 @@ impl Findings for InPlaneCalibrator<'_> {
             };
             roots::ridders(range, misfit).exp()
         };
+        if of.readings[0].iter().all(|r| r.force().is_none()) {
+            return Vec::new();
+        }
         let estimate = of.fits[0].fit.estimates[1];
         let layer = &self.models[0].layer;
         // These end conditions have one factor for all compressions.
@@ -95,17 +104,28 @@ impl Findings for InPlaneCalibrator<'_> {
         let figure = |sensor: usize| {
             let all = candidates[0][0].readings.iter();
             let mut of: Vec<Reading> = all.filter(|r| r.sensor == sensor).copied().collect();
-            let shown = |x: f64, y: f64| [x, y * 1e15];
-            let marks = of.iter().map(|r| shown(r.force, r.capacitance)).collect();
+            // Over the force where it was read, else over the displacement.
+            let by_force = of.iter().all(|r| r.force().is_some());
+            let (x, per) = if by_force {
+                (Axis::new("force", "N"), 1.0)
+            } else {
+                (Axis::new("displacement", "um"), 1e-6)
+            };
+            let load = |r: &Reading| r.force().filter(|_| by_force).unwrap_or_else(|| r.drive());
+            let shown = |x: f64, y: f64| [x / per, y * 1e15];
+            let marks = of.iter().map(|r| shown(load(r), r.capacitance)).collect();
             let mut curves = vec![Series::new("readings", marks, Style::Marks)];
             let mut left = Vec::new();
-            of.sort_by(|a, b| a.force.total_cmp(&b.force));
+            of.sort_by(|a, b| load(a).total_cmp(&load(b)));
             for fitted in candidates.iter().flatten() {
                 let name = MODELS[fitted.model].name;
                 let (bench, at) = (self.bench_of(fitted, &of), fitted.fit.values());
                 let points = (0..of.len()).filter_map(|i| Some((&of[i], bench.predict(&at, i)?)));
                 let points: Vec<_> = points.collect();
-                let curve = points.iter().map(|(_, [force, c])| shown(*force, *c));
+                let at = |r: &Reading, force: f64| if by_force { force } else { r.drive() };
+                let curve = points
+                    .iter()
+                    .map(|(r, [force, c])| shown(at(r, *force), *c));
                 let mut curve: Vec<[f64; 2]> = curve.collect();
                 curve.sort_by(|a, b| a[0].total_cmp(&b[0]));
                 curves.push(Series::new(name, curve, Style::Line));
@@ -114,13 +134,13 @@ impl Findings for InPlaneCalibrator<'_> {
                 }
                 let residuals = points
                     .iter()
-                    .map(|(r, [force, c])| shown(*force, r.capacitance - c));
+                    .map(|(r, [force, c])| shown(at(r, *force), r.capacitance - c));
                 left.push(Series::new(name, residuals.collect(), Style::Marks));
             }
             Figure::from(FitFigure {
                 title: self.title(sensor),
                 caption: "Curves and residuals of the models that were fitted to the readings of loading.",
-                x: Axis::new("force", "N"),
+                x,
                 signal: "Capacitance",
                 labels: ["capacitance", "residual"],
                 unit: "fF",
@@ -136,9 +156,11 @@ impl Findings for InPlaneCalibrator<'_> {
         let bench = self.bench_of(&of.fits[0], readings);
         let at = of.fits[0].fit.values();
         let compressions = (0..readings.len()).filter_map(|i| bench.compression(&at, i));
-        vec![
-            Scope::of("force_z", "N", readings.iter().map(|r| r.force)),
-            Scope::of("compression", "", compressions),
-        ]
+        let mut scope = vec![Scope::of("compression", "", compressions)];
+        let forces: Vec<f64> = readings.iter().filter_map(Reading::force).collect();
+        if !forces.is_empty() {
+            scope.insert(0, Scope::of("force_z", "N", forces.into_iter()));
+        }
+        scope
     }
 }

@@ -19,6 +19,8 @@ use taxel_recording::InputError;
 
 /// Least readings of a channel.
 const LEAST: usize = 6;
+/// Most readings of a channel that are fitted one by one.
+const MOST: usize = 500;
 /// Between readings and drawing, a factor beyond this is a wrong unit.
 const WRONG_UNIT: f64 = 300.0;
 
@@ -32,7 +34,8 @@ impl DeviceReadings for MicrochannelCalibrator<'_> {
         data: &ReadingTable,
         remarks: &mut Vec<Remark>,
     ) -> Result<(Self::Context, Vec<Reading>), InputError> {
-        let mut readings = self.checked(data, remarks)?;
+        let readings = self.checked(data, remarks)?;
+        let mut readings = thinned(readings, remarks);
         Ok((self.plateaus(&mut readings), readings))
     }
 
@@ -199,6 +202,54 @@ impl MicrochannelCalibrator<'_> {
             return Err(data.error("pressure", message, help));
         }
         Ok(())
+    }
+}
+
+/// Means of as many consecutive readings of a channel as leave at most [`MOST`] of each:
+/// a board reads thousands a second, and a press takes seconds. What scatters within a mean
+/// need not be independent, so deviations of single readings are not those of means: the
+/// scatter of the means says theirs.
+fn thinned(readings: Vec<Reading>, remarks: &mut Vec<Remark>) -> Vec<Reading> {
+    let channels = by_series(&readings);
+    let most = channels.iter().map(Vec::len).max().unwrap_or(0);
+    let block = most.div_ceil(MOST);
+    if block <= 1 {
+        return readings;
+    }
+    remarks.push(Remark::whole(format!(
+        "up to {most} readings of a channel: of each {block} in a row their mean is fitted"
+    )));
+    let alike = channels.iter().flat_map(|of| of.chunk_by(alike));
+    let blocks = alike.flat_map(|of| of.chunks(block));
+    blocks.map(mean).collect()
+}
+
+/// True if two readings differ only in what was read and how much pressed.
+fn alike(a: &Reading, b: &Reading) -> bool {
+    let area = |load: Load| match load {
+        Load::Pressure(_) => None,
+        Load::Force(_, area) => Some(area),
+    };
+    a.marked == b.marked && a.share == b.share && area(a.load) == area(b.load)
+}
+
+/// One reading for several in a row that are alike.
+fn mean(of: &[Reading]) -> Reading {
+    let mean =
+        |value: &dyn Fn(&Reading) -> f64| of.iter().map(value).sum::<f64>() / of.len() as f64;
+    let pressed = mean(&|r| match r.load {
+        Load::Pressure(pressed) | Load::Force(pressed, _) => pressed,
+    });
+    let load = match of[0].load {
+        Load::Pressure(_) => Load::Pressure(pressed),
+        Load::Force(_, area) => Load::Force(pressed, area),
+    };
+    Reading {
+        load,
+        signal: mean(&|r| r.signal),
+        deviation: None,
+        saturated: of.iter().any(|r| r.saturated),
+        ..of[0]
     }
 }
 

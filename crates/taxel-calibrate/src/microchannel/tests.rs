@@ -119,6 +119,60 @@ fn slopes_are_those_of_differences() {
     });
 }
 
+/// Channels of the columns, which are read at the same pressures.
+const COLUMNS_READ: [usize; 4] = [2, 3, 4, 5];
+
+/// The table of these channels side by side, each row `times` times in a row.
+fn wide(text: &str, times: usize) -> String {
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let of = |channel: usize| {
+        let rows = rows.iter().skip(1);
+        rows.filter(move |row| row[1] == channel.to_string())
+    };
+    let mut text = String::from("time [s],pressure [kPa]");
+    for channel in COLUMNS_READ {
+        let _ = write!(text, ",voltage_{channel} [mV]");
+    }
+    for (index, row) in of(COLUMNS_READ[0]).enumerate() {
+        for again in 0..times {
+            let time: f64 = row[0].parse().unwrap();
+            let _ = write!(text, "\n{},{}", time + 1e-4 * again as f64, row[2]);
+            for channel in COLUMNS_READ {
+                let _ = write!(text, ",{}", of(channel).nth(index).unwrap()[3]);
+            }
+        }
+    }
+    text + "\n"
+}
+
+#[test]
+fn voltages_side_by_side_at_ten_kilohertz_are_fitted_by_their_means() {
+    let text = bench(&quiet(), &COLUMNS_READ);
+    let sensor = drawn();
+    let [long, wide] = [text.clone(), wide(&text, 24)].map(|text| {
+        with(&sensor, |calibrator| {
+            calibrator.calibrate(&parse(calibrator, &text), &CalibrateOptions::default())
+        })
+        .unwrap()
+    });
+    let said = |outcome: &Outcome| {
+        let remarks = outcome.remarks.iter();
+        remarks
+            .filter(|remark| remark.message.contains("their mean is fitted"))
+            .count()
+    };
+    assert_eq!((said(&long), said(&wide)), (0, 1));
+    // Means of readings that are alike: the same fit, to what a search leaves.
+    for ((parameter, long), (_, wide)) in long.parameters.iter().zip(&wide.parameters) {
+        let apart = (long.value - wide.value).abs();
+        assert!(
+            apart <= 0.01 * long.deviation,
+            "{}: {long:?} {wide:?}",
+            parameter.name
+        );
+    }
+}
+
 #[test]
 fn a_device_comes_back_and_live_touch_inverts_it() {
     let text = bench(&quiet(), &ALL);

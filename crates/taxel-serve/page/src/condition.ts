@@ -90,7 +90,7 @@ export class ConditionView {
     const gap = side > 6 ? scale : 0;
     context.textAlign = "center";
     context.textBaseline = "middle";
-    context.font = `700 ${0.62 * cell}px ${getComputedStyle(document.body).fontFamily}`;
+    context.font = `700 ${0.62 * cell}px ${cssValue("--font")}`;
     for (let taxel = 0; taxel < rows * columns; taxel++) {
       const [x, y] = [(taxel % columns) * cell, Math.floor(taxel / columns) * cell];
       const [letter, colour] = SIGNS[this.against.get(taxel)?.[0]?.condition ?? ""] ?? ["", "--well"];

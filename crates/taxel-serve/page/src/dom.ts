@@ -31,7 +31,24 @@ export function symbol(letter: string, subscript: string): HTMLElement {
   return create("span", { class: "symbol" }, create("i", {}, letter), create("sub", {}, subscript));
 }
 
-/** Value of a CSS custom property of the page. */
+/** Sets a `data-` attribute only if it changed: a picture is drawn without the page being styled anew. */
+export function setData(element: HTMLElement, key: string, value: string): void {
+  if (element.dataset[key] !== value) element.dataset[key] = value;
+}
+
+const cssValues = new Map<string, string>();
+
+/** Value of a CSS custom property of the page, read once for each theme. */
 export function cssValue(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  let value = cssValues.get(name);
+  if (value === undefined) {
+    value = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+    cssValues.set(name, value);
+  }
+  return value;
+}
+
+/** For a new theme. */
+export function forgetCssValues(): void {
+  cssValues.clear();
 }

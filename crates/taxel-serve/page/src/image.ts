@@ -2,6 +2,7 @@
 
 import type { ColourMap } from "./colour";
 import { colourOf } from "./colour";
+import { cssValue } from "./dom";
 import type { Box, MarkColours } from "./marks";
 import { drawBelowZeroGround, drawHatch, drawMarks, drawNoValue, drawSelection, Mark, path } from "./marks";
 import type { Contact, FrameHeader } from "./protocol";
@@ -204,7 +205,7 @@ function drawNumber(
   text: string,
 ): void {
   context.save();
-  context.font = `600 ${12 * scale}px ${getComputedStyle(document.body).fontFamily}`;
+  context.font = `600 ${12 * scale}px ${cssValue("--font")}`;
   context.textBaseline = "middle";
   const [plate, high, off] = [context.measureText(text).width + 6 * scale, 16 * scale, 8 * scale];
   const left = x + off + plate > width ? x - off - plate : x + off;

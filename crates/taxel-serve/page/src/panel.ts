@@ -2,7 +2,7 @@
 
 import type { ColourMap } from "./colour";
 import { gradientOf } from "./colour";
-import { create } from "./dom";
+import { create, setData } from "./dom";
 import { limit, parseLimit } from "./format";
 import type { Picture } from "./image";
 import { drawCells, drawSelected, extremes, Layout } from "./image";
@@ -56,8 +56,10 @@ export class Panel {
   private readonly options: PanelOptions;
   private readonly listener: PanelListener;
   private shownMap: ColourMap | null = null;
-  /** Of the canvas, device pixels. */
-  private size = { width: 1, height: 1 };
+  /** Where the mark on the colour bar stands. */
+  private tickAt = "";
+  /** Of the canvas, device pixels, and how many of them are one CSS pixel. */
+  private size = { width: 1, height: 1, scale: 1 };
 
   constructor(options: PanelOptions, scale: Scale, listener: PanelListener) {
     const { label, unit } = options;
@@ -104,8 +106,11 @@ export class Panel {
   /** Marks a value on the colour bar, with its meaning as a tooltip. */
   markOnBar(value: number | null, meaning: string): void {
     const place = value === null ? Number.NaN : (value - this.scale.low) / (this.scale.high - this.scale.low);
-    this.tick.hidden = !(place > 0 && place < 1);
-    this.tick.style.left = `${100 * place}%`;
+    const left = place > 0 && place < 1 ? `${100 * place}%` : "";
+    if (left === this.tickAt) return;
+    this.tickAt = left;
+    this.tick.hidden = left === "";
+    this.tick.style.left = left;
     this.tick.title = meaning;
   }
 
@@ -113,7 +118,7 @@ export class Panel {
   follow(picture: Picture, now: number): void {
     const { low, high, largest } = extremes(picture);
     this.scale.follow(low, high, now / 1000);
-    this.canvas.dataset["max"] = Number.isFinite(largest) ? largest.toPrecision(6) : "";
+    setData(this.canvas, "max", Number.isFinite(largest) ? largest.toPrecision(6) : "");
   }
 
   /** Draws the picture; `over` draws what lies over the cells. */
@@ -126,15 +131,9 @@ export class Panel {
     const context = this.canvas.getContext("2d");
     if (context === null) return;
     // A canvas of another size is empty: it takes its size when there is something to draw, not before.
-    const { width, height } = this.size;
+    const { width, height, scale } = this.size;
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
-    const layout = new Layout(
-      this.canvas.width,
-      this.canvas.height,
-      this.canvas.width / Math.max(1, this.canvas.clientWidth),
-      picture.rows,
-      picture.columns,
-    );
+    const layout = new Layout(width, height, scale, picture.rows, picture.columns);
     const colours = markColours(this.options.grayscale === true);
     drawCells(context, layout, picture, { map, low: this.scale.low, high: this.scale.high, colours });
     over?.(context, layout);
@@ -148,10 +147,10 @@ export class Panel {
       this.shownMap = map;
     }
     const { low, high, fixed } = this.scale;
-    if (document.activeElement !== this.low) this.low.value = limit(low);
-    if (document.activeElement !== this.high) this.high.value = limit(high);
-    this.canvas.dataset["low"] = String(low);
-    this.canvas.dataset["high"] = String(high);
+    this.showLimit(this.low, low);
+    this.showLimit(this.high, high);
+    setData(this.canvas, "low", String(low));
+    setData(this.canvas, "high", String(high));
     if (this.followButton.getAttribute("aria-pressed") === String(fixed)) return;
     this.followButton.setAttribute("aria-pressed", String(fixed));
     this.followButton.textContent = fixed ? "fixed" : "auto";
@@ -162,6 +161,12 @@ export class Panel {
       "aria-label",
       `Scale of ${this.options.label}: ${this.followButton.title}`,
     );
+  }
+
+  /** Not while somebody types there. */
+  private showLimit(input: HTMLInputElement, value: number): void {
+    const text = limit(value);
+    if (input.value !== text && document.activeElement !== input) input.value = text;
   }
 
   private limitInput(label: string, end: "low" | "high"): HTMLInputElement {
@@ -204,7 +209,8 @@ export class Panel {
     if (width < 8 || height < 8) return;
     this.canvas.style.width = `${width}px`;
     this.canvas.style.height = `${height}px`;
-    this.size = { width: Math.round(width * devicePixelRatio), height: Math.round(height * devicePixelRatio) };
+    const pixels = (length: number): number => Math.round(length * devicePixelRatio);
+    this.size = { width: pixels(width), height: pixels(height), scale: pixels(width) / width };
     this.listener.changed();
   }
 

@@ -1,5 +1,7 @@
 // Light or dark: the system's choice unless the person chose.
 
+import { forgetCssValues } from "./dom";
+
 export type ThemeChoice = "auto" | "light" | "dark";
 export type Theme = "light" | "dark";
 
@@ -32,6 +34,7 @@ export class ThemeSwitch {
     const follows = this.choice === "auto" || this.forced.matches;
     this.theme = follows ? (this.system.matches ? "dark" : "light") : (this.choice as Theme);
     document.documentElement.dataset["theme"] = this.theme;
+    forgetCssValues();
     this.button.textContent = `Theme: ${this.choice}`;
     this.changed();
   }

@@ -57,9 +57,10 @@ pub(crate) struct Interval {
     pub(crate) empty: [usize; 2],
     /// Touches and releases among the events, and all other events but steps.
     pub(crate) events: [usize; 3],
-    /// Mean of the stated deviation of the total force, empty and touched, N.
+    /// Mean of the stated deviation of the total force, or of those of the taxels where a
+    /// device knows no total, empty and touched, N.
     pub(crate) stated: [f64; 2],
-    /// Share of the true total forces within the 95 % intervals, empty and touched.
+    /// Share of the true forces within the 95 % intervals, empty and touched.
     pub(crate) within: [f64; 2],
     /// Resident memory near its end, MB.
     pub(crate) memory: f64,
@@ -69,7 +70,7 @@ pub(crate) struct Interval {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
-    frames: f64,
+    forces: f64,
     within: f64,
     stated: f64,
 }
@@ -133,8 +134,8 @@ pub(crate) fn run(course: &Course, seed: u64) -> Vec<Interval> {
             frame.values[channel] = 0.0;
         }
         let truth = twin.true_forces(frame.time_ns);
-        let truth: f64 = truth.iter().map(|force| force[2]).sum();
-        interval.take(&mut session, &frame, truth, &planned);
+        let truth: Vec<f64> = truth.iter().map(|force| force[2]).collect();
+        interval.take(&mut session, &frame, &truth, &planned);
         // Seldom: the system is asked.
         if frame.sequence % 1000 == 0 {
             interval.memory = memory();
@@ -147,7 +148,13 @@ pub(crate) fn run(course: &Course, seed: u64) -> Vec<Interval> {
 }
 
 impl Interval {
-    fn take(&mut self, session: &mut TouchSession, frame: &Frame, truth: f64, planned: &[Planned]) {
+    fn take(
+        &mut self,
+        session: &mut TouchSession,
+        frame: &Frame,
+        truth: &[f64],
+        planned: &[Planned],
+    ) {
         let capturing = session.capturing();
         let observed = session.push(frame).expect("a frame of the device");
         for event in observed.events {
@@ -169,11 +176,18 @@ impl Interval {
             return;
         }
         let beyond = touched && one.overload;
-        if let Some([force, deviation]) = touch.pressing_force().filter(|_| !beyond) {
-            let sums = &mut self.sums[usize::from(touched)];
-            sums.frames += 1.0;
-            sums.stated += deviation;
-            sums.within += f64::from(u8::from((force - truth).abs() <= 1.96 * deviation));
+        let sums = &mut self.sums[usize::from(touched)];
+        match touch.pressing_force() {
+            _ if beyond => {}
+            Some(total) => sums.take(total, truth.iter().sum()),
+            // A device without a total force: the force of each taxel.
+            None => {
+                for (taxel, &truth) in touch.taxels.iter().zip(truth) {
+                    if !taxel.pressed().is_nan() {
+                        sums.take([taxel.pressed(), taxel.pressed_deviation()], truth);
+                    }
+                }
+            }
         }
         if !touched {
             self.empty[0] += 1;
@@ -199,9 +213,17 @@ impl Interval {
 
     fn finish(&mut self) {
         for (index, sums) in self.sums.iter().enumerate() {
-            self.stated[index] = sums.stated / sums.frames;
-            self.within[index] = sums.within / sums.frames;
+            self.stated[index] = sums.stated / sums.forces;
+            self.within[index] = sums.within / sums.forces;
         }
+    }
+}
+
+impl Sums {
+    fn take(&mut self, [force, deviation]: [f64; 2], truth: f64) {
+        self.forces += 1.0;
+        self.stated += deviation;
+        self.within += f64::from(u8::from((force - truth).abs() <= 1.96 * deviation));
     }
 }
 
