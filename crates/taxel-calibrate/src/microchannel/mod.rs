@@ -70,7 +70,9 @@ pub(crate) struct Beyond(usize);
 
 /// Searches start at these stiffnesses, and at these shares of the largest
 /// force as bias.
-const STIFFNESSES: [f64; 3] = [1.0, 3.0, 10.0];
+const STIFFNESSES: [f64; 4] = [1.0, 3.0, 10.0, 40.0];
+/// Least and largest stiffness: a pad that shares its force, or an oxide skin, is a stiffer array.
+const STIFFNESS_BOUNDS: [f64; 2] = [0.02, 200.0];
 const BIASES: [f64; 3] = [0.0, 0.1, 0.25];
 /// Readings beyond the curves change with the fit: a few rounds settle them.
 const MOST_ROUNDS: usize = 4;
@@ -139,8 +141,8 @@ impl<'a> MicrochannelCalibrator<'a> {
         // the readings can say anything of it.
         let shared = [
             ("ohm", [0.0, 10.0 * rest], 0.1 * rest, true),
-            ("", [0.02, 50.0], 0.2 * at[1], read(0)),
-            ("", [0.02, 50.0], 0.2 * at[2], read(1)),
+            ("", STIFFNESS_BOUNDS, 0.2 * at[1], read(0)),
+            ("", STIFFNESS_BOUNDS, 0.2 * at[2], read(1)),
             ("", [0.005, 20.0], 0.1, trapped),
             (
                 "N",
@@ -184,8 +186,12 @@ impl<'a> MicrochannelCalibrator<'a> {
                 at.truncate(SHARED);
                 // Off the bound, where nothing would be learned of it.
                 at[LEAD] = at[LEAD].max(0.05 * self.drawn_rest(0));
-                at[STIFFNESS[0]] = stiffness;
-                at[STIFFNESS[1]] = stiffness;
+                // A layer that was not read stays as drawn.
+                for (layer, place) in STIFFNESS.into_iter().enumerate() {
+                    if readings.iter().any(|r| r.layer == layer) {
+                        at[place] = stiffness;
+                    }
+                }
                 at[BIAS] = bias * force;
                 for channel in series_of(readings) {
                     let sum = signal.resistance(checks::rest_signal(readings, channel));

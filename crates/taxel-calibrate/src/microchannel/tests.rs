@@ -173,6 +173,34 @@ fn voltages_side_by_side_at_ten_kilohertz_are_fitted_by_their_means() {
     }
 }
 
+/// A curve as the paper prints one: one row, pressed by a pin far beyond the pressures at which
+/// the drawing closes.
+#[test]
+fn a_curve_that_goes_far_beyond_the_drawing_is_kept_for_the_fit() {
+    let mut text = String::from("time [s],channel,force_z [mN],area [mm2],voltage [mV]\n");
+    for step in 0..41 {
+        let force = 20.0 + 4.0 * f64::from(step);
+        let resistance = 3.378 * (1.0 + 0.6 * (force - 20.0) / 160.0);
+        let voltage = 2000.0 * resistance / (resistance + 10.0);
+        let _ = writeln!(text, "{},0,{force},0.19635,{voltage:.3}", 0.1 * f64::from(step));
+    }
+    let outcome = with(&drawn(), |calibrator| {
+        calibrator.calibrate(&parse(calibrator, &text), &CalibrateOptions::default())
+    })
+    .unwrap();
+    let value = |place: usize| outcome.parameters[place].1.value;
+    assert!(value(STIFFNESS[0]) > 10.0, "{}", value(STIFFNESS[0]));
+    // The layer that was not read stays as drawn.
+    assert!((value(STIFFNESS[1]) - 1.0).abs() < 1e-12);
+    let kept = outcome.residuals[0].readings;
+    assert!(kept >= 30, "{kept} of 41");
+    let mut remarks = outcome.remarks.iter();
+    assert_eq!(
+        kept < 41,
+        remarks.any(|remark| remark.message.contains("beyond the end of the closing curves"))
+    );
+}
+
 #[test]
 fn a_device_comes_back_and_live_touch_inverts_it() {
     let text = bench(&quiet(), &ALL);

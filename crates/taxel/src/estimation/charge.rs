@@ -33,6 +33,8 @@ pub struct ChargeModel {
     pub output_per_newton: f64,
     /// Gain of each element over that, above zero; one where it is not known.
     pub gains: Vec<f64>,
+    /// Standard deviation of what a gain is not known, as a share of it.
+    pub gain_deviation: f64,
     /// Time constant of the high-pass τ, s; infinite where no charge leaks.
     pub high_pass: f64,
     /// Time constant of the low-pass τ_f, s, where there is one.
@@ -94,9 +96,20 @@ pub struct ChargeReader {
     wrong_until_ns: Vec<u64>,
     changes: Changes,
     last_time_ns: Option<u64>,
-    deviation: f64,
+    gains: Gains,
+    /// Standard deviation of the force on each element by its readings alone, N.
+    deviations: Vec<f64>,
     localiser: Option<Arc<dyn Localiser>>,
     located: Option<LastPositions>,
+}
+
+/// What becomes of a voltage in the force, N/V.
+#[derive(Debug, Clone, Copy)]
+struct Gains {
+    /// Standard deviation of the force over that of readings whose noise is white.
+    noise: f64,
+    /// Force that an offset leaves.
+    offset: f64,
 }
 
 /// Positions are looked for so often, ns: it takes up to some milliseconds.
@@ -111,9 +124,16 @@ impl ChargeReader {
         let taxels = model.layout.taxels();
         let inverse = Chain::new(&inverse(&model, &options)).ok();
         let step = inverse.as_ref().map(|chain| chain.step(model.period));
-        let deviation = match (&inverse, &step) {
-            (Some(chain), Some(step)) => model.deviation * noise_gain(chain, step),
-            _ => f64::NAN,
+        let gains = Gains {
+            noise: match (&inverse, &step) {
+                (Some(chain), Some(step)) => noise_gain(chain, step),
+                _ => f64::NAN,
+            },
+            offset: if model.high_pass.is_finite() {
+                options.drift_guard / (model.high_pass * model.output_per_newton)
+            } else {
+                0.0
+            },
         };
         let memory = inverse.as_ref().map(|chain| chain.settled(0.0));
         Self {
@@ -124,7 +144,8 @@ impl ChargeReader {
             wrong_until_ns: vec![0; taxels],
             changes: Changes::new(&model),
             last_time_ns: None,
-            deviation,
+            gains,
+            deviations: vec![f64::NAN; taxels],
             localiser: None,
             located: None,
             inverse,
@@ -145,7 +166,7 @@ impl ChargeReader {
     /// Standard deviation of the force on one element by the noise of the
     /// readings, N.
     pub fn deviation(&self) -> f64 {
-        self.deviation
+        self.model.deviation * self.gains.noise
     }
 
     /// A pause after which the force is uncertain, s: what the signal did in it
@@ -191,12 +212,10 @@ impl ChargeReader {
             return;
         };
         if !matches!(&self.located, Some(located) if located.holds(touch.time_ns, regions)) {
-            let taxels = touch.taxels.iter();
-            let (forces, deviations): (Vec<f64>, Vec<f64>) = taxels
-                .map(|taxel| (taxel.pressed(), taxel.pressed_deviation()))
-                .unzip();
+            let forces: Vec<f64> = touch.taxels.iter().map(TaxelTouch::pressed).collect();
             let until_ns = touch.time_ns.saturating_add(LOCATE_EVERY_NS);
-            let parts = localiser.positions(&forces, &deviations);
+            // What gains are not known by is part of the localiser.
+            let parts = localiser.positions(&forces, &self.deviations);
             self.located = Some(LastPositions::new(parts, until_ns, regions));
         }
         let Some(located) = &mut self.located else {
@@ -240,7 +259,7 @@ impl Reader for ChargeReader {
                 at_start: true,
                 channels_per_unit: 1,
                 unit: "element",
-                measures_noise: false,
+                measures_noise: true,
                 ends_at_touch: false,
             },
         }
@@ -328,7 +347,12 @@ impl Reader for ChargeReader {
             } else {
                 f64::NAN
             };
-            touch.taxels[index] = TaxelTouch::pressing(value / gain, self.deviation / gain, state);
+            let offset = self.gains.offset * known.drift_variance(index).sqrt();
+            let deviation = (self.gains.noise * known.noise[index]).hypot(offset) / gain;
+            self.deviations[index] = deviation;
+            let force = value / gain;
+            let deviation = deviation.hypot(self.model.gain_deviation * force);
+            touch.taxels[index] = TaxelTouch::pressing(force, deviation, state);
         }
         self.last_time_ns = Some(time_ns);
     }

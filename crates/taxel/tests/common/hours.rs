@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
-use taxel::estimation::{State, TouchEventKind, TouchSession};
-use taxel::sensor::Sensor;
+use taxel::estimation::{ChargeOptions, State, TouchEventKind, TouchSession};
+use taxel::sensor::{Element, Sensor};
 use taxel_numerics::Noise;
 
 /// What a device goes through.
@@ -119,6 +119,7 @@ pub(crate) fn run(course: &Course, seed: u64) -> Vec<Interval> {
         _ => 0.0,
     };
     let mut drift = Drifting::new(course.drift, seed, rounding);
+    let mut changes = Changes::of(sensor);
     let mut intervals = vec![Interval::default(); (course.length / course.interval) as usize];
     loop {
         let Delivery::Frame(mut frame) = twin.next_delivery() else {
@@ -134,7 +135,8 @@ pub(crate) fn run(course: &Course, seed: u64) -> Vec<Interval> {
             frame.values[channel] = 0.0;
         }
         let truth = twin.true_forces(frame.time_ns);
-        let truth: Vec<f64> = truth.iter().map(|force| force[2]).collect();
+        let mut truth: Vec<f64> = truth.iter().map(|force| force[2]).collect();
+        changes.pass(time, &mut truth);
         interval.take(&mut session, &frame, &truth, &planned);
         // Seldom: the system is asked.
         if frame.sequence % 1000 == 0 {
@@ -224,6 +226,43 @@ impl Sums {
         self.forces += 1.0;
         self.stated += deviation;
         self.within += f64::from(u8::from((force - truth).abs() <= 1.96 * deviation));
+    }
+}
+
+/// The changes of force of a device that knows no force that stays: a high-pass of first
+/// order, as theory (19) of the piezoelectric array has it.
+struct Changes {
+    /// Time constant, s; `None` for a device whose force stays.
+    fades: Option<f64>,
+    last: f64,
+    forces: Vec<f64>,
+    changes: Vec<f64>,
+}
+
+impl Changes {
+    fn of(sensor: &Sensor) -> Self {
+        let piezoelectric = matches!(sensor.element, Element::Piezoelectric(_));
+        Self {
+            fades: piezoelectric.then(|| ChargeOptions::default().drift_guard),
+            last: 0.0,
+            forces: Vec::new(),
+            changes: Vec::new(),
+        }
+    }
+
+    /// Puts the changes in the place of the forces.
+    fn pass(&mut self, time: f64, forces: &mut [f64]) {
+        let Some(fades) = self.fades else { return };
+        self.forces.resize(forces.len(), 0.0);
+        self.changes.resize(forces.len(), 0.0);
+        // What is new came in the middle of the step.
+        let half = (-0.5 * (time - self.last) / fades).exp();
+        self.last = time;
+        let kept = self.changes.iter_mut().zip(&mut self.forces);
+        for (force, (change, last)) in forces.iter_mut().zip(kept) {
+            *change = (*change * half + *force - *last) * half;
+            *last = std::mem::replace(force, *change);
+        }
     }
 }
 

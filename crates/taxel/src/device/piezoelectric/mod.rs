@@ -135,6 +135,14 @@ impl<'a> PiezoelectricArray<'a> {
         )
     }
 
+    /// Standard deviation of a gain: of those that were learned, or of those as made.
+    fn gain_deviation(&self) -> f64 {
+        let learned = self.description.indentations.as_ref();
+        learned.map_or(self.description.fabrication.gain_deviation, |map| {
+            map.gain_deviation
+        })
+    }
+
     /// Localiser of a lone contact: the map of its indentations, or
     /// the profile of the soft cover.
     fn localiser(&self) -> Option<Arc<dyn Localiser>> {
@@ -157,6 +165,7 @@ impl<'a> PiezoelectricArray<'a> {
             rest: self.board.output.offset,
             output_per_newton: self.output_per_newton(),
             gains: self.gains(),
+            gain_deviation: self.gain_deviation(),
             high_pass: self.board.band.high_pass,
             low_pass: self.board.band.low_pass,
             deviation: self.board.deviation(),
