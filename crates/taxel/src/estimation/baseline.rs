@@ -28,6 +28,9 @@ pub struct BaselineOptions {
     /// the baseline, and the baseline comes after it at no more than the fastest drift;
     /// default false.
     pub contacts_known: bool,
+    /// Time between readings whose noise is independent, s, 0.1 at most: the level is an
+    /// average of so many; default 0.1, of frames that may be slow.
+    pub period: f64,
 }
 
 impl BaselineOptions {
@@ -41,6 +44,7 @@ impl BaselineOptions {
             settling: 0.25,
             longest_pause: 1.0,
             contacts_known: false,
+            period: LONGEST_STEP,
         }
     }
 }
@@ -516,7 +520,8 @@ fn gate(noise: f64, fastest: f64, options: &BaselineOptions) -> f64 {
 /// Variance of a level that is followed without a drift, over that of a reading: of
 /// readings averaged over the time of following.
 fn level_noise(options: &BaselineOptions) -> f64 {
-    1.25 * LONGEST_STEP.min(options.smoothing) / options.follow
+    let period = options.period.min(LONGEST_STEP);
+    1.25 * period.min(options.smoothing) / options.follow
 }
 
 /// Variance of a rate that is followed, over that of a reading, 1/s².

@@ -250,7 +250,9 @@ impl Reader for ChargeReader {
             total: Total::Unknown,
             // Where no charge leaks an offset fades with the drift guard.
             drift: if self.model.high_pass.is_finite() {
-                Drift::WithoutContact
+                Drift::WithoutContact {
+                    period: self.model.period,
+                }
             } else {
                 Drift::None
             },

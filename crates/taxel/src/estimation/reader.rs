@@ -193,7 +193,7 @@ pub struct RestRules {
 }
 
 /// How the readings of the empty device drift.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drift {
     /// They do not, or it does not show.
     None,
@@ -201,7 +201,10 @@ pub enum Drift {
     Followed,
     /// They are followed wherever no contact is, which the reader knows
     /// ([`Reader::occupied`]).
-    WithoutContact,
+    WithoutContact {
+        /// Time between frames, s.
+        period: f64,
+    },
 }
 
 /// Rules of a device for the shared estimator.
