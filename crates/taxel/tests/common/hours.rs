@@ -236,7 +236,7 @@ struct Changes {
     fades: Option<f64>,
     last: f64,
     forces: Vec<f64>,
-    changes: Vec<f64>,
+    passed: Vec<f64>,
 }
 
 impl Changes {
@@ -246,7 +246,7 @@ impl Changes {
             fades: piezoelectric.then(|| ChargeOptions::default().drift_guard),
             last: 0.0,
             forces: Vec::new(),
-            changes: Vec::new(),
+            passed: Vec::new(),
         }
     }
 
@@ -254,11 +254,11 @@ impl Changes {
     fn pass(&mut self, time: f64, forces: &mut [f64]) {
         let Some(fades) = self.fades else { return };
         self.forces.resize(forces.len(), 0.0);
-        self.changes.resize(forces.len(), 0.0);
+        self.passed.resize(forces.len(), 0.0);
         // What is new came in the middle of the step.
         let half = (-0.5 * (time - self.last) / fades).exp();
         self.last = time;
-        let kept = self.changes.iter_mut().zip(&mut self.forces);
+        let kept = self.passed.iter_mut().zip(&mut self.forces);
         for (force, (change, last)) in forces.iter_mut().zip(kept) {
             *change = (*change * half + *force - *last) * half;
             *last = std::mem::replace(force, *change);
