@@ -10,7 +10,7 @@ use taxel_fem::problem::{self as solid, Contact, DeadLoad, Kinematics, Motion, P
 use super::description::{
     Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial, Shape,
 };
-use crate::quantity::{self, AnyQuantity, Dimension, HELP};
+use crate::quantity::{self, AnyQuantity, Dimension};
 use crate::toml_input;
 use taxel_recording::InputError;
 
@@ -52,14 +52,14 @@ pub(super) struct Built {
     pub(super) steps: Vec<Vec<f64>>,
     /// Dimension of the values of each parameter of the file.
     pub(super) dimensions: Vec<&'static Dimension>,
-    /// Number of the contact of each obstacle is its own.
+    /// What is unusual about the mesh, in sentences.
     pub(super) notes: Vec<String>,
 }
 
 /// Reads a mesh in m.
 pub(super) fn mesh(file: &ProblemFile, name: &str, bytes: &[u8]) -> Result<Drawing, InputError> {
-    let mut drawing = gmsh::read_file(bytes)
-        .map_err(|error| InputError::whole(name, error.to_string()))?;
+    let mut drawing =
+        gmsh::read_file(bytes).map_err(|error| InputError::whole(name, error.to_string()))?;
     for point in &mut drawing.mesh.points {
         *point = point.map(|x| x * file.mesh.unit);
     }
@@ -68,7 +68,10 @@ pub(super) fn mesh(file: &ProblemFile, name: &str, bytes: &[u8]) -> Result<Drawi
 
 pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong> {
     if file.schema != 1 {
-        let message = format!("schema {} is not known; this program reads schema 1", file.schema);
+        let message = format!(
+            "schema {} is not known; this program reads schema 1",
+            file.schema
+        );
         return Err(wrong("schema", message, "write schema = 1"));
     }
     if file.name.trim().is_empty() {
@@ -86,8 +89,13 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     } else if let Err(error) = quality.require(&drawing.mesh) {
         return Err(wrong("mesh.file", error.to_string(), "mend the mesh"));
     }
-    let problem = solid::Problem::new(drawing.mesh, kinematics)
-        .map_err(|error| wrong("geometry", error.to_string(), "give the geometry of the mesh"))?;
+    let problem = solid::Problem::new(drawing.mesh, kinematics).map_err(|error| {
+        wrong(
+            "geometry",
+            error.to_string(),
+            "give the geometry of the mesh",
+        )
+    })?;
     let mut builder = Builder {
         file,
         problem,
@@ -161,9 +169,16 @@ impl Builder<'_> {
         for (number, driver) in self.file.parameter.iter().enumerate() {
             let key = format!("parameter.{number}");
             let same = |other: &&super::description::Driver| other.name == driver.name;
-            if self.file.parameter[..number].iter().any(|other| same(&other)) {
+            if self.file.parameter[..number]
+                .iter()
+                .any(|other| same(&other))
+            {
                 let message = format!("two parameters are called \"{}\"", driver.name);
-                return Err(wrong(format!("{key}.name"), message, "give each its own name"));
+                return Err(wrong(
+                    format!("{key}.name"),
+                    message,
+                    "give each its own name",
+                ));
             }
             let first = self.file.parameter[0].values.len();
             if driver.values.is_empty() || driver.values.len() != first {
@@ -242,7 +257,11 @@ impl Builder<'_> {
             .position(|known| known == name)
             .ok_or_else(|| {
                 let message = format!("the mesh has no region \"{name}\"");
-                wrong(key, message, &format!("give one of: {}", regions.join(", ")))
+                wrong(
+                    key,
+                    message,
+                    &format!("give one of: {}", regions.join(", ")),
+                )
             })
     }
 
@@ -260,7 +279,11 @@ impl Builder<'_> {
         }
         let known: Vec<&str> = self.mesh().surfaces.keys().map(String::as_str).collect();
         let message = format!("the mesh has no surface \"{name}\"");
-        Err(wrong(key, message, &format!("give one of: {}", known.join(", "))))
+        Err(wrong(
+            key,
+            message,
+            &format!("give one of: {}", known.join(", ")),
+        ))
     }
 
     fn unknown_group(&self, name: &str, key: &str) -> Wrong {
@@ -276,7 +299,11 @@ impl Builder<'_> {
         component(&self.axes, axis.number()).ok_or_else(|| {
             let message = format!("the mesh does not extend along {}", letter(axis.number()));
             let known: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
-            wrong(key, message, &format!("its axes are {}", known.join(" and ")))
+            wrong(
+                key,
+                message,
+                &format!("its axes are {}", known.join(" and ")),
+            )
         })
     }
 
@@ -369,7 +396,10 @@ impl Builder<'_> {
             Some(surface) => {
                 let unit = |_| [1.0, 0.0, 0.0];
                 let areas = traction(self.mesh(), self.problem.kinematics, surface, unit);
-                areas.into_iter().map(|(node, area)| (node, area[0])).collect()
+                areas
+                    .into_iter()
+                    .map(|(node, area)| (node, area[0]))
+                    .collect()
             }
             None => nodes.into_iter().map(|node| (node, 1.0)).collect(),
         };
@@ -402,7 +432,11 @@ impl Builder<'_> {
             let pressure = match (&cavity.pressure, cavity.trapped_gas) {
                 (Some(_), Some(_)) => {
                     let message = "a trapped gas has the pressure that follows from its volume";
-                    return Err(wrong(format!("{key}.pressure"), message, "leave one of the two out"));
+                    return Err(wrong(
+                        format!("{key}.pressure"),
+                        message,
+                        "leave one of the two out",
+                    ));
                 }
                 (Some(by), None) => {
                     self.parameter(by, &quantity::STRESS, &format!("{key}.pressure"))?
@@ -425,7 +459,8 @@ impl Builder<'_> {
                     "the volume at rest comes out as {:.3e} m3: the wall is not that of a cavity",
                     rest * self.depth
                 );
-                let help = "name all of its surfaces, or integrate along the axis across its openings";
+                let help =
+                    "name all of its surfaces, or integrate along the axis across its openings";
                 return Err(wrong(format!("{key}.wall"), message, help));
             }
             if let Some(scale) = cavity.trapped_gas {
@@ -561,15 +596,17 @@ impl Builder<'_> {
             if self.uses[number].is_none() {
                 return Err(self.unused(number));
             }
-            self.problem
-                .set_rule(parameter, Rule::Prescribes(quantity));
+            self.problem.set_rule(parameter, Rule::Prescribes(quantity));
             self.uses[number] = Some((dimension, key));
         }
         Ok(())
     }
 
     fn unused(&self, number: usize) -> Wrong {
-        let message = format!("nothing uses parameter \"{}\"", self.file.parameter[number].name);
+        let message = format!(
+            "nothing uses parameter \"{}\"",
+            self.file.parameter[number].name
+        );
         let help = "name it in a support, a load, an obstacle or a cavity, or leave it out";
         wrong(format!("parameter.{number}.name"), message, help)
     }
@@ -612,7 +649,10 @@ impl Builder<'_> {
             }
             for (number, dielectric) in capacitance.dielectric.iter().enumerate() {
                 for (at, name) in dielectric.regions.iter().enumerate() {
-                    self.region(name, &format!("capacitance.dielectric.{number}.regions.{at}"))?;
+                    self.region(
+                        name,
+                        &format!("capacitance.dielectric.{number}.regions.{at}"),
+                    )?;
                 }
             }
         }
@@ -630,9 +670,18 @@ impl Builder<'_> {
             let key = format!("channel.{number}.cavity");
             if self.problem.kinematics != Kinematics::PlaneStrain {
                 let message = "a channel runs along the depth of a plane_strain body";
-                return Err(wrong(key, message, "use [[resistance]] with a meshed conductor"));
+                return Err(wrong(
+                    key,
+                    message,
+                    "use [[resistance]] with a meshed conductor",
+                ));
             }
-            if !self.file.cavity.iter().any(|cavity| cavity.name == channel.cavity) {
+            if !self
+                .file
+                .cavity
+                .iter()
+                .any(|cavity| cavity.name == channel.cavity)
+            {
                 let known: Vec<&str> = self.file.cavity.iter().map(|c| c.name.as_str()).collect();
                 let message = format!("there is no cavity \"{}\"", channel.cavity);
                 let help = format!("give one of: {}", known.join(", "));
@@ -646,7 +695,6 @@ impl Builder<'_> {
     #[allow(clippy::type_complexity)]
     fn steps(&self) -> Result<(Vec<Vec<f64>>, Vec<&'static Dimension>), Wrong> {
         let mut dimensions = Vec::new();
-        let own = self.file.parameter.len();
         let count = self.file.parameter.first().map_or(0, |p| p.values.len());
         let mut steps = vec![vec![0.0; self.problem.rules().len()]; count];
         for (number, driver) in self.file.parameter.iter().enumerate() {
@@ -659,7 +707,6 @@ impl Builder<'_> {
                 steps[step][number] = self.target(number, dimension, *value, &key)?;
             }
         }
-        debug_assert!(own <= self.problem.rules().len());
         Ok((steps, dimensions))
     }
 
@@ -671,13 +718,15 @@ impl Builder<'_> {
         key: &str,
     ) -> Result<f64, Wrong> {
         if given.dimension != dimension {
-            let use_of = self.uses[number].as_ref().map_or("", |(_, key)| key.as_str());
+            let use_of = self.uses[number]
+                .as_ref()
+                .map_or("", |(_, key)| key.as_str());
             let message = format!(
                 "this is {}; {use_of} needs {}",
                 given.dimension.name, dimension.name
             );
             let help = format!("use one of: {}", dimension.symbols());
-            return Err(wrong(key, message.replace(HELP, ""), &help));
+            return Err(wrong(key, message, &help));
         }
         // Solved per unit of depth; a force of a dead load has the depth in its direction.
         let prescribed = self.file.parameter[number].prescribes.as_ref();
@@ -764,5 +813,11 @@ fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
         }),
     };
     law.and_then(|law| Material::new(law, volumetric))
-        .map_err(|error| wrong(format!("{key}.law"), error.to_string(), "give other constants"))
+        .map_err(|error| {
+            wrong(
+                format!("{key}.law"),
+                error.to_string(),
+                "give other constants",
+            )
+        })
 }

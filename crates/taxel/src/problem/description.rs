@@ -5,9 +5,8 @@ use serde::Deserialize;
 
 use crate::mechanics::{LinearElastic, MooneyRivlin};
 use crate::quantity::{
-    self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked,
-    PositiveFraction, PositiveLength, PositiveResistivity, PositiveStress, Ratio,
-    RelativePermittivity,
+    self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked, PositiveFraction, PositiveLength,
+    PositiveResistivity, PositiveStress, Ratio, RelativePermittivity,
 };
 
 /// A body as its file describes it: mesh, solids, supports, loads and what is asked for.
@@ -232,6 +231,7 @@ pub struct OfCavity {
 /// An axis of the mesh file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(inline)]
 pub enum Axis {
     /// The first coordinate.
     X,
@@ -508,7 +508,10 @@ pub struct Output {
 pub struct Picture {
     /// Direction from the body to the eye of a body in space: x, y and z; `[1, -2, 1]` if left
     /// out.
-    #[serde(default, deserialize_with = "quantity::optional_list::<3, AnyNumber, _>")]
+    #[serde(
+        default,
+        deserialize_with = "quantity::optional_list::<3, AnyNumber, _>"
+    )]
     #[schemars(with = "Option<[Checked<AnyNumber>; 3]>")]
     pub from: Option<[f64; 3]>,
 }
