@@ -179,7 +179,7 @@ files = [d.get('file') for d in tree.parse(folder + '/steps.pvd').iter('DataSet'
 assert files == ['step-0.vtu', 'step-1.vtu', 'step-2.vtu'], files
 for step, name in enumerate(files):
     mesh = meshio.read(folder + '/' + name)
-    assert {c.type for c in mesh.cells} == {'triangle7'}, mesh.cells
+    assert {c.type for c in mesh.cells} == {'triangle6'}, mesh.cells
     moved, stress = mesh.point_data['displacement'], mesh.point_data['cauchy_stress_pa']
     assert moved.shape == (len(mesh.points), 3) and stress.shape == (len(mesh.points), 6)
     tip = np.argmin(np.hypot(mesh.points[:, 0], mesh.points[:, 1] - 5e-3))
@@ -285,7 +285,7 @@ fn wrong_input_is_refused_before_anything_is_solved() {
     refused(
         &["solve", text(&problem)],
         &[
-            "problem.toml:27:6: support.1.on",
+            "problem.toml:26:6: support.1.on",
             "^^^^^^",
             "\"axle\"",
             "help: give one of",

@@ -77,7 +77,7 @@ pub enum Reason {
     },
     /// A solid has no resistance left in some direction.
     #[error(
-        "the solid {region:?} lost its ellipticity in cell {cell} near ({:.6e}, {:.6e}, {:.6e}): it would form a crease or a band there", .place[0], .place[1], .place[2]
+        "the solid {region:?} lost its ellipticity in cell {cell} near ({:.6e}, {:.6e}, {:.6e}), at a stretch of {:.3}: it would form a crease or a band there", .place[0], .place[1], .place[2], .stretch
     )]
     LostEllipticity {
         /// Number of the cell.
@@ -86,6 +86,8 @@ pub enum Reason {
         region: String,
         /// Undeformed place.
         place: [f64; 3],
+        /// Greatest principal stretch there, or the inverse of the least where that is greater.
+        stretch: f64,
     },
     /// The body has no room for the volume of a cell.
     #[error(

@@ -126,6 +126,7 @@ impl Solver {
         self.state = state;
         self.targets = targets;
         self.previous = None;
+        self.scale = 0.0;
     }
 
     /// Puts the nodes of the undeformed body elsewhere: another design on the same

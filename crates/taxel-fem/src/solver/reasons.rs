@@ -6,9 +6,20 @@ use super::small::{axpy, dot};
 use super::unsymmetric;
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
+use crate::mesh::quality::extreme_eigenvalues;
 use crate::problem::Rule;
+use crate::scalar::Tensor;
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::sparse::Factorisation;
+
+/// Greatest principal stretch, or the inverse of the least where that is greater.
+fn greatest_stretch(gradient: &Tensor<f64>) -> f64 {
+    let square: Tensor<f64> = std::array::from_fn(|i| {
+        std::array::from_fn(|j| (0..3).map(|k| gradient[k][i] * gradient[k][j]).sum())
+    });
+    let [least, most] = extreme_eigenvalues(&square);
+    most.max(1.0 / least).sqrt()
+}
 
 /// Points of the greatest stress that are looked at after a failure.
 const SUSPECTS: usize = 100;
@@ -37,6 +48,7 @@ impl Solver {
                 cell: point.cell,
                 region: mesh.regions[mesh.region_of(point.cell)].clone(),
                 place: point.place,
+                stretch: greatest_stretch(&point.gradient),
             };
         }
         match self.gives_way(targets) {

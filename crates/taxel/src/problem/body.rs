@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use taxel_fem::output::{ColourMap, Colours, Encoding, OutputError, Picture, Values, Vtu};
+use taxel_fem::problem::{Parameter, Rule};
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
 use taxel_fem::solver::stress::{nodal_stress, von_mises};
@@ -17,6 +18,9 @@ use taxel_recording::InputError;
 
 /// Direction to the eye where the file gives none.
 const FROM: [f64; 3] = [1.0, -2.0, 1.0];
+
+/// First way over the size of a body that an obstacle is moved to press.
+const SEAT: f64 = 1e-5;
 
 /// End of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,9 +112,13 @@ impl Body {
     /// # Errors
     /// [`Failure`] with the last good state, which stays.
     pub fn step(&mut self, mut seen: impl FnMut(f64) -> bool) -> Result<Ended, Failure> {
-        let Some(targets) = self.steps.get(self.done) else {
+        let Some(targets) = self.steps.get(self.done).cloned() else {
             return Ok(Ended::Done);
         };
+        // Each step begins anew, so that a solution that is resumed goes the same way.
+        let (state, now) = (self.solver.state().clone(), self.solver.targets().to_vec());
+        self.solver.restart(state, now);
+        self.seat()?;
         let mut stopped = false;
         let mut hear = |_: &_, step: &taxel_fem::solver::newton::Step| {
             if seen(step.fraction) || step.fraction == 1.0 {
@@ -123,7 +131,7 @@ impl Body {
         if self.solver.targets() == targets.as_slice() {
             self.solver.settle()?;
         } else {
-            self.solver.load_to(targets, &mut hear)?;
+            self.solver.load_to(&targets, &mut hear)?;
         }
         if stopped {
             return Ok(Ended::Stopped);
@@ -132,6 +140,46 @@ impl Body {
         self.rows.push(row);
         self.done += 1;
         Ok(Ended::Done)
+    }
+
+    /// Moves obstacles whose force is prescribed until they press: one that only touches, or does
+    /// not even touch, has no force that its way could change.
+    fn seat(&mut self) -> Result<(), Failure> {
+        let moved = self.file.support.iter();
+        let held: Vec<&str> = moved
+            .filter_map(|support| Some(support.moved.as_ref()?.by.as_str()))
+            .collect();
+        let drivers = self.file.parameter.iter().enumerate();
+        let loose: Vec<usize> = drivers
+            .filter(|(_, driver)| driver.prescribes == Some(Prescribed::Force))
+            .filter(|(_, driver)| !held.contains(&driver.name.as_str()))
+            .map(|(number, _)| number)
+            .collect();
+        for number in loose {
+            if self.solver.evaluate()?.along[number] != 0.0 {
+                continue;
+            }
+            let rule = self.solver.problem().rules()[number].clone();
+            self.solver.set_rule(Parameter(number), Rule::Given)?;
+            let size = self.largest_coordinate();
+            let mut way = SEAT * size;
+            while way < size {
+                let mut targets = self.solver.targets().to_vec();
+                targets[number] += way;
+                self.solver.load_to(&targets, |_, _| Continue::Yes)?;
+                if self.solver.evaluate()?.along[number] > 0.0 {
+                    break;
+                }
+                way *= 2.0;
+            }
+            self.solver.set_rule(Parameter(number), rule)?;
+        }
+        Ok(())
+    }
+
+    fn largest_coordinate(&self) -> f64 {
+        let points = self.solver.problem().mesh.points.iter().flatten();
+        points.fold(0.0, |most: f64, x| most.max(x.abs()))
     }
 
     /// Columns of the table.
@@ -386,11 +434,7 @@ impl Body {
 
     /// The unit in which the body measures one to a thousand.
     fn length_unit(&self) -> (&'static str, f64) {
-        let points = &self.solver.problem().mesh.points;
-        let far = points
-            .iter()
-            .flatten()
-            .fold(0.0, |most: f64, x| most.max(x.abs()));
+        let far = self.largest_coordinate();
         let units = quantity::LENGTH.units.iter().rev();
         let mut fitting = units.filter(|(_, size)| *size <= far);
         *fitting.next().unwrap_or(&("m", 1.0))

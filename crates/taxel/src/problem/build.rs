@@ -18,7 +18,7 @@ use taxel_recording::InputError;
 /// independent of it, the iteration bears no much stiffer one.
 const STIFFNESS: f64 = 50.0;
 /// Overlap that is accepted over the mean side of a cell.
-const OVERLAP: f64 = 1e-3;
+const OVERLAP: f64 = 1e-4;
 
 /// A mistake at a key of the problem file: its path, the message, what to do.
 pub(super) struct Wrong {

@@ -313,7 +313,7 @@ pub struct Obstacle {
     #[serde(deserialize_with = "quantity::one::<Ratio, _>")]
     #[schemars(with = "Checked<Ratio>")]
     pub friction: f64,
-    /// Overlap that is accepted, m; a thousandth of the mean side of a cell there if left out.
+    /// Overlap that is accepted, m; 1e-4 of the mean side of a cell there if left out.
     #[serde(default, deserialize_with = "quantity::some::<PositiveLength, _>")]
     #[schemars(with = "Option<Checked<PositiveLength>>")]
     pub overlap: Option<f64>,
