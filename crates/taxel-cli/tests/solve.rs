@@ -329,3 +329,42 @@ fn a_failure_ends_with_its_cause_and_keeps_what_is_done() {
     let table = String::from_utf8(output.stdout).unwrap();
     assert_eq!(table.lines().count(), 3, "{table}");
 }
+
+/// The guide shows the shipped dome, the example over the library, and what both print.
+#[test]
+fn the_guide_has_the_problem_and_the_program_as_they_are() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = fs::read_to_string(root.join("docs/book/own-body.md")).unwrap();
+    let problem = ProblemFile::shipped_text("dome").unwrap();
+    assert!(page.contains(&format!("```toml\n{problem}```\n")));
+    let example = root.join("crates/taxel-fem/examples/own_body.rs");
+    let example = fs::read_to_string(example).unwrap();
+    assert!(page.contains(&format!("```rust\n{example}```\n")));
+    let answer = answered(&["solve", "dome", "--format", "json"]);
+    let answer: Value = serde_json::from_str(&answer).unwrap();
+    let start = page.find("step  travel [mm]").expect("the table is there");
+    let lines = page[start..].lines().skip(1);
+    let rows = answer["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 7);
+    for (row, line) in rows.iter().zip(lines) {
+        let shown: Vec<f64> = line
+            .split_whitespace()
+            .map(|word| word.parse().unwrap())
+            .collect();
+        let keys = [
+            ("travel_m", 1e3),
+            ("plate_force_y_n", 1e3),
+            ("plate_contact_area_m2", 1e6),
+            ("capacitance_upper_electrode_lower_electrode_f", 1e15),
+            ("greatest_von_mises_pa", 1e-3),
+        ];
+        for ((key, unit), shown) in keys.into_iter().zip(&shown[1..]) {
+            let value = unit * row[key].as_f64().unwrap();
+            // Five decimals are shown; other processors round otherwise, within the tolerance.
+            assert!(
+                (value - shown).abs() < 1e-5 + 1e-5 * value.abs(),
+                "{key}: {value} {line}"
+            );
+        }
+    }
+}

@@ -62,7 +62,7 @@ fn a_cell_inside_out_in_the_mesh_is_named_with_its_place() {
 
 #[test]
 fn a_law_that_softens_is_named_with_place_and_stretch() {
-    // Stable to a stretch of 1.9 in pure shear.
+    // Stable to a stretch of 1.91 in pure shear, less under the pressure of a bonded face.
     let law = Law::Yeoh {
         c10: 1e5,
         c20: -1e4,
@@ -86,7 +86,7 @@ fn a_law_that_softens_is_named_with_place_and_stretch() {
         panic!("{failure}");
     };
     assert_eq!(region, "rubber");
-    assert!(stretch > 1.9 && stretch < 5.0, "{failure}");
+    assert!(stretch > 1.5 && stretch < 2.5, "{failure}");
 }
 
 #[test]

@@ -279,7 +279,7 @@ fn mistakes_are_shown_under_the_word() {
         ),
         (
             "fingertip",
-            "\"3 mm\"]",
+            "\"4 mm\"]",
             "]",
             &["parameter.1.values", "one for each step"],
         ),
@@ -393,4 +393,20 @@ reactions = ["left"]
         Err(error) => error.to_string(),
     };
     assert!(error.contains("\"hard\" has a material already"), "{error}");
+}
+
+#[test]
+fn a_rough_plate_presses_a_dome_to_a_third_of_its_height() {
+    let (text, mesh) = shipped("dome");
+    let values =
+        "values = [\"0.25 mm\", \"0.5 mm\", \"0.75 mm\", \"1 mm\", \"1.25 mm\", \"1.5 mm\"]";
+    let text = text.replace(values, "values = [\"1.8 mm\"]");
+    let smooth = solved(&text, mesh);
+    let rough = solved(&text.replace("friction = 0\n", "friction = 0.5\n"), mesh);
+    let [smooth, rough] = [smooth, rough].map(|body| column(&body, "plate_force_y")[1]);
+    // What sticks can't spread: the force grows.
+    assert!(
+        rough < 1.001 * smooth && rough > 1.2 * smooth,
+        "{rough} {smooth}"
+    );
 }
