@@ -491,7 +491,7 @@ impl Solver {
             };
             self.system.reuse(std::mem::take(&mut assembled.values));
             if unstable {
-                return Err(Reason::Unstable);
+                return Err(Reason::Unstable { mode: None });
             }
             if done {
                 self.scale = first.max(0.3 * self.scale);

@@ -423,7 +423,7 @@ impl Body {
             .length_unit(unit, size)
             .displacement(&moved)?
             .colours(Colours {
-                title: "von Mises stress",
+                title: "von Mises",
                 unit: "kPa",
                 values: Values::Nodes(&stress),
                 range: None,
@@ -484,7 +484,7 @@ impl Body {
                 "free a surface, vent a cavity, or give the solid a bulk modulus: \
                  compressibility = { quadratic = { bulk_modulus = \"…\" } }",
             ),
-            Reason::Limit { .. } | Reason::Unstable => String::from(
+            Reason::Limit { .. } | Reason::Unstable { .. } => String::from(
                 "the load has a limit there: prescribe a displacement, a force of a moved part or a \
                  volume of a cavity in its place (parameter.prescribes)",
             ),

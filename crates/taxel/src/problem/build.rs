@@ -273,6 +273,16 @@ impl Builder<'_> {
             .ok_or_else(|| self.unknown_group(name, key))
     }
 
+    /// Node of a named point.
+    fn point(&self, name: &str, key: &str) -> Result<u32, Wrong> {
+        let nodes = self.nodes(name, key)?;
+        if let [node] = nodes[..] {
+            return Ok(node);
+        }
+        let message = format!("\"{name}\" has {} nodes, not one", nodes.len());
+        Err(wrong(key, message, "name a physical point of the mesh"))
+    }
+
     fn surface(&self, name: &str, key: &str) -> Result<Vec<Facet>, Wrong> {
         if let Some(surface) = self.mesh().surfaces.get(name) {
             return Ok(surface.clone());
@@ -573,11 +583,11 @@ impl Builder<'_> {
                     (solid::Quantity::Force(parameter), &quantity::FORCE)
                 }
                 Prescribed::Displacement(of) => {
-                    let nodes = self.nodes(&of.at, &format!("{key}.displacement.at"))?;
+                    let node = self.point(&of.at, &format!("{key}.displacement.at"))?;
                     let component =
                         self.component(of.along, &format!("{key}.displacement.along"))?;
                     (
-                        solid::Quantity::Displacement(nodes[0], component),
+                        solid::Quantity::Displacement(node, component),
                         &quantity::LENGTH,
                     )
                 }
@@ -619,11 +629,7 @@ impl Builder<'_> {
         }
         for (at, name) in output.displacements.iter().enumerate() {
             let key = format!("output.displacements.{at}");
-            let nodes = self.nodes(name, &key)?;
-            if nodes.len() > 1 {
-                let message = format!("\"{name}\" has {} nodes, not one", nodes.len());
-                return Err(wrong(key, message, "name a physical point of the mesh"));
-            }
+            self.point(name, &key)?;
         }
         let group = |name: &str, key: String| {
             if self.mesh().regions.iter().any(|region| region == name) {
@@ -808,9 +814,10 @@ fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
                 .collect();
             material::Law::ogden(&terms)
         }
-        Law::LinearElastic(solid) => Ok(material::Law::LinearElastic {
-            shear: solid.young_modulus,
-        }),
+        Law::LinearElastic(solid) => {
+            Material::linear_elastic(solid.young_modulus, solid.poisson_ratio)
+                .map(|solid| solid.law)
+        }
     };
     law.and_then(|law| Material::new(law, volumetric))
         .map_err(|error| {

@@ -127,7 +127,7 @@ impl<'a> Reader<'a> {
                 section: self.section.clone(),
             });
         };
-        self.number += rest[..found].iter().filter(|&&byte| byte == b'\n').count();
+        self.number += rest[..found].split(|&byte| byte == b'\n').count() - 1;
         self.at += found;
         self.line().map(drop)
     }
