@@ -1,11 +1,14 @@
 //! `taxel solve`: what it prints and writes, and what it refuses.
 #![allow(clippy::unwrap_used)]
 
+mod python;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use python::python;
 use serde_json::Value;
 use taxel::problem::ProblemFile;
 
@@ -63,25 +66,6 @@ fn own(folder: &Path, name: &str, from: &str, to: &str) -> PathBuf {
 const FIRST_TWO: &str = "values = [\"0.25 mm\", \"0.5 mm\"]";
 const ALL: &str =
     "values = [\"0.25 mm\", \"0.5 mm\", \"0.75 mm\", \"1 mm\", \"1.25 mm\", \"1.5 mm\"]";
-
-/// A Python that has meshio, or a word that there is none.
-fn python() -> Option<String> {
-    let named = std::env::var("TAXEL_TEST_PYTHON").ok();
-    let candidates = named
-        .into_iter()
-        .chain(["/tmp/venv/bin/python".into(), "python3".into()]);
-    let found = candidates.into_iter().find(|python| {
-        let status = Command::new(python)
-            .args(["-c", "import meshio"])
-            .stderr(Stdio::null())
-            .status();
-        status.is_ok_and(|status| status.success())
-    });
-    if found.is_none() {
-        println!("skipped: no Python with meshio (name one in TAXEL_TEST_PYTHON)");
-    }
-    found
-}
 
 /// Bytes behind the offset of an array of a file of VTK, found by its name: base64 with the number
 /// of bytes first.
@@ -171,7 +155,9 @@ fn a_problem_of_a_user_is_solved_and_written_in_all_ways() {
     assert!((tip + 0.5e-3).abs() < 1e-5, "{tip}");
     // Nothing is replaced unasked.
     refused(&arguments, &["the file exists", "--force"]);
-    let Some(python) = python() else { return };
+    let Some(python) = python(&["meshio"]) else {
+        return;
+    };
     let check = "import sys, meshio, numpy as np
 import xml.etree.ElementTree as tree
 folder = sys.argv[1]
@@ -219,7 +205,7 @@ fn a_solution_goes_on_where_it_was_stopped() {
         .unwrap();
     // As soon as the first step is saved.
     let start = Instant::now();
-    while !state.exists() && start.elapsed() < Duration::from_secs(60) {
+    while !state.exists() && start.elapsed() < Duration::from_mins(1) {
         std::thread::sleep(Duration::from_millis(20));
     }
     let id = child.id().to_string();

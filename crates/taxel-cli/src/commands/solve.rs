@@ -228,7 +228,7 @@ impl Named {
                 let error = taxel::toml_input::at_key(&name, &text, &key, &message, help);
                 Stop::WrongInput(error.to_string())
             }
-            stop => stop,
+            stop @ Stop::Failed(_) => stop,
         })?;
         Ok(Self {
             mesh_name: shown::path(&mesh_file),
