@@ -125,11 +125,11 @@ fn a_binary_file_that_was_cut_off_is_refused_and_never_panics() {
             .windows(12)
             .position(|at| at == b"$EndElements")
             .unwrap();
-        for cut in (0..end).step_by(101).chain(elements..end) {
+        for cut in (0..end).step_by(301).chain((elements..end).step_by(13)) {
             assert!(read_file(&whole[..cut]).is_err(), "{name} {cut}");
         }
         // Any byte may be wrong.
-        for at in (0..whole.len()).step_by(7) {
+        for at in (0..whole.len()).step_by(29) {
             let mut wrong = whole.clone();
             wrong[at] ^= 0x55;
             let _ = read_file(&wrong);

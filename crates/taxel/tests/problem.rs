@@ -410,3 +410,39 @@ fn a_rough_plate_presses_a_dome_to_a_third_of_its_height() {
         "{rough} {smooth}"
     );
 }
+
+const PRESSURES: &str = "values = [\"10 kPa\", \"20 kPa\", \"30 kPa\", \"40 kPa\", \"50 kPa\"]";
+
+#[test]
+fn a_trapped_gas_has_the_pressure_of_its_volume() {
+    let (text, mesh) = shipped("channel");
+    let wall = "wall = [\"wall\"]\n";
+    assert!(text.contains(wall) && text.contains(PRESSURES));
+    let sealed = text.replace(wall, "wall = [\"wall\"]\ntrapped_gas = \"101.325 kPa\"\n");
+    let sealed = solved(&sealed, mesh);
+    let volume = column(&sealed, "microchannel_volume");
+    let pressure = column(&sealed, "microchannel_pressure");
+    for (v, p) in volume.iter().zip(&pressure) {
+        let exact = 101325.0 * (volume[0] / v - 1.0);
+        // The tolerance of the iteration, of the greatest pressure.
+        assert!((p - exact).abs() < 1e-6 * 101325.0, "{p} {exact}");
+    }
+    let vented = column(&solved(text, mesh), "microchannel_volume");
+    assert!(volume[5] > 1.01 * vented[5], "{volume:?} {vented:?}");
+}
+
+#[test]
+fn a_volume_that_is_prescribed_finds_its_pressure() {
+    let (text, mesh) = shipped("channel");
+    let by_pressure = solved(text, mesh);
+    let volume = column(&by_pressure, "microchannel_volume")[3];
+    let given = format!(
+        "values = [\"{} mm3\"]\nprescribes = {{ volume = {{ of = \"microchannel\" }} }}",
+        1e9 * volume
+    );
+    let by_volume = solved(&text.replace(PRESSURES, &given), mesh);
+    let pressure = column(&by_volume, "pressure_found")[1];
+    assert!((pressure / 30e3 - 1.0).abs() < 1e-6, "{pressure}");
+    let shown = column(&by_volume, "pressure")[1];
+    assert!((shown / volume - 1.0).abs() < 1e-9, "{shown} {volume}");
+}
