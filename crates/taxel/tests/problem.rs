@@ -142,150 +142,160 @@ fn refused(name: &str, from: &str, to: &str) -> String {
     }
 }
 
+/// A shipped problem, what is replaced in it and by what, and what the message must have.
+type Mistake = (
+    &'static str,
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+);
+
+const MISTAKES: &[Mistake] = &[
+    (
+        "dome",
+        "on = \"axis\"",
+        "on = \"axle\"",
+        &["support.1.on", "^^^^^^", "axis, base"],
+    ),
+    (
+        "dome",
+        "held = [\"x\", \"y\"]",
+        "held = [\"x\", \"z\"]",
+        &["support.0.held.1", "does not extend along z"],
+    ),
+    (
+        "dome",
+        "\"1 mm\", \"1.25 mm\"",
+        "\"1 kPa\", \"1.25 mm\"",
+        &["parameter.0.values.3", "a length"],
+    ),
+    (
+        "dome",
+        "\"1 mm\", \"1.25 mm\"",
+        "1, \"1.25 mm\"",
+        &["has no unit"],
+    ),
+    (
+        "dome",
+        "by = \"travel\"",
+        "by = \"trawel\"",
+        &["obstacle.0.moved.by", "travel"],
+    ),
+    (
+        "dome",
+        "regions = [\"silicone\"]\nlaw",
+        "regions = [\"rubber\"]\nlaw",
+        &["material.0.regions.0", "silicone"],
+    ),
+    (
+        "dome",
+        "compressibility = \"incompressible\"\n",
+        "",
+        &["material.0", "compressibility is missing"],
+    ),
+    (
+        "dome",
+        "\"60 kPa\"",
+        "\"-60 kPa\"",
+        &["shear_modulus", "greater than 0"],
+    ),
+    (
+        "dome",
+        "schema = 1",
+        "schema = 2",
+        &["schema 2 is not known"],
+    ),
+    (
+        "dome",
+        "geometry = \"axisymmetric\"",
+        "geometry = \"solid\"",
+        &["dimension 2"],
+    ),
+    (
+        "channel",
+        "on = \"base\"\nheld = [\"x\", \"y\"]",
+        "on = \"base\"\nheld = [\"x\"]",
+        &["nothing holds the body"],
+    ),
+    (
+        "dome",
+        "normal = [0, -1, 0]",
+        "normal = [0, 0, 1]",
+        &["obstacle.0.shape.plane.normal", "zero"],
+    ),
+    (
+        "dome",
+        "friction = 0",
+        "friction = -1",
+        &["obstacle.0.friction"],
+    ),
+    (
+        "dome",
+        "[\"upper_electrode\", \"lower_electrode\"]",
+        "[\"upper_electrode\"]",
+        &["capacitance.electrodes"],
+    ),
+    (
+        "dome",
+        "displacements = [\"tip\"]",
+        "displacements = [\"skin\"]",
+        &["nodes, not one"],
+    ),
+    (
+        "channel",
+        "cavity = \"microchannel\"",
+        "cavity = \"channel\"",
+        &["channel.0.cavity", "microchannel"],
+    ),
+    (
+        "channel",
+        "wall = [\"wall\"]",
+        "wall = [\"base\"]",
+        &["cavity.0.wall", "volume at rest"],
+    ),
+    (
+        "channel",
+        "pressure = \"pressure\"",
+        "force = { by = \"pressure\", y = -1.0 }",
+        &["parameter.0.values.0", "a force"],
+    ),
+    (
+        "channel",
+        "pressure = \"pressure\"\n\n",
+        "\n",
+        &["load.0", "exactly one"],
+    ),
+    (
+        "channel",
+        "c10 = \"75.5 kPa\"",
+        "c10 = \"75.5 um\"",
+        &["\"um\" is a unit of length"],
+    ),
+    (
+        "fingertip",
+        "moved = { by = \"slide\", x = 1 }\n",
+        "",
+        &["parameter.1.name", "nothing uses"],
+    ),
+    (
+        "fingertip",
+        "held = [\"x\"]\nmoved = { by = \"press\", z = -1 }",
+        "held = [\"x\", \"z\"]\nmoved = { by = \"press\", z = -1 }",
+        &["support.0.moved", "held and moved"],
+    ),
+    (
+        "fingertip",
+        "\"4 mm\"]",
+        "]",
+        &["parameter.1.values", "one for each step"],
+    ),
+];
+
 #[test]
 fn mistakes_are_shown_under_the_word() {
-    for (name, from, to, parts) in [
-        (
-            "dome",
-            "on = \"axis\"",
-            "on = \"axle\"",
-            &["support.1.on", "^^^^^^", "axis, base"][..],
-        ),
-        (
-            "dome",
-            "held = [\"x\", \"y\"]",
-            "held = [\"x\", \"z\"]",
-            &["support.0.held.1", "does not extend along z"],
-        ),
-        (
-            "dome",
-            "\"1 mm\", \"1.25 mm\"",
-            "\"1 kPa\", \"1.25 mm\"",
-            &["parameter.0.values.3", "a length"],
-        ),
-        (
-            "dome",
-            "\"1 mm\", \"1.25 mm\"",
-            "1, \"1.25 mm\"",
-            &["has no unit"],
-        ),
-        (
-            "dome",
-            "by = \"travel\"",
-            "by = \"trawel\"",
-            &["obstacle.0.moved.by", "travel"],
-        ),
-        (
-            "dome",
-            "regions = [\"silicone\"]\nlaw",
-            "regions = [\"rubber\"]\nlaw",
-            &["material.0.regions.0", "silicone"],
-        ),
-        (
-            "dome",
-            "compressibility = \"incompressible\"\n",
-            "",
-            &["material.0", "compressibility is missing"],
-        ),
-        (
-            "dome",
-            "\"60 kPa\"",
-            "\"-60 kPa\"",
-            &["shear_modulus", "greater than 0"],
-        ),
-        (
-            "dome",
-            "schema = 1",
-            "schema = 2",
-            &["schema 2 is not known"],
-        ),
-        (
-            "dome",
-            "geometry = \"axisymmetric\"",
-            "geometry = \"solid\"",
-            &["dimension 2"],
-        ),
-        (
-            "channel",
-            "on = \"base\"\nheld = [\"x\", \"y\"]",
-            "on = \"base\"\nheld = [\"x\"]",
-            &["nothing holds the body"],
-        ),
-        (
-            "dome",
-            "normal = [0, -1, 0]",
-            "normal = [0, 0, 1]",
-            &["obstacle.0.shape.plane.normal", "zero"],
-        ),
-        (
-            "dome",
-            "friction = 0",
-            "friction = -1",
-            &["obstacle.0.friction"],
-        ),
-        (
-            "dome",
-            "[\"upper_electrode\", \"lower_electrode\"]",
-            "[\"upper_electrode\"]",
-            &["capacitance.electrodes"],
-        ),
-        (
-            "dome",
-            "displacements = [\"tip\"]",
-            "displacements = [\"skin\"]",
-            &["nodes, not one"],
-        ),
-        (
-            "channel",
-            "cavity = \"microchannel\"",
-            "cavity = \"channel\"",
-            &["channel.0.cavity", "microchannel"],
-        ),
-        (
-            "channel",
-            "wall = [\"wall\"]",
-            "wall = [\"base\"]",
-            &["cavity.0.wall", "volume at rest"],
-        ),
-        (
-            "channel",
-            "pressure = \"pressure\"",
-            "force = { by = \"pressure\", y = -1.0 }",
-            &["parameter.0.values.0", "a force"],
-        ),
-        (
-            "channel",
-            "pressure = \"pressure\"\n\n",
-            "\n",
-            &["load.0", "exactly one"],
-        ),
-        (
-            "channel",
-            "c10 = \"75.5 kPa\"",
-            "c10 = \"75.5 um\"",
-            &["\"um\" is a unit of length"],
-        ),
-        (
-            "fingertip",
-            "moved = { by = \"slide\", x = 1 }\n",
-            "",
-            &["parameter.1.name", "nothing uses"],
-        ),
-        (
-            "fingertip",
-            "held = [\"x\"]\nmoved = { by = \"press\", z = -1 }",
-            "held = [\"x\", \"z\"]\nmoved = { by = \"press\", z = -1 }",
-            &["support.0.moved", "held and moved"],
-        ),
-        (
-            "fingertip",
-            "\"4 mm\"]",
-            "]",
-            &["parameter.1.values", "one for each step"],
-        ),
-    ] {
+    for (name, from, to, parts) in MISTAKES {
         let message = refused(name, from, to);
-        for part in parts {
+        for part in *parts {
             assert!(message.contains(part), "{to}: {part} is not in\n{message}");
         }
     }
