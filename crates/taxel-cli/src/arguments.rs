@@ -37,6 +37,8 @@ pub(crate) enum Command {
     Predict(Predict),
     /// One question to many drawings: a table, and a map of it
     Sweep(Sweep),
+    /// A soft body of your own: problem file and mesh in, forces, shapes and fields out
+    Solve(Solve),
     /// Fit the constants of a sensor to calibration data, with their
     /// uncertainty and what the data do not identify
     Calibrate(Calibrate),
@@ -170,6 +172,37 @@ pub(crate) struct Sweep {
     /// Also draw the maps into this file: .svg, or .html for a page
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Solve {
+    /// Problem file (TOML), or the name of a shipped one: dome, channel, fingertip
+    pub(crate) problem: PathBuf,
+    /// Format of the table, which has a row for each step
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+    /// Write the table to this file instead of the standard output (-)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Also draw the body, deformed by the last step, with its stress into this file: .svg
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Also write the body at rest and after each step (.vtu) and their list (steps.pvd) into this
+    /// folder, for ParaView
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) vtu: Option<PathBuf>,
+    /// Also write the state after each step into this file, and where an interrupted or failed
+    /// solution ended: --resume goes on from there
+    #[arg(long, value_name = "FILE")]
+    pub(crate) save: Option<PathBuf>,
+    /// Go on from a state that --save wrote
+    #[arg(long, value_name = "FILE")]
+    pub(crate) resume: Option<PathBuf>,
+    /// Only check the problem file and its mesh
+    #[arg(long)]
+    pub(crate) check: bool,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }
@@ -736,4 +769,8 @@ pub(crate) enum SchemaOf {
     Board,
     /// Board file, as a page for people (Markdown)
     BoardReference,
+    /// Problem file of taxel solve
+    Problem,
+    /// Problem file, as a page for people (Markdown)
+    ProblemReference,
 }

@@ -31,7 +31,8 @@ pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
     let name = shown::path(path);
     let text = match Sensor::shipped_text(&name) {
         Some(text) if !path.exists() => text.to_owned(),
-        _ => text(path).map_err(|stop| with_shipped_names(stop, path))?,
+        _ => text(path)
+            .map_err(|stop| with_shipped_names(stop, path, "sensor", Sensor::shipped_names()))?,
     };
     sensor_of_text(&name, text)
 }
@@ -66,12 +67,18 @@ pub(crate) fn device(sensor: &Sensor) -> Result<Box<dyn Device + '_>, Stop> {
         .map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))
 }
 
-fn with_shipped_names(stop: Stop, path: &Path) -> Stop {
+/// Names what is shipped where a file is not there; `kind` is what its name stands for.
+pub(crate) fn with_shipped_names<'n>(
+    stop: Stop,
+    path: &Path,
+    kind: &str,
+    names: impl Iterator<Item = &'n str>,
+) -> Stop {
     match stop {
         Stop::WrongInput(message) if !path.exists() => {
-            let names: Vec<_> = Sensor::shipped_names().collect();
+            let names: Vec<_> = names.collect();
             Stop::WrongInput(format!(
-                "{message}\nhelp: give a file, or a shipped sensor: {}",
+                "{message}\nhelp: give a file, or a shipped {kind}: {}",
                 names.join(", ")
             ))
         }
@@ -81,6 +88,19 @@ fn with_shipped_names(stop: Stop, path: &Path) -> Stop {
 
 /// Reads a text file; `-` is the standard input.
 pub(crate) fn text(path: &Path) -> Result<String, Stop> {
+    taxel_recording::text_of(bytes(path)?).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
+        let line = before.matches('\n').count() + 1;
+        Stop::WrongInput(format!(
+            "{}: line {line} is not UTF-8 text (byte {at})\nhelp: save the file as UTF-8",
+            shown::path(path)
+        ))
+    })
+}
+
+/// Reads a file; `-` is the standard input.
+pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Stop> {
     let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", shown::path(path)));
     let failed = |error: std::io::Error| wrong(format!("cannot be read: {error}"));
     let mut bytes = Vec::new();
@@ -106,14 +126,7 @@ pub(crate) fn text(path: &Path) -> Result<String, Stop> {
         let message = format!("has more than {LARGEST} bytes, which is the most that is read");
         return Err(wrong(message));
     }
-    taxel_recording::text_of(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
-        let line = before.matches('\n').count() + 1;
-        wrong(format!(
-            "line {line} is not UTF-8 text (byte {at})\nhelp: save the file as UTF-8"
-        ))
-    })
+    Ok(bytes)
 }
 
 /// True for what the shell hands over open: the standard input by its name, and

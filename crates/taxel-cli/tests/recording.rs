@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod common;
+mod python;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,6 +17,7 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use common::{Folder, done, refused, taxel};
+use python::python;
 use serde_json::Value;
 use taxel_recording::mcap::{FrameMessage, McapReader, Message, Topic};
 
@@ -386,29 +388,6 @@ print('good')";
         .output()
         .unwrap();
     assert_eq!(output.stdout, b"good\n", "{output:?}");
-}
-
-/// A Python that has these modules, or a word that there is none.
-fn python(modules: &[&str]) -> Option<String> {
-    let named = std::env::var("TAXEL_TEST_PYTHON").ok();
-    let import = format!("import {}", modules.join(", "));
-    let candidates = named
-        .into_iter()
-        .chain(["/tmp/venv/bin/python".into(), "python3".into()]);
-    let found = candidates.into_iter().find(|python| {
-        let status = Command::new(python)
-            .args(["-c", &import])
-            .stderr(Stdio::null())
-            .status();
-        status.is_ok_and(|status| status.success())
-    });
-    if found.is_none() {
-        println!(
-            "skipped: no Python with {} (name one in TAXEL_TEST_PYTHON)",
-            modules.join(", ")
-        );
-    }
-    found
 }
 
 /// Reads files with the reader of MCAP that takes unfinished ones, and finished ones with

@@ -16,6 +16,7 @@ pub mod figure;
 pub mod layout;
 pub mod mechanics;
 pub mod predict;
+pub mod problem;
 pub mod quantity;
 pub mod schema;
 pub mod sensor;

@@ -86,6 +86,9 @@ dimensions! {
     /// Area, m².
     AREA = "an area", "m2", [1e-20, 1e6]:
         ["um2" = 1e-12, "mm2" = 1e-6, "cm2" = 1e-4, "m2" = 1.0];
+    /// Volume, m³.
+    VOLUME = "a volume", "m3", [1e-30, 1e6]:
+        ["um3" = 1e-18, "mm3" = 1e-9, "ml" = 1e-6, "m3" = 1.0];
     /// Charge, C.
     CHARGE = "a charge", "C", [1e-21, 1e6]:
         ["fC" = 1e-15, "pC" = 1e-12, "nC" = 1e-9, "C" = 1.0];
@@ -277,6 +280,8 @@ rules! {
     NonNegativeForce: Some(&FORCE), 0.0, false, NO_LIMIT;
     /// A stiffness above zero.
     PositiveStiffness: Some(&STIFFNESS), 0.0, true, NO_LIMIT;
+    /// Any stress.
+    AnyStress: Some(&STRESS), -NO_LIMIT, false, NO_LIMIT;
     /// A stress above zero.
     PositiveStress: Some(&STRESS), 0.0, true, NO_LIMIT;
     /// A stress or pressure of zero or more.
@@ -324,6 +329,8 @@ rules! {
     /// A factor of the bottom shear of a layer: below 0.65 the force of a long
     /// layer falls again before a compression of 0.4.
     EndFactor: None, 0.65, false, 100.0;
+    /// Any number.
+    AnyNumber: None, -NO_LIMIT, false, NO_LIMIT;
     /// A number above zero, at most 100.
     PositiveRatio: None, 0.0, true, 100.0;
     /// Exponent of a published fringe factor, above -1 and at most 10.
@@ -497,6 +504,90 @@ impl<R: Rule> JsonSchema for Checked<R> {
             range_text::<R>()
         );
         json_schema!({"type": "string", "pattern": pattern, "description": text, VALUE: value})
+    }
+}
+
+/// A quantity of any dimension, SI; what it must be follows from its use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AnyQuantity {
+    /// SI.
+    pub value: f64,
+    /// Its dimension.
+    pub dimension: &'static Dimension,
+}
+
+impl AnyQuantity {
+    fn read(text: &str) -> Result<Self, String> {
+        let trimmed = text.trim();
+        let symbol = trimmed[number_length(trimmed)..].trim();
+        let dimension = dimensions().find(|dimension| dimension.unit(symbol).is_some());
+        // Without one, the message of any dimension asks for the number and the unit.
+        let dimension = dimension.ok_or_else(|| {
+            if symbol.is_empty() {
+                format!("\"{text}\" has no unit{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\"")
+            } else {
+                format!("\"{symbol}\" is no known unit{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\"")
+            }
+        })?;
+        let value = dimension.read(text)?;
+        let [_, largest] = dimension.sizes;
+        if value.abs() <= largest {
+            return Ok(Self { value, dimension });
+        }
+        Err(format!(
+            "\"{text}\" is out of range: its size must be at most {largest:e} {}",
+            dimension.si
+        ))
+    }
+}
+
+struct AnyQuantityVisitor;
+
+impl Visitor<'_> for AnyQuantityVisitor {
+    type Value = AnyQuantity;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a quantity in quotes, such as \"1.5 mm\"")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<AnyQuantity, E> {
+        AnyQuantity::read(text).map_err(E::custom)
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<AnyQuantity, E> {
+        Err(E::custom(format!(
+            "{value} has no unit{HELP}write it in quotes with its unit, such as \"{value} mm\""
+        )))
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<AnyQuantity, E> {
+        self.visit_f64(value as f64)
+    }
+}
+
+impl<'de> Deserialize<'de> for AnyQuantity {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AnyQuantityVisitor)
+    }
+}
+
+impl JsonSchema for AnyQuantity {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "AnyQuantity".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let symbols = dimensions().flat_map(|dimension| dimension.units.iter());
+        let symbols: Vec<_> = symbols.map(|(symbol, _)| *symbol).collect();
+        let symbols = symbols.join("|").replace('u', "[uµμ]");
+        let number = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?";
+        let pattern = format!(r"^\s*{number}\s*({symbols})\s*$");
+        let value = "a quantity with its unit";
+        json_schema!({"type": "string", "pattern": pattern, "description": value, VALUE: value})
     }
 }
 

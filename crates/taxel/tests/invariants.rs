@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use taxel::acquisition::Stimulus;
+use taxel::problem::ProblemFile;
 use taxel::sensor::Sensor;
 
 fn crates() -> PathBuf {
@@ -184,6 +185,16 @@ fn committed_schemas_are_current() {
             "reference",
             "docs/book/sensor-file-reference.md",
             Sensor::reference(),
+        ),
+        (
+            "problem",
+            "crates/taxel/problems/problem.schema.json",
+            ProblemFile::json_schema(),
+        ),
+        (
+            "problem-reference",
+            "docs/book/problem-file-reference.md",
+            ProblemFile::reference(),
         ),
     ] {
         let committed = fs::read_to_string(root.join(file)).unwrap();

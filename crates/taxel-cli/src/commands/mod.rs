@@ -9,6 +9,7 @@ pub(crate) mod predict;
 pub(crate) mod recording;
 pub(crate) mod reproduce;
 pub(crate) mod schema;
+pub(crate) mod solve;
 pub(crate) mod sweep;
 pub(crate) mod twin;
 pub(crate) mod verify;

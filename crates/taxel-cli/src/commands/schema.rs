@@ -1,6 +1,7 @@
 //! `taxel schema`.
 
 use taxel::acquisition::Stimulus;
+use taxel::problem::ProblemFile;
 use taxel::sensor::Sensor;
 use taxel_board::Board;
 
@@ -14,6 +15,8 @@ pub(crate) fn run(arguments: &Schema) -> Result<Done, Stop> {
         SchemaOf::Stimulus => Stimulus::json_schema(),
         SchemaOf::Board => Board::json_schema(),
         SchemaOf::BoardReference => Board::reference(),
+        SchemaOf::Problem => ProblemFile::json_schema(),
+        SchemaOf::ProblemReference => ProblemFile::reference(),
     };
     outputs::print(&text)
 }

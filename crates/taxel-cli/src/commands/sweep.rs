@@ -26,7 +26,9 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     let name = shown::path(&arguments.study);
     let text = match Study::shipped_text(&name) {
         Some(text) if !arguments.study.exists() => text.to_owned(),
-        _ => files::text(&arguments.study).map_err(with_shipped_names)?,
+        _ => files::text(&arguments.study).map_err(|stop| {
+            files::with_shipped_names(stop, &arguments.study, "study", Study::shipped_names())
+        })?,
     };
     let study = Study::parse(&name, &text)?;
     let sensor = PathBuf::from(&study.sensor);
@@ -127,17 +129,4 @@ fn solved(sections: &MicrochannelSections, element: &Microchannel, pitch: f64) -
         by_height.then(a.cover.total_cmp(&b.cover))
     });
     rows
-}
-
-fn with_shipped_names(stop: Stop) -> Stop {
-    match stop {
-        Stop::WrongInput(message) => {
-            let names: Vec<_> = Study::shipped_names().collect();
-            Stop::WrongInput(format!(
-                "{message}\nhelp: give a file, or a shipped study: {}",
-                names.join(", ")
-            ))
-        }
-        Stop::Failed(message) => Stop::Failed(message),
-    }
 }

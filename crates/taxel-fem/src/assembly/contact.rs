@@ -243,6 +243,7 @@ impl System {
                     let rest = problem.mesh.points[point.nodes[0] as usize];
                     probe.note(energy.gap, energy.pressure, rest, relieved);
                     probe.tractions.push([0.0; 3]);
+                    probe.normals.push([0.0; 3]);
                     probe.areas.push(point.weight);
                 }
             }
@@ -260,6 +261,7 @@ impl System {
                     };
                     probe.note(distance, pressure, point.rest, true);
                     probe.tractions.push(traction.map(|t| -t));
+                    probe.normals.push(gap.normal);
                     probe.areas.push(point.area);
                 });
             }
@@ -334,6 +336,8 @@ pub struct ContactProbe {
     pub pressures: Vec<f64>,
     /// Friction on the body at each contact point, Pa.
     pub tractions: Vec<[f64; 3]>,
+    /// Unit normal out of the obstacle at each contact point; zero between walls.
+    pub normals: Vec<[f64; 3]>,
     /// Undeformed area that each contact point stands for, m2 (m in plane strain).
     pub areas: Vec<f64>,
     /// Gap at each contact point, m.
@@ -349,6 +353,15 @@ pub struct ContactProbe {
 }
 
 impl ContactProbe {
+    /// Force of the obstacle on the body, friction included, N (N/m in plane strain).
+    pub fn force(&self) -> [f64; 3] {
+        std::array::from_fn(|d| {
+            let points = 0..self.pressures.len();
+            let at = |k: usize| self.pressures[k] * self.normals[k][d] + self.tractions[k][d];
+            points.map(|k| self.areas[k] * at(k)).sum()
+        })
+    }
+
     fn note(&mut self, gap: f64, pressure: f64, at: [f64; 3], relieved: bool) {
         self.gaps.push(gap);
         self.pressures.push(pressure);

@@ -237,7 +237,7 @@ fn regular_map(shape: CellShape) -> [[f64; 3]; 3] {
 }
 
 /// Smallest and largest eigenvalue of a symmetric tensor, by the angle of its cubic.
-fn extreme_eigenvalues(a: &[[f64; 3]; 3]) -> [f64; 2] {
+pub(crate) fn extreme_eigenvalues(a: &[[f64; 3]; 3]) -> [f64; 2] {
     let mean = (a[0][0] + a[1][1] + a[2][2]) / 3.0;
     let mut deviator = *a;
     for (k, row) in deviator.iter_mut().enumerate() {

@@ -68,8 +68,10 @@ pub struct Colours<'a> {
 pub struct Picture<'a> {
     mesh: &'a Mesh,
     faces: Vec<Face>,
-    /// The two directions of space that are drawn to the right and upward.
-    axes: [usize; 2],
+    /// The directions of space that are drawn to the right and upward, and that to the eye.
+    view: [[f64; 3]; 3],
+    /// True if faces hide others.
+    solid: bool,
     displacement: Option<&'a [f64]>,
     colours: Option<Colours<'a>>,
     unit: (&'a str, f64),
@@ -100,7 +102,7 @@ impl<'a> Picture<'a> {
             cell,
         };
         let faces = (0..mesh.cell_count()).map(face).collect();
-        Ok(Self::of(mesh, faces, [0, 1]))
+        Ok(Self::of(mesh, faces, along([0, 1])))
     }
 
     /// A named surface of a mesh in space, seen along the axis in which it is thinnest.
@@ -145,14 +147,43 @@ impl<'a> Picture<'a> {
         } else {
             [1, 2]
         };
-        Ok(Self::of(mesh, faces, axes))
+        Ok(Self::of(mesh, faces, along(axes)))
     }
 
-    fn of(mesh: &'a Mesh, faces: Vec<Face>, axes: [usize; 2]) -> Self {
+    /// The outside of a mesh in space, seen from a direction, z upward: what lies behind is hidden.
+    /// `to_eye` leads from the body to the eye, of any length.
+    ///
+    /// # Errors
+    /// [`OutputError::Nothing`], also for a direction of no length; [`OutputError::NotPlane`] for a
+    /// plane mesh.
+    pub fn body(mesh: &'a Mesh, to_eye: [f64; 3]) -> Result<Self, OutputError> {
+        if mesh.dimension() != 3 {
+            return Err(OutputError::NotPlane {
+                dimension: mesh.dimension(),
+            });
+        }
+        let to_eye = unit(to_eye).ok_or(OutputError::Nothing)?;
+        let right = unit(cross([0.0, 0.0, 1.0], to_eye)).unwrap_or([1.0, 0.0, 0.0]);
+        let face = |facet| Face {
+            shape: match mesh.shape(facet_cell(facet)).facet_shape() {
+                FacetShape::Tri7 => CellShape::Tri7,
+                _ => CellShape::Quad9,
+            },
+            nodes: mesh.facet_nodes(facet).collect(),
+            cell: facet_cell(facet),
+        };
+        let faces = mesh.boundary().into_iter().map(face).collect();
+        let mut picture = Self::of(mesh, faces, [right, cross(to_eye, right), to_eye]);
+        picture.solid = true;
+        Ok(picture)
+    }
+
+    fn of(mesh: &'a Mesh, faces: Vec<Face>, view: [[f64; 3]; 3]) -> Self {
         Self {
             mesh,
             faces,
-            axes,
+            view,
+            solid: false,
             displacement: None,
             colours: None,
             unit: ("m", 1.0),
@@ -207,22 +238,95 @@ impl<'a> Picture<'a> {
              width=\"{width:.0}\" height=\"{height:.0}\" font-family=\"sans-serif\" \
              font-size=\"13\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
         );
-        self.draw_faces(&view, &mut text);
-        self.draw_edges(&view, &mut text);
+        if self.solid {
+            self.draw_body(&view, &mut text);
+        } else {
+            self.draw_faces(&view, &mut text);
+            self.draw_edges(&view, &mut text);
+        }
         self.draw_scale_bar(&view, &mut text);
         self.draw_colour_bar(&view, &mut text);
         text.push_str("</svg>\n");
         Ok(text)
     }
 
+    /// Place of a node before any scaling, and how near it is to the eye.
+    fn depth_place(&self, node: u32, displaced: bool) -> [f64; 3] {
+        let dimension = self.mesh.dimension();
+        let mut point = self.mesh.points[node as usize];
+        if let Some(moved) = self.displacement.filter(|_| displaced) {
+            for (x, u) in point
+                .iter_mut()
+                .zip(&moved[node as usize * dimension..][..dimension])
+            {
+                *x += u;
+            }
+        }
+        self.view.map(|along| dot(along, point))
+    }
+
     /// Place of a node before any scaling.
     fn place(&self, node: u32, displaced: bool) -> [f64; 2] {
-        let dimension = self.mesh.dimension();
-        let point = self.mesh.points[node as usize];
-        self.axes.map(|axis| {
-            let moved = self.displacement.filter(|_| displaced);
-            point[axis] + moved.map_or(0.0, |moved| moved[node as usize * dimension + axis])
-        })
+        let [right, up, _] = self.depth_place(node, displaced);
+        [right, up]
+    }
+
+    /// Faces of a body that look to the eye, the farthest first.
+    fn draw_body(&self, view: &View, text: &mut String) {
+        let corners = |face: &Face| -> Vec<[f64; 3]> {
+            let count = face.shape.corner_count();
+            let nodes = face.nodes[..count].iter();
+            nodes.map(|&node| self.depth_place(node, true)).collect()
+        };
+        let mut shown: Vec<(f64, &Face)> = Vec::new();
+        for face in &self.faces {
+            let at = corners(face);
+            let twice_area: f64 = (0..at.len())
+                .map(|k| {
+                    let (a, b) = (at[k], at[(k + 1) % at.len()]);
+                    a[0] * b[1] - a[1] * b[0]
+                })
+                .sum();
+            if twice_area > 0.0 {
+                let depth = at.iter().map(|x| x[2]).sum::<f64>() / at.len() as f64;
+                shown.push((depth, face));
+            }
+        }
+        shown.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let range = self.colours.map(|colours| self.range(&colours));
+        text.push_str("<g stroke-width=\"0.8\" stroke-linejoin=\"round\">\n");
+        for (_, face) in shown {
+            let mut paths: BTreeMap<String, String> = BTreeMap::new();
+            match (self.colours, range) {
+                (Some(colours), Some(range)) => match colours.values {
+                    Values::Cells(values) => {
+                        let fill = fill(&colours, range, values[face.cell]);
+                        paths.insert(fill, self.whole_face(view, face));
+                    }
+                    Values::Nodes(values) => {
+                        for (value, path) in self.patches(view, face, values) {
+                            let fill = fill(&colours, range, value);
+                            paths.entry(fill).or_default().push_str(&path);
+                        }
+                    }
+                },
+                _ => {
+                    paths.insert("#e8ebf0".to_owned(), self.whole_face(view, face));
+                }
+            }
+            for (fill, path) in paths {
+                let _ = writeln!(
+                    text,
+                    "<path fill=\"{fill}\" stroke=\"{fill}\" d=\"{path}\"/>"
+                );
+            }
+            let _ = writeln!(
+                text,
+                "<path fill=\"none\" stroke=\"#000\" stroke-opacity=\"0.5\" d=\"{}\"/>",
+                self.whole_face(view, face)
+            );
+        }
+        text.push_str("</g>\n");
     }
 
     fn view(&self) -> Result<View, OutputError> {
@@ -416,6 +520,30 @@ impl<'a> Picture<'a> {
         }
         draw("stroke=\"#111\" stroke-width=\"1.3\"", true, true);
     }
+}
+
+/// Two axes to the right and upward, and the third to the eye.
+fn along(axes: [usize; 2]) -> [[f64; 3]; 3] {
+    let axis = |k: usize| std::array::from_fn(|d| f64::from(u8::from(d == k)));
+    [axis(axes[0]), axis(axes[1]), axis(3 - axes[0] - axes[1])]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// The direction of a vector; none of zero.
+fn unit(vector: [f64; 3]) -> Option<[f64; 3]> {
+    let length = dot(vector, vector).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| vector.map(|x| x / length))
 }
 
 /// From coordinates of the mesh to those of the drawing.

@@ -17,9 +17,9 @@ pub enum Encoding {
 
 /// A mesh at its reference position with fields on nodes and cells.
 ///
-/// Cells are biquadratic quadrilaterals (28), biquadratic triangles (34), triquadratic
-/// hexahedra (29) and quadratic tetrahedra (24; their nodes inside and on faces carry
-/// data but no cell). The number of its region is the field `region` of each cell; the
+/// Cells are biquadratic quadrilaterals (28), triquadratic hexahedra (29), and quadratic
+/// triangles (22) and tetrahedra (24), which every reader knows; nodes inside these and on
+/// faces of tetrahedra carry data but no cell. The number of its region is the field `region` of each cell; the
 /// names stand in comments at the beginning.
 ///
 /// # Example
@@ -152,7 +152,7 @@ impl<'a> Vtu<'a> {
         for cell in 0..self.mesh.cell_count() {
             let (code, count) = match self.mesh.shape(cell) {
                 CellShape::Quad9 => (28, 9),
-                CellShape::Tri7 => (34, 7),
+                CellShape::Tri7 => (22, 6),
                 CellShape::Hex27 => (29, 27),
                 CellShape::Tet15 => (24, 10),
             };

@@ -38,6 +38,25 @@ fn listed(parameters: &[(String, f64)]) -> String {
     parts.join(", ")
 }
 
+/// The motion of a body against which it has the least stiffness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    /// Undeformed place of the node that moves most.
+    pub place: [f64; 3],
+    /// Unit direction of its motion, of either sign.
+    pub direction: [f64; 3],
+}
+
+impl std::fmt::Display for Mode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ([x, y, z], [u, v, w]) = (self.place, self.direction);
+        write!(
+            f,
+            "; the body gives way most near ({x:.6e}, {y:.6e}, {z:.6e}), along ({u:.2}, {v:.2}, {w:.2})"
+        )
+    }
+}
+
 /// Reason of a failure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
@@ -77,7 +96,7 @@ pub enum Reason {
     },
     /// A solid has no resistance left in some direction.
     #[error(
-        "the solid {region:?} lost its ellipticity in cell {cell} near ({:.6e}, {:.6e}, {:.6e}): it would form a crease or a band there", .place[0], .place[1], .place[2]
+        "the solid {region:?} lost its ellipticity in cell {cell} near ({:.6e}, {:.6e}, {:.6e}), at a stretch of {:.3}: it would form a crease or a band there", .place[0], .place[1], .place[2], .stretch
     )]
     LostEllipticity {
         /// Number of the cell.
@@ -86,6 +105,8 @@ pub enum Reason {
         region: String,
         /// Undeformed place.
         place: [f64; 3],
+        /// Greatest principal stretch there, or the inverse of the least where that is greater.
+        stretch: f64,
     },
     /// The body has no room for the volume of a cell.
     #[error(
@@ -102,8 +123,11 @@ pub enum Reason {
         missed: f64,
     },
     /// The equilibrium found under given loads is not stable.
-    #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it")]
-    Unstable,
+    #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it{}", .mode.map(|mode| mode.to_string()).unwrap_or_default())]
+    Unstable {
+        /// The way in which the body would leave it; none where it was not looked for.
+        mode: Option<Mode>,
+    },
     /// There is no equilibrium near beyond: a limit of the given loads.
     #[error(
         "no equilibrium was found beyond: the body gives way {times:.0} times as fast as on the way so far, most near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2]
@@ -146,7 +170,7 @@ impl Reason {
                 "Add a support in the direction that is free, or control by displacement instead of load"
             }
             Self::Linear(_) => "Check materials for extreme ratios of stiffness",
-            Self::Limit { .. } | Self::Unstable => {
+            Self::Limit { .. } | Self::Unstable { .. } => {
                 "A limit of the load: control by displacement, volume or arc length goes beyond it"
             }
             Self::NotANumber | Self::NotConverged { .. } => {

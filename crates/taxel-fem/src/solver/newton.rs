@@ -126,6 +126,7 @@ impl Solver {
         self.state = state;
         self.targets = targets;
         self.previous = None;
+        self.scale = 0.0;
     }
 
     /// Puts the nodes of the undeformed body elsewhere: another design on the same
@@ -490,7 +491,7 @@ impl Solver {
             };
             self.system.reuse(std::mem::take(&mut assembled.values));
             if unstable {
-                return Err(Reason::Unstable);
+                return Err(Reason::Unstable { mode: None });
             }
             if done {
                 self.scale = first.max(0.3 * self.scale);

@@ -1,17 +1,31 @@
 //! Why a solution could not go on, found at its last state.
 
-use super::failure::Reason;
+use super::failure::{Mode, Reason};
 use super::newton::{Missed, Solver};
 use super::small::{axpy, dot};
 use super::unsymmetric;
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
+use crate::mesh::quality::extreme_eigenvalues;
 use crate::problem::Rule;
+use crate::scalar::Tensor;
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::sparse::Factorisation;
 
+/// Greatest principal stretch, or the inverse of the least where that is greater.
+fn greatest_stretch(gradient: &Tensor<f64>) -> f64 {
+    let square: Tensor<f64> = std::array::from_fn(|i| {
+        std::array::from_fn(|j| (0..3).map(|k| gradient[k][i] * gradient[k][j]).sum())
+    });
+    let [least, most] = extreme_eigenvalues(&square);
+    most.max(1.0 / least).sqrt()
+}
+
 /// Points of the greatest stress that are looked at after a failure.
 const SUSPECTS: usize = 100;
+
+/// Steps of the inverse iteration for the weakest mode: near a bifurcation one is enough.
+const INVERSE_ITERATIONS: usize = 8;
 
 /// A body that goes on so many times as fast as on the way so far is at a limit of its load.
 const GIVES_WAY: f64 = 5.0;
@@ -21,7 +35,7 @@ impl Solver {
     pub(super) fn deeper(&mut self, reason: Reason, targets: &[f64]) -> Reason {
         if !matches!(
             reason,
-            Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable
+            Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable { .. }
         ) {
             return reason;
         }
@@ -37,10 +51,14 @@ impl Solver {
                 cell: point.cell,
                 region: mesh.regions[mesh.region_of(point.cell)].clone(),
                 place: point.place,
+                stretch: greatest_stretch(&point.gradient),
             };
         }
         match self.gives_way(targets) {
             Some((times, place)) if times > GIVES_WAY => Reason::Limit { times, place },
+            _ if matches!(reason, Reason::Unstable { .. }) => Reason::Unstable {
+                mode: self.weakest_mode(),
+            },
             _ => reason,
         }
     }
@@ -80,6 +98,40 @@ impl Solver {
         let fastest =
             (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])));
         Some((times, self.problem.mesh.points[fastest?]))
+    }
+
+    /// The motion with the least stiffness at the accepted state, by inverse iteration.
+    fn weakest_mode(&mut self) -> Option<Mode> {
+        let assembled = self
+            .system
+            .assemble(&self.problem, &self.state, true)
+            .ok()?;
+        let pattern = &self.system.unknowns.pattern;
+        self.factor.refactor(pattern, &assembled.values).ok()?;
+        let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
+        // Any start that is no motion of its own, and the same each time.
+        let count = self.system.unknowns.count();
+        let mut shape: Vec<f64> = (0..count)
+            .map(|k| libm::sin(1.0 + 1.7 * k as f64))
+            .collect();
+        for _ in 0..INVERSE_ITERATIONS {
+            shape = unsymmetric::solve(&mut self.factor, matrix, &shape).ok()?;
+            let length = dot(&shape, &shape).sqrt();
+            for x in &mut shape {
+                *x /= length;
+            }
+        }
+        let mut moved = vec![[0.0; 3]; self.state.displacement.len()];
+        let parameters = vec![0.0; self.problem.rules().len()];
+        self.system.displace(&mut moved, &shape, &parameters);
+        let length = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let most =
+            (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])))?;
+        let size = length(&moved[most]);
+        (size > 0.0).then(|| Mode {
+            place: self.problem.mesh.points[most],
+            direction: moved[most].map(|x| x / size),
+        })
     }
 
     /// The reason of a volume that has no room.

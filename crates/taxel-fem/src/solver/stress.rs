@@ -1,6 +1,8 @@
 //! Stress in a solved body.
 
+use super::small::{dot, solve_small};
 use crate::assembly::state::State;
+use crate::mesh::CellShape;
 use crate::problem::Kinematics;
 use crate::problem::Problem;
 use crate::scalar::{Symmetric, Tensor, determinant, inverse};
@@ -31,6 +33,76 @@ pub fn stress_points<'p>(
 ) -> impl Iterator<Item = StressPoint> + 'p {
     let places = state.places(&problem.mesh);
     (0..problem.mesh.cell_count()).flat_map(move |cell| stress_in(problem, state, &places, cell))
+}
+
+/// Cauchy stress at each node, Pa: 11, 22, 33, 12, 23, 13. In each cell the linear field that is
+/// nearest to the stress at its quadrature points is continued to the nodes; where cells meet, the
+/// mean is taken, by their volumes. Nodes of no cell get zero.
+pub fn nodal_stress(problem: &Problem, state: &State) -> Vec<Symmetric<f64>> {
+    let mesh = &problem.mesh;
+    let places = state.places(mesh);
+    let mut sums = vec![[0.0; 6]; mesh.points.len()];
+    let mut volumes = vec![0.0; mesh.points.len()];
+    let mut continued: Vec<(CellShape, Vec<Vec<f64>>)> = Vec::new();
+    for cell in 0..mesh.cell_count() {
+        let shape = mesh.shape(cell);
+        if continued.iter().all(|(known, _)| *known != shape) {
+            continued.push((shape, continuation(shape)));
+        }
+        let Some((_, weights)) = continued.iter().find(|(known, _)| *known == shape) else {
+            continue;
+        };
+        let points = stress_in(problem, state, &places, cell);
+        let volume: f64 = points.iter().map(|point| point.volume).sum();
+        for (&node, weights) in mesh.cell(cell).iter().zip(weights) {
+            volumes[node as usize] += volume;
+            for (point, weight) in points.iter().zip(weights) {
+                for (sum, stress) in sums[node as usize].iter_mut().zip(point.cauchy) {
+                    *sum += volume * weight * stress;
+                }
+            }
+        }
+    }
+    let mean = |(sum, volume): (Symmetric<f64>, &f64)| {
+        sum.map(|stress| if *volume == 0.0 { 0.0 } else { stress / volume })
+    };
+    sums.into_iter().zip(&volumes).map(mean).collect()
+}
+
+/// Von Mises stress of a stress 11, 22, 33, 12, 23, 13, Pa.
+pub fn von_mises(s: Symmetric<f64>) -> f64 {
+    let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+    let squares = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
+    (squares / 2.0 + 3.0 * shear).sqrt()
+}
+
+/// For each node of a shape the weights of its quadrature points in the value there of the linear
+/// field that is nearest to their values (least squares).
+fn continuation(shape: CellShape) -> Vec<Vec<f64>> {
+    let size = shape.dimension() + 1;
+    let terms = |at: [f64; 3]| -> Vec<f64> { std::iter::once(1.0).chain(at).take(size).collect() };
+    let points: Vec<Vec<f64>> = shape
+        .quadrature()
+        .into_iter()
+        .map(|point| terms(point.at))
+        .collect();
+    let mut normal = vec![vec![0.0; size]; size];
+    for point in &points {
+        for i in 0..size {
+            for j in 0..size {
+                normal[i][j] += point[i] * point[j];
+            }
+        }
+    }
+    (0..shape.node_count())
+        .map(|node| {
+            // The points of a shape span it, so the normal matrix is regular.
+            let by_terms = solve_small(normal.clone(), terms(shape.node_at(node)))
+                .unwrap_or_else(|| vec![0.0; size]);
+            let weight = |point: &Vec<f64>| dot(point, &by_terms);
+            points.iter().map(weight).collect()
+        })
+        .collect()
 }
 
 fn stress_in(
@@ -84,19 +156,16 @@ fn stress_in(
             sum + p[d + 1] * (place[d] - centre[d]) / size
         });
         let mut cauchy = response.stress.map(|tau| tau / ratio);
-        let s = cauchy;
         for stress in &mut cauchy[..3] {
             *stress += pressure;
         }
-        let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
-        let squares = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
         StressPoint {
             cell,
             place,
             gradient,
             cauchy,
             pressure,
-            von_mises: (squares / 2.0 + 3.0 * shear).sqrt(),
+            von_mises: von_mises(response.stress.map(|tau| tau / ratio)),
             volume: volume * point.weight,
         }
     });

@@ -1,23 +1,30 @@
-//! Meshes of Gmsh: formats MSH 2.2 and 4.1, as text.
+//! Meshes of Gmsh: formats MSH 2.2 and 4.1, as text or binary.
 
 mod error;
 mod parse;
+mod reader;
+mod wedge;
 
-pub use error::GmshError;
+pub use error::{GmshError, Position};
 
 use std::collections::HashMap;
 
 use super::promote::{Middles, key, promote};
 use super::{CellShape, Facet, LowerCell, Mesh};
 use parse::{Element, Raw};
+use wedge::Wedges;
 
-/// Reads the text of a mesh.
-///
-/// Elements of the highest dimension become cells, their named physical group the region.
-/// Named groups of one dimension less become surfaces, of fewer dimensions sets of nodes.
-/// Lower elements without a group are passed over, as are nodes of no cell. Cells of
-/// first order, and incomplete ones of second order, are completed. Plane cells drawn
-/// clockwise are turned. A surface inside gets the sides of the cells that come first.
+/// A mesh with what its coordinates are in the file.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Axis of the file (0 is x) along each coordinate of the mesh: a plane mesh may be drawn at
+    /// one x, y or z, and keeps the two other axes in their order.
+    pub axes: Vec<usize>,
+}
+
+/// Reads the text of a mesh, see [`read_file`].
 ///
 /// # Errors
 /// [`GmshError`] with the line of the file.
@@ -34,13 +41,29 @@ use parse::{Element, Raw};
 /// # Ok::<(), taxel_fem::mesh::gmsh::GmshError>(())
 /// ```
 pub fn read(text: &str) -> Result<Mesh, GmshError> {
-    let raw = parse::parse(text)?;
+    read_file(text.as_bytes()).map(|drawing| drawing.mesh)
+}
+
+/// Reads the bytes of a file, text or binary.
+///
+/// Elements of the highest dimension become cells, their named physical group the region.
+/// Named groups of one dimension less become surfaces, of fewer dimensions sets of nodes.
+/// Lower elements without a group are passed over, as are nodes of no cell. Cells of
+/// first order, and incomplete ones of second order, are completed. Plane cells drawn
+/// clockwise are turned. A wedge is cut into three tetrahedra (Dompierre et al. 1999). A surface
+/// inside gets the sides of the cells that come first.
+///
+/// # Errors
+/// [`GmshError`] with the line of a text, the byte of a binary file.
+pub fn read_file(bytes: &[u8]) -> Result<Drawing, GmshError> {
+    let raw = parse::parse(bytes)?;
     let highest = raw.elements.iter().map(|element| element.kind.dimension);
     let dimension = highest.max().unwrap_or(0);
     if dimension < 2 {
         return Err(GmshError::NoCells);
     }
     let mut import = Import {
+        axes: axes(&raw, dimension)?,
         raw: &raw,
         dimension,
         numbers: HashMap::new(),
@@ -56,11 +79,67 @@ pub fn read(text: &str) -> Result<Mesh, GmshError> {
         .find(|name| mesh.surfaces.contains_key(*name))
     {
         Some(name) => Err(GmshError::MixedName { name: name.clone() }),
-        None => Ok(mesh),
+        None => Ok(Drawing {
+            mesh,
+            axes: import.axes,
+        }),
+    }
+}
+
+/// Share of the size of a mesh by which its plane may be uneven: Gmsh leaves rounding.
+const EVEN: f64 = 1e-9;
+
+/// The axes along which the cells extend.
+fn axes(raw: &Raw, dimension: usize) -> Result<Vec<usize>, GmshError> {
+    if dimension == 3 {
+        return Ok(vec![0, 1, 2]);
+    }
+    let cells = raw.elements.iter();
+    let cells = cells.filter(|element| element.kind.dimension == dimension);
+    let nodes = cells.flat_map(|cell| cell.nodes.iter().map(|&node| (cell.line, node)));
+    let places: Vec<_> = nodes
+        .filter_map(|(line, node)| Some((line, node, raw.points[*raw.nodes.get(&node)?])))
+        .collect();
+    let along = |axis: usize| {
+        let all = places.iter().map(|(.., point)| point[axis]);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    };
+    let extents = [0, 1, 2].map(along);
+    let size = extents
+        .iter()
+        .fold(0.0, |most: f64, [low, high]| most.max(high - low));
+    let even = |axis: &usize| {
+        let [low, high] = extents[*axis];
+        high - low <= EVEN * size.max(low.abs()).max(high.abs())
+    };
+    // z first: the usual plane, also of a mesh that is a line.
+    if let Some(across) = [2, 1, 0].into_iter().find(even) {
+        return Ok((0..3).filter(|&axis| axis != across).collect());
+    }
+    let thinnest = (0..3).rev().min_by(|&a, &b| {
+        let size = |axis: usize| extents[axis][1] - extents[axis][0];
+        size(a).total_cmp(&size(b))
+    });
+    let across = thinnest.unwrap_or(2);
+    let plane = places.first().map_or(0.0, |(.., point)| point[across]);
+    let off = |point: &[f64; 3]| point[across] - plane;
+    match places.iter().max_by(|a, b| {
+        let (a, b) = (off(&a.2).abs(), off(&b.2).abs());
+        a.total_cmp(&b)
+    }) {
+        Some((line, node, point)) => Err(GmshError::NotPlane {
+            line: *line,
+            node: *node,
+            off: off(point),
+        }),
+        None => Ok(vec![0, 1]),
     }
 }
 
 struct Import<'a> {
+    axes: Vec<usize>,
     raw: &'a Raw,
     dimension: usize,
     /// Numbers in the mesh of the nodes that cells use, by tag.
@@ -93,6 +172,7 @@ impl<'a> Import<'a> {
     fn cells(&mut self) -> Result<(Mesh, Middles), GmshError> {
         let mut cells = Vec::new();
         let mut lines = Vec::new();
+        let mut wedges = Wedges::default();
         for element in self.elements(self.dimension) {
             let Some(shape) = element.kind.shape else {
                 continue;
@@ -101,6 +181,17 @@ impl<'a> Import<'a> {
             let mut nodes = Vec::new();
             for &place in element.kind.order {
                 nodes.push(self.node(element, element.nodes[place])?);
+            }
+            if element.kind.is_wedge() {
+                for nodes in wedges.cut(&nodes, &mut self.points) {
+                    cells.push(LowerCell {
+                        shape,
+                        region,
+                        nodes,
+                    });
+                    lines.push(element.line);
+                }
+                continue;
             }
             if self.dimension == 2 && self.clockwise(&nodes[..element.kind.corners]) {
                 turn(shape, &mut nodes);
@@ -111,6 +202,11 @@ impl<'a> Import<'a> {
                 nodes,
             });
             lines.push(element.line);
+        }
+        let hexahedra = cells.iter().zip(&lines);
+        let mut hexahedra = hexahedra.filter(|(cell, _)| cell.shape == CellShape::Hex27);
+        if let Some((_, &line)) = hexahedra.find(|(cell, _)| wedges.touch(&cell.nodes)) {
+            return Err(GmshError::WedgeBesideHexahedron { line });
         }
         let (points, regions) = (self.points.clone(), self.regions.clone());
         promote(points, &cells, regions).map_err(|(cell, source)| GmshError::Cell {
@@ -146,18 +242,10 @@ impl<'a> Import<'a> {
         }
         let place = self.raw.nodes.get(&tag);
         let &place = place.ok_or(GmshError::MissingNode { line, node: tag })?;
-        let mut point = self.raw.points[place];
-        if self.dimension == 2 {
-            let size = point[0].abs().max(point[1].abs());
-            // Gmsh leaves rounding in the third coordinate.
-            if point[2].abs() > 1e-9 * size {
-                return Err(GmshError::NotPlane {
-                    line,
-                    node: tag,
-                    z: point[2],
-                });
-            }
-            point[2] = 0.0;
+        let given = self.raw.points[place];
+        let mut point = [0.0; 3];
+        for (x, &axis) in point.iter_mut().zip(&self.axes) {
+            *x = given[axis];
         }
         let number = self.points.len() as u32;
         self.points.push(point);
@@ -199,14 +287,17 @@ impl<'a> Import<'a> {
                 .iter()
                 .map(|tag| self.numbers.get(tag).copied())
                 .collect();
-            let facet = numbers.and_then(|numbers| sides.get(&key(numbers.into_iter())));
+            let facets: Vec<Facet> =
+                numbers.map_or_else(Vec::new, |numbers| facets_of(&numbers, &sides));
             for name in names {
-                let &facet = facet.ok_or_else(|| GmshError::NotASide {
-                    line: element.line,
-                    name: name.to_owned(),
-                })?;
+                if facets.is_empty() {
+                    return Err(GmshError::NotASide {
+                        line: element.line,
+                        name: name.to_owned(),
+                    });
+                }
                 let surface = mesh.surfaces.entry(name.to_owned()).or_default();
-                surface.push(facet);
+                surface.extend(&facets);
             }
         }
         Ok(())
@@ -238,6 +329,23 @@ impl<'a> Import<'a> {
         }
         Ok(())
     }
+}
+
+/// The side of these corners, or the two triangles into which a side of a wedge is cut.
+fn facets_of(corners: &[u32], sides: &HashMap<[u32; 8], Facet>) -> Vec<Facet> {
+    let side = |corners: &[u32]| sides.get(&key(corners.iter().copied())).copied();
+    if let Some(facet) = side(corners) {
+        return vec![facet];
+    }
+    let &[a, b, c, d] = corners else {
+        return Vec::new();
+    };
+    let halves = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
+    let both = halves.iter().find_map(|[first, second]| {
+        let facets = [side(first)?, side(second)?];
+        Some(facets.to_vec())
+    });
+    both.unwrap_or_default()
 }
 
 /// Turns a plane cell over.

@@ -1,8 +1,9 @@
-//! Text of the formats 2.2 and 4.1 to nodes and elements.
+//! Bytes of the formats 2.2 and 4.1, as text or binary, to nodes and elements.
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::error::GmshError;
+use super::error::{GmshError, Position};
+use super::reader::{Reader, Words};
 use crate::mesh::CellShape;
 
 /// A type of element.
@@ -13,15 +14,16 @@ pub(super) struct Kind {
     pub(super) dimension: usize,
     /// Number of corners.
     pub(super) corners: usize,
-    /// Shape of the cell it becomes; none for points and lines.
+    /// Shape of the cell it becomes; none for points and lines. A wedge of 6 corners becomes
+    /// several.
     pub(super) shape: Option<CellShape>,
     /// For each node in VTK's order its place in Gmsh's.
     pub(super) order: &'static [usize],
 }
 
 /// Gmsh sorts the edges of tetrahedra and hexahedra, and the faces of hexahedra, its own
-/// way (its manual, "Node ordering").
-const ORDER: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+/// way (its manual, "Node ordering"). Wedges stay in its order until they are cut.
+const ORDER: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17];
 const TETRAHEDRON: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8];
 const HEXAHEDRON: [usize; 27] = [
     0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, 22, 23, 21, 24, 20, 25,
@@ -44,7 +46,7 @@ const fn kind(
     }
 }
 
-static KINDS: [Kind; 13] = [
+static KINDS: [Kind; 16] = [
     kind(15, 0, 1, None, ORDER.split_at(1).0),
     kind(1, 1, 2, None, ORDER.split_at(2).0),
     kind(8, 1, 2, None, ORDER.split_at(3).0),
@@ -52,18 +54,55 @@ static KINDS: [Kind; 13] = [
     kind(9, 2, 3, Some(CellShape::Tri7), ORDER.split_at(6).0),
     kind(3, 2, 4, Some(CellShape::Quad9), ORDER.split_at(4).0),
     kind(16, 2, 4, Some(CellShape::Quad9), ORDER.split_at(8).0),
-    kind(10, 2, 4, Some(CellShape::Quad9), &ORDER),
+    kind(10, 2, 4, Some(CellShape::Quad9), ORDER.split_at(9).0),
     kind(4, 3, 4, Some(CellShape::Tet15), TETRAHEDRON.split_at(4).0),
     kind(11, 3, 4, Some(CellShape::Tet15), &TETRAHEDRON),
     kind(5, 3, 8, Some(CellShape::Hex27), HEXAHEDRON.split_at(8).0),
     kind(17, 3, 8, Some(CellShape::Hex27), HEXAHEDRON.split_at(20).0),
     kind(12, 3, 8, Some(CellShape::Hex27), &HEXAHEDRON),
+    kind(6, 3, 6, Some(CellShape::Tet15), ORDER.split_at(6).0),
+    kind(18, 3, 6, Some(CellShape::Tet15), ORDER.split_at(15).0),
+    kind(13, 3, 6, Some(CellShape::Tet15), &ORDER),
 ];
+
+/// Nodes of the types that are not read, so that they can be counted in a binary file.
+const OTHERS: [(i64, usize); 19] = [
+    (7, 5),
+    (14, 14),
+    (19, 13),
+    (20, 9),
+    (21, 10),
+    (22, 12),
+    (23, 15),
+    (24, 15),
+    (25, 21),
+    (26, 4),
+    (27, 5),
+    (28, 6),
+    (29, 20),
+    (30, 35),
+    (31, 56),
+    (36, 16),
+    (37, 25),
+    (92, 64),
+    (93, 125),
+];
+
+impl Kind {
+    fn of(code: i64) -> Option<&'static Self> {
+        KINDS.iter().find(|kind| kind.code == code)
+    }
+
+    /// True for a wedge.
+    pub(super) fn is_wedge(&self) -> bool {
+        self.corners == 6
+    }
+}
 
 /// One element with the tags of its physical groups and nodes.
 #[derive(Debug)]
 pub(super) struct Element {
-    pub(super) line: usize,
+    pub(super) line: Position,
     pub(super) kind: &'static Kind,
     pub(super) groups: Vec<i64>,
     pub(super) nodes: Vec<i64>,
@@ -80,205 +119,82 @@ pub(super) struct Raw {
     pub(super) elements: Vec<Element>,
     /// Groups of each entity, by dimension and tag (format 4.1).
     entities: HashMap<(i64, i64), Vec<i64>>,
-}
-
-/// Lines of a file that are not empty, with their numbers.
-struct Lines<'a> {
-    rest: std::iter::Enumerate<std::str::Lines<'a>>,
-    number: usize,
-    section: &'a str,
-}
-
-impl<'a> Lines<'a> {
-    fn next(&mut self) -> Result<&'a str, GmshError> {
-        for (index, line) in self.rest.by_ref() {
-            self.number = index + 1;
-            let line = line.trim();
-            if !line.is_empty() {
-                return Ok(line);
-            }
-        }
-        Err(GmshError::EndOfFile {
-            line: self.number,
-            section: self.section.to_owned(),
-        })
-    }
-
-    fn not_a_number(&self, word: &str, expected: &'static str) -> GmshError {
-        GmshError::NotANumber {
-            line: self.number,
-            word: word.to_owned(),
-            expected,
-        }
-    }
-
-    /// A whole line of integers, at least so many.
-    fn integers(&mut self, what: &'static str, least: usize) -> Result<Vec<i64>, GmshError> {
-        let line = self.next()?;
-        let parse = |word: &str| {
-            let number = word.parse();
-            number.map_err(|_| self.not_a_number(word, "a whole number"))
-        };
-        let numbers: Vec<i64> = line
-            .split_whitespace()
-            .map(parse)
-            .collect::<Result<_, _>>()?;
-        self.count(what, numbers.len(), least)?;
-        Ok(numbers)
-    }
-
-    fn reals(&self, words: &[&str]) -> Result<[f64; 3], GmshError> {
-        self.count("coordinates", words.len(), 3)?;
-        let mut point = [0.0; 3];
-        for (value, word) in point.iter_mut().zip(words) {
-            let number = word.parse().ok().filter(|x: &f64| x.is_finite());
-            *value = number.ok_or_else(|| self.not_a_number(word, "a coordinate"))?;
-        }
-        Ok(point)
-    }
-
-    /// Refuses fewer entries than needed.
-    fn count(&self, what: &'static str, found: usize, expected: usize) -> Result<(), GmshError> {
-        if found < expected {
-            return Err(GmshError::Count {
-                line: self.number,
-                what,
-                found,
-                expected,
-            });
-        }
-        Ok(())
-    }
-
-    /// A count or a tag that is not negative.
-    fn size(&self, number: i64) -> Result<usize, GmshError> {
-        usize::try_from(number)
-            .map_err(|_| self.not_a_number(&number.to_string(), "a number of entries"))
-    }
-
-    /// Reads the line that ends the section.
-    fn end(&mut self) -> Result<(), GmshError> {
-        let line = self.next()?;
-        let found = line.strip_prefix("$End");
-        if found == self.section.strip_prefix('$') {
-            return Ok(());
-        }
-        Err(GmshError::Count {
-            line: self.number,
-            what: "lines after the last one announced",
-            found: 1,
-            expected: 0,
-        })
-    }
+    /// Elements that are not read: type, place of the first, number.
+    others: Vec<(i64, Position, usize)>,
 }
 
 /// Reads all sections.
-pub(super) fn parse(text: &str) -> Result<Raw, GmshError> {
-    let mut lines = Lines {
-        rest: text.lines().enumerate(),
-        number: 0,
-        section: "$MeshFormat",
-    };
-    if lines.next() != Ok("$MeshFormat") {
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, GmshError> {
+    let mut reader = Reader::new(bytes);
+    if reader.line() != Ok("$MeshFormat") {
         return Err(GmshError::Format {
-            line: lines.number.max(1),
+            line: reader.first_line(),
         });
     }
-    let new = format(&mut lines)?;
+    let new = reader.format()?;
     let mut raw = Raw::default();
-    while let Ok(section) = lines.next() {
-        if !section.starts_with('$') {
-            return Err(GmshError::Count {
-                line: lines.number,
-                what: "lines outside a section",
-                found: 1,
-                expected: 0,
-            });
-        }
-        lines.section = section;
-        match (section, new) {
-            ("$PhysicalNames", _) => raw.names(&mut lines)?,
-            ("$Entities", true) => raw.entities(&mut lines)?,
-            ("$Nodes", false) => raw.old_nodes(&mut lines)?,
-            ("$Nodes", true) => raw.new_nodes(&mut lines)?,
-            ("$Elements", false) => raw.old_elements(&mut lines)?,
-            ("$Elements", true) => raw.new_elements(&mut lines)?,
+    while let Some(section) = reader.section()? {
+        match (section.as_str(), new) {
+            ("$PhysicalNames", _) => raw.names(&mut reader)?,
+            ("$Entities", true) => raw.entities(&mut reader)?,
+            ("$Nodes", false) => raw.old_nodes(&mut reader)?,
+            ("$Nodes", true) => raw.new_nodes(&mut reader)?,
+            ("$Elements", false) => raw.old_elements(&mut reader)?,
+            ("$Elements", true) => raw.new_elements(&mut reader)?,
             _ => {
                 // Sections of no interest, such as $Periodic or $NodeData.
-                while lines.next()?.strip_prefix("$End") != section.strip_prefix('$') {}
+                reader.skip()?;
                 continue;
             }
         }
-        lines.end()?;
+        reader.end()?;
     }
-    Ok(raw)
-}
-
-/// True if the format is the new one, 4.1.
-fn format(lines: &mut Lines<'_>) -> Result<bool, GmshError> {
-    let words: Vec<&str> = lines.next()?.split_whitespace().collect();
-    lines.count("entries of the format", words.len(), 3)?;
-    let new = match words[0] {
-        "2.2" | "2" => false,
-        "4.1" => true,
-        version => {
-            return Err(GmshError::Version {
-                line: lines.number,
-                version: version.to_owned(),
-            });
-        }
-    };
-    if words[1] != "0" {
-        return Err(GmshError::Binary { line: lines.number });
+    match raw.others.first() {
+        Some(&(code, line, count)) => Err(GmshError::UnknownType { line, code, count }),
+        None => Ok(raw),
     }
-    lines.end()?;
-    Ok(new)
 }
 
 impl Raw {
-    fn names(&mut self, lines: &mut Lines<'_>) -> Result<(), GmshError> {
-        let count = lines.integers("entries", 1)?[0];
-        for _ in 0..lines.size(count)? {
-            let line = lines.next()?;
+    fn names(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        let count = reader.text_integers("entries", 1)?[0];
+        for _ in 0..reader.size(count)? {
+            let line = reader.line()?.to_owned();
             let mut words = line.splitn(3, char::is_whitespace);
             let mut number = || {
                 let word = words.next().unwrap_or_default();
                 let number: Result<i64, _> = word.parse();
-                number.map_err(|_| lines.not_a_number(word, "a whole number"))
+                number.map_err(|_| reader.not_a_number(word, "a whole number"))
             };
             let (dimension, tag) = (number()?, number()?);
             let name = words.next().unwrap_or_default().trim().trim_matches('"');
             self.names
-                .insert((lines.size(dimension)?, tag), name.to_owned());
+                .insert((reader.size(dimension)?, tag), name.to_owned());
         }
         Ok(())
     }
 
     /// Points have a place, other entities a box; then their groups, which alone matter.
-    fn entities(&mut self, lines: &mut Lines<'_>) -> Result<(), GmshError> {
-        let counts = lines.integers("numbers of entities", 4)?;
-        for (dimension, &count) in counts[..4].iter().enumerate() {
-            let skipped = if dimension == 0 { 3 } else { 6 };
-            for _ in 0..lines.size(count)? {
-                let words: Vec<&str> = lines.next()?.split_whitespace().collect();
-                lines.count("entries of an entity", words.len(), skipped + 2)?;
-                let integer = |word: &str| {
-                    let number: Result<i64, _> = word.parse();
-                    number.map_err(|_| lines.not_a_number(word, "a whole number"))
-                };
-                let tag = integer(words[0])?;
-                let groups = lines.size(integer(words[skipped + 1])?)?;
-                let given = &words[skipped + 2..];
-                lines.count("groups of an entity", given.len(), groups)?;
-                let groups = given[..groups].iter().map(|word| integer(word));
-                let groups = groups.collect::<Result<_, _>>()?;
+    fn entities(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        let counts = reader.words()?.sizes(4)?;
+        for (dimension, &count) in counts.iter().enumerate() {
+            for _ in 0..reader.size(count)? {
+                let mut words = reader.words()?;
+                let tag = words.integer("entries of an entity")?;
+                for _ in 0..if dimension == 0 { 3 } else { 6 } {
+                    words.real("entries of an entity")?;
+                }
+                let groups = words.counted("groups of an entity")?;
+                if dimension > 0 {
+                    words.counted("boundaries of an entity")?;
+                }
                 self.entities.insert((dimension as i64, tag), groups);
             }
         }
         Ok(())
     }
 
-    fn add_node(&mut self, line: usize, node: i64, point: [f64; 3]) -> Result<(), GmshError> {
+    fn add_node(&mut self, line: Position, node: i64, point: [f64; 3]) -> Result<(), GmshError> {
         if self.nodes.insert(node, self.points.len()).is_some() {
             return Err(GmshError::RepeatedNode { line, node });
         }
@@ -286,109 +202,180 @@ impl Raw {
         Ok(())
     }
 
-    fn old_nodes(&mut self, lines: &mut Lines<'_>) -> Result<(), GmshError> {
-        let count = lines.integers("entries", 1)?[0];
-        for _ in 0..lines.size(count)? {
-            let words: Vec<&str> = lines.next()?.split_whitespace().collect();
-            let node = words[0].parse();
-            let node = node.map_err(|_| lines.not_a_number(words[0], "the tag of a node"))?;
-            let point = lines.reals(&words[1..])?;
-            self.add_node(lines.number, node, point)?;
+    fn old_nodes(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        let count = reader.text_integers("entries", 1)?[0];
+        for _ in 0..reader.size(count)? {
+            let mut words = reader.words()?;
+            let line = words.position();
+            let node = words.integer("tag of a node")?;
+            let point = words.point()?;
+            self.add_node(line, node, point)?;
         }
         Ok(())
     }
 
-    fn new_nodes(&mut self, lines: &mut Lines<'_>) -> Result<(), GmshError> {
-        let head = lines.integers("entries", 2)?;
+    fn new_nodes(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        let head = reader.head(2, 4)?;
         let before = self.points.len();
-        for _ in 0..lines.size(head[0])? {
-            let block = lines.integers("entries of a block", 4)?;
+        for _ in 0..reader.size(head[0])? {
+            let block = reader.block()?;
             let mut tags = Vec::new();
-            for _ in 0..lines.size(block[3])? {
-                tags.push(lines.integers("entries", 1)?[0]);
+            for _ in 0..reader.size(block[3])? {
+                let mut words = reader.words()?;
+                tags.push(words.long("tag of a node")?);
             }
+            // Places on their curve or surface follow where they are given.
+            let further = if block[2] == 0 { 0 } else { block[0] };
             for node in tags {
-                let words: Vec<&str> = lines.next()?.split_whitespace().collect();
-                let point = lines.reals(&words)?;
-                self.add_node(lines.number, node, point)?;
+                let mut words = reader.words()?;
+                let line = words.position();
+                let point = words.point()?;
+                words.skip_reals(further)?;
+                self.add_node(line, node, point)?;
             }
         }
-        lines.total("nodes in the blocks", self.points.len() - before, head[1])
+        reader.total("nodes in the blocks", self.points.len() - before, head[1])
     }
 
-    fn old_elements(&mut self, lines: &mut Lines<'_>) -> Result<(), GmshError> {
-        let count = lines.integers("entries", 1)?[0];
-        for _ in 0..lines.size(count)? {
-            let words = lines.integers("entries of an element", 3)?;
-            let tags = lines.size(words[2])?;
-            lines.count("tags of an element", words.len() - 3, tags)?;
-            // The first tag is the group; zero is none.
-            let group = words[3..3 + tags].first().copied();
-            let groups = group.filter(|&group| group != 0).into_iter().collect();
-            self.add_element(lines, words[1], groups, &words[3 + tags..])?;
+    fn old_elements(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        let count = reader.text_integers("entries", 1)?[0];
+        let count = reader.size(count)?;
+        if reader.is_binary() {
+            return self.old_binary_elements(reader, count);
+        }
+        for _ in 0..count {
+            let words = reader.text_integers("entries of an element", 3)?;
+            let tags = reader.size(words[2])?;
+            reader.count("tags of an element", words.len() - 3, tags)?;
+            let groups = group(&words[3..3 + tags]);
+            self.add_element(reader, words[1], groups, words[3 + tags..].to_vec())?;
         }
         Ok(())
     }
 
-    fn new_elements(&mut self, lines: &mut Lines<'_>) -> Result<(), GmshError> {
-        let head = lines.integers("entries", 2)?;
-        let before = self.elements.len();
-        for _ in 0..lines.size(head[0])? {
-            let block = lines.integers("entries of a block", 4)?;
+    /// Blocks of elements of one type.
+    fn old_binary_elements(
+        &mut self,
+        reader: &mut Reader<'_>,
+        count: usize,
+    ) -> Result<(), GmshError> {
+        let mut left = count;
+        while left > 0 {
+            let mut words = reader.words()?;
+            let code = words.integer("entries of a block")?;
+            let own = words.integer("entries of a block")?;
+            let tags = words.integer("entries of a block")?;
+            let (own, tags) = (reader.size(own)?, reader.size(tags)?);
+            reader.count("elements of a block", own, 1)?;
+            reader.at_most("elements of a block", own, left)?;
+            let nodes = reader.nodes_of(code, node_count(code))?;
+            for _ in 0..own {
+                let mut words = reader.words()?;
+                let mut all = Vec::with_capacity(1 + tags + nodes);
+                for _ in 0..=tags + nodes {
+                    all.push(words.integer("entries of an element")?);
+                }
+                let groups = group(&all[1..=tags]);
+                self.add_element(reader, code, groups, all[1 + tags..].to_vec())?;
+            }
+            left -= own;
+        }
+        Ok(())
+    }
+
+    fn new_elements(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        let head = reader.head(2, 4)?;
+        let (mut found, binary) = (0, reader.is_binary());
+        for _ in 0..reader.size(head[0])? {
+            let block = reader.block()?;
             let groups = self.entities.get(&(block[0], block[1]));
             let groups = groups.cloned().unwrap_or_default();
-            for _ in 0..lines.size(block[3])? {
-                let words = lines.integers("entries of an element", 1)?;
-                self.add_element(lines, block[2], groups.clone(), &words[1..])?;
+            let nodes = if binary {
+                reader.nodes_of(block[2], node_count(block[2]))?
+            } else {
+                0
+            };
+            for _ in 0..reader.size(block[3])? {
+                let words = if binary {
+                    let mut words = reader.words()?;
+                    let all = (0..=nodes).map(|_| words.long("entries of an element"));
+                    all.collect::<Result<Vec<_>, _>>()?
+                } else {
+                    reader.text_integers("entries of an element", 1)?
+                };
+                self.add_element(reader, block[2], groups.clone(), words[1..].to_vec())?;
+                found += 1;
             }
         }
-        lines.total(
-            "elements in the blocks",
-            self.elements.len() - before,
-            head[1],
-        )
+        reader.total("elements in the blocks", found, head[1])
     }
 
     fn add_element(
         &mut self,
-        lines: &Lines<'_>,
+        reader: &Reader<'_>,
         code: i64,
         groups: Vec<i64>,
-        nodes: &[i64],
+        nodes: Vec<i64>,
     ) -> Result<(), GmshError> {
-        let line = lines.number;
-        let kind = KINDS.iter().find(|kind| kind.code == code);
-        let kind = kind.ok_or(GmshError::UnknownType { line, code })?;
-        if nodes.len() != kind.order.len() {
-            return Err(GmshError::Count {
-                line,
-                what: "nodes of an element",
-                found: nodes.len(),
-                expected: kind.order.len(),
-            });
-        }
+        let line = reader.position();
+        let Some(kind) = Kind::of(code) else {
+            match self.others.iter_mut().find(|other| other.0 == code) {
+                Some(other) => other.2 += 1,
+                None => self.others.push((code, line, 1)),
+            }
+            return Ok(());
+        };
+        reader.count("nodes of an element", nodes.len(), kind.order.len())?;
+        reader.at_most("nodes of an element", nodes.len(), kind.order.len())?;
         self.elements.push(Element {
             line,
             kind,
             groups,
-            nodes: nodes.to_vec(),
+            nodes,
         });
         Ok(())
     }
 }
 
-impl Lines<'_> {
-    /// Refuses a sum that differs from the one announced.
-    fn total(&self, what: &'static str, found: usize, announced: i64) -> Result<(), GmshError> {
-        let expected = self.size(announced)?;
-        if found == expected {
-            return Ok(());
+/// The first tag of an old element is its group; zero is none.
+fn group(tags: &[i64]) -> Vec<i64> {
+    let group = tags.first().copied();
+    group.filter(|&group| group != 0).into_iter().collect()
+}
+
+/// Nodes of a type, if it is known at all.
+fn node_count(code: i64) -> Option<usize> {
+    let other = || OTHERS.iter().find(|other| other.0 == code);
+    Kind::of(code)
+        .map(|kind| kind.order.len())
+        .or_else(|| other().map(|other| other.1))
+}
+
+/// What a line or a record holds, in the order of the format.
+impl Words<'_, '_> {
+    fn sizes(&mut self, count: usize) -> Result<Vec<i64>, GmshError> {
+        (0..count)
+            .map(|_| self.long("numbers of entities"))
+            .collect()
+    }
+
+    fn point(&mut self) -> Result<[f64; 3], GmshError> {
+        let mut point = [0.0; 3];
+        for x in &mut point {
+            *x = self.real("coordinates")?;
         }
-        Err(GmshError::Count {
-            line: self.number,
-            what,
-            found,
-            expected,
-        })
+        Ok(point)
+    }
+
+    /// A count and as many tags.
+    fn counted(&mut self, what: &'static str) -> Result<Vec<i64>, GmshError> {
+        let count = self.long(what)?;
+        let count = self.size(count)?;
+        // A wrong count must not ask for all memory.
+        let mut tags = Vec::new();
+        for found in 0..count {
+            tags.push(self.integer_of(what, found, count)?);
+        }
+        Ok(tags)
     }
 }

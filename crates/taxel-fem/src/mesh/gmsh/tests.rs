@@ -1,5 +1,6 @@
 //! Small files of each version and type.
 
+use super::Position::Line;
 use super::*;
 use crate::mesh::quality::{Quality, map_at, measure};
 use crate::scalar::{determinant, inverse};
@@ -215,24 +216,34 @@ fn mistakes_are_shown_with_their_line() {
     assert_eq!(
         plate("1 3 2 9 1 1 2 3 4"),
         GmshError::UnnamedGroup {
-            line: 21,
+            line: Line(21),
             dimension: 2,
             tag: 9
         }
     );
-    assert_eq!(plate("1 3 2 0 1 1 2 3 4"), GmshError::NoRegion { line: 21 });
     assert_eq!(
-        plate("1 6 2 4 1 1 2 3 4 5 6"),
-        GmshError::UnknownType { line: 21, code: 6 }
+        plate("1 3 2 0 1 1 2 3 4"),
+        GmshError::NoRegion { line: Line(21) }
+    );
+    assert_eq!(
+        plate("1 7 2 4 1 1 2 3 4 5"),
+        GmshError::UnknownType {
+            line: Line(21),
+            code: 7,
+            count: 1
+        }
     );
     assert_eq!(
         plate("1 3 2 4 1 1 2 3 8"),
-        GmshError::MissingNode { line: 21, node: 8 }
+        GmshError::MissingNode {
+            line: Line(21),
+            node: 8
+        }
     );
     assert!(matches!(
         plate("1 3 2 4 1 1 2 3"),
         GmshError::Count {
-            line: 21,
+            line: Line(21),
             found: 3,
             expected: 4,
             ..
@@ -240,25 +251,25 @@ fn mistakes_are_shown_with_their_line() {
     ));
     assert!(matches!(
         plate("1 3 2 4 1 1 2 3 x"),
-        GmshError::NotANumber { line: 21, .. }
+        GmshError::NotANumber { line: Line(21), .. }
     ));
     assert_eq!(plate("1 1 2 2 1 1 2"), GmshError::NoCells);
     let read_two = |a: &str, b: &str| read(&old(&SQUARE_NODES, &[a, b])).unwrap_err();
     assert!(matches!(
         read_two("1 2 2 4 1 1 2 3", "2 1 2 2 1 2 4"),
-        GmshError::NotASide { line: 22, .. }
+        GmshError::NotASide { line: Line(22), .. }
     ));
     assert!(matches!(
         read_two("1 2 2 4 1 1 2 3", "2 15 2 1 1 4"),
         GmshError::OffTheCells {
-            line: 22,
+            line: Line(22),
             node: 4,
             ..
         }
     ));
     assert!(matches!(
         read_two("1 2 2 4 1 1 2 3", "2 2 2 3 1 1 2 3"),
-        GmshError::Cell { line: 22, .. }
+        GmshError::Cell { line: Line(22), .. }
     ));
     let raised = read(&old(
         &["1 0 0 0", "2 1 0 0", "3 1 1 0.5"],
@@ -268,7 +279,10 @@ fn mistakes_are_shown_with_their_line() {
     let twice = read(&old(&["1 0 0 0", "1 1 0 0"], &[]));
     assert_eq!(
         twice.unwrap_err(),
-        GmshError::RepeatedNode { line: 15, node: 1 }
+        GmshError::RepeatedNode {
+            line: Line(15),
+            node: 1
+        }
     );
 }
 
@@ -277,12 +291,15 @@ fn wrong_files_are_refused() {
     let error = |from: &str, to: &str| read(&NEW.replacen(from, to, 1)).unwrap_err();
     assert_eq!(
         error("$MeshFormat", "solid x"),
-        GmshError::Format { line: 1 }
+        GmshError::Format { line: Line(1) }
     );
-    assert_eq!(error("4.1 0 8", "4.1 1 8"), GmshError::Binary { line: 2 });
+    assert_eq!(
+        error("4.1 0 8", "4.1 1 8"),
+        GmshError::Binary { line: Line(2) }
+    );
     assert!(matches!(
         error("4.1 0 8", "4.0 0 8"),
-        GmshError::Version { line: 2, .. }
+        GmshError::Version { line: Line(2), .. }
     ));
     assert!(matches!(
         error("2 6 1 6", "2 7 1 6"),
@@ -310,9 +327,9 @@ fn wrong_files_are_refused() {
     ));
     assert!(matches!(
         error("1 0 0 0 0\n", "1 0 0 0 5\n"),
-        GmshError::Count { line: 12, .. }
+        GmshError::Count { line: Line(12), .. }
     ));
-    assert_eq!(read("").unwrap_err(), GmshError::Format { line: 1 });
+    assert_eq!(read("").unwrap_err(), GmshError::Format { line: Line(1) });
     for cut in (20..NEW.len() - 20).step_by(7) {
         // A file that was cut off is never read as a smaller mesh, and never panics.
         let result = read(&NEW[..cut]);

@@ -97,7 +97,7 @@ fn a_surface_is_seen_along_its_normal() {
         .unwrap();
     for (name, axes) in [("top", [0, 1]), ("left", [1, 2]), ("front", [0, 2])] {
         let picture = Picture::surface(&mesh, name).unwrap();
-        assert_eq!(picture.axes, axes);
+        assert_eq!(picture.view[..2], along(axes)[..2]);
         assert_eq!(picture.faces.len(), 4);
     }
     assert!(matches!(
@@ -217,4 +217,21 @@ fn a_void_cell_to_look_at() {
         .svg()
         .unwrap();
     std::fs::write(format!("{folder}/crossing.svg"), svg).unwrap();
+}
+
+#[test]
+fn a_body_in_space_shows_the_sides_that_look_to_the_eye() {
+    let axis = || Axis::uniform(0.0, 1.0, 1).unwrap();
+    let block = Grid3::new([axis(), axis(), axis()], "solid")
+        .mesh()
+        .unwrap();
+    let filled = |to_eye: [f64; 3]| {
+        let svg = Picture::body(&block, to_eye).unwrap().svg().unwrap();
+        svg.matches("fill=\"#e8ebf0\"").count()
+    };
+    // To a corner from before and from behind, and along an axis.
+    assert_eq!(filled([1.0, -2.0, 1.0]), 3);
+    assert_eq!(filled([1.0, 1.0, -0.1]), 3);
+    assert_eq!(filled([0.0, 0.0, -1.0]), 1);
+    assert!(Picture::body(&block, [0.0; 3]).is_err());
 }

@@ -1,0 +1,322 @@
+//! `taxel solve`: a soft body of the user's own.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+use taxel::problem::{Body, Ended, ProblemFile};
+use taxel::shown;
+use taxel::table;
+
+use crate::arguments::{COMMIT, Solve, VERSION};
+use crate::interrupt::Interrupt;
+use crate::outputs::{self, Existing};
+use crate::progress::Progress;
+use crate::{Done, Stop, files};
+
+/// Name of the list of the files for ParaView.
+const SERIES: &str = "steps.pvd";
+
+pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
+    let named = Named::read(&arguments.problem)?;
+    let existing = arguments.overwrite.existing();
+    let mut inputs = vec![&arguments.problem];
+    inputs.extend(named.mesh_file.as_ref());
+    inputs.extend(arguments.resume.as_ref());
+    let given = [
+        ("--output", arguments.output.as_ref()),
+        ("--plot", arguments.plot.as_ref()),
+    ];
+    outputs::check(&given, &inputs, existing)?;
+    // The state may go on in the file that it comes from.
+    let goes_on = arguments.save.is_some() && arguments.save == arguments.resume;
+    let save_over = if goes_on {
+        Existing::Replaced
+    } else {
+        existing
+    };
+    if !goes_on {
+        let save = ("--save", arguments.save.as_ref());
+        outputs::check(&[given[0], given[1], save], &inputs, existing)?;
+    }
+    if let Some(path) = &arguments.plot
+        && files::is_page(path)?
+    {
+        let path = shown::path(path);
+        return Err(Stop::WrongInput(format!("--plot {path}: must end in .svg")));
+    }
+    let mut body = named.body()?;
+    for note in body.notes() {
+        note!("note: {}: {note}", named.mesh_name);
+    }
+    let mut series = arguments
+        .vtu
+        .as_deref()
+        .map(|folder| Series::new(folder, body.steps(), existing))
+        .transpose()?;
+    if arguments.check {
+        return report(&named, &body);
+    }
+    let identity = named.identity();
+    if let Some(path) = &arguments.resume {
+        let text = files::text(path)?;
+        body.restore(&text, &identity)
+            .map_err(|error| Stop::WrongInput(format!("{}: {error}", shown::path(path))))?;
+        note!("going on after step {} of {}", body.done(), body.steps());
+    }
+    let save = |body: &Body, first: bool| match &arguments.save {
+        Some(path) => {
+            let over = if first { save_over } else { Existing::Replaced };
+            outputs::write(Some(path), over, &body.save(&identity)).map(drop)
+        }
+        None => Ok(()),
+    };
+    let ended = solve(&mut body, &mut series, arguments.resume.is_some(), &save)?;
+    let about = about(&named, &body);
+    let answer = table::render(
+        arguments.format.into(),
+        &about,
+        &body.columns(),
+        &body.cells(),
+    );
+    outputs::write(arguments.output.as_deref(), existing, &answer)?;
+    if let Some(path) = &arguments.plot {
+        let picture = body
+            .picture()
+            .map_err(|error| Stop::WrongInput(format!("--plot: {error}")))?;
+        outputs::write(Some(path), existing, &picture)?;
+    }
+    match ended {
+        Way::Done => Ok(Done::Complete),
+        Way::Stopped => {
+            note!(
+                "note: stopped in step {} of {}",
+                body.done() + 1,
+                body.steps()
+            );
+            Ok(Done::WithLosses)
+        }
+        Way::Failed(message) => Err(Stop::Failed(message)),
+    }
+}
+
+/// End of the steps.
+enum Way {
+    Done,
+    Stopped,
+    Failed(String),
+}
+
+/// Solves the steps that are left; states are saved and written on the way.
+fn solve(
+    body: &mut Body,
+    series: &mut Option<Series>,
+    resumed: bool,
+    save: &dyn Fn(&Body, bool) -> Result<(), Stop>,
+) -> Result<Way, Stop> {
+    let interrupt = Interrupt::listen();
+    let mut progress = Progress::new("solving");
+    let steps = body.steps();
+    if let Some(series) = series.as_mut().filter(|_| !resumed) {
+        series.write(body)?;
+    }
+    let mut first = true;
+    while body.done() < steps {
+        let done = body.done() as f64;
+        let result = body.step(|part| {
+            progress.at((done + part) / steps as f64);
+            !interrupt.asked()
+        });
+        save(body, first)?;
+        first = false;
+        match result {
+            Ok(Ended::Done) => {
+                if let Some(series) = series {
+                    series.write(body)?;
+                }
+            }
+            Ok(Ended::Stopped) => {
+                progress.end();
+                return Ok(Way::Stopped);
+            }
+            Err(failure) => {
+                progress.end();
+                return Ok(Way::Failed(body.explain(&failure)));
+            }
+        }
+        if interrupt.asked() && body.done() < steps {
+            progress.end();
+            return Ok(Way::Stopped);
+        }
+    }
+    progress.end();
+    Ok(Way::Done)
+}
+
+/// What a check says.
+fn report(named: &Named, body: &Body) -> Result<Done, Stop> {
+    let [unknowns, cells] = body.size();
+    let columns: Vec<String> = body
+        .columns()
+        .into_iter()
+        .map(|column| column.name)
+        .collect();
+    outputs::print(&format!(
+        "{}: {} cells, {unknowns} unknowns, {} steps\ncolumns: {}\n",
+        shown::text(&named.file.name),
+        cells,
+        body.steps(),
+        shown::text(&columns.join(", "))
+    ))
+}
+
+fn about(named: &Named, body: &Body) -> Map<String, Value> {
+    let mut about: Map<String, Value> = [
+        ("problem", named.file.name.as_str()),
+        ("problem_hash", &files::sha256(named.text.as_bytes())),
+        ("mesh_hash", &files::sha256(&named.mesh)),
+        ("version", VERSION),
+        ("commit", COMMIT),
+    ]
+    .into_iter()
+    .map(|(key, value)| (key.to_owned(), Value::from(value)))
+    .collect();
+    about.insert("complete".into(), Value::from(body.done() == body.steps()));
+    about
+}
+
+/// A problem with its mesh, as they were read.
+struct Named {
+    name: String,
+    text: String,
+    file: ProblemFile,
+    mesh_name: String,
+    /// The file of the mesh, if it is not a shipped one.
+    mesh_file: Option<PathBuf>,
+    mesh: Vec<u8>,
+}
+
+impl Named {
+    /// Reads a problem file, or a shipped one when no such file exists, and its mesh.
+    fn read(path: &Path) -> Result<Self, Stop> {
+        let name = shown::path(path);
+        let shipped = ProblemFile::shipped_text(&name).filter(|_| !path.exists());
+        let text = match shipped {
+            Some(text) => text.to_owned(),
+            None => files::text(path).map_err(|stop| {
+                let names = ProblemFile::shipped_names();
+                files::with_shipped_names(stop, path, "problem", names)
+            })?,
+        };
+        let file = ProblemFile::parse(&name, &text)?;
+        if let Some(mesh) = ProblemFile::shipped_mesh(&name).filter(|_| shipped.is_some()) {
+            return Ok(Self {
+                mesh_name: file.mesh.file.clone(),
+                mesh_file: None,
+                mesh: mesh.to_vec(),
+                name,
+                text,
+                file,
+            });
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mesh_file = folder.join(&file.mesh.file);
+        let mesh = files::bytes(&mesh_file).map_err(|stop| match stop {
+            Stop::WrongInput(message) => {
+                let key = ["mesh", "file"];
+                let help = "the name counts from the folder of the problem file";
+                let error = taxel::toml_input::at_key(&name, &text, &key, &message, help);
+                Stop::WrongInput(error.to_string())
+            }
+            stop @ Stop::Failed(_) => stop,
+        })?;
+        Ok(Self {
+            mesh_name: shown::path(&mesh_file),
+            mesh_file: Some(mesh_file),
+            mesh,
+            name,
+            text,
+            file,
+        })
+    }
+
+    fn body(&self) -> Result<Body, Stop> {
+        let problem = (self.name.as_str(), self.text.as_str());
+        let mesh = (self.mesh_name.as_str(), self.mesh.as_slice());
+        Ok(Body::new(self.file.clone(), problem, mesh)?)
+    }
+
+    /// What must be the same for a saved state to fit.
+    fn identity(&self) -> String {
+        let both = [
+            files::sha256(self.text.as_bytes()),
+            files::sha256(&self.mesh),
+        ];
+        both.join("-")
+    }
+}
+
+/// Files of the steps for ParaView.
+struct Series {
+    folder: PathBuf,
+    existing: Existing,
+    digits: usize,
+    written: Vec<(f64, String)>,
+}
+
+impl Series {
+    /// Refuses a folder that has one of the files already.
+    fn new(folder: &Path, steps: usize, existing: Existing) -> Result<Self, Stop> {
+        let series = Self {
+            folder: folder.to_owned(),
+            existing,
+            digits: steps.to_string().len(),
+            written: Vec::new(),
+        };
+        if folder.exists() {
+            let names = (0..=steps).map(|step| series.name(step));
+            for name in names.chain([SERIES.to_owned()]) {
+                let path = folder.join(name);
+                outputs::check(&[("--vtu", Some(&path))], &[], existing)?;
+            }
+        }
+        Ok(series)
+    }
+
+    fn name(&self, step: usize) -> String {
+        format!("step-{step:0digits$}.vtu", digits = self.digits)
+    }
+
+    /// Writes the present state and the list of all so far.
+    fn write(&mut self, body: &Body) -> Result<(), Stop> {
+        let folder = &self.folder;
+        fs::create_dir_all(folder).map_err(|error| outputs::cannot_write(folder, &error))?;
+        let step = body.done();
+        let name = self.name(step);
+        let text = body
+            .vtu()
+            .map_err(|error| Stop::Failed(format!("--vtu: {error}")))?;
+        outputs::write(Some(&folder.join(&name)), self.existing, &text)?;
+        // Those of a run that is resumed are there already.
+        for earlier in self.written.len()..step {
+            let name = self.name(earlier);
+            if folder.join(&name).exists() {
+                self.written.push((earlier as f64, name));
+            }
+        }
+        self.written.push((step as f64, name));
+        let list: Vec<(f64, &str)> = self
+            .written
+            .iter()
+            .map(|(step, name)| (*step, name.as_str()))
+            .collect();
+        let first = self.written.len() == 1;
+        let over = if first {
+            self.existing
+        } else {
+            Existing::Replaced
+        };
+        let path = folder.join(SERIES);
+        outputs::write(Some(&path), over, &taxel_fem::output::pvd(&list)).map(drop)
+    }
+}

@@ -1,0 +1,133 @@
+//! A solution that can't go on says by its reason why, where, and what helps.
+#![allow(clippy::unwrap_used)]
+
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{Axis, Grid2};
+use taxel_fem::problem::load::traction;
+use taxel_fem::problem::{DeadLoad, Kinematics, Motion, Problem, Rule};
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::solver::newton::{Continue, Solver};
+
+/// A rectangle from the origin, of a solid.
+fn rectangle(size: [f64; 2], cells: [usize; 2], material: Material) -> Problem {
+    let axes = [
+        Axis::uniform(0.0, size[0], cells[0]).unwrap(),
+        Axis::uniform(0.0, size[1], cells[1]).unwrap(),
+    ];
+    let mesh = Grid2::new(axes, "rubber").mesh().unwrap();
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials.push(material);
+    problem
+}
+
+fn rubber() -> Material {
+    Material::new(Law::neo_hookean(1.0), Volumetric::Incompressible).unwrap()
+}
+
+/// The failure on the way to these targets; `part` must be in what it says.
+#[track_caller]
+fn fails(problem: Problem, targets: &[f64], part: &str) -> Failure {
+    let failure = match Solver::new(problem) {
+        Err(failure) => failure,
+        Ok(mut solver) => solver.load_to(targets, |_, _| Continue::Yes).unwrap_err(),
+    };
+    let text = failure.to_string();
+    assert!(text.contains(part), "{part}: {text}");
+    failure
+}
+
+#[test]
+fn a_cell_inside_out_in_the_mesh_is_named_with_its_place() {
+    let mut problem = rectangle([2.0, 1.0], [2, 1], rubber());
+    problem.clamp("bottom").unwrap();
+    let push = problem.parameter("push", Rule::Given);
+    problem
+        .support("top", 1, Motion::Driven(push, -1.0))
+        .unwrap();
+    // The upper right corner goes to the other side of the cell.
+    let corner = problem
+        .mesh
+        .points
+        .iter()
+        .position(|x| x[..2] == [2.0, 1.0]);
+    problem.mesh.points[corner.unwrap()] = [0.2, 0.5, 0.0];
+    let failure = fails(problem, &[0.1], "orientation of that cell");
+    let Reason::Inverted(cell) = failure.reason else {
+        panic!("{failure}");
+    };
+    assert!(cell.undeformed && cell.cell == 1, "{cell}");
+    // Of the right cell.
+    assert!(cell.place[0] > 1.0 && cell.place[0] < 2.0, "{cell}");
+}
+
+#[test]
+fn a_law_that_softens_is_named_with_place_and_stretch() {
+    // Stable to a stretch of 1.91 in pure shear, less under the pressure of a bonded face.
+    let law = Law::Yeoh {
+        c10: 1e5,
+        c20: -1e4,
+        c30: 0.0,
+    };
+    let material = Material::new(law, Volumetric::Incompressible).unwrap();
+    let mut problem = rectangle([1.0, 1.0], [4, 4], material);
+    problem.clamp("bottom").unwrap();
+    problem.support("top", 0, Motion::Fixed).unwrap();
+    let pull = problem.parameter("pull", Rule::Given);
+    problem
+        .support("top", 1, Motion::Driven(pull, 1.0))
+        .unwrap();
+    let failure = fails(problem, &[4.0], "a law that stiffens");
+    let Reason::LostEllipticity {
+        stretch,
+        ref region,
+        ..
+    } = failure.reason
+    else {
+        panic!("{failure}");
+    };
+    assert_eq!(region, "rubber");
+    assert!(stretch > 1.5 && stretch < 2.5, "{failure}");
+}
+
+#[test]
+fn a_closed_body_that_keeps_its_volume_has_no_room() {
+    let mut problem = rectangle([1.0, 1.0], [3, 3], rubber());
+    for side in ["left", "right"] {
+        problem.support(side, 0, Motion::Fixed).unwrap();
+    }
+    problem.support("bottom", 1, Motion::Fixed).unwrap();
+    let push = problem.parameter("push", Rule::Given);
+    problem
+        .support("top", 1, Motion::Driven(push, -1.0))
+        .unwrap();
+    let failure = fails(problem, &[0.05], "bulk modulus");
+    assert!(matches!(failure.reason, Reason::Volume { .. }), "{failure}");
+    assert!(failure.fraction < 1e-3, "{failure}");
+}
+
+#[test]
+fn a_column_that_buckles_is_told_from_a_wrong_tangent() {
+    // Clamped below, pressed from above by a force that keeps its direction, beyond Euler's.
+    let mut problem = rectangle([1.0, 12.0], [2, 12], rubber());
+    problem.clamp("bottom").unwrap();
+    let load = problem.parameter("load", Rule::Given);
+    let surface = problem.surface("top").unwrap();
+    let forces = traction(&problem.mesh, problem.kinematics, &surface, |_| {
+        [0.0, -1.0, 0.0]
+    });
+    problem.dead_loads.push(DeadLoad {
+        forces,
+        parameter: load,
+    });
+    // pi^2 E I / (4 L^2) with the plane-strain modulus 4 G: 0.0057 of G.
+    let failure = fails(problem, &[0.02], "control by displacement");
+    let Reason::Unstable { mode: Some(mode) } = failure.reason else {
+        panic!("{failure}");
+    };
+    // The free end goes aside.
+    assert!(
+        mode.place[1] == 12.0 && mode.direction[0].abs() > 0.95,
+        "{failure}"
+    );
+    assert!((0.2..0.5).contains(&failure.fraction), "{failure}");
+}

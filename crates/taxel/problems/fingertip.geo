@@ -1,0 +1,36 @@
+// Section of a fingertip, in the plane of x and z: gmsh -2 fingertip.geo -o fingertip.msh
+// mm. Skin of 1 mm around the pulp; the bone is left out.
+a = 8; b = 7; s = 1; h = 1.2;
+Point(1) = {0, 0, 0, h};
+Point(2) = {-a, 0, 0, h};
+Point(3) = {a, 0, 0, h};
+Point(4) = {0, 0, -b, h / 2};
+Point(5) = {-a + s, 0, 0, h};
+Point(6) = {a - s, 0, 0, h};
+Point(7) = {0, 0, -b + s, h / 2};
+Point(8) = {-3, 0, 0, h};
+Point(9) = {3, 0, 0, h};
+Point(10) = {0, 0, -3, h};
+Ellipse(1) = {2, 1, 2, 4};
+Ellipse(2) = {4, 1, 3, 3};
+Ellipse(3) = {5, 1, 5, 7};
+Ellipse(4) = {7, 1, 6, 6};
+Circle(5) = {8, 1, 10};
+Circle(6) = {10, 1, 9};
+Line(7) = {2, 5};
+Line(8) = {5, 8};
+Line(9) = {9, 6};
+Line(10) = {6, 3};
+Curve Loop(1) = {1, 2, -10, -4, -3, -7};
+Plane Surface(1) = {1};
+Curve Loop(2) = {3, 4, -9, -6, -5, -8};
+Plane Surface(2) = {2};
+Physical Surface("skin") = {1};
+Physical Surface("pulp") = {2};
+Physical Curve("outside") = {1, 2};
+Physical Curve("bone") = {5, 6};
+Physical Curve("nail") = {7, 8, 9, 10};
+Physical Point("tip") = {4};
+Mesh.ElementOrder = 2;
+Mesh.MshFileVersion = 4.1;
+Mesh.Binary = 1;

@@ -1,0 +1,521 @@
+//! A body that is solved step by step.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use taxel_fem::output::{ColourMap, Colours, Encoding, OutputError, Picture, Values, Vtu};
+use taxel_fem::problem::{Parameter, Rule};
+use taxel_fem::solver::failure::{Failure, Reason};
+use taxel_fem::solver::newton::{Continue, Solver};
+use taxel_fem::solver::stress::{nodal_stress, von_mises};
+
+use super::build::{self, component, letter};
+use super::description::{Compressibility, Geometry, Prescribed, ProblemFile};
+use super::fields;
+use crate::quantity::{self, Dimension};
+use crate::table::{Cell, Column};
+use taxel_recording::InputError;
+
+/// Direction to the eye where the file gives none.
+const FROM: [f64; 3] = [1.0, -2.0, 1.0];
+
+/// First way over the size of a body that an obstacle is moved to press.
+const SEAT: f64 = 1e-5;
+
+/// End of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// It is done.
+    Done,
+    /// It was stopped on the way; the last state stays.
+    Stopped,
+}
+
+/// A problem with its mesh, being solved.
+pub struct Body {
+    pub(super) file: ProblemFile,
+    pub(super) solver: Solver,
+    /// Axis of the mesh file along each component.
+    axes: Vec<usize>,
+    pub(super) steps: Vec<Vec<f64>>,
+    dimensions: Vec<&'static Dimension>,
+    /// Steps that are done.
+    pub(super) done: usize,
+    /// Rows of the steps that are done, and of rest.
+    pub(super) rows: Vec<Vec<f64>>,
+    notes: Vec<String>,
+}
+
+impl Body {
+    /// Puts a problem and the bytes of its mesh together; `name` and `text` are those of the
+    /// problem file, `mesh_name` that of the mesh, for messages.
+    ///
+    /// # Errors
+    /// Mistakes in the mesh with their line; in the problem under the word.
+    pub fn new(
+        file: ProblemFile,
+        (name, text): (&str, &str),
+        (mesh_name, mesh): (&str, &[u8]),
+    ) -> Result<Self, InputError> {
+        let drawing = build::mesh(&file, mesh_name, mesh)?;
+        let built = build::build(&file, drawing).map_err(|wrong| wrong.at(name, text))?;
+        let solver = Solver::new(built.problem)
+            .map_err(|failure| InputError::whole(name, failure.reason.to_string()))?;
+        let mut body = Self {
+            solver,
+            axes: built.axes,
+            steps: built.steps,
+            dimensions: built.dimensions,
+            done: 0,
+            rows: Vec::new(),
+            notes: built.notes,
+            file,
+        };
+        let options = body.file.solver;
+        let settings = &mut body.solver.settings;
+        settings.first_step = options.first_part.unwrap_or(settings.first_step);
+        settings.largest_step = options.largest_part.unwrap_or(settings.largest_step);
+        settings.smallest_step = options.smallest_part.unwrap_or(settings.smallest_step);
+        settings.whole_cells = options.whole_cells;
+        let row = body.values().map_err(|reason| {
+            let message = format!("the undeformed body: {reason}");
+            InputError::whole(name, message).help(reason.advice())
+        })?;
+        body.rows.push(row);
+        Ok(body)
+    }
+
+    /// Number of steps.
+    pub fn steps(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Number of steps that are done.
+    pub fn done(&self) -> usize {
+        self.done
+    }
+
+    /// What is unusual about the mesh, in sentences.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Numbers of unknowns and cells.
+    pub fn size(&self) -> [usize; 2] {
+        let cells = self.solver.problem().mesh.cell_count();
+        [self.solver.unknowns(), cells]
+    }
+
+    /// Solves the next step; `seen` hears how much of it is done after each part, and stops it by
+    /// false. Without a step left nothing is done.
+    ///
+    /// # Errors
+    /// [`Failure`] with the last good state, which stays.
+    pub fn step(&mut self, mut seen: impl FnMut(f64) -> bool) -> Result<Ended, Failure> {
+        let Some(targets) = self.steps.get(self.done).cloned() else {
+            return Ok(Ended::Done);
+        };
+        // Each step begins anew, so that a solution that is resumed goes the same way.
+        let (state, now) = (self.solver.state().clone(), self.solver.targets().to_vec());
+        self.solver.restart(state, now);
+        self.seat()?;
+        let mut stopped = false;
+        let mut hear = |_: &_, step: &taxel_fem::solver::newton::Step| {
+            if seen(step.fraction) || step.fraction == 1.0 {
+                Continue::Yes
+            } else {
+                stopped = true;
+                Continue::Stop
+            }
+        };
+        if self.solver.targets() == targets.as_slice() {
+            self.solver.settle()?;
+        } else {
+            self.solver.load_to(&targets, &mut hear)?;
+        }
+        if stopped {
+            return Ok(Ended::Stopped);
+        }
+        let row = self.values().map_err(Failure::at_start)?;
+        self.rows.push(row);
+        self.done += 1;
+        Ok(Ended::Done)
+    }
+
+    /// Moves obstacles whose force is prescribed until they press: one that only touches, or does
+    /// not even touch, has no force that its way could change.
+    fn seat(&mut self) -> Result<(), Failure> {
+        let moved = self.file.support.iter();
+        let held: Vec<&str> = moved
+            .filter_map(|support| Some(support.moved.as_ref()?.by.as_str()))
+            .collect();
+        let drivers = self.file.parameter.iter().enumerate();
+        let loose: Vec<usize> = drivers
+            .filter(|(_, driver)| driver.prescribes == Some(Prescribed::Force))
+            .filter(|(_, driver)| !held.contains(&driver.name.as_str()))
+            .map(|(number, _)| number)
+            .collect();
+        for number in loose {
+            if self.solver.evaluate()?.along[number] != 0.0 {
+                continue;
+            }
+            let rule = self.solver.problem().rules()[number].clone();
+            self.solver.set_rule(Parameter(number), Rule::Given)?;
+            let size = self.largest_coordinate();
+            let mut way = SEAT * size;
+            while way < size {
+                let mut targets = self.solver.targets().to_vec();
+                targets[number] += way;
+                self.solver.load_to(&targets, |_, _| Continue::Yes)?;
+                if self.solver.evaluate()?.along[number] > 0.0 {
+                    break;
+                }
+                way *= 2.0;
+            }
+            self.solver.set_rule(Parameter(number), rule)?;
+        }
+        Ok(())
+    }
+
+    fn largest_coordinate(&self) -> f64 {
+        let points = self.solver.problem().mesh.points.iter().flatten();
+        points.fold(0.0, |most: f64, x| most.max(x.abs()))
+    }
+
+    /// Columns of the table.
+    pub fn columns(&self) -> Vec<Column> {
+        let mut columns = vec![Column::plain("step")];
+        let file = &self.file;
+        for (driver, dimension) in file.parameter.iter().zip(&self.dimensions) {
+            columns.push(column(&driver.name, dimension));
+            if driver.prescribes.is_some() {
+                let name = format!("{}_found", driver.name);
+                columns.push(column(&name, self.found_dimension(&driver.name)));
+            }
+        }
+        let axes: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
+        let of_force = &axes[self.force_components()];
+        let mut vectors = |what: &str, names: &mut dyn Iterator<Item = &String>, dimension| {
+            let axes = if what == "displacement" {
+                &axes[..]
+            } else {
+                of_force
+            };
+            for name in names {
+                for axis in axes {
+                    columns.push(column(&format!("{name}_{what}_{axis}"), dimension));
+                }
+            }
+        };
+        vectors(
+            "force",
+            &mut file.obstacle.iter().map(|obstacle| &obstacle.name),
+            &quantity::FORCE,
+        );
+        vectors(
+            "reaction",
+            &mut file.output.reactions.iter(),
+            &quantity::FORCE,
+        );
+        vectors(
+            "displacement",
+            &mut file.output.displacements.iter(),
+            &quantity::LENGTH,
+        );
+        for obstacle in &file.obstacle {
+            let name = format!("{}_contact_area", obstacle.name);
+            columns.push(column(&name, &quantity::AREA));
+        }
+        for cavity in &file.cavity {
+            columns.push(column(
+                &format!("{}_volume", cavity.name),
+                &quantity::VOLUME,
+            ));
+            if cavity.trapped_gas.is_some() {
+                let name = format!("{}_pressure", cavity.name);
+                columns.push(column(&name, &quantity::STRESS));
+            }
+        }
+        for channel in &file.channel {
+            let name = format!("{}_resistance", channel.cavity);
+            columns.push(column(&name, &quantity::RESISTANCE));
+        }
+        for resistance in &file.resistance {
+            let name = format!("{}_resistance", resistance.name);
+            columns.push(column(&name, &quantity::RESISTANCE));
+        }
+        if let Some(capacitance) = &file.capacitance {
+            for name in fields::capacitance_names(capacitance) {
+                columns.push(column(&name, &quantity::CAPACITANCE));
+            }
+        }
+        columns.push(column("greatest_von_mises", &quantity::STRESS));
+        columns.push(Column::new("least_volume_ratio", "", 1.0, "", 4));
+        columns
+    }
+
+    /// Rows of the table: rest, then each step that is done.
+    pub fn cells(&self) -> Vec<Vec<Cell>> {
+        let row = |(step, row): (usize, &Vec<f64>)| {
+            let numbers = row.iter().map(|value| Cell::Number(*value));
+            std::iter::once(Cell::Whole(step as u64))
+                .chain(numbers)
+                .collect()
+        };
+        self.rows.iter().enumerate().map(row).collect()
+    }
+
+    /// Dimension of a parameter itself, whose values are another quantity.
+    fn found_dimension(&self, name: &str) -> &'static Dimension {
+        let pressed = self.file.load.iter();
+        let pressed = pressed.filter_map(|load| load.pressure.as_deref());
+        let cavities = self.file.cavity.iter();
+        let cavities = cavities.filter_map(|cavity| cavity.pressure.as_deref());
+        let forces = self.file.load.iter();
+        let mut forces = forces.filter_map(|load| load.force.as_ref());
+        if pressed.chain(cavities).any(|by| by == name) {
+            &quantity::STRESS
+        } else if forces.any(|force| force.by == name) {
+            &quantity::FORCE
+        } else {
+            &quantity::LENGTH
+        }
+    }
+
+    /// Components of the whole force of a surface: around an axis of revolution the radial ones
+    /// cancel.
+    fn force_components(&self) -> Range<usize> {
+        let first = usize::from(self.file.geometry == Geometry::Axisymmetric);
+        first..self.axes.len()
+    }
+
+    /// Numbers of a row at the present state, SI.
+    fn values(&mut self) -> Result<Vec<f64>, Reason> {
+        let assembled = self.solver.evaluate().map_err(|failure| failure.reason)?;
+        let (file, depth) = (&self.file, self.file.depth());
+        let (problem, state) = (self.solver.problem(), self.solver.state());
+        let components = self.axes.len();
+        let mut values = Vec::new();
+        for (number, driver) in file.parameter.iter().enumerate() {
+            let own = state.parameters[number];
+            match &driver.prescribes {
+                None => values.push(own),
+                Some(Prescribed::Force) => values.extend([assembled.along[number] * depth, own]),
+                Some(Prescribed::Displacement(of)) => {
+                    let node = problem
+                        .mesh
+                        .nodes_of(&of.at)
+                        .and_then(|n| n.first().copied());
+                    let along = component(&self.axes, of.along.number());
+                    let moved = node.zip(along);
+                    let moved = moved.map(|(node, along)| state.displacement[node as usize][along]);
+                    values.extend([moved.unwrap_or(f64::NAN), own]);
+                }
+                Some(Prescribed::Volume(of)) => {
+                    let cavity = file.cavity.iter().position(|cavity| cavity.name == of.of);
+                    let volume = cavity.map_or(f64::NAN, |at| assembled.volumes[at] * depth);
+                    values.extend([volume, own]);
+                }
+            }
+        }
+        let probes: Vec<_> = (0..file.obstacle.len())
+            .map(|number| self.solver.contact(number))
+            .collect();
+        for probe in &probes {
+            let force = probe.force();
+            let force = &force[self.force_components()];
+            // A zero has no sign.
+            values.extend(force.iter().map(|force| force * depth + 0.0));
+        }
+        for name in &file.output.reactions {
+            let mut sum = vec![0.0; components];
+            for node in problem.mesh.nodes_of(name).unwrap_or_default() {
+                for (i, sum) in sum.iter_mut().enumerate() {
+                    *sum += depth * assembled.forces[node as usize * components + i];
+                }
+            }
+            values.extend(&sum[self.force_components()]);
+        }
+        for name in &file.output.displacements {
+            let nodes = problem.mesh.nodes_of(name).unwrap_or_default();
+            let moved = nodes.first().map(|&node| state.displacement[node as usize]);
+            let moved = moved.unwrap_or([f64::NAN; 3]);
+            values.extend_from_slice(&moved[..components]);
+        }
+        for probe in &probes {
+            let pressed = probe.pressures.iter().zip(&probe.areas);
+            let pressed = pressed.filter(|(pressure, _)| **pressure > 0.0);
+            values.push(
+                pressed
+                    .map(|(_, area)| depth * area)
+                    .fold(0.0, |sum, area| sum + area),
+            );
+        }
+        for (number, cavity) in file.cavity.iter().enumerate() {
+            values.push(assembled.volumes[number] * depth);
+            if cavity.trapped_gas.is_some() {
+                values.push(state.parameters[problem.cavities[number].pressure.0]);
+            }
+        }
+        for channel in &file.channel {
+            let cavity = file.cavity.iter().position(|c| c.name == channel.cavity);
+            let area = cavity.map_or(f64::NAN, |at| assembled.volumes[at] / channel.share);
+            values.push(channel.resistivity * depth / area);
+        }
+        for resistance in &file.resistance {
+            let found = fields::resistance(file, resistance, &self.solver);
+            values.push(found.map_err(Reason::Field)?);
+        }
+        if let Some(capacitance) = &file.capacitance {
+            let found = fields::capacitances(file, capacitance, &self.solver);
+            values.extend(found.map_err(Reason::Field)?);
+        }
+        let stress = self.solver.greatest_stress();
+        values.push(stress.map_or(0.0, |point| point.von_mises));
+        let least = self.solver.least_volume_ratio();
+        values.push(least.map_or(1.0, |least| least.ratio));
+        Ok(values)
+    }
+
+    /// The body at the present state as an unstructured grid of VTK, which ParaView reads: the
+    /// undeformed mesh with the displacement of each node in m, its Cauchy stress (xx, yy, zz, xy,
+    /// yz, xz), von Mises and mean stress in Pa.
+    ///
+    /// # Errors
+    /// [`OutputError`]; never of a body that was solved.
+    pub fn vtu(&self) -> Result<String, OutputError> {
+        let (problem, state) = (self.solver.problem(), self.solver.state());
+        let stress = nodal_stress(problem, state);
+        let mises: Vec<f64> = stress.iter().map(|stress| von_mises(*stress)).collect();
+        let mean = stress.iter().map(|s| (s[0] + s[1] + s[2]) / 3.0);
+        let mean: Vec<f64> = mean.collect();
+        let grid = Vtu::new(&problem.mesh)
+            .point_field("displacement", 3, state.displacement.as_flattened())?
+            .point_field("cauchy_stress_pa", 6, stress.as_flattened())?
+            .point_field("von_mises_pa", 1, &mises)?
+            .point_field("mean_stress_pa", 1, &mean)?;
+        Ok(grid.text(Encoding::Base64))
+    }
+
+    /// The deformed body with the von Mises stress of its nodes (SVG): a plane body whole, a body
+    /// in space from outside.
+    ///
+    /// # Errors
+    /// [`OutputError`]; for a direction to the eye of no length.
+    pub fn picture(&self) -> Result<String, OutputError> {
+        let (problem, state) = (self.solver.problem(), self.solver.state());
+        let mesh = &problem.mesh;
+        let dimension = mesh.dimension();
+        let moved: Vec<f64> = state
+            .displacement
+            .iter()
+            .flat_map(|moved| moved[..dimension].to_vec())
+            .collect();
+        let stress = nodal_stress(problem, state);
+        let stress: Vec<f64> = stress.iter().map(|s| von_mises(*s) * 1e-3).collect();
+        let picture = if dimension == 2 {
+            Picture::plane(mesh)?
+        } else {
+            Picture::body(mesh, self.file.picture.from.unwrap_or(FROM))?
+        };
+        let (unit, size) = self.length_unit();
+        picture
+            .length_unit(unit, size)
+            .displacement(&moved)?
+            .colours(Colours {
+                title: "von Mises",
+                unit: "kPa",
+                values: Values::Nodes(&stress),
+                range: None,
+                map: ColourMap::Sequential,
+            })?
+            .svg()
+    }
+
+    /// The unit in which the body measures one to a thousand.
+    fn length_unit(&self) -> (&'static str, f64) {
+        let far = self.largest_coordinate();
+        let units = quantity::LENGTH.units.iter().rev();
+        let mut fitting = units.filter(|(_, size)| *size <= far);
+        *fitting.next().unwrap_or(&("m", 1.0))
+    }
+
+    /// A failure with what the file calls its parts.
+    pub fn explain(&self, failure: &Failure) -> String {
+        let mut message = format!("step {}: {}", self.done + 1, failure.reason);
+        let axes: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
+        if axes.len() == 2 && axes != ["x", "y"] {
+            let _ = write!(message, " (places are {} and {})", axes[0], axes[1]);
+        }
+        let drivers = self.file.parameter.iter().zip(&self.dimensions);
+        let reached = failure.parameters.iter().zip(drivers);
+        let reached = reached.map(|((name, value), (driver, dimension))| {
+            let dimension = match driver.prescribes {
+                Some(_) => self.found_dimension(name),
+                None => dimension,
+            };
+            let (unit, size, _) = shown(dimension);
+            format!("{name} = {:.6} {unit}", value / size)
+        });
+        let reached: Vec<String> = reached.collect();
+        let _ = write!(
+            message,
+            ". {:.1} % of the step was solved, up to {}",
+            100.0 * failure.fraction,
+            if reached.is_empty() {
+                String::from("rest")
+            } else {
+                reached.join(", ")
+            }
+        );
+        let _ = write!(message, "\nhelp: {}", self.advice(&failure.reason));
+        message
+    }
+
+    fn advice(&self, reason: &Reason) -> String {
+        let soft = self.file.material.iter().any(|material| {
+            matches!(
+                material.compressibility,
+                Some(Compressibility::Incompressible)
+            )
+        });
+        match reason {
+            Reason::Volume { .. } if soft => String::from(
+                "free a surface, vent a cavity, or give the solid a bulk modulus: \
+                 compressibility = { quadratic = { bulk_modulus = \"…\" } }",
+            ),
+            Reason::Limit { .. } | Reason::Unstable { .. } => String::from(
+                "the load has a limit there: prescribe a displacement, a force of a moved part or a \
+                 volume of a cavity in its place (parameter.prescribes)",
+            ),
+            reason => reason.advice().to_owned(),
+        }
+    }
+}
+
+/// Unit for people of a dimension, its SI value and decimals.
+fn shown(dimension: &'static Dimension) -> (&'static str, f64, usize) {
+    let symbol = match dimension.si {
+        "m" => "mm",
+        "N" => "mN",
+        "Pa" => "kPa",
+        "m2" => "mm2",
+        "m3" => "mm3",
+        "F" => "fF",
+        si => si,
+    };
+    let (symbol, size) = dimension.entry(symbol).unwrap_or((dimension.si, 1.0));
+    (symbol, size, 5)
+}
+
+fn column(name: &str, dimension: &'static Dimension) -> Column {
+    let (unit, size, decimals) = shown(dimension);
+    let si = match dimension.si {
+        "m" => "m",
+        "N" => "n",
+        "Pa" => "pa",
+        "F" => "f",
+        si => si,
+    };
+    Column::new(name, unit, size, si, decimals)
+}

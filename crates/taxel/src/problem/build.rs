@@ -1,0 +1,830 @@
+//! From a problem file and its mesh to the boundary value problem of the solver.
+
+use taxel_fem::material::{self, Material, Volumetric};
+use taxel_fem::mesh::gmsh::{self, Drawing};
+use taxel_fem::mesh::quality::Quality;
+use taxel_fem::mesh::{Facet, Mesh};
+use taxel_fem::problem::load::traction;
+use taxel_fem::problem::{self as solid, Contact, DeadLoad, Kinematics, Motion, Parameter, Rule};
+
+use super::description::{
+    Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial, Shape,
+};
+use crate::quantity::{self, AnyQuantity, Dimension};
+use crate::toml_input;
+use taxel_recording::InputError;
+
+/// Contact stiffness over shear modulus and mean side of a cell: the multipliers make the result
+/// independent of it, the iteration bears no much stiffer one.
+const STIFFNESS: f64 = 50.0;
+/// Overlap that is accepted over the mean side of a cell.
+const OVERLAP: f64 = 1e-4;
+
+/// A mistake at a key of the problem file: its path, the message, what to do.
+pub(super) struct Wrong {
+    path: String,
+    message: String,
+    help: String,
+}
+
+pub(super) fn wrong(path: impl Into<String>, message: impl Into<String>, help: &str) -> Wrong {
+    Wrong {
+        path: path.into(),
+        message: message.into(),
+        help: help.to_owned(),
+    }
+}
+
+impl Wrong {
+    /// The mistake under the word.
+    pub(super) fn at(&self, file: &str, text: &str) -> InputError {
+        let path: Vec<&str> = self.path.split('.').collect();
+        toml_input::at_key(file, text, &path, &self.message, &self.help)
+    }
+}
+
+/// A problem with what its parts are called in the file.
+pub(super) struct Built {
+    pub(super) problem: solid::Problem,
+    /// Axis of the file along each component.
+    pub(super) axes: Vec<usize>,
+    /// Targets at the end of each step.
+    pub(super) steps: Vec<Vec<f64>>,
+    /// Dimension of the values of each parameter of the file.
+    pub(super) dimensions: Vec<&'static Dimension>,
+    /// What is unusual about the mesh, in sentences.
+    pub(super) notes: Vec<String>,
+}
+
+/// Reads a mesh in m.
+pub(super) fn mesh(file: &ProblemFile, name: &str, bytes: &[u8]) -> Result<Drawing, InputError> {
+    let mut drawing =
+        gmsh::read_file(bytes).map_err(|error| InputError::whole(name, error.to_string()))?;
+    for point in &mut drawing.mesh.points {
+        *point = point.map(|x| x * file.mesh.unit);
+    }
+    Ok(drawing)
+}
+
+pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong> {
+    if file.schema != 1 {
+        let message = format!(
+            "schema {} is not known; this program reads schema 1",
+            file.schema
+        );
+        return Err(wrong("schema", message, "write schema = 1"));
+    }
+    if file.name.trim().is_empty() {
+        return Err(wrong("name", "the name is empty", "name the problem"));
+    }
+    let kinematics = match file.geometry {
+        Geometry::PlaneStrain(_) => Kinematics::PlaneStrain,
+        Geometry::Axisymmetric => Kinematics::Axisymmetric,
+        Geometry::Solid => Kinematics::Solid,
+    };
+    let quality = Quality::of(&drawing.mesh);
+    let mut notes = Vec::new();
+    if let (true, Err(error)) = (quality.inverted.is_empty(), quality.require(&drawing.mesh)) {
+        notes.push(error.to_string());
+    } else if let Err(error) = quality.require(&drawing.mesh) {
+        return Err(wrong("mesh.file", error.to_string(), "mend the mesh"));
+    }
+    let problem = solid::Problem::new(drawing.mesh, kinematics).map_err(|error| {
+        wrong(
+            "geometry",
+            error.to_string(),
+            "give the geometry of the mesh",
+        )
+    })?;
+    let mut builder = Builder {
+        file,
+        problem,
+        axes: drawing.axes,
+        depth: file.depth(),
+        uses: vec![None; file.parameter.len()],
+    };
+    builder.parameters()?;
+    builder.materials()?;
+    builder.supports()?;
+    builder.loads()?;
+    builder.cavities()?;
+    builder.obstacles()?;
+    builder.rules()?;
+    builder.names()?;
+    let (steps, dimensions) = builder.steps()?;
+    builder
+        .problem
+        .check()
+        .map_err(|error| refused(file, &error))?;
+    Ok(Built {
+        problem: builder.problem,
+        axes: builder.axes,
+        steps,
+        dimensions,
+        notes,
+    })
+}
+
+/// The key at which an error of the whole problem is shown.
+fn refused(file: &ProblemFile, error: &solid::ProblemError) -> Wrong {
+    use solid::ProblemError as Error;
+    let message = error.to_string();
+    match error {
+        Error::Unstable { region, .. } => {
+            let of = |material: &RegionMaterial| material.regions.contains(region);
+            let number = file.material.iter().position(of).unwrap_or(0);
+            let help = "use constants of a stable law";
+            wrong(format!("material.{number}.law"), message, help)
+        }
+        Error::NotFixed(_) => wrong(
+            "support",
+            message,
+            "hold a surface, a curve or a point along that direction",
+        ),
+        Error::Contradiction { .. } => wrong(
+            "support",
+            message,
+            "move only one of the two groups along that axis, or end one before the other",
+        ),
+        _ => wrong("name", message, "mend the problem"),
+    }
+}
+
+struct Builder<'a> {
+    file: &'a ProblemFile,
+    problem: solid::Problem,
+    axes: Vec<usize>,
+    /// Depth of a plane body, m; 1 of others.
+    depth: f64,
+    /// Dimension of each parameter by its first use, with the key of that use.
+    uses: Vec<Option<(&'static Dimension, String)>>,
+}
+
+impl Builder<'_> {
+    fn mesh(&self) -> &Mesh {
+        &self.problem.mesh
+    }
+
+    fn parameters(&mut self) -> Result<(), Wrong> {
+        for (number, driver) in self.file.parameter.iter().enumerate() {
+            let key = format!("parameter.{number}");
+            let same = |other: &&super::description::Driver| other.name == driver.name;
+            if self.file.parameter[..number]
+                .iter()
+                .any(|other| same(&other))
+            {
+                let message = format!("two parameters are called \"{}\"", driver.name);
+                return Err(wrong(
+                    format!("{key}.name"),
+                    message,
+                    "give each its own name",
+                ));
+            }
+            let first = self.file.parameter[0].values.len();
+            if driver.values.is_empty() || driver.values.len() != first {
+                let message = format!(
+                    "{} values, but the first parameter has {first}: one for each step",
+                    driver.values.len()
+                );
+                let help = "give every parameter as many values as there are steps, at least one";
+                return Err(wrong(format!("{key}.values"), message, help));
+            }
+            self.problem.parameter(&driver.name, Rule::Given);
+        }
+        Ok(())
+    }
+
+    /// A parameter by its name, in a use that gives it a dimension.
+    fn parameter(
+        &mut self,
+        name: &str,
+        dimension: &'static Dimension,
+        key: &str,
+    ) -> Result<Parameter, Wrong> {
+        let drivers = &self.file.parameter;
+        let Some(number) = drivers.iter().position(|driver| driver.name == name) else {
+            let known: Vec<&str> = drivers.iter().map(|driver| driver.name.as_str()).collect();
+            let message = format!("there is no parameter \"{name}\"");
+            let help = format!("give one of: {}", known.join(", "));
+            return Err(wrong(key, message, &help));
+        };
+        match &self.uses[number] {
+            Some((known, first)) if *known != dimension => {
+                let message = format!(
+                    "parameter \"{name}\" is {} here, but {} in {first}",
+                    dimension.name, known.name
+                );
+                return Err(wrong(key, message, "drive the two by two parameters"));
+            }
+            _ => self.uses[number] = Some((dimension, key.to_owned())),
+        }
+        Ok(Parameter(number))
+    }
+
+    fn materials(&mut self) -> Result<(), Wrong> {
+        let mut of_region: Vec<Option<Material>> = vec![None; self.mesh().regions.len()];
+        for (number, material) in self.file.material.iter().enumerate() {
+            let key = format!("material.{number}");
+            let solid = solid_of(material, &key)?;
+            if material.regions.is_empty() {
+                let help = "name physical groups of the mesh";
+                return Err(wrong(format!("{key}.regions"), "the list is empty", help));
+            }
+            for (at, name) in material.regions.iter().enumerate() {
+                let key = format!("{key}.regions.{at}");
+                let region = self.region(name, &key)?;
+                if of_region[region].replace(solid).is_some() {
+                    let message = format!("region \"{name}\" has a material already");
+                    return Err(wrong(key, message, "give each region one material"));
+                }
+            }
+        }
+        for (region, material) in of_region.into_iter().enumerate() {
+            let Some(material) = material else {
+                let message = format!("region \"{}\" has no material", self.mesh().regions[region]);
+                let help = "add a [[material]] with this region, or add it to the regions of one";
+                return Err(wrong("material", message, help));
+            };
+            self.problem.materials.push(material);
+        }
+        Ok(())
+    }
+
+    fn region(&self, name: &str, key: &str) -> Result<usize, Wrong> {
+        let regions = &self.mesh().regions;
+        regions
+            .iter()
+            .position(|known| known == name)
+            .ok_or_else(|| {
+                let message = format!("the mesh has no region \"{name}\"");
+                wrong(
+                    key,
+                    message,
+                    &format!("give one of: {}", regions.join(", ")),
+                )
+            })
+    }
+
+    /// Nodes of a surface, curve or point.
+    fn nodes(&self, name: &str, key: &str) -> Result<Vec<u32>, Wrong> {
+        self.mesh()
+            .nodes_of(name)
+            .filter(|nodes| !nodes.is_empty())
+            .ok_or_else(|| self.unknown_group(name, key))
+    }
+
+    /// Node of a named point.
+    fn point(&self, name: &str, key: &str) -> Result<u32, Wrong> {
+        let nodes = self.nodes(name, key)?;
+        if let [node] = nodes[..] {
+            return Ok(node);
+        }
+        let message = format!("\"{name}\" has {} nodes, not one", nodes.len());
+        Err(wrong(key, message, "name a physical point of the mesh"))
+    }
+
+    fn surface(&self, name: &str, key: &str) -> Result<Vec<Facet>, Wrong> {
+        if let Some(surface) = self.mesh().surfaces.get(name) {
+            return Ok(surface.clone());
+        }
+        let known: Vec<&str> = self.mesh().surfaces.keys().map(String::as_str).collect();
+        let message = format!("the mesh has no surface \"{name}\"");
+        Err(wrong(
+            key,
+            message,
+            &format!("give one of: {}", known.join(", ")),
+        ))
+    }
+
+    fn unknown_group(&self, name: &str, key: &str) -> Wrong {
+        let mesh = self.mesh();
+        let names = mesh.surfaces.keys().chain(mesh.node_sets.keys());
+        let known: Vec<&str> = names.map(String::as_str).collect();
+        let message = format!("the mesh has no surface, curve or point \"{name}\"");
+        wrong(key, message, &format!("give one of: {}", known.join(", ")))
+    }
+
+    /// Component of displacement along an axis of the file.
+    fn component(&self, axis: Axis, key: &str) -> Result<usize, Wrong> {
+        component(&self.axes, axis.number()).ok_or_else(|| {
+            let message = format!("the mesh does not extend along {}", letter(axis.number()));
+            let known: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
+            wrong(
+                key,
+                message,
+                &format!("its axes are {}", known.join(" and ")),
+            )
+        })
+    }
+
+    /// The factors along the components of the mesh.
+    fn factors(&self, along: &Along, key: &str) -> Result<Vec<(usize, f64)>, Wrong> {
+        let axes = [(Axis::X, along.x), (Axis::Y, along.y), (Axis::Z, along.z)];
+        let mut factors = Vec::new();
+        for (axis, factor) in axes {
+            if let Some(factor) = factor {
+                let key = format!("{key}.{}", letter(axis.number()));
+                factors.push((self.component(axis, &key)?, factor));
+            }
+        }
+        if factors.iter().all(|(_, factor)| *factor == 0.0) {
+            let message = format!("\"{}\" moves nothing here: no factor is given", along.by);
+            let help = format!("add a factor, such as {} = 1.0", letter(self.axes[0]));
+            return Err(wrong(key, message, &help));
+        }
+        Ok(factors)
+    }
+
+    fn supports(&mut self) -> Result<(), Wrong> {
+        for (number, support) in self.file.support.iter().enumerate() {
+            let key = format!("support.{number}");
+            self.nodes(&support.on, &format!("{key}.on"))?;
+            if support.held.is_empty() && support.moved.is_none() {
+                let help = "give held = [\"x\"], or moved = { by = \"…\", x = 1.0 }";
+                return Err(wrong(key, "neither held nor moved", help));
+            }
+            let mut motions = Vec::new();
+            for (at, &axis) in support.held.iter().enumerate() {
+                let component = self.component(axis, &format!("{key}.held.{at}"))?;
+                motions.push((component, Motion::Fixed));
+            }
+            if let Some(moved) = &support.moved {
+                let key = format!("{key}.moved");
+                let factors = self.factors(moved, &key)?;
+                let by = self.parameter(&moved.by, &quantity::LENGTH, &format!("{key}.by"))?;
+                for (component, factor) in factors {
+                    if motions.iter().any(|(other, _)| *other == component) {
+                        let axis = letter(self.axes[component]);
+                        let message = format!("{axis} is held and moved at once");
+                        return Err(wrong(key, message, "take it out of one of the two"));
+                    }
+                    motions.push((component, Motion::Driven(by, factor)));
+                }
+            }
+            for (component, motion) in motions {
+                self.problem
+                    .support(&support.on, component, motion)
+                    .map_err(|error| wrong(format!("{key}.on"), error.to_string(), ""))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn loads(&mut self) -> Result<(), Wrong> {
+        for (number, load) in self.file.load.iter().enumerate() {
+            let key = format!("load.{number}");
+            match (&load.pressure, &load.force) {
+                (Some(by), None) => {
+                    let surface = self.surface(&load.on, &format!("{key}.on"))?;
+                    let parameter =
+                        self.parameter(by, &quantity::STRESS, &format!("{key}.pressure"))?;
+                    self.problem
+                        .pressures
+                        .push(solid::Pressure { surface, parameter });
+                }
+                (None, Some(force)) => self.force(&load.on, force, &key)?,
+                _ => {
+                    let message = "exactly one of pressure and force is needed";
+                    return Err(wrong(key, message, "give one; two loads are two tables"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A force of fixed direction, spread evenly over a surface or the points of a group.
+    fn force(&mut self, on: &str, force: &Along, key: &str) -> Result<(), Wrong> {
+        let nodes = self.nodes(on, &format!("{key}.on"))?;
+        let key = format!("{key}.force");
+        let factors = self.factors(force, &key)?;
+        let parameter = self.parameter(&force.by, &quantity::FORCE, &format!("{key}.by"))?;
+        let mut direction = [0.0; 3];
+        for (component, factor) in factors {
+            direction[component] = factor / self.depth;
+        }
+        let shares: Vec<(u32, f64)> = match self.mesh().surfaces.get(on) {
+            Some(surface) => {
+                let unit = |_| [1.0, 0.0, 0.0];
+                let areas = traction(self.mesh(), self.problem.kinematics, surface, unit);
+                areas
+                    .into_iter()
+                    .map(|(node, area)| (node, area[0]))
+                    .collect()
+            }
+            None => nodes.into_iter().map(|node| (node, 1.0)).collect(),
+        };
+        let total: f64 = shares.iter().map(|(_, share)| share).sum();
+        let forces = shares
+            .into_iter()
+            .map(|(node, share)| (node, direction.map(|d| d * share / total)));
+        self.problem.dead_loads.push(DeadLoad {
+            forces: forces.collect(),
+            parameter,
+        });
+        Ok(())
+    }
+
+    fn cavities(&mut self) -> Result<(), Wrong> {
+        for (number, cavity) in self.file.cavity.iter().enumerate() {
+            let key = format!("cavity.{number}");
+            let mut wall = Vec::new();
+            for (at, name) in cavity.wall.iter().enumerate() {
+                wall.extend(self.surface(name, &format!("{key}.wall.{at}"))?);
+            }
+            if wall.is_empty() {
+                let message = "the cavity has no wall";
+                return Err(wrong(format!("{key}.wall"), message, "name its surfaces"));
+            }
+            let axis = match cavity.along {
+                Some(axis) => self.component(axis, &format!("{key}.along"))?,
+                None => self.axes.len() - 1,
+            };
+            let pressure = match (&cavity.pressure, cavity.trapped_gas) {
+                (Some(_), Some(_)) => {
+                    let message = "a trapped gas has the pressure that follows from its volume";
+                    return Err(wrong(
+                        format!("{key}.pressure"),
+                        message,
+                        "leave one of the two out",
+                    ));
+                }
+                (Some(by), None) => {
+                    self.parameter(by, &quantity::STRESS, &format!("{key}.pressure"))?
+                }
+                (None, _) => {
+                    let name = format!("pressure in {}", cavity.name);
+                    self.problem.parameter(&name, Rule::Given)
+                }
+            };
+            let cavity_there = solid::Cavity {
+                wall,
+                axis,
+                origin: 0.0,
+                pressure,
+            };
+            let mesh = self.mesh();
+            let rest = cavity_there.volume(mesh, self.problem.kinematics, &mesh.points);
+            if rest.is_nan() || rest <= 0.0 {
+                let message = format!(
+                    "the volume at rest comes out as {:.3e} m3: the wall is not that of a cavity",
+                    rest * self.depth
+                );
+                let help =
+                    "name all of its surfaces, or integrate along the axis across its openings";
+                return Err(wrong(format!("{key}.wall"), message, help));
+            }
+            if let Some(scale) = cavity.trapped_gas {
+                let law = solid::CavityLaw::Gas { scale, rest };
+                self.problem.set_rule(pressure, Rule::Follows(number, law));
+            }
+            self.problem.cavities.push(cavity_there);
+        }
+        Ok(())
+    }
+
+    fn obstacles(&mut self) -> Result<(), Wrong> {
+        for (number, obstacle) in self.file.obstacle.iter().enumerate() {
+            let key = format!("obstacle.{number}");
+            let surface = self.surface(&obstacle.surface, &format!("{key}.surface"))?;
+            let shape = self.shape(&obstacle.shape, &format!("{key}.shape"))?;
+            let travel = match &obstacle.moved {
+                Some(moved) => {
+                    let key = format!("{key}.moved");
+                    let mut direction = [0.0; 3];
+                    for (component, factor) in self.factors(moved, &key)? {
+                        direction[component] = factor;
+                    }
+                    let by = self.parameter(&moved.by, &quantity::LENGTH, &format!("{key}.by"))?;
+                    Some((direction, by))
+                }
+                None => None,
+            };
+            let side = side_length(self.mesh(), &surface);
+            let stiffest = surface.iter().fold(0.0, |most: f64, facet| {
+                let region = self.mesh().region_of(facet.cell as usize);
+                most.max(self.problem.materials[region].law.shear_modulus())
+            });
+            self.problem
+                .contacts
+                .push(Contact::Obstacle(solid::Obstacle {
+                    surface,
+                    shape,
+                    travel,
+                    stiffness: STIFFNESS * stiffest / side,
+                    friction: obstacle.friction,
+                    overlap_limit: obstacle.overlap.unwrap_or(OVERLAP * side),
+                }));
+        }
+        Ok(())
+    }
+
+    fn shape(&self, shape: &Shape, key: &str) -> Result<solid::Shape, Wrong> {
+        let unit = |vector: [f64; 3], key: String| {
+            let inside = self.inside(vector);
+            let length = inside.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if length > 0.0 {
+                return Ok(inside.map(|x| x / length));
+            }
+            let message = "the direction is zero in the space of the mesh";
+            Err(wrong(key, message, "give a direction such as [0, 1, 0]"))
+        };
+        Ok(match *shape {
+            Shape::Plane(plane) => solid::Shape::HalfSpace {
+                point: self.inside(plane.point),
+                normal: unit(plane.normal, format!("{key}.plane.normal"))?,
+            },
+            Shape::Sphere(sphere) => solid::Shape::Sphere {
+                centre: self.inside(sphere.centre),
+                radius: sphere.radius,
+            },
+            Shape::Cylinder(_) if self.problem.kinematics != Kinematics::Solid => {
+                let message = "a cylinder with an axis is of a body in space";
+                let help = "in a plane a sphere is the section of a cylinder across it";
+                return Err(wrong(format!("{key}.cylinder"), message, help));
+            }
+            Shape::Cylinder(cylinder) => solid::Shape::Cylinder {
+                point: self.inside(cylinder.point),
+                axis: unit(cylinder.axis, format!("{key}.cylinder.axis"))?,
+                radius: cylinder.radius,
+            },
+            Shape::Punch(punch) => solid::Shape::Punch {
+                point: self.inside(punch.point),
+                axis: unit(punch.axis, format!("{key}.punch.axis"))?,
+                flat: punch.flat,
+                rim: punch.rim,
+            },
+        })
+    }
+
+    /// A place or direction of the file in the components of the mesh.
+    fn inside(&self, given: [f64; 3]) -> [f64; 3] {
+        let mut inside = [0.0; 3];
+        for (x, &axis) in inside.iter_mut().zip(&self.axes) {
+            *x = given[axis];
+        }
+        inside
+    }
+
+    /// What parameters prescribe in their own place.
+    fn rules(&mut self) -> Result<(), Wrong> {
+        for (number, driver) in self.file.parameter.iter().enumerate() {
+            let Some(prescribed) = &driver.prescribes else {
+                continue;
+            };
+            let key = format!("parameter.{number}.prescribes");
+            let parameter = Parameter(number);
+            let (quantity, dimension): (_, &'static Dimension) = match prescribed {
+                Prescribed::Force => {
+                    let moves = self.uses[number].as_ref();
+                    if moves.is_none_or(|(dimension, _)| **dimension != quantity::LENGTH) {
+                        let message = "only a parameter that moves something has a force";
+                        return Err(wrong(key, message, "leave prescribes out"));
+                    }
+                    (solid::Quantity::Force(parameter), &quantity::FORCE)
+                }
+                Prescribed::Displacement(of) => {
+                    let node = self.point(&of.at, &format!("{key}.displacement.at"))?;
+                    let component =
+                        self.component(of.along, &format!("{key}.displacement.along"))?;
+                    (
+                        solid::Quantity::Displacement(node, component),
+                        &quantity::LENGTH,
+                    )
+                }
+                Prescribed::Volume(of) => {
+                    let cavities = &self.file.cavity;
+                    let Some(cavity) = cavities.iter().position(|cavity| cavity.name == of.of)
+                    else {
+                        let known: Vec<&str> = cavities.iter().map(|c| c.name.as_str()).collect();
+                        let message = format!("there is no cavity \"{}\"", of.of);
+                        let help = format!("give one of: {}", known.join(", "));
+                        return Err(wrong(format!("{key}.volume.of"), message, &help));
+                    };
+                    (solid::Quantity::Volume(cavity), &quantity::VOLUME)
+                }
+            };
+            if self.uses[number].is_none() {
+                return Err(self.unused(number));
+            }
+            self.problem.set_rule(parameter, Rule::Prescribes(quantity));
+            self.uses[number] = Some((dimension, key));
+        }
+        Ok(())
+    }
+
+    fn unused(&self, number: usize) -> Wrong {
+        let message = format!(
+            "nothing uses parameter \"{}\"",
+            self.file.parameter[number].name
+        );
+        let help = "name it in a support, a load, an obstacle or a cavity, or leave it out";
+        wrong(format!("parameter.{number}.name"), message, help)
+    }
+
+    /// Names that only the outputs and the fields use.
+    fn names(&self) -> Result<(), Wrong> {
+        let output = &self.file.output;
+        for (at, name) in output.reactions.iter().enumerate() {
+            self.nodes(name, &format!("output.reactions.{at}"))?;
+        }
+        for (at, name) in output.displacements.iter().enumerate() {
+            let key = format!("output.displacements.{at}");
+            self.point(name, &key)?;
+        }
+        let group = |name: &str, key: String| {
+            if self.mesh().regions.iter().any(|region| region == name) {
+                return Ok(());
+            }
+            self.nodes(name, &key).map(drop)
+        };
+        if let Some(capacitance) = &self.file.capacitance {
+            let lists = [
+                ("electrodes", &capacitance.electrodes),
+                ("ground", &capacitance.ground),
+                ("floating", &capacitance.floating),
+            ];
+            for (list, names) in lists {
+                for (at, name) in names.iter().enumerate() {
+                    group(name, format!("capacitance.{list}.{at}"))?;
+                }
+            }
+            let least = 2 - usize::from(!capacitance.ground.is_empty());
+            if capacitance.electrodes.len() < least {
+                let message = "a capacitance needs two electrodes, or one and a ground";
+                return Err(wrong("capacitance.electrodes", message, "add one"));
+            }
+            for (number, dielectric) in capacitance.dielectric.iter().enumerate() {
+                for (at, name) in dielectric.regions.iter().enumerate() {
+                    self.region(
+                        name,
+                        &format!("capacitance.dielectric.{number}.regions.{at}"),
+                    )?;
+                }
+            }
+        }
+        for (number, resistance) in self.file.resistance.iter().enumerate() {
+            let key = format!("resistance.{number}");
+            self.nodes(&resistance.from, &format!("{key}.from"))?;
+            self.nodes(&resistance.to, &format!("{key}.to"))?;
+            for (of, conductor) in resistance.conductor.iter().enumerate() {
+                for (at, name) in conductor.regions.iter().enumerate() {
+                    self.region(name, &format!("{key}.conductor.{of}.regions.{at}"))?;
+                }
+            }
+        }
+        for (number, channel) in self.file.channel.iter().enumerate() {
+            let key = format!("channel.{number}.cavity");
+            if self.problem.kinematics != Kinematics::PlaneStrain {
+                let message = "a channel runs along the depth of a plane_strain body";
+                return Err(wrong(
+                    key,
+                    message,
+                    "use [[resistance]] with a meshed conductor",
+                ));
+            }
+            if !self
+                .file
+                .cavity
+                .iter()
+                .any(|cavity| cavity.name == channel.cavity)
+            {
+                let known: Vec<&str> = self.file.cavity.iter().map(|c| c.name.as_str()).collect();
+                let message = format!("there is no cavity \"{}\"", channel.cavity);
+                let help = format!("give one of: {}", known.join(", "));
+                return Err(wrong(key, message, &help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Targets of all steps in the order of the parameters, and their dimensions.
+    #[allow(clippy::type_complexity)]
+    fn steps(&self) -> Result<(Vec<Vec<f64>>, Vec<&'static Dimension>), Wrong> {
+        let mut dimensions = Vec::new();
+        let count = self.file.parameter.first().map_or(0, |p| p.values.len());
+        let mut steps = vec![vec![0.0; self.problem.rules().len()]; count];
+        for (number, driver) in self.file.parameter.iter().enumerate() {
+            let Some((dimension, _)) = &self.uses[number] else {
+                return Err(self.unused(number));
+            };
+            dimensions.push(*dimension);
+            for (step, value) in driver.values.iter().enumerate() {
+                let key = format!("parameter.{number}.values.{step}");
+                steps[step][number] = self.target(number, dimension, *value, &key)?;
+            }
+        }
+        Ok((steps, dimensions))
+    }
+
+    fn target(
+        &self,
+        number: usize,
+        dimension: &'static Dimension,
+        given: AnyQuantity,
+        key: &str,
+    ) -> Result<f64, Wrong> {
+        if given.dimension != dimension {
+            let use_of = self.uses[number]
+                .as_ref()
+                .map_or("", |(_, key)| key.as_str());
+            let message = format!(
+                "this is {}; {use_of} needs {}",
+                given.dimension.name, dimension.name
+            );
+            let help = format!("use one of: {}", dimension.symbols());
+            return Err(wrong(key, message, &help));
+        }
+        // Solved per unit of depth; a force of a dead load has the depth in its direction.
+        let prescribed = self.file.parameter[number].prescribes.as_ref();
+        Ok(match prescribed {
+            Some(Prescribed::Force | Prescribed::Volume(_)) => given.value / self.depth,
+            _ => given.value,
+        })
+    }
+}
+
+/// Component of a mesh along an axis of its file.
+pub(super) fn component(axes: &[usize], axis: usize) -> Option<usize> {
+    axes.iter().position(|&known| known == axis)
+}
+
+/// Letter of an axis.
+pub(super) fn letter(axis: usize) -> &'static str {
+    ["x", "y", "z"][axis]
+}
+
+/// Mean distance of neighbouring corners of the facets of a surface.
+fn side_length(mesh: &Mesh, surface: &[Facet]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for &facet in surface {
+        let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
+        let corners = match nodes.len() {
+            3 => 2,
+            7 => 3,
+            _ => 4,
+        };
+        for k in 0..corners {
+            let [a, b] = [k, (k + 1) % corners].map(|k| mesh.points[nodes[k] as usize]);
+            sum += (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt();
+            count += 1.0;
+        }
+    }
+    sum / f64::max(count, 1.0)
+}
+
+/// The solid that a material describes.
+fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
+    let volumetric = match (&material.law, material.compressibility) {
+        (Law::LinearElastic(_), Some(_)) => {
+            let message = "Poisson's ratio says how a linear_elastic solid gives way";
+            let help = "leave compressibility out";
+            return Err(wrong(format!("{key}.compressibility"), message, help));
+        }
+        (Law::LinearElastic(solid), None) => {
+            return Material::linear_elastic(solid.young_modulus, solid.poisson_ratio)
+                .map_err(|error| wrong(format!("{key}.law"), error.to_string(), ""));
+        }
+        (_, None) => {
+            let help = "add compressibility = \"incompressible\", or \
+                        { quadratic = { bulk_modulus = \"…\" } }";
+            return Err(wrong(key, "compressibility is missing", help));
+        }
+        (_, Some(Compressibility::Incompressible)) => Volumetric::Incompressible,
+        (_, Some(Compressibility::Quadratic(bulk))) => Volumetric::Quadratic(bulk.bulk_modulus),
+        (_, Some(Compressibility::Logarithmic(bulk))) => Volumetric::Logarithmic(bulk.bulk_modulus),
+    };
+    let law = match &material.law {
+        Law::NeoHookean(solid) => Ok(material::Law::neo_hookean(solid.shear_modulus)),
+        Law::MooneyRivlin(solid) => Ok(material::Law::MooneyRivlin {
+            c10: solid.c10,
+            c01: solid.c01,
+        }),
+        Law::Yeoh(solid) => Ok(material::Law::Yeoh {
+            c10: solid.c10,
+            c20: solid.c20,
+            c30: solid.c30,
+        }),
+        Law::Ogden(terms) => {
+            let terms: Vec<_> = terms
+                .iter()
+                .map(|term| material::OgdenTerm {
+                    modulus: term.modulus,
+                    exponent: term.exponent,
+                })
+                .collect();
+            material::Law::ogden(&terms)
+        }
+        Law::LinearElastic(solid) => {
+            Material::linear_elastic(solid.young_modulus, solid.poisson_ratio)
+                .map(|solid| solid.law)
+        }
+    };
+    law.and_then(|law| Material::new(law, volumetric))
+        .map_err(|error| {
+            wrong(
+                format!("{key}.law"),
+                error.to_string(),
+                "give other constants",
+            )
+        })
+}

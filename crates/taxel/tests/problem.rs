@@ -1,0 +1,458 @@
+//! Problem files: the shipped ones are solved, mistakes are shown under the word, failures by
+//! their cause.
+#![allow(clippy::unwrap_used)]
+
+use taxel::problem::{Body, Ended, ProblemFile};
+use taxel::table::Cell;
+
+fn shipped(name: &str) -> (&'static str, &'static [u8]) {
+    let text = ProblemFile::shipped_text(name).unwrap();
+    (text, ProblemFile::shipped_mesh(name).unwrap())
+}
+
+fn body(name: &str, text: &str, mesh: &[u8]) -> Result<Body, taxel::InputError> {
+    let file = ProblemFile::parse(name, text)?;
+    Body::new(file, (name, text), ("mesh.msh", mesh))
+}
+
+/// The numbers of a column, row by row.
+fn column(body: &Body, name: &str) -> Vec<f64> {
+    let columns = body.columns();
+    let at = columns.iter().position(|column| column.name == name);
+    let at = at.unwrap_or_else(|| panic!("no column {name}"));
+    let cells = body.cells();
+    let number = |row: &Vec<Cell>| match row[at] {
+        Cell::Number(value) => value,
+        _ => panic!("{name} is no number"),
+    };
+    cells.iter().map(number).collect()
+}
+
+fn solved(text: &str, mesh: &[u8]) -> Body {
+    let mut body = body("problem.toml", text, mesh).unwrap();
+    while body.done() < body.steps() {
+        match body.step(|_| true) {
+            Ok(ended) => assert_eq!(ended, Ended::Done),
+            Err(failure) => panic!("{}", body.explain(&failure)),
+        }
+    }
+    body
+}
+
+#[test]
+fn a_pressed_dome_is_in_balance_and_its_capacitance_grows() {
+    let (text, mesh) = shipped("dome");
+    let body = solved(text, mesh);
+    let plate = column(&body, "plate_force_y");
+    let base = column(&body, "base_reaction_y");
+    for (plate, base) in plate.iter().zip(&base) {
+        // The tolerance of the iteration, of the force.
+        assert!((plate + base).abs() <= 1e-6 * base.abs(), "{plate} {base}");
+    }
+    let capacitance = column(&body, "capacitance_upper_electrode_lower_electrode");
+    assert!(capacitance.windows(2).all(|pair| pair[1] > pair[0]));
+    // Hertz's force of a sphere on a rigid plate, 16/9 E sqrt(R) d^1.5 with E = 3 G: the base is
+    // near and the dome gives way to the sides, so only the size of it.
+    let hertz = 16.0 / 9.0 * 180e3 * 5e-3_f64.sqrt() * 0.25e-3_f64.powf(1.5);
+    assert!(
+        (0.5..2.0).contains(&(-plate[1] / hertz)),
+        "{} {hertz}",
+        plate[1]
+    );
+    let tip = column(&body, "tip_displacement_y");
+    assert!((tip[6] + 1.5e-3).abs() < 1e-5, "{tip:?}");
+}
+
+#[test]
+fn a_microchannel_of_odd_shape_has_the_resistance_of_its_area() {
+    let (text, mesh) = shipped("channel");
+    let body = solved(text, mesh);
+    let volume = column(&body, "microchannel_volume");
+    let resistance = column(&body, "microchannel_resistance");
+    for (volume, resistance) in volume.iter().zip(&resistance) {
+        let exact = 0.294e-6 * 20e-3 * 20e-3 / volume;
+        assert!((resistance / exact - 1.0).abs() < 1e-12);
+    }
+    assert!(resistance.windows(2).all(|pair| pair[1] > pair[0]));
+    // The pressure on the whole top is carried by base alone: the sides slide.
+    let base = column(&body, "base_reaction_y");
+    assert!(
+        (base[5] / (50e3 * 1.2e-3 * 20e-3) - 1.0).abs() < 1e-6,
+        "{base:?}"
+    );
+}
+
+#[test]
+fn a_fingertip_slips_at_the_force_of_coulomb() {
+    let (text, mesh) = shipped("fingertip");
+    let body = solved(text, mesh);
+    let along = column(&body, "plate_force_x");
+    let press = column(&body, "plate_force_z");
+    for (along, press) in along.iter().zip(&press) {
+        assert!(
+            along.abs() <= 0.5 * press.abs() * (1.0 + 1e-6),
+            "{along} {press}"
+        );
+    }
+    // It slides at last.
+    assert!(
+        (along[6] / press[6] - 0.3).abs() < 1e-4,
+        "{along:?} {press:?}"
+    );
+}
+
+#[test]
+fn a_saved_state_goes_on_to_the_same_end() {
+    let (text, mesh) = shipped("dome");
+    let mut first = body("dome", text, mesh).unwrap();
+    first.step(|_| true).unwrap();
+    // Stopped in the middle of a step.
+    let ended = first.step(|part| part < 0.2).unwrap();
+    assert_eq!((ended, first.done()), (Ended::Stopped, 1));
+    let saved = first.save("same");
+    let mut second = body("dome", text, mesh).unwrap();
+    assert!(second.restore(&saved, "other").is_err());
+    assert!(second.restore(&saved[..saved.len() / 2], "same").is_err());
+    second.restore(&saved, "same").unwrap();
+    assert_eq!(second.save("same"), saved);
+    for body in [&mut first, &mut second] {
+        assert_eq!(body.step(|_| true).unwrap(), Ended::Done);
+    }
+    for name in [
+        "plate_force_y",
+        "capacitance_upper_electrode_lower_electrode",
+    ] {
+        let (one, other) = (column(&first, name), column(&second, name));
+        assert_eq!(one.len(), 3);
+        for (one, other) in one.iter().zip(&other) {
+            assert!(one.to_bits() == other.to_bits(), "{name}: {one} {other}");
+        }
+    }
+}
+
+/// The message for a shipped problem with one text replaced.
+#[track_caller]
+fn refused(name: &str, from: &str, to: &str) -> String {
+    let (text, mesh) = shipped(name);
+    assert!(text.contains(from), "{name} has no {from}");
+    let text = text.replacen(from, to, 1);
+    match body("problem.toml", &text, mesh) {
+        Ok(_) => panic!("not refused: {to}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// A shipped problem, what is replaced in it and by what, and what the message must have.
+type Mistake = (
+    &'static str,
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+);
+
+const MISTAKES: &[Mistake] = &[
+    (
+        "dome",
+        "on = \"axis\"",
+        "on = \"axle\"",
+        &["support.1.on", "^^^^^^", "axis, base"],
+    ),
+    (
+        "dome",
+        "held = [\"x\", \"y\"]",
+        "held = [\"x\", \"z\"]",
+        &["support.0.held.1", "does not extend along z"],
+    ),
+    (
+        "dome",
+        "\"1 mm\", \"1.25 mm\"",
+        "\"1 kPa\", \"1.25 mm\"",
+        &["parameter.0.values.3", "a length"],
+    ),
+    (
+        "dome",
+        "\"1 mm\", \"1.25 mm\"",
+        "1, \"1.25 mm\"",
+        &["has no unit"],
+    ),
+    (
+        "dome",
+        "by = \"travel\"",
+        "by = \"trawel\"",
+        &["obstacle.0.moved.by", "travel"],
+    ),
+    (
+        "dome",
+        "regions = [\"silicone\"]\nlaw",
+        "regions = [\"rubber\"]\nlaw",
+        &["material.0.regions.0", "silicone"],
+    ),
+    (
+        "dome",
+        "compressibility = \"incompressible\"\n",
+        "",
+        &["material.0", "compressibility is missing"],
+    ),
+    (
+        "dome",
+        "\"60 kPa\"",
+        "\"-60 kPa\"",
+        &["shear_modulus", "greater than 0"],
+    ),
+    (
+        "dome",
+        "schema = 1",
+        "schema = 2",
+        &["schema 2 is not known"],
+    ),
+    (
+        "dome",
+        "geometry = \"axisymmetric\"",
+        "geometry = \"solid\"",
+        &["dimension 2"],
+    ),
+    (
+        "channel",
+        "on = \"base\"\nheld = [\"x\", \"y\"]",
+        "on = \"base\"\nheld = [\"x\"]",
+        &["nothing holds the body"],
+    ),
+    (
+        "dome",
+        "normal = [0, -1, 0]",
+        "normal = [0, 0, 1]",
+        &["obstacle.0.shape.plane.normal", "zero"],
+    ),
+    (
+        "dome",
+        "friction = 0",
+        "friction = -1",
+        &["obstacle.0.friction"],
+    ),
+    (
+        "dome",
+        "[\"upper_electrode\", \"lower_electrode\"]",
+        "[\"upper_electrode\"]",
+        &["capacitance.electrodes"],
+    ),
+    (
+        "dome",
+        "displacements = [\"tip\"]",
+        "displacements = [\"skin\"]",
+        &["nodes, not one"],
+    ),
+    (
+        "channel",
+        "cavity = \"microchannel\"",
+        "cavity = \"channel\"",
+        &["channel.0.cavity", "microchannel"],
+    ),
+    (
+        "channel",
+        "wall = [\"wall\"]",
+        "wall = [\"base\"]",
+        &["cavity.0.wall", "volume at rest"],
+    ),
+    (
+        "channel",
+        "pressure = \"pressure\"",
+        "force = { by = \"pressure\", y = -1.0 }",
+        &["parameter.0.values.0", "a force"],
+    ),
+    (
+        "channel",
+        "pressure = \"pressure\"\n\n",
+        "\n",
+        &["load.0", "exactly one"],
+    ),
+    (
+        "channel",
+        "c10 = \"75.5 kPa\"",
+        "c10 = \"75.5 um\"",
+        &["\"um\" is a unit of length"],
+    ),
+    (
+        "fingertip",
+        "moved = { by = \"slide\", x = 1 }\n",
+        "",
+        &["parameter.1.name", "nothing uses"],
+    ),
+    (
+        "fingertip",
+        "held = [\"x\"]\nmoved = { by = \"press\", z = -1 }",
+        "held = [\"x\", \"z\"]\nmoved = { by = \"press\", z = -1 }",
+        &["support.0.moved", "held and moved"],
+    ),
+    (
+        "fingertip",
+        "\"4 mm\"]",
+        "]",
+        &["parameter.1.values", "one for each step"],
+    ),
+];
+
+#[test]
+fn mistakes_are_shown_under_the_word() {
+    for (name, from, to, parts) in MISTAKES {
+        let message = refused(name, from, to);
+        for part in *parts {
+            assert!(message.contains(part), "{to}: {part} is not in\n{message}");
+        }
+    }
+}
+
+#[test]
+fn a_force_that_is_prescribed_finds_its_way() {
+    let (text, mesh) = shipped("dome");
+    let by_way = solved(text, mesh);
+    let force = -column(&by_way, "plate_force_y")[2];
+    let values =
+        "values = [\"0.25 mm\", \"0.5 mm\", \"0.75 mm\", \"1 mm\", \"1.25 mm\", \"1.5 mm\"]";
+    assert!(text.contains(values));
+    let given = format!("values = [\"{} mN\"]\nprescribes = \"force\"", 1e3 * force);
+    let by_force = solved(&text.replace(values, &given), mesh);
+    let way = column(&by_force, "travel_found")[1];
+    // The multipliers of the contact leave an overlap of 1e-4 of a cell, some 0.05 um.
+    assert!((way - 0.5e-3).abs() < 0.1e-6, "{way}");
+}
+
+#[test]
+fn a_limit_of_the_load_is_said_with_the_remedy() {
+    // Far beyond what the sheet over the microchannel bears: it closes without a contact.
+    let (text, mesh) = shipped("channel");
+    let values = "values = [\"10 kPa\", \"20 kPa\", \"30 kPa\", \"40 kPa\", \"50 kPa\"]";
+    assert!(text.contains(values));
+    let text = text.replace(values, "values = [\"10 MPa\"]");
+    let mut body = body("problem.toml", &text, mesh).unwrap();
+    let failure = body.step(|_| true).unwrap_err();
+    let message = body.explain(&failure);
+    for part in [
+        "step 1",
+        "% of the step was solved, up to pressure = ",
+        "kPa",
+        "help: ",
+    ] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    // The last good state stays.
+    assert_eq!(body.done(), 0);
+    assert!(body.picture().unwrap().ends_with("</svg>\n"));
+}
+
+#[test]
+fn what_conducts_is_what_insulates() {
+    // The same potential: R C = rho epsilon, whatever the shape.
+    let (text, mesh) = shipped("dome");
+    let resistance = "[[resistance]]\nname = \"dome\"\nfrom = \"upper_electrode\"\n\
+                      to = \"lower_electrode\"\n[[resistance.conductor]]\n\
+                      regions = [\"silicone\"]\nresistivity = \"100 ohm m\"\n\n[output]";
+    let body = solved(&text.replace("[output]", resistance), mesh);
+    let capacitance = column(&body, "capacitance_upper_electrode_lower_electrode");
+    let resistance = column(&body, "dome_resistance");
+    for (c, r) in capacitance.iter().zip(&resistance) {
+        assert!(
+            (r * c / (100.0 * 2.8 * 8.8541878188e-12) - 1.0).abs() < 1e-9,
+            "{r} {c}"
+        );
+    }
+}
+
+#[test]
+fn a_beam_of_extruded_layers_bends_in_space() {
+    let mesh = include_bytes!("../../taxel-fem/tests/meshes/wedge15-4.1-binary.msh");
+    let text = r#"
+schema = 1
+name = "beam of extruded layers"
+geometry = "solid"
+mesh = { file = "block.msh", unit = "10 mm" }
+
+[[material]]
+regions = ["soft"]
+law = { ogden = [{ modulus = "60 kPa", exponent = 1.3 }, { modulus = "1 kPa", exponent = 5 }] }
+compressibility = "incompressible"
+
+[[material]]
+regions = ["hard"]
+law = { linear_elastic = { young_modulus = "2 MPa", poisson_ratio = 0.4 } }
+
+[[parameter]]
+name = "weight"
+values = ["200 mN"]
+
+[[support]]
+on = "left"
+held = ["x", "y", "z"]
+
+[[load]]
+on = "top"
+force = { by = "weight", z = -1 }
+
+[output]
+reactions = ["left"]
+"#;
+    let body = solved(text, mesh);
+    let reaction = column(&body, "left_reaction_z");
+    assert!((reaction[1] / 0.2 - 1.0).abs() < 1e-6, "{reaction:?}");
+    assert!(body.picture().unwrap().contains("<path fill=\"#"));
+    let error = match self::body(
+        "block.toml",
+        &text.replace("[\"soft\"]", "[\"hard\"]"),
+        mesh,
+    ) {
+        Ok(_) => panic!("not refused"),
+        Err(error) => error.to_string(),
+    };
+    assert!(error.contains("\"hard\" has a material already"), "{error}");
+}
+
+#[test]
+fn a_rough_plate_presses_a_dome_to_a_third_of_its_height() {
+    let (text, mesh) = shipped("dome");
+    let values =
+        "values = [\"0.25 mm\", \"0.5 mm\", \"0.75 mm\", \"1 mm\", \"1.25 mm\", \"1.5 mm\"]";
+    let text = text.replace(values, "values = [\"1.8 mm\"]");
+    let smooth = solved(&text, mesh);
+    let rough = solved(&text.replace("friction = 0\n", "friction = 0.5\n"), mesh);
+    let [smooth, rough] = [smooth, rough].map(|body| column(&body, "plate_force_y")[1]);
+    // What sticks can't spread: the force grows.
+    assert!(
+        rough < 1.001 * smooth && rough > 1.2 * smooth,
+        "{rough} {smooth}"
+    );
+}
+
+const PRESSURES: &str = "values = [\"10 kPa\", \"20 kPa\", \"30 kPa\", \"40 kPa\", \"50 kPa\"]";
+
+#[test]
+fn a_trapped_gas_has_the_pressure_of_its_volume() {
+    let (text, mesh) = shipped("channel");
+    let wall = "wall = [\"wall\"]\n";
+    assert!(text.contains(wall) && text.contains(PRESSURES));
+    let sealed = text.replace(wall, "wall = [\"wall\"]\ntrapped_gas = \"101.325 kPa\"\n");
+    let sealed = solved(&sealed, mesh);
+    let volume = column(&sealed, "microchannel_volume");
+    let pressure = column(&sealed, "microchannel_pressure");
+    for (v, p) in volume.iter().zip(&pressure) {
+        let exact = 101325.0 * (volume[0] / v - 1.0);
+        // The tolerance of the iteration, of the greatest pressure.
+        assert!((p - exact).abs() < 1e-6 * 101325.0, "{p} {exact}");
+    }
+    let vented = column(&solved(text, mesh), "microchannel_volume");
+    assert!(volume[5] > 1.01 * vented[5], "{volume:?} {vented:?}");
+}
+
+#[test]
+fn a_volume_that_is_prescribed_finds_its_pressure() {
+    let (text, mesh) = shipped("channel");
+    let by_pressure = solved(text, mesh);
+    let volume = column(&by_pressure, "microchannel_volume")[3];
+    let given = format!(
+        "values = [\"{} mm3\"]\nprescribes = {{ volume = {{ of = \"microchannel\" }} }}",
+        1e9 * volume
+    );
+    let by_volume = solved(&text.replace(PRESSURES, &given), mesh);
+    let pressure = column(&by_volume, "pressure_found")[1];
+    assert!((pressure / 30e3 - 1.0).abs() < 1e-6, "{pressure}");
+    let shown = column(&by_volume, "pressure")[1];
+    assert!((shown / volume - 1.0).abs() < 1e-9, "{shown} {volume}");
+}
