@@ -69,6 +69,8 @@ fn main() -> ExitCode {
         Command::Check(check) => commands::check::run(check),
         Command::Predict(predict) => commands::predict::run(predict),
         Command::Sweep(sweep) => commands::sweep::run(sweep),
+        Command::Optimize(optimize) => commands::optimize::run(optimize),
+        Command::Tolerance(tolerance) => commands::tolerance::run(tolerance),
         Command::Calibrate(calibrate) => commands::calibrate::run(calibrate),
         Command::Twin(twin) => commands::twin::run(twin),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),

@@ -66,7 +66,7 @@ pub struct Study {
 }
 
 /// One variable.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Variable {
     /// Name.
     pub name: String,
@@ -83,7 +83,7 @@ pub struct Variable {
 }
 
 /// Values of a variable.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Values {
     /// Numbers between two ends, SI.
     Range {

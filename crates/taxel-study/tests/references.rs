@@ -1,0 +1,152 @@
+//! Answers against numbers of other implementations: `reference/design_*.csv`, whose headers
+//! say how they were made and how close to come.
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+use std::path::Path;
+
+use taxel::sensor::Sensor;
+use taxel::solutions::TablesOnly;
+use taxel_study::plans::sobol;
+use taxel_study::run::Runner;
+use taxel_study::study::{SensorText, Status, Study, header};
+
+/// Rows of a reference table, each field by the name of its column.
+fn reference(name: &str) -> Vec<Vec<(String, String)>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name);
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
+    let header: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    let row = |line: &str| {
+        let fields = line.split(',').map(str::to_owned);
+        header.iter().cloned().zip(fields).collect()
+    };
+    lines.map(row).collect()
+}
+
+fn number(row: &[(String, String)], name: &str) -> f64 {
+    let (_, field) = row.iter().find(|(key, _)| key == name).unwrap();
+    field.parse().unwrap()
+}
+
+fn study_of(text: &str) -> Study {
+    let header = header("study.toml", text).unwrap();
+    let sensor = SensorText {
+        name: &header.sensor,
+        text: Sensor::shipped_text(&header.sensor).unwrap(),
+    };
+    Study::parse("study.toml", text, &sensor, Box::new(|| Box::new(TablesOnly)))
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn shipped(name: &str) -> Study {
+    study_of(taxel_study::shipped_text(name).unwrap())
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64, relative: f64, what: &str) {
+    assert!(
+        (found / expected - 1.0).abs() <= relative,
+        "{what}: {found:e}, expected {expected:e}"
+    );
+}
+
+#[test]
+fn every_shipped_study_is_read() {
+    for name in taxel_study::shipped_names() {
+        assert!(!shipped(name).name.is_empty());
+    }
+}
+
+#[test]
+fn gap_and_thickness_of_p1_are_those_of_the_reference() {
+    let study = shipped("p1-resolution");
+    let rows = reference("design_p1_grid.csv");
+    let points: Vec<Vec<f64>> = rows
+        .iter()
+        .map(|row| vec![number(row, "gap_um") * 1e-6, number(row, "thickness_um") * 1e-6])
+        .collect();
+    let found = Runner::new(&study).rows(&points).unwrap();
+    let mut compared = 0;
+    for (row, found) in rows.iter().zip(found.into_iter().flatten()) {
+        let what = format!("gap {} thickness {}", number(row, "gap_um"), number(row, "thickness_um"));
+        assert_eq!(found.status, Status::Done, "{what}: {}", found.reason);
+        let answer = |index: usize| found.answers[index].number().unwrap();
+        // The slope is a difference over 2e-5 of compression: 1e-6 by the header.
+        near(answer(0), number(row, "resolution_mn") * 1e-3, 1e-6, &what);
+        near(answer(1), number(row, "range_n"), 1e-9, &what);
+        near(answer(2), number(row, "rest_capacitance_ff") * 1e-15, 1e-9, &what);
+        compared += 1;
+    }
+    assert_eq!(compared, rows.len());
+}
+
+#[test]
+fn information_of_p2_is_that_of_the_reference() {
+    for row in reference("design_p2_information.csv") {
+        let (side, distance) = (number(&row, "electrode_um"), number(&row, "centre_distance_um"));
+        let (fx, fy, fz) = (number(&row, "fx_mn"), number(&row, "fy_mn"), number(&row, "fz_mn"));
+        let (air, insulation) = (number(&row, "air_gap_um"), number(&row, "insulation_um"));
+        let stiffness = |torsion: f64| torsion / (700e-6 * distance * 1e-6);
+        let element = "element.three_axis_capacitor";
+        let mut text = format!(
+            "schema = 2\nname = \"information\"\nsensor = \"three-axis-8x8\"\n[set]\n\
+             \"{element}.plates.parallel_capacitance\" = \"0 fF\"\n\
+             \"{element}.plates.electrode\" = [\"{side} um\", \"{side} um\"]\n\
+             \"{element}.plates.air_gap\" = \"{air} um\"\n\"{element}.plates.insulation\" = \"{insulation} um\"\n\
+             \"{element}.suspension.centre_distance\" = \"{distance} um\"\n\
+             \"{element}.suspension.stiffness\" = [\"{} N/m\", \"{} N/m\", \"10.4 kN/m\"]\n\
+             \"{element}.outline.unit_side\" = \"1900 um\"\n\"{element}.outline.wall_width\" = \"10 um\"\n",
+            stiffness(4.7138e-3),
+            stiffness(5.096e-3)
+        );
+        for quantity in ["deviation_x", "deviation_y", "deviation_z", "a_criterion", "d_criterion"] {
+            text += &format!(
+                "[answers.{quantity}]\nof = \"estimate\"\nquantity = \"{quantity}\"\n\
+                 load = \"fx={fx} mN, fy={fy} mN, fz={fz} mN\"\nnoise = \"0.1 fF\"\n"
+            );
+        }
+        let found = study_of(&text).evaluate(&[]);
+        let what = format!("{side} {distance}");
+        assert_eq!(found.status, Status::Done, "{what}: {}", found.reason);
+        let answer = |index: usize| found.answers[index].number().unwrap();
+        for (index, name) in ["sigma_x_un", "sigma_y_un", "sigma_z_un"].into_iter().enumerate() {
+            near(answer(index), number(&row, name) * 1e-6, 1e-5, &what);
+        }
+        near(answer(3), number(&row, "a_criterion"), 1e-4, &what);
+        near(answer(4), number(&row, "d_criterion"), 1e-4, &what);
+    }
+}
+
+#[test]
+fn places_of_p3_against_the_pitch_are_those_of_the_reference() {
+    let rows = reference("design_p3_pitch.csv");
+    // The header says that a pitch of less than the side of an element is impossible.
+    for row in &rows {
+        let (depth, radius) = (number(row, "depth_mm"), number(row, "contact_radius_mm"));
+        let text = taxel_study::shipped_text("p3-pitch").unwrap();
+        let text = text.replace("radius=3.6 mm", &format!("radius={radius} mm")).replace(
+            "range = [\"2.6 mm\", \"5 mm\"]",
+            "range = [\"2.1 mm\", \"5 mm\"]",
+        );
+        let share = depth / 1.5;
+        let text = format!("{text}\n[set]\n\"element.piezoelectric.cover.share_above\" = {share}\n");
+        let found = study_of(&text).evaluate(&[number(row, "pitch_mm") * 1e-3]);
+        let what = format!("depth {depth} radius {radius} pitch {}", number(row, "pitch_mm"));
+        assert_eq!(found.status, Status::Done, "{what}: {}", found.reason);
+        let answer = |index: usize| found.answers[index].number().unwrap();
+        near(answer(0), number(row, "place_rms_mm") * 1e-3, 1e-5, &what);
+        near(answer(1), number(row, "place_worst_mm") * 1e-3, 1e-5, &what);
+    }
+}
+
+#[test]
+fn points_of_sobol_are_those_of_scipy() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/sobol_points.csv");
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(',').map(|field| field.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(sobol(rows[0].len(), rows.len(), None), rows);
+}
