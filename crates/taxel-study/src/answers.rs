@@ -71,7 +71,7 @@ struct Prediction {
     take: Take,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 struct Estimate {
     what: Estimated,
     load: String,
@@ -142,6 +142,8 @@ pub(crate) struct Context<'a> {
     facts: Option<Vec<Fact>>,
     predictor: Option<Box<dyn Predictor>>,
     drawn: Option<(&'a Sensor, AfterFile)>,
+    /// Numbers over a region with all that they follow from: rms and worst are asked together.
+    region: Option<(Estimate, Vec<Option<f64>>)>,
 }
 
 impl<'a> Context<'a> {
@@ -152,6 +154,7 @@ impl<'a> Context<'a> {
             facts: None,
             predictor: None,
             drawn,
+            region: None,
         }
     }
 
@@ -699,7 +702,7 @@ fn estimate_column(
 }
 
 impl Estimate {
-    fn evaluate(&self, context: &Context<'_>, accept: &[String]) -> Outcome {
+    fn evaluate(&self, context: &mut Context<'_>, accept: &[String]) -> Outcome {
         match self.what {
             Estimated::Range | Estimated::RangeEndedBy => self.range(context, accept),
             Estimated::Force(axis) => self.force(context, axis),
@@ -735,27 +738,20 @@ impl Estimate {
     }
 
     /// Over the middles of the cells of the rectangle of the elements.
-    fn region(&self, context: &Context<'_>) -> Outcome {
-        let Ok(array) = context.sensor.piezoelectric() else {
-            return Outcome::Outside(String::from("has no places"));
+    fn region(&self, context: &mut Context<'_>) -> Outcome {
+        // How the numbers are summed up changes none of them.
+        let question = Self {
+            take: Take::Rms,
+            ..self.clone()
         };
-        let loads = Loads::one(&self.load, array.information_loads());
-        let Ok(loads) = loads else {
-            return Outcome::Outside(format!("the load {} is refused", self.load));
-        };
-        let load = loads.load(0);
-        let (Some(force), Some(radius)) = (load.number(0), load.number(3)) else {
-            return Outcome::Outside(String::from("fz and radius of the contact are needed"));
-        };
-        let places = array.places();
-        let contacts = cells(&places, self.grid.unwrap_or(GRID), force);
-        let noise = self.options.noise.unwrap_or_else(|| array.element_deviation());
-        let farthest = farthest(&places, &contacts) + 2.0 * array.description.ceramic.side;
-        let tables = PlaceInformation::new(&array, radius, farthest, noise, self.options.radius);
-        let values: Option<Vec<f64>> = contacts
-            .iter()
-            .map(|contact| self.of(&tables.at(&places, contact)))
-            .collect();
+        if context.region.as_ref().is_none_or(|(known, _)| *known != question) {
+            match self.region_values(context.sensor) {
+                Ok(values) => context.region = Some((question, values)),
+                Err(why) => return Outcome::Outside(why),
+            }
+        }
+        let values = context.region.as_ref().map(|(_, values)| values.iter().copied());
+        let values: Option<Vec<f64>> = values.and_then(Iterator::collect);
         let Some(values) = values else {
             return no_information();
         };
@@ -765,6 +761,23 @@ impl Estimate {
             Take::Rms => (values.iter().map(|value| value * value).sum::<f64>() / count).sqrt(),
             _ => values.iter().copied().fold(0.0, f64::max),
         })
+    }
+
+    fn region_values(&self, sensor: &Sensor) -> Result<Vec<Option<f64>>, String> {
+        let array = sensor.piezoelectric().map_err(|error| error.to_string())?;
+        let loads = Loads::one(&self.load, array.information_loads());
+        let loads = loads.map_err(|error| error.message)?;
+        let load = loads.load(0);
+        let (Some(force), Some(radius)) = (load.number(0), load.number(3)) else {
+            return Err(String::from("fz and radius of the contact are needed"));
+        };
+        let places = array.places();
+        let contacts = cells(&places, self.grid.unwrap_or(GRID), force);
+        let noise = self.options.noise.unwrap_or_else(|| array.element_deviation());
+        let farthest = farthest(&places, &contacts) + array.description.ceramic.side;
+        let tables = PlaceInformation::new(&array, radius, farthest, noise, self.options.radius);
+        let value = |contact| self.of(&tables.at(&places, contact));
+        Ok(contacts.iter().map(value).collect())
     }
 
     /// The largest load along the direction of the load, at most the load itself, up to which

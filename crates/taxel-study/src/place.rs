@@ -189,7 +189,7 @@ pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError>
         return wrong("grid", String::from("a grid has 1 to 1000 cells each way"), "such as [25, 9]");
     }
     let contacts = cells(&candidates, cells_of, force);
-    let reach = farthest(&candidates, &contacts) + 2.0 * array.description.ceramic.side;
+    let reach = farthest(&candidates, &contacts) + array.description.ceramic.side;
     let tables = PlaceInformation::new(&array, radius, reach, noise, RadiusKnowledge::Known);
     let slopes: Vec<Vec<Slopes>> = contacts
         .par_iter()

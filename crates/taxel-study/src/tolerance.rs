@@ -467,7 +467,7 @@ mod tests {
         let exact = [[0.3139, 0.5576], [0.4424, 0.4424], [0.0, 0.2437]];
         let names = ["x", "y", "z"].map(str::to_owned);
         let (mut right, mut asked) = (0, 0);
-        for seed in 0..20 {
+        for seed in 0..8 {
             let mut random = seeded(seed);
             let mut table = || -> Vec<Vec<f64>> {
                 (0..1024).map(|_| (0..3).map(|_| draw(&mut random)).collect()).collect()
@@ -494,7 +494,7 @@ mod tests {
                 }
             }
         }
-        // Of 120 intervals of 95 % fewer than 100 hold with a chance of 1e-5.
-        assert!(right >= 100, "{right} of {asked}");
+        // Of 48 intervals of 95 % fewer than 38 hold with a chance of 1e-4.
+        assert!(right >= 38, "{right} of {asked}");
     }
 }

@@ -2,53 +2,15 @@
 //! say how they were made and how close to come.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+mod common;
+
 use std::path::Path;
 
-use taxel::sensor::Sensor;
-use taxel::solutions::TablesOnly;
 use taxel_study::plans::sobol;
 use taxel_study::run::Runner;
-use taxel_study::study::{SensorText, Status, Study, header};
+use taxel_study::study::Status;
 
-/// Rows of a reference table, each field by the name of its column.
-fn reference(name: &str) -> Vec<Vec<(String, String)>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name);
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
-    let header: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
-    let row = |line: &str| {
-        let fields = line.split(',').map(str::to_owned);
-        header.iter().cloned().zip(fields).collect()
-    };
-    lines.map(row).collect()
-}
-
-fn number(row: &[(String, String)], name: &str) -> f64 {
-    let (_, field) = row.iter().find(|(key, _)| key == name).unwrap();
-    field.parse().unwrap()
-}
-
-fn study_of(text: &str) -> Study {
-    let header = header("study.toml", text).unwrap();
-    let sensor = SensorText {
-        name: &header.sensor,
-        text: Sensor::shipped_text(&header.sensor).unwrap(),
-    };
-    Study::parse("study.toml", text, &sensor, Box::new(|| Box::new(TablesOnly)))
-        .unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn shipped(name: &str) -> Study {
-    study_of(taxel_study::shipped_text(name).unwrap())
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, relative: f64, what: &str) {
-    assert!(
-        (found / expected - 1.0).abs() <= relative,
-        "{what}: {found:e}, expected {expected:e}"
-    );
-}
+use common::{near, number, reference, shipped, study_of};
 
 #[test]
 fn every_shipped_study_is_read() {
@@ -119,9 +81,20 @@ fn information_of_p2_is_that_of_the_reference() {
 
 #[test]
 fn places_of_p3_against_the_pitch_are_those_of_the_reference() {
+    // Every seventh row: each depth and radius.
+    pitches(7);
+}
+
+#[test]
+#[ignore = "a minute: cargo test -p taxel-study --test references -- --ignored"]
+fn all_places_of_p3_against_the_pitch_are_those_of_the_reference() {
+    pitches(1);
+}
+
+fn pitches(every: usize) {
     let rows = reference("design_p3_pitch.csv");
     // The header says that a pitch of less than the side of an element is impossible.
-    for row in &rows {
+    for row in rows.iter().step_by(every) {
         let (depth, radius) = (number(row, "depth_mm"), number(row, "contact_radius_mm"));
         let text = taxel_study::shipped_text("p3-pitch").unwrap();
         let text = text.replace("radius=3.6 mm", &format!("radius={radius} mm")).replace(
