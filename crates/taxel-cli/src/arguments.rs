@@ -58,7 +58,7 @@ pub(crate) enum Command {
     Device(Device),
     /// Serial ports that are plugged in, who may open them, and which board fits
     Devices(Devices),
-    /// Print the JSON schema of the sensor file or of the stimulus script, or
+    /// Print the JSON schema of the sensor file, the study file or the stimulus script, or
     /// the reference of the sensor file
     Schema(Schema),
 }
@@ -830,6 +830,8 @@ pub(crate) enum SchemaOf {
     Reference,
     /// Stimulus script
     Stimulus,
+    /// Study file
+    Study,
     /// Board file
     Board,
     /// Board file, as a page for people (Markdown)

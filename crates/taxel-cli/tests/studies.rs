@@ -54,7 +54,11 @@ fn blocks(store: &str) -> Vec<PathBuf> {
     for inner in fs::read_dir(store).unwrap() {
         let inner = inner.unwrap().path();
         if inner.is_dir() {
-            found.extend(fs::read_dir(inner).unwrap().map(|entry| entry.unwrap().path()));
+            found.extend(
+                fs::read_dir(inner)
+                    .unwrap()
+                    .map(|entry| entry.unwrap().path()),
+            );
         }
     }
     found.retain(|path| path.extension().is_some_and(|ending| ending == "json"));
@@ -70,19 +74,40 @@ fn parts_in_any_order_merge_to_the_bytes_of_one_machine() {
     // A third of the designs is refused: the deviation of the gap stays that of 50 um.
     assert!(whole.contains("refused") && whole.lines().count() == 289);
     for part in [3, 0, 6, 1, 5, 1] {
-        done(&["sweep", &study, "--store", &store, "--shard", &format!("{part}/7")]);
+        done(&[
+            "sweep",
+            &study,
+            "--store",
+            &store,
+            "--shard",
+            &format!("{part}/7"),
+        ]);
     }
     let status = taxel(&["sweep", &study, "--store", &store, "--status"]);
     assert_eq!(status.status.code(), Some(3));
-    assert!(!String::from_utf8(status.stdout).unwrap().contains("missing 0\n"));
+    assert!(
+        !String::from_utf8(status.stdout)
+            .unwrap()
+            .contains("missing 0\n")
+    );
     let merged = taxel(&["sweep", &study, "--store", &store, "--merge"]);
     assert_eq!(merged.status.code(), Some(3));
     assert!(merged.stdout.len() < whole.len());
     for part in [2, 4] {
-        done(&["sweep", &study, "--store", &store, "--shard", &format!("{part}/7")]);
+        done(&[
+            "sweep",
+            &study,
+            "--store",
+            &store,
+            "--shard",
+            &format!("{part}/7"),
+        ]);
     }
     assert!(done(&["sweep", &study, "--store", &store, "--status"]).contains("missing 0\n"));
-    assert_eq!(done(&["sweep", &study, "--store", &store, "--merge"]), whole);
+    assert_eq!(
+        done(&["sweep", &study, "--store", &store, "--merge"]),
+        whole
+    );
     // A finer grid that shares designs finds them: nothing of the old ones is computed.
     let before = blocks(&store).len();
     done(&["sweep", &study, "--store", &store]);
@@ -103,7 +128,11 @@ fn damaged_blocks_are_computed_again() {
     fs::write(&blocks[1], &bytes[..bytes.len() / 3]).unwrap();
     let again = taxel(&["sweep", &study, "--store", &store]);
     assert_eq!(again.status.code(), Some(0));
-    assert!(String::from_utf8(again.stderr).unwrap().contains("2 damaged blocks"));
+    assert!(
+        String::from_utf8(again.stderr)
+            .unwrap()
+            .contains("2 damaged blocks")
+    );
     assert_eq!(String::from_utf8(again.stdout).unwrap(), whole);
 }
 
@@ -128,7 +157,9 @@ fn killed(times: u64) {
     let whole = done(&["sweep", &study]);
     let mut state = 7u64;
     for round in 0..times {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
         let wait = Duration::from_millis((state >> 33) % 150);
         let signal = if round % 2 == 0 { "-KILL" } else { "-TERM" };
         let code = ended(&study, &store, signal, wait);
@@ -136,7 +167,10 @@ fn killed(times: u64) {
         assert!(matches!(code, None | Some(0 | 3)), "{code:?}");
     }
     assert_eq!(done(&["sweep", &study, "--store", &store]), whole);
-    assert_eq!(done(&["sweep", &study, "--store", &store, "--merge"]), whole);
+    assert_eq!(
+        done(&["sweep", &study, "--store", &store, "--merge"]),
+        whole
+    );
 }
 
 #[test]
@@ -172,8 +206,19 @@ fn an_optimiser_goes_on_by_replay() {
 }
 
 /// Output of a part whose number comes from the environment.
-fn with(variables: &[(&str, &str)], study: &str, store: &str, more: &[&str]) -> (Option<i32>, String) {
-    let names = ["SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", "JOB_COMPLETION_INDEX", "PBS_ARRAY_INDEX"];
+fn with(
+    variables: &[(&str, &str)],
+    study: &str,
+    store: &str,
+    more: &[&str],
+) -> (Option<i32>, String) {
+    let names = [
+        "SLURM_ARRAY_TASK_ID",
+        "SLURM_ARRAY_TASK_COUNT",
+        "SLURM_ARRAY_TASK_MIN",
+        "JOB_COMPLETION_INDEX",
+        "PBS_ARRAY_INDEX",
+    ];
     let mut command = Command::new(env!("CARGO_BIN_EXE_taxel"));
     for name in names {
         command.env_remove(name);
@@ -183,7 +228,10 @@ fn with(variables: &[(&str, &str)], study: &str, store: &str, more: &[&str]) -> 
         .envs(variables.iter().copied())
         .output()
         .unwrap();
-    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    (
+        output.status.code(),
+        String::from_utf8(output.stderr).unwrap(),
+    )
 }
 
 #[test]
@@ -194,19 +242,49 @@ fn array_jobs_say_their_part() {
     let slurm = folder.path("slurm");
     for task in 1..=3 {
         let task = task.to_string();
-        let variables = [("SLURM_ARRAY_TASK_ID", task.as_str()), ("SLURM_ARRAY_TASK_COUNT", "3"), ("SLURM_ARRAY_TASK_MIN", "1")];
+        let variables = [
+            ("SLURM_ARRAY_TASK_ID", task.as_str()),
+            ("SLURM_ARRAY_TASK_COUNT", "3"),
+            ("SLURM_ARRAY_TASK_MIN", "1"),
+        ];
         assert_eq!(with(&variables, &study, &slurm, &[]).0, Some(0));
     }
-    assert_eq!(done(&["sweep", &study, "--store", &slurm, "--merge"]), whole);
+    assert_eq!(
+        done(&["sweep", &study, "--store", &slurm, "--merge"]),
+        whole
+    );
     let kubernetes = folder.path("kubernetes");
     for index in ["0", "1"] {
-        assert_eq!(with(&[("JOB_COMPLETION_INDEX", index)], &study, &kubernetes, &["--shards", "2"]).0, Some(0));
+        assert_eq!(
+            with(
+                &[("JOB_COMPLETION_INDEX", index)],
+                &study,
+                &kubernetes,
+                &["--shards", "2"]
+            )
+            .0,
+            Some(0)
+        );
     }
-    assert_eq!(done(&["sweep", &study, "--store", &kubernetes, "--merge"]), whole);
+    assert_eq!(
+        done(&["sweep", &study, "--store", &kubernetes, "--merge"]),
+        whole
+    );
     let (code, message) = with(&[], &study, &folder.path("none"), &[]);
-    assert!(code == Some(2) && message.contains("no array job"), "{message}");
-    let (code, message) = with(&[("PBS_ARRAY_INDEX", "1")], &study, &folder.path("none"), &[]);
-    assert!(code == Some(2) && message.contains("--shards N"), "{message}");
+    assert!(
+        code == Some(2) && message.contains("no array job"),
+        "{message}"
+    );
+    let (code, message) = with(
+        &[("PBS_ARRAY_INDEX", "1")],
+        &study,
+        &folder.path("none"),
+        &[],
+    );
+    assert!(
+        code == Some(2) && message.contains("--shards N"),
+        "{message}"
+    );
     assert!(!Path::new(&folder.path("none")).join("ab").exists());
 }
 
@@ -222,7 +300,10 @@ fn the_script_for_one_machine_runs_and_merges() {
         .status()
         .unwrap();
     assert!(status.success());
-    assert_eq!(fs::read_to_string(output).unwrap(), done(&["sweep", &study]));
+    assert_eq!(
+        fs::read_to_string(output).unwrap(),
+        done(&["sweep", &study])
+    );
 }
 
 #[test]
@@ -231,15 +312,30 @@ fn mistakes_are_told_with_exit_code_2_and_nothing_is_written() {
     let study = study(&folder);
     let csv = folder.path("out.csv");
     for (from, to, part) in [
-        ("thickness - 200 um", "thickness - 200 kPa", "this is a stress; a length is needed here"),
+        (
+            "thickness - 200 um",
+            "thickness - 200 kPa",
+            "this is a stress; a length is needed here",
+        ),
         ("electrodes.gap\"", "electrodes.gip\"", "unknown field"),
-        ("minimise = [\"resolution\"]", "minimise = [\"rang\"]", "\"rang\" is no name here"),
-        ("sensor = \"in-plane-50um\"", "sensor = \"nowhere\"", "shipped sensor"),
+        (
+            "minimise = [\"resolution\"]",
+            "minimise = [\"rang\"]",
+            "\"rang\" is no name here",
+        ),
+        (
+            "sensor = \"in-plane-50um\"",
+            "sensor = \"nowhere\"",
+            "shipped sensor",
+        ),
     ] {
         fs::write(&study, STUDY.replacen(from, to, 1)).unwrap();
         for command in ["sweep", "optimize"] {
             let message = refused(&[command, &study, "-o", &csv]);
-            assert!(message.contains(part) && !Path::new(&csv).exists(), "{message}");
+            assert!(
+                message.contains(part) && !Path::new(&csv).exists(),
+                "{message}"
+            );
         }
     }
     fs::write(&study, STUDY).unwrap();
@@ -248,7 +344,11 @@ fn mistakes_are_told_with_exit_code_2_and_nothing_is_written() {
     assert!(refused(&["sweep", "no-such"]).contains("p1-resolution"));
     assert!(refused(&["sweep", &study, "--store", &csv, "--shard", "7/7"]).contains("not below 7"));
     fs::write(folder.path("mine.txt"), "mine").unwrap();
-    let occupied = Path::new(&csv).parent().unwrap().to_string_lossy().into_owned();
+    let occupied = Path::new(&csv)
+        .parent()
+        .unwrap()
+        .to_string_lossy()
+        .into_owned();
     assert!(refused(&["sweep", &study, "--store", &occupied]).contains("no store"));
 }
 
@@ -258,9 +358,15 @@ fn figures_and_the_best_sensor_file_are_written() {
     let study = study(&folder);
     let text = format!("{STUDY}[optimize]\nevaluations = 200\npopulation = 20\n");
     fs::write(&study, text).unwrap();
-    let (svg, html, best) = (folder.path("a.svg"), folder.path("a.html"), folder.path("best.toml"));
+    let (svg, html, best) = (
+        folder.path("a.svg"),
+        folder.path("a.html"),
+        folder.path("best.toml"),
+    );
     done(&["sweep", &study, "--plot", &svg]);
-    let output = taxel(&["optimize", &study, "--plot", &html, "--best", &best, "--format", "json", "--check", "50"]);
+    let output = taxel(&[
+        "optimize", &study, "--plot", &html, "--best", &best, "--format", "json", "--check", "50",
+    ]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(fs::read_to_string(&svg).unwrap().starts_with("<svg"));
     assert!(fs::read_to_string(&html).unwrap().contains("<pre>"));
@@ -272,5 +378,8 @@ fn figures_and_the_best_sensor_file_are_written() {
     assert_eq!(predicted["rows"][0]["force_z_n"], row["range_n"]);
     assert!(json["study_hash"].as_str().unwrap().len() == 64);
     let notes = String::from_utf8(output.stderr).unwrap();
-    assert!(notes.contains("gap is at its") && notes.contains("random designs"), "{notes}");
+    assert!(
+        notes.contains("gap is at its") && notes.contains("random designs"),
+        "{notes}"
+    );
 }

@@ -120,7 +120,11 @@ pub(crate) struct Wrong {
     pub(crate) help: String,
 }
 
-fn wrong<T>(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Result<T, Wrong> {
+fn wrong<T>(
+    key: &'static str,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Result<T, Wrong> {
     Err(Wrong {
         key,
         message: message.into(),
@@ -259,7 +263,11 @@ fn unused(written: &AnswerFile, keys: &[(&'static str, bool)]) -> Result<(), Wro
         None => Ok(()),
         Some((key, _)) => {
             let of = format!("{:?}", written.of).to_lowercase();
-            wrong(key, format!("an answer of {of} does not use {key}"), "leave it out")
+            wrong(
+                key,
+                format!("an answer of {of} does not use {key}"),
+                "leave it out",
+            )
         }
     }
 }
@@ -283,7 +291,10 @@ fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Col
         let names: Vec<&str> = facts.iter().map(|fact| fact.name.as_str()).collect();
         return wrong(
             "quantity",
-            format!("taxel check prints no \"{}\" of this sensor", written.quantity),
+            format!(
+                "taxel check prints no \"{}\" of this sensor",
+                written.quantity
+            ),
             format!("it prints: {}", names.join(", ")),
         );
     };
@@ -291,15 +302,15 @@ fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Col
         summary::Value::Number {
             key, unit, scale, ..
         } => (Column::new(name, unit, *scale, key, 4), false),
-        summary::Value::Text(text) => (Column::new(name, "", 1.0, "", 4), text.parse::<f64>().is_err()),
+        summary::Value::Text(text) => (
+            Column::new(name, "", 1.0, "", 4),
+            text.parse::<f64>().is_err(),
+        ),
     };
     Ok((Kind::Check(written.quantity.clone()), column, word))
 }
 
-fn predictor_of(
-    device: &dyn Device,
-    mechanics: Mechanics,
-) -> Result<Box<dyn Predictor>, String> {
+fn predictor_of(device: &dyn Device, mechanics: Mechanics) -> Result<Box<dyn Predictor>, String> {
     match mechanics {
         Mechanics::ClosedForm => device
             .predictor()
@@ -338,11 +349,17 @@ fn prediction(
         help: String::from("ask of = \"check\""),
     })?;
     let columns = predictor.columns();
-    let Some(column) = columns.iter().find(|column| column.name == written.quantity) else {
+    let Some(column) = columns
+        .iter()
+        .find(|column| column.name == written.quantity)
+    else {
         let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
         return wrong(
             "quantity",
-            format!("taxel predict has no column \"{}\" for this sensor", written.quantity),
+            format!(
+                "taxel predict has no column \"{}\" for this sensor",
+                written.quantity
+            ),
             format!("its columns are: {}", names.join(", ")),
         );
     };
@@ -351,15 +368,27 @@ fn prediction(
         (None, Some(over)) => {
             let take = written.take.unwrap_or(Take::Last);
             if !matches!(take, Take::Last | Take::Greatest | Take::Least) {
-                return wrong("take", "a way of loads has no region", "use last, greatest or least");
+                return wrong(
+                    "take",
+                    "a way of loads has no region",
+                    "use last, greatest or least",
+                );
             }
             (way(over)?, take)
         }
         _ => {
-            return wrong("load", "one of load and over is needed", "such as load = \"fz=5 N\"");
+            return wrong(
+                "load",
+                "one of load and over is needed",
+                "such as load = \"fz=5 N\"",
+            );
         }
     };
-    let key = if written.over.is_some() { "over" } else { "load" };
+    let key = if written.over.is_some() {
+        "over"
+    } else {
+        "load"
+    };
     let mut last = None;
     for load in &loads {
         let read = Loads::one(load, predictor.load_columns());
@@ -414,19 +443,26 @@ fn way(over: &str) -> Result<Vec<String>, Wrong> {
         return wrong("over", format!("\"{over}\" has no two ends"), help);
     };
     let last = last.trim();
-    let unit = last.trim_start_matches(|c: char| {
-        c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ' ')
-    });
+    let unit =
+        last.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ' '));
     let number = |text: &str| text.trim().trim_end_matches(unit).trim().parse::<f64>();
     let (Ok(low), Ok(high)) = (number(first), number(last)) else {
-        return wrong("over", format!("the ends of \"{over}\" are no numbers"), help);
+        return wrong(
+            "over",
+            format!("the ends of \"{over}\" are no numbers"),
+            help,
+        );
     };
     if !(low < high) {
         return wrong("over", format!("the way \"{over}\" is empty"), help);
     }
     let at = |step: usize| low + (high - low) * step as f64 / WAY as f64;
     Ok((0..=WAY)
-        .map(|step| format!("{}={} {unit}", name.trim(), at(step)).trim_end().to_owned())
+        .map(|step| {
+            format!("{}={} {unit}", name.trim(), at(step))
+                .trim_end()
+                .to_owned()
+        })
         .collect())
 }
 
@@ -463,7 +499,8 @@ impl Prediction {
             {
                 return Outcome::Ended(why);
             }
-            let value = match answer_of(predictor.as_ref(), &columns, &read, &self.quantity, accept) {
+            let value = match answer_of(predictor.as_ref(), &columns, &read, &self.quantity, accept)
+            {
                 Outcome::Number(value) => value,
                 other => {
                     return if word || !matches!(other, Outcome::Word(_)) {
@@ -550,7 +587,9 @@ fn estimate(
             ("pressure", written.pressure.is_some()),
         ],
     )?;
-    let found = ESTIMATED.iter().find(|(known, _)| *known == written.quantity);
+    let found = ESTIMATED
+        .iter()
+        .find(|(known, _)| *known == written.quantity);
     let Some((_, what)) = found else {
         let names = ESTIMATED.map(|(known, _)| known).join(", ");
         return wrong(
@@ -571,10 +610,18 @@ fn estimate(
         _ => device.information_loads(),
     };
     if load_columns.is_empty() {
-        return wrong("of", "no information is computed for this kind of device", "ask of = \"check\"");
+        return wrong(
+            "of",
+            "no information is computed for this kind of device",
+            "ask of = \"check\"",
+        );
     }
     let Some(load) = &written.load else {
-        return wrong("load", "an estimate needs a load", "such as load = \"fz=5 N\"");
+        return wrong(
+            "load",
+            "an estimate needs a load",
+            "such as load = \"fz=5 N\"",
+        );
     };
     let loads = Loads::one(load, load_columns).map_err(|error| of_load("load", &error))?;
     let noise = match &written.noise {
@@ -583,7 +630,9 @@ fn estimate(
             let noise = device.information_noise().parse(text);
             let noise = noise.and_then(|noise| {
                 let positive = noise > 0.0;
-                positive.then_some(noise).ok_or_else(|| format!("\"{text}\" is not above zero"))
+                positive
+                    .then_some(noise)
+                    .ok_or_else(|| format!("\"{text}\" is not above zero"))
             });
             Some(noise.map_err(|message| Wrong {
                 key: "noise",
@@ -601,15 +650,27 @@ fn estimate(
         .then(|| written.grid.unwrap_or(GRID));
     if let Some([across, along]) = grid {
         if sensor.piezoelectric().is_err() {
-            return wrong("grid", "only places on a piezoelectric array have a region", "leave grid out");
+            return wrong(
+                "grid",
+                "only places on a piezoelectric array have a region",
+                "leave grid out",
+            );
         }
         if !(1..=1000).contains(&across) || !(1..=1000).contains(&along) {
-            return wrong("grid", "a grid has 1 to 1000 cells each way", "such as grid = [25, 9]");
+            return wrong(
+                "grid",
+                "a grid has 1 to 1000 cells each way",
+                "such as grid = [25, 9]",
+            );
         }
     }
     let take = written.take.unwrap_or(Take::Rms);
     if grid.is_some() && !matches!(take, Take::Mean | Take::Rms | Take::Worst) {
-        return wrong("take", "a region has a mean, an rms and a worst", "use mean, rms or worst");
+        return wrong(
+            "take",
+            "a region has a mean, an rms and a worst",
+            "use mean, rms or worst",
+        );
     }
     let column = estimate_column(name, *what, device.as_ref(), &loads, load_columns, written)?;
     let estimate = Estimate {
@@ -630,7 +691,11 @@ fn radius(written: Option<&RadiusFile>) -> Result<RadiusKnowledge, Wrong> {
         Some(RadiusFile::Word(word)) => match word.as_str() {
             "known" => Ok(RadiusKnowledge::Known),
             "unknown" => Ok(RadiusKnowledge::Unknown),
-            _ => wrong("radius", format!("\"{word}\" says nothing of a radius"), help),
+            _ => wrong(
+                "radius",
+                format!("\"{word}\" says nothing of a radius"),
+                help,
+            ),
         },
         Some(RadiusFile::Range(ends)) => {
             let [low, high] = ends.each_ref().map(|end| quantity::LENGTH.parse(end));
@@ -744,13 +809,20 @@ impl Estimate {
             take: Take::Rms,
             ..self.clone()
         };
-        if context.region.as_ref().is_none_or(|(known, _)| *known != question) {
+        if context
+            .region
+            .as_ref()
+            .is_none_or(|(known, _)| *known != question)
+        {
             match self.region_values(context.sensor) {
                 Ok(values) => context.region = Some((question, values)),
                 Err(why) => return Outcome::Outside(why),
             }
         }
-        let values = context.region.as_ref().map(|(_, values)| values.iter().copied());
+        let values = context
+            .region
+            .as_ref()
+            .map(|(_, values)| values.iter().copied());
         let values: Option<Vec<f64>> = values.and_then(Iterator::collect);
         let Some(values) = values else {
             return no_information();
@@ -773,7 +845,10 @@ impl Estimate {
         };
         let places = array.places();
         let contacts = cells(&places, self.grid.unwrap_or(GRID), force);
-        let noise = self.options.noise.unwrap_or_else(|| array.element_deviation());
+        let noise = self
+            .options
+            .noise
+            .unwrap_or_else(|| array.element_deviation());
         let farthest = farthest(&places, &contacts) + array.description.ceramic.side;
         let tables = PlaceInformation::new(&array, radius, farthest, noise, self.options.radius);
         let value = |contact| self.of(&tables.at(&places, contact));
@@ -848,7 +923,9 @@ impl Estimate {
     /// on it: the readings of the made device through the model of the drawing, of the drawing
     /// with the rest values of the device, or of the device itself.
     fn force(&self, context: &Context<'_>, axis: usize) -> Outcome {
-        let (drawn, after) = context.drawn.unwrap_or((context.sensor, AfterFile::AsDrawn));
+        let (drawn, after) = context
+            .drawn
+            .unwrap_or((context.sensor, AfterFile::AsDrawn));
         if let (Ok(made), Ok(drawn)) = (context.sensor.three_axis(), drawn.three_axis()) {
             let Ok(loads) = Loads::one(&self.load, made.information_loads()) else {
                 return Outcome::Outside(format!("the load {} is refused", self.load));
@@ -870,7 +947,13 @@ impl Estimate {
             };
             let noise = self.options.noise.unwrap_or_else(|| made.board.deviation());
             let options = SearchOptions::default();
-            let found = estimate_unit(&model, response.capacitance(), [noise; 4], [true; 4], &options);
+            let found = estimate_unit(
+                &model,
+                response.capacitance(),
+                [noise; 4],
+                [true; 4],
+                &options,
+            );
             return match found.outcome {
                 SearchOutcome::Converged => finite(found.force[axis]),
                 _ => Outcome::Outside(String::from("the estimate does not converge")),
@@ -898,7 +981,9 @@ impl Estimate {
             let outside = || Outcome::Outside(String::from("no force belongs to the reading"));
             return read().map_or_else(outside, finite);
         }
-        Outcome::Outside(String::from("no estimate of a made device for this element"))
+        Outcome::Outside(String::from(
+            "no estimate of a made device for this element",
+        ))
     }
 }
 
@@ -947,7 +1032,11 @@ const SECTION: [(&str, &str, f64, &str); 5] = [
     ("greatest_stress", "kPa", 1e3, "pa"),
 ];
 
-fn section(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Column, bool), Wrong> {
+fn section(
+    name: &str,
+    written: &AnswerFile,
+    sensor: &Sensor,
+) -> Result<(Kind, Column, bool), Wrong> {
     unused(
         written,
         &[
@@ -961,9 +1050,15 @@ fn section(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, C
         ],
     )?;
     if sensor.microchannels().is_err() {
-        return wrong("of", "channel_section needs a sensor with microchannels", "name such as liquid-metal-2x4");
+        return wrong(
+            "of",
+            "channel_section needs a sensor with microchannels",
+            "name such as liquid-metal-2x4",
+        );
     }
-    let found = SECTION.iter().find(|(known, ..)| *known == written.quantity);
+    let found = SECTION
+        .iter()
+        .find(|(known, ..)| *known == written.quantity);
     let Some((_, unit, scale, si)) = found else {
         let names = SECTION.map(|(known, ..)| known).join(", ");
         return wrong(
@@ -974,11 +1069,19 @@ fn section(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, C
     };
     let stated = |key: &'static str, text: Option<&String>, dimension: &Dimension| {
         let Some(text) = text else {
-            return wrong(key, format!("channel_section needs {key}"), format!("write {} with its unit", dimension.name));
+            return wrong(
+                key,
+                format!("channel_section needs {key}"),
+                format!("write {} with its unit", dimension.name),
+            );
         };
         match dimension.parse(text) {
             Ok(value) if value > 0.0 => Ok(value),
-            Ok(_) => wrong(key, format!("\"{text}\" is not above zero"), "give more than zero"),
+            Ok(_) => wrong(
+                key,
+                format!("\"{text}\" is not above zero"),
+                "give more than zero",
+            ),
             Err(message) => wrong(key, message, ""),
         }
     };
@@ -1000,7 +1103,11 @@ fn section(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, C
         },
     };
     let column = Column::new(name, unit, *scale, si, 5);
-    Ok((Kind::Section(written.quantity.clone(), sections), column, false))
+    Ok((
+        Kind::Section(written.quantity.clone(), sections),
+        column,
+        false,
+    ))
 }
 
 /// The section of the upper layer under the pressure.
@@ -1017,7 +1124,9 @@ fn section_answer(
     let cover = element.rows.roof.min(element.columns.roof);
     let height = element.section.height;
     if height + cover >= sections.thickness {
-        return Outcome::Outside(String::from("the sheet is thinner than microchannel and cover"));
+        return Outcome::Outside(String::from(
+            "the sheet is thinner than microchannel and cover",
+        ));
     }
     let one = |value: f64| design::Lengths {
         from: value,

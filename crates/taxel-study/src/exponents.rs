@@ -100,15 +100,12 @@ impl Exponents {
 /// The dimension and SI value of a text such as `"20 um"`; none for other text.
 pub(crate) fn quantity_of(text: &str) -> Option<(&'static Dimension, &'static str, f64)> {
     let trimmed = text.trim();
-    let symbol = trimmed.trim_start_matches(|c: char| {
-        c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ' ')
-    });
+    let symbol = trimmed
+        .trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ' '));
     // An exponent belongs to the number.
     let symbol = match symbol.strip_prefix(['e', 'E']) {
         Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+') => {
-            rest.trim_start_matches(|c: char| {
-                c.is_ascii_digit() || matches!(c, '+' | '-' | ' ')
-            })
+            rest.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | ' '))
         }
         _ => symbol,
     };

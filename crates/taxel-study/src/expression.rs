@@ -134,7 +134,11 @@ pub fn comparison(text: &str, names: Names<'_>) -> Result<Comparison, Mistake> {
         node: right,
         exponents: of_right,
     };
-    let (less, greater) = if at_most { (left, right) } else { (right, left) };
+    let (less, greater) = if at_most {
+        (left, right)
+    } else {
+        (right, left)
+    };
     Ok(Comparison { less, greater })
 }
 
@@ -206,8 +210,7 @@ impl Node {
                 let b = arguments.get(1).map_or(0.0, |b| b.value(values));
                 match function {
                     // What is not a number stays so.
-                    Function::Min if a.is_nan() || b.is_nan() => f64::NAN,
-                    Function::Max if a.is_nan() || b.is_nan() => f64::NAN,
+                    Function::Min | Function::Max if a.is_nan() || b.is_nan() => f64::NAN,
                     Function::Min => a.min(b),
                     Function::Max => a.max(b),
                     Function::Sqrt => a.sqrt(),
@@ -242,12 +245,17 @@ enum Token {
 /// The longest unit at the start of `text`.
 fn unit_at(text: &str) -> Option<(&'static quantity::Dimension, &'static str)> {
     let longest = quantity::dimensions()
-        .flat_map(|dimension| dimension.units.iter().map(move |(unit, _)| (dimension, *unit)))
+        .flat_map(|dimension| {
+            dimension
+                .units
+                .iter()
+                .map(move |(unit, _)| (dimension, *unit))
+        })
         .filter(|(_, unit)| {
             let plain = text.replace(['µ', 'μ'], "u");
-            plain.strip_prefix(*unit).is_some_and(|rest| {
-                !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_')
-            })
+            plain
+                .strip_prefix(*unit)
+                .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
         })
         .max_by_key(|(_, unit)| unit.len());
     longest
@@ -298,9 +306,8 @@ fn number(text: &str, at: usize) -> Result<(Token, usize), Mistake> {
                     || (matches!(next, b'+' | b'-')
                         && bytes.get(end + 2).is_some_and(u8::is_ascii_digit))
             });
-        let sign = matches!(bytes[end], b'+' | b'-')
-            && end > 0
-            && matches!(bytes[end - 1], b'e' | b'E');
+        let sign =
+            matches!(bytes[end], b'+' | b'-') && end > 0 && matches!(bytes[end - 1], b'e' | b'E');
         if !(bytes[end].is_ascii_digit() || bytes[end] == b'.' || exponent || sign) {
             break;
         }
@@ -444,11 +451,7 @@ impl<'a> Reader<'a> {
             }
             let (node, exponents, span) = self.signed()?;
             self.depth -= 1;
-            return Ok((
-                Node::Negative(Box::new(node)),
-                exponents,
-                start..span.end,
-            ));
+            return Ok((Node::Negative(Box::new(node)), exponents, start..span.end));
         }
         self.power()
     }
@@ -536,7 +539,9 @@ impl<'a> Reader<'a> {
         let exponents = first.1;
         if *count == 2 {
             if !self.takes(',') {
-                return Err(self.mistake("a second value is needed here", "write such as min(a, b)"));
+                return Err(
+                    self.mistake("a second value is needed here", "write such as min(a, b)")
+                );
             }
             let second = self.sum()?;
             if second.1 != exponents {
@@ -603,7 +608,11 @@ mod tests {
             ("ln(exp(share))", 0.5),
             ("abs(-3)", 3.0),
         ] {
-            assert!((value(text) - expected).abs() < 1e-12, "{text}: {}", value(text));
+            assert!(
+                (value(text) - expected).abs() < 1e-12,
+                "{text}: {}",
+                value(text)
+            );
         }
     }
 

@@ -86,11 +86,17 @@ impl Axis {
         let rough = (self.high - self.low) / 5.0;
         let power = 10f64.powf(rough.log10().floor());
         let steps = [1.0, 2.0, 2.5, 5.0, 10.0];
-        let step = steps.into_iter().find(|step| step * power >= rough).unwrap_or(10.0) * power;
+        let step = steps
+            .into_iter()
+            .find(|step| step * power >= rough)
+            .unwrap_or(10.0)
+            * power;
         let first = (self.low / step).ceil() as i64;
         let last = (self.high / step).floor() as i64;
         // At most a dozen, whatever rounding makes of the ends.
-        (first..=last.min(first + 12)).map(|tick| tick as f64 * step).collect()
+        (first..=last.min(first + 12))
+            .map(|tick| tick as f64 * step)
+            .collect()
     }
 }
 
@@ -126,17 +132,31 @@ fn frame(svg: &mut Svg, corner: [f64; 2], size: [f64; 2], x: &Axis, y: &Axis) {
     for tick in x.ticks() {
         let at = corner[0] + size[0] * x.share(tick);
         svg.line("grid", [at, corner[1]], [at, corner[1] + size[1]]);
-        svg.text("tick", [at, corner[1] + size[1] + 15.0], Anchor::Middle, &short(tick));
+        svg.text(
+            "tick",
+            [at, corner[1] + size[1] + 15.0],
+            Anchor::Middle,
+            &short(tick),
+        );
     }
     for tick in y.ticks() {
         let at = corner[1] + size[1] * (1.0 - y.share(tick));
         svg.line("grid", [corner[0], at], [corner[0] + size[0], at]);
-        svg.text("tick", [corner[0] - 6.0, at + 4.0], Anchor::End, &short(tick));
+        svg.text(
+            "tick",
+            [corner[0] - 6.0, at + 4.0],
+            Anchor::End,
+            &short(tick),
+        );
     }
     svg.rectangle("frame", corner, size);
     let below = [corner[0] + size[0] / 2.0, corner[1] + size[1] + 34.0];
     svg.text("label", below, Anchor::Middle, &x.label);
-    svg.upward_text("label", [corner[0] - 52.0, corner[1] + size[1] / 2.0], &y.label);
+    svg.upward_text(
+        "label",
+        [corner[0] - 52.0, corner[1] + size[1] / 2.0],
+        &y.label,
+    );
 }
 
 fn at(corner: [f64; 2], size: [f64; 2], x: &Axis, y: &Axis, [a, b]: [f64; 2]) -> [f64; 2] {
@@ -156,7 +176,11 @@ fn colour(share: f64) -> String {
         [122.0, 209.0, 81.0],
         [253.0, 231.0, 37.0],
     ];
-    let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+    let share = if share.is_finite() {
+        share.clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     let place = share * 5.0;
     let below = (place as usize).min(4);
     let part = place - below as f64;
@@ -172,14 +196,24 @@ struct Shown<'a> {
 }
 
 fn variables(study: &Study) -> Vec<Shown<'_>> {
-    let varied = study.variables.iter().enumerate().filter(|(_, one)| one.values.varies());
+    let varied = study
+        .variables
+        .iter()
+        .enumerate()
+        .filter(|(_, one)| one.values.varies());
     varied
         .map(|(index, variable)| {
             let column = variable_column(variable);
             let scale = column.scale;
             Shown {
                 value: Box::new(move |row: &Row| row.point[index] / scale),
-                logarithmic: matches!(variable.values, Values::Range { logarithmic: true, .. }),
+                logarithmic: matches!(
+                    variable.values,
+                    Values::Range {
+                        logarithmic: true,
+                        ..
+                    }
+                ),
                 column,
             }
         })
@@ -187,14 +221,20 @@ fn variables(study: &Study) -> Vec<Shown<'_>> {
 }
 
 fn answers(study: &Study) -> Vec<Shown<'_>> {
-    let numbers = study.answers.iter().enumerate().filter(|(_, one)| !one.word);
+    let numbers = study
+        .answers
+        .iter()
+        .enumerate()
+        .filter(|(_, one)| !one.word);
     numbers
         .map(|(index, answer)| {
             let scale = answer.column.scale;
             Shown {
                 column: answer.column.clone(),
                 value: Box::new(move |row: &Row| {
-                    row.answers[index].number().map_or(f64::NAN, |number| number / scale)
+                    row.answers[index]
+                        .number()
+                        .map_or(f64::NAN, |number| number / scale)
                 }),
                 logarithmic: false,
             }
@@ -204,7 +244,10 @@ fn answers(study: &Study) -> Vec<Shown<'_>> {
 
 fn feasible(study: &Study, row: &Row) -> bool {
     row.status == Status::Done
-        && study.violations(row).iter().all(|one| *one <= crate::optimise::SLACK)
+        && study
+            .violations(row)
+            .iter()
+            .all(|one| *one <= crate::optimise::SLACK)
 }
 
 /// The figure of a sweep: lines over one variable, maps over two, parallel coordinates and
@@ -225,10 +268,15 @@ pub fn sweep(study: &Study, rows: &[Row]) -> String {
 /// Two figures, one below the other.
 fn beside(first: &str, second: &str) -> String {
     let size = |svg: &str| -> [f64; 2] {
-        let text = svg.split_once("viewBox=\"0 0 ").map_or("", |(_, rest)| rest);
+        let text = svg
+            .split_once("viewBox=\"0 0 ")
+            .map_or("", |(_, rest)| rest);
         let text = text.split_once('"').map_or("", |(text, _)| text);
         let mut numbers = text.split(' ').map(|one| one.parse().unwrap_or(100.0));
-        [numbers.next().unwrap_or(100.0), numbers.next().unwrap_or(100.0)]
+        [
+            numbers.next().unwrap_or(100.0),
+            numbers.next().unwrap_or(100.0),
+        ]
     };
     let ([w1, h1], [w2, h2]) = (size(first), size(second));
     let width = w1.max(w2);
@@ -260,8 +308,10 @@ fn lines(study: &Study, rows: &[Row]) -> String {
             let y = Axis::of(title_of(&answer.column), points.iter().map(|p| p[1]), false).roomy();
             let (corner, size) = ([86.0, 44.0 + 300.0 * index as f64], [600.0, 236.0]);
             frame(&mut svg, corner, size, &x, &y);
-            let mut places: Vec<[f64; 2]> =
-                points.iter().map(|point| at(corner, size, &x, &y, *point)).collect();
+            let mut places: Vec<[f64; 2]> = points
+                .iter()
+                .map(|point| at(corner, size, &x, &y, *point))
+                .collect();
             places.sort_by(|a, b| a[0].total_cmp(&b[0]));
             if !places.is_empty() {
                 svg.path("curve", &places, false);
@@ -294,12 +344,22 @@ fn maps(study: &Study, rows: &[Row]) -> String {
     for (index, answer) in upward.iter().enumerate() {
         let (corner, size) = ([90.0, 66.0 + panel * index as f64], [480.0, 280.0]);
         let values: Vec<f64> = rows.iter().map(|row| (answer.value)(row)).collect();
-        let positive = values.iter().all(|value| !value.is_finite() || *value > 0.0);
+        let positive = values
+            .iter()
+            .all(|value| !value.is_finite() || *value > 0.0);
         let scale = Axis::of(String::new(), values.iter().copied(), positive);
-        svg.text("head", [corner[0], corner[1] - 12.0], Anchor::Start, &title_of(&answer.column));
+        svg.text(
+            "head",
+            [corner[0], corner[1] - 12.0],
+            Anchor::Start,
+            &title_of(&answer.column),
+        );
         let cell = [size[0] / nx as f64, size[1] / ny as f64];
         let place = |i: usize, j: usize| {
-            [corner[0] + cell[0] * i as f64, corner[1] + size[1] - cell[1] * (j + 1) as f64]
+            [
+                corner[0] + cell[0] * i as f64,
+                corner[1] + size[1] - cell[1] * (j + 1) as f64,
+            ]
         };
         for i in 0..nx {
             for j in 0..ny {
@@ -334,22 +394,44 @@ fn maps(study: &Study, rows: &[Row]) -> String {
         let every = |count: usize| count.div_ceil(9);
         for (i, value) in lists[0].iter().enumerate().step_by(every(nx)) {
             let middle = [place(i, 0)[0] + cell[0] / 2.0, corner[1] + size[1] + 15.0];
-            svg.text("tick", middle, Anchor::Middle, &short(value / across[0].column.scale));
+            svg.text(
+                "tick",
+                middle,
+                Anchor::Middle,
+                &short(value / across[0].column.scale),
+            );
         }
         for (j, value) in lists[1].iter().enumerate().step_by(every(ny)) {
             let middle = [corner[0] - 6.0, place(0, j)[1] + cell[1] / 2.0 + 4.0];
-            svg.text("tick", middle, Anchor::End, &short(value / across[1].column.scale));
+            svg.text(
+                "tick",
+                middle,
+                Anchor::End,
+                &short(value / across[1].column.scale),
+            );
         }
         let below = [corner[0] + size[0] / 2.0, corner[1] + size[1] + 34.0];
         svg.text("label", below, Anchor::Middle, &title_of(&across[0].column));
         let left = [corner[0] - 58.0, corner[1] + size[1] / 2.0];
         svg.upward_text("label", left, &title_of(&across[1].column));
-        colour_bar(&mut svg, [corner[0] + size[0] + 24.0, corner[1]], size[1], &scale);
+        colour_bar(
+            &mut svg,
+            [corner[0] + size[0] + 24.0, corner[1]],
+            size[1],
+            &scale,
+        );
     }
     let mut note = String::from("white: no answer");
     if !study.constraints.is_empty() {
-        let names: Vec<&str> = study.constraints.iter().map(|(name, _)| name.as_str()).collect();
-        note += &format!("; black line: border of the constraints ({})", names.join(", "));
+        let names: Vec<&str> = study
+            .constraints
+            .iter()
+            .map(|(name, _)| name.as_str())
+            .collect();
+        note += &format!(
+            "; black line: border of the constraints ({})",
+            names.join(", ")
+        );
     }
     svg.text("note", [90.0, 44.0], Anchor::Start, &note);
     svg.finish([WIDTH, height], &study.name, STYLE)
@@ -370,7 +452,12 @@ fn colour_bar(svg: &mut Svg, corner: [f64; 2], height: f64, scale: &Axis) {
     for tick in scale.ticks() {
         let y = corner[1] + height * (1.0 - scale.share(tick));
         svg.line("axis", [corner[0] + 14.0, y], [corner[0] + 18.0, y]);
-        svg.text("tick", [corner[0] + 21.0, y + 4.0], Anchor::Start, &short(tick));
+        svg.text(
+            "tick",
+            [corner[0] + 21.0, y + 4.0],
+            Anchor::Start,
+            &short(tick),
+        );
     }
 }
 
@@ -381,7 +468,10 @@ fn colouring(study: &Study, rows: &[Row]) -> (String, Vec<f64>, Axis) {
             let index = objective.expression.lone_name();
             let column = index.and_then(|index| {
                 let answer = index.checked_sub(study.variables.len())?;
-                study.answers.get(answer).map(|answer| answer.column.clone())
+                study
+                    .answers
+                    .get(answer)
+                    .map(|answer| answer.column.clone())
             });
             let scale = column.as_ref().map_or(1.0, |column| column.scale);
             let value = |row: &Row| study.objective_values(row)[0] / scale;
@@ -409,10 +499,25 @@ fn parallel(study: &Study, rows: &[Row]) -> String {
     svg.rectangle("paper", [0.0; 2], [width, height]);
     svg.text("title", [width / 2.0, 26.0], Anchor::Middle, &study.name);
     let (name, values, scale) = colouring(study, rows);
-    svg.text("note", [24.0, 48.0], Anchor::Start, &format!("colour: {name}, {} (dark) to {}; grey: breaks a constraint", short(scale.low), short(scale.high)));
+    svg.text(
+        "note",
+        [24.0, 48.0],
+        Anchor::Start,
+        &format!(
+            "colour: {name}, {} (dark) to {}; grey: breaks a constraint",
+            short(scale.low),
+            short(scale.high)
+        ),
+    );
     let axes: Vec<Axis> = all
         .iter()
-        .map(|shown| Axis::of(title_of(&shown.column), rows.iter().map(|row| (shown.value)(row)), shown.logarithmic))
+        .map(|shown| {
+            Axis::of(
+                title_of(&shown.column),
+                rows.iter().map(|row| (shown.value)(row)),
+                shown.logarithmic,
+            )
+        })
         .collect();
     let step = (width - 140.0) / (all.len().max(2) - 1) as f64;
     let x = |index: usize| 70.0 + step * index as f64;
@@ -430,7 +535,11 @@ fn parallel(study: &Study, rows: &[Row]) -> String {
                     format!("{:.1},{:.1}", x(index), top + tall * (1.0 - share))
                 })
                 .collect();
-            let stroke = if holds { colour(scale.share(*value)) } else { String::from("#ccc") };
+            let stroke = if holds {
+                colour(scale.share(*value))
+            } else {
+                String::from("#ccc")
+            };
             svg.raw(&format!(
                 "<polyline points=\"{}\" fill=\"none\" stroke=\"{stroke}\" stroke-opacity=\"0.6\"/>",
                 places.join(" ")
@@ -439,9 +548,22 @@ fn parallel(study: &Study, rows: &[Row]) -> String {
     }
     for (index, axis) in axes.iter().enumerate() {
         svg.line("axis", [x(index), top], [x(index), top + tall]);
-        svg.text("tick", [x(index), top - 6.0], Anchor::Middle, &short(axis.high));
-        svg.text("tick", [x(index), top + tall + 14.0], Anchor::Middle, &short(axis.low));
-        let below = [x(index), top + tall + if index % 2 == 0 { 32.0 } else { 48.0 }];
+        svg.text(
+            "tick",
+            [x(index), top - 6.0],
+            Anchor::Middle,
+            &short(axis.high),
+        );
+        svg.text(
+            "tick",
+            [x(index), top + tall + 14.0],
+            Anchor::Middle,
+            &short(axis.low),
+        );
+        let below = [
+            x(index),
+            top + tall + if index % 2 == 0 { 32.0 } else { 48.0 },
+        ];
         svg.text("label", below, Anchor::Middle, &axis.label);
     }
     svg.finish([width, height], &study.name, STYLE)
@@ -457,14 +579,24 @@ fn pairs(study: &Study, rows: &[Row]) -> String {
         90.0 + cell[1] * upward.len() as f64,
     ];
     svg.rectangle("paper", [0.0; 2], size);
-    svg.text("head", [20.0, 26.0], Anchor::Start, "pairs of variables and answers");
+    svg.text(
+        "head",
+        [20.0, 26.0],
+        Anchor::Start,
+        "pairs of variables and answers",
+    );
     let (_, values, scale) = colouring(study, rows);
     for (j, answer) in upward.iter().enumerate() {
         for (i, variable) in across.iter().enumerate() {
             let done = rows.iter().filter(|row| row.status == Status::Done);
             let xs = rows.iter().map(|row| (variable.value)(row));
             let x = Axis::of(title_of(&variable.column), xs, variable.logarithmic).roomy();
-            let y = Axis::of(title_of(&answer.column), done.map(|row| (answer.value)(row)), false).roomy();
+            let y = Axis::of(
+                title_of(&answer.column),
+                done.map(|row| (answer.value)(row)),
+                false,
+            )
+            .roomy();
             let corner = [80.0 + cell[0] * i as f64, 44.0 + cell[1] * j as f64];
             let inner = [cell[0] - 66.0, cell[1] - 50.0];
             frame(&mut svg, corner, inner, &x, &y);
@@ -474,8 +606,14 @@ fn pairs(study: &Study, rows: &[Row]) -> String {
                     continue;
                 }
                 let [px, py] = at(corner, inner, &x, &y, point);
-                let fill = if feasible(study, row) { colour(scale.share(*value)) } else { String::from("#ccc") };
-                svg.raw(&format!("<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"2.5\" fill=\"{fill}\"/>"));
+                let fill = if feasible(study, row) {
+                    colour(scale.share(*value))
+                } else {
+                    String::from("#ccc")
+                };
+                svg.raw(&format!(
+                    "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"2.5\" fill=\"{fill}\"/>"
+                ));
             }
         }
     }
@@ -488,7 +626,11 @@ pub fn optimum(study: &Study, optimum: &Optimum) -> String {
     match study.objectives.len() {
         2 => front(study, optimum),
         1 => {
-            let mut rows: Vec<Row> = optimum.dominated.iter().map(|one| one.row.clone()).collect();
+            let mut rows: Vec<Row> = optimum
+                .dominated
+                .iter()
+                .map(|one| one.row.clone())
+                .collect();
             rows.extend(optimum.front.iter().map(|one| one.row.clone()));
             pairs(study, &rows)
         }
@@ -504,9 +646,16 @@ fn objective(study: &Study, index: usize) -> (String, f64) {
     let objective = &study.objectives[index];
     let column = objective.expression.lone_name().and_then(|name| {
         let answer = name.checked_sub(study.variables.len())?;
-        study.answers.get(answer).map(|answer| answer.column.clone())
+        study
+            .answers
+            .get(answer)
+            .map(|answer| answer.column.clone())
     });
-    let way = if objective.sign > 0.0 { "less is better" } else { "more is better" };
+    let way = if objective.sign > 0.0 {
+        "less is better"
+    } else {
+        "more is better"
+    };
     column.map_or_else(
         || (format!("{} ({way})", objective.name), 1.0),
         |column| (format!("{} ({way})", title_of(&column)), column.scale),
@@ -536,11 +685,17 @@ fn front(study: &Study, optimum: &Optimum) -> String {
     let (corner, inner) = ([86.0, 60.0], [600.0, 350.0]);
     frame(&mut svg, corner, inner, &x, &y);
     for (class, radius, points) in [("beaten", 2.0, &beaten), ("front", 4.0, &front)] {
-        for one in points.iter().filter(|one| one.iter().all(|value| value.is_finite())) {
+        for one in points
+            .iter()
+            .filter(|one| one.iter().all(|value| value.is_finite()))
+        {
             svg.circle(class, at(corner, inner, &x, &y, *one), radius);
         }
     }
-    let note = format!("blue: {} designs that no other one dominates; grey: dominated designs on the way", front.len());
+    let note = format!(
+        "blue: {} designs that no other one dominates; grey: dominated designs on the way",
+        front.len()
+    );
     svg.text("note", [86.0, 48.0], Anchor::Start, &note);
     svg.finish(size, &study.name, STYLE)
 }
@@ -549,7 +704,11 @@ fn front(study: &Study, optimum: &Optimum) -> String {
 /// and the yield against the width of a limit.
 pub fn tolerance(study: &Study, found: &Tolerance) -> String {
     let mut svg = Svg::default();
-    let shown: Vec<_> = found.answers.iter().filter(|one| one.deviation > 0.0).collect();
+    let shown: Vec<_> = found
+        .answers
+        .iter()
+        .filter(|one| one.deviation > 0.0)
+        .collect();
     let bars = 44.0 * found.spreads.len() as f64 + 70.0;
     let panel = bars + 640.0;
     let size = [WIDTH, 60.0 + panel * shown.len().max(1) as f64];
@@ -559,23 +718,51 @@ pub fn tolerance(study: &Study, found: &Tolerance) -> String {
         let answer = &study.answers[one.answer];
         let scale = answer.column.scale;
         let top = 50.0 + panel * index as f64;
-        svg.text("head", [20.0, top + 14.0], Anchor::Start, &format!("{}: share of the variance by each spread", title_of(&answer.column)));
+        svg.text(
+            "head",
+            [20.0, top + 14.0],
+            Anchor::Start,
+            &format!(
+                "{}: share of the variance by each spread",
+                title_of(&answer.column)
+            ),
+        );
         let mut order: Vec<_> = one.shares.iter().collect();
         order.sort_by(|a, b| b.total.value.total_cmp(&a.total.value));
         let x = |share: f64| 150.0 + 500.0 * share.clamp(0.0, 1.0);
         for (row, share) in order.iter().enumerate() {
             let y = top + 34.0 + 44.0 * row as f64;
-            svg.text("label", [142.0, y + 18.0], Anchor::End, &share.variable.replace('_', " "));
+            svg.text(
+                "label",
+                [142.0, y + 18.0],
+                Anchor::End,
+                &share.variable.replace('_', " "),
+            );
             svg.rectangle("total", [150.0, y], [x(share.total.value) - 150.0, 26.0]);
-            svg.rectangle("first", [150.0, y + 6.0], [x(share.first.value) - 150.0, 14.0]);
+            svg.rectangle(
+                "first",
+                [150.0, y + 6.0],
+                [x(share.first.value) - 150.0, 14.0],
+            );
             let [low, high] = share.total.interval.map(x);
             svg.line("whisker", [low, y + 13.0], [high, y + 13.0]);
-            svg.text("tick", [high + 6.0, y + 17.0], Anchor::Start, &format!("{:.3}", share.total.value));
+            svg.text(
+                "tick",
+                [high + 6.0, y + 17.0],
+                Anchor::Start,
+                &format!("{:.3}", share.total.value),
+            );
         }
         if order.is_empty() {
-            svg.text("label", [40.0, top + 50.0], Anchor::Start, "no shares: devices failed or spreads are correlated");
+            svg.text(
+                "label",
+                [40.0, top + 50.0],
+                Anchor::Start,
+                "no shares: devices failed or spreads are correlated",
+            );
         } else {
-            let note = "dark: alone; light: with what it does together with others; line: 95 % interval";
+            let note =
+                "dark: alone; light: with what it does together with others; line: 95 % interval";
             svg.text("note", [150.0, top + bars - 22.0], Anchor::Start, note);
         }
         histogram(&mut svg, study, one, top + bars, scale);
@@ -584,7 +771,13 @@ pub fn tolerance(study: &Study, found: &Tolerance) -> String {
     svg.finish(size, &study.name, STYLE)
 }
 
-fn histogram(svg: &mut Svg, study: &Study, one: &crate::tolerance::Distribution, top: f64, scale: f64) {
+fn histogram(
+    svg: &mut Svg,
+    study: &Study,
+    one: &crate::tolerance::Distribution,
+    top: f64,
+    scale: f64,
+) {
     const BINS: usize = 40;
     let column = &study.answers[one.answer].column;
     let values: Vec<f64> = one.values.iter().map(|value| value / scale).collect();
@@ -606,9 +799,17 @@ fn histogram(svg: &mut Svg, study: &Study, one: &crate::tolerance::Distribution,
     for (bin, count) in counts.iter().enumerate() {
         let width = size[0] / BINS as f64;
         let tall = size[1] * *count as f64 / y.high;
-        svg.rectangle("bar", [corner[0] + width * bin as f64, corner[1] + size[1] - tall], [width - 0.5, tall]);
+        svg.rectangle(
+            "bar",
+            [corner[0] + width * bin as f64, corner[1] + size[1] - tall],
+            [width - 0.5, tall],
+        );
     }
-    let limit = study.limits.iter().find(|(of, _)| *of == one.answer).map(|(_, limit)| *limit);
+    let limit = study
+        .limits
+        .iter()
+        .find(|(of, _)| *of == one.answer)
+        .map(|(_, limit)| *limit);
     let width = limit.and_then(|limit| limit.width(one.nominal));
     let ends = [
         limit.and_then(|limit| limit.at_most),
@@ -637,11 +838,18 @@ fn histogram(svg: &mut Svg, study: &Study, one: &crate::tolerance::Distribution,
 
 /// Share of devices within a width about the nominal answer, against that width.
 fn yield_curve(svg: &mut Svg, study: &Study, one: &crate::tolerance::Distribution, top: f64) {
-    let mut widths: Vec<f64> =
-        one.values.iter().map(|value| 100.0 * (value / one.nominal - 1.0).abs()).collect();
+    let mut widths: Vec<f64> = one
+        .values
+        .iter()
+        .map(|value| 100.0 * (value / one.nominal - 1.0).abs())
+        .collect();
     widths.sort_by(f64::total_cmp);
     let name = study.answers[one.answer].name.replace('_', " ");
-    let x = Axis::of(format!("width of a limit about the nominal {name} [+-%]"), [0.0].into_iter().chain(widths.last().copied()), false);
+    let x = Axis::of(
+        format!("width of a limit about the nominal {name} [+-%]"),
+        [0.0].into_iter().chain(widths.last().copied()),
+        false,
+    );
     let y = Axis {
         label: String::from("yield [%]"),
         low: 0.0,
@@ -654,7 +862,13 @@ fn yield_curve(svg: &mut Svg, study: &Study, one: &crate::tolerance::Distributio
     let step = (widths.len() / 200).max(1);
     let mut points = vec![at(corner, size, &x, &y, [0.0, 0.0])];
     for (index, width) in widths.iter().enumerate().step_by(step) {
-        points.push(at(corner, size, &x, &y, [*width, 100.0 * (index + 1) as f64 / count]));
+        points.push(at(
+            corner,
+            size,
+            &x,
+            &y,
+            [*width, 100.0 * (index + 1) as f64 / count],
+        ));
     }
     svg.path("curve", &points, false);
 }
@@ -663,7 +877,12 @@ fn yield_curve(svg: &mut Svg, study: &Study, one: &crate::tolerance::Distributio
 pub fn placing(study: &Study, found: &Placing) -> String {
     let mut svg = Svg::default();
     let reach = |axis: usize| {
-        found.candidates.iter().map(|place| place[axis].abs()).fold(0.0, f64::max) + found.side
+        found
+            .candidates
+            .iter()
+            .map(|place| place[axis].abs())
+            .fold(0.0, f64::max)
+            + found.side
     };
     let pixel = 300.0 / reach(0).max(reach(1)).max(1e-9);
     let size = [WIDTH, 2.0 * reach(1) * pixel + 130.0];
@@ -676,15 +895,35 @@ pub fn placing(study: &Study, found: &Placing) -> String {
         let side = found.side * pixel;
         let centre = [middle[0] + place[0] * pixel, middle[1] - place[1] * pixel];
         let corner = [centre[0] - side / 2.0, centre[1] - side / 2.0];
-        svg.rectangle(if chosen { "chosen" } else { "place" }, corner, [side, side]);
+        svg.rectangle(
+            if chosen { "chosen" } else { "place" },
+            corner,
+            [side, side],
+        );
         let class = if chosen { "white" } else { "tick" };
-        svg.text(class, [centre[0], centre[1] + 4.0], Anchor::Middle, &index.to_string());
+        svg.text(
+            class,
+            [centre[0], centre[1] + 4.0],
+            Anchor::Middle,
+            &index.to_string(),
+        );
     }
     let text = best.map_or_else(
         || String::from("no choice has information everywhere"),
-        |best| format!("blue: chosen; deviation of the place {} mm rms, {} mm at worst", short(best.rms * 1e3), short(best.worst * 1e3)),
+        |best| {
+            format!(
+                "blue: chosen; deviation of the place {} mm rms, {} mm at worst",
+                short(best.rms * 1e3),
+                short(best.worst * 1e3)
+            )
+        },
     );
-    svg.text("label", [WIDTH / 2.0, size[1] - 22.0], Anchor::Middle, &text);
+    svg.text(
+        "label",
+        [WIDTH / 2.0, size[1] - 22.0],
+        Anchor::Middle,
+        &text,
+    );
     svg.finish(size, &study.name, STYLE)
 }
 

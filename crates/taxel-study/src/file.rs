@@ -47,6 +47,16 @@ pub struct StudyFile {
     pub place: Option<PlaceFile>,
 }
 
+impl StudyFile {
+    /// JSON schema of a study file, as `taxel schema study` prints it.
+    pub fn json_schema() -> String {
+        let schema = schemars::schema_for!(StudyFile);
+        // A schema is made of maps and texts.
+        let text = serde_json::to_string_pretty(&schema).unwrap_or_default();
+        text + "\n"
+    }
+}
+
 /// A number, or text with a unit.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]

@@ -199,7 +199,11 @@ pub(crate) fn nearest(text: &str, known: &[String]) -> Vec<String> {
         })
         .collect();
     ranked.sort();
-    ranked.into_iter().take(3).map(|(_, path)| path.clone()).collect()
+    ranked
+        .into_iter()
+        .take(3)
+        .map(|(_, path)| path.clone())
+        .collect()
 }
 
 /// Number of letters to change, insert or remove (Levenshtein).
@@ -242,7 +246,10 @@ mod tests {
         let expected = "a = 5 # one\n[b]\nc = [\"2 um\", \"4 mm\"]\nd = { e = 0.25 }\n";
         assert_eq!(document.to_string(), expected);
         for missing in ["x.y", "b.c[2]", "a.b", "b.c.d"] {
-            assert!(!path(missing).set(&mut document, &Value::from(1)), "{missing}");
+            assert!(
+                !path(missing).set(&mut document, &Value::from(1)),
+                "{missing}"
+            );
         }
         assert_eq!(document.to_string(), expected);
     }

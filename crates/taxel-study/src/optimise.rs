@@ -114,7 +114,9 @@ fn judged(study: &Study, row: &Row) -> (Vec<f64>, f64) {
     let usable = costs.iter().all(|cost| cost.is_finite());
     let violation = if row.status == Status::Done && usable {
         let violations = study.violations(row);
-        let beyond = violations.into_iter().map(|one| if one > SLACK { one } else { 0.0 });
+        let beyond = violations
+            .into_iter()
+            .map(|one| if one > SLACK { one } else { 0.0 });
         beyond.sum()
     } else {
         f64::INFINITY
@@ -142,7 +144,10 @@ fn fronts(population: &[Candidate]) -> Vec<Vec<usize>> {
     let mut left: Vec<usize> = (0..population.len()).collect();
     let mut fronts = Vec::new();
     while !left.is_empty() {
-        let beaten = |one: &usize| left.iter().any(|other| better(&population[*other], &population[*one]));
+        let beaten = |one: &usize| {
+            left.iter()
+                .any(|other| better(&population[*other], &population[*one]))
+        };
         let (rest, front): (Vec<usize>, Vec<usize>) = left.iter().partition(|one| beaten(one));
         if front.is_empty() {
             // Values that compare with nothing.
@@ -195,7 +200,9 @@ fn selected(population: Vec<Candidate>, size: usize) -> Vec<Candidate> {
     }
     keep.sort_unstable();
     let mut population: Vec<Option<Candidate>> = population.into_iter().map(Some).collect();
-    keep.into_iter().filter_map(|index| population[index].take()).collect()
+    keep.into_iter()
+        .filter_map(|index| population[index].take())
+        .collect()
 }
 
 /// Optimises the objectives of the study of `runner`.
@@ -247,7 +254,9 @@ pub fn optimise(runner: &mut Runner<'_>) -> Result<Optimum, StoreError> {
     }
     let best = |population: &[Candidate]| {
         let feasible = population.iter().filter(|one| one.violation == 0.0);
-        feasible.min_by(|a, b| a.costs[0].total_cmp(&b.costs[0])).cloned()
+        feasible
+            .min_by(|a, b| a.costs[0].total_cmp(&b.costs[0]))
+            .cloned()
     };
     let mut front: Vec<Candidate> = Vec::new();
     if alone {
@@ -261,10 +270,15 @@ pub fn optimise(runner: &mut Runner<'_>) -> Result<Optimum, StoreError> {
             front.push(polished.filter(gains).unwrap_or(best));
         }
     } else {
-        let feasible: Vec<Candidate> =
-            population.iter().filter(|one| one.violation == 0.0).cloned().collect();
+        let feasible: Vec<Candidate> = population
+            .iter()
+            .filter(|one| one.violation == 0.0)
+            .cloned()
+            .collect();
         let on_front = |one: &&Candidate| {
-            !feasible.iter().any(|other| dominates(&other.costs, &one.costs))
+            !feasible
+                .iter()
+                .any(|other| dominates(&other.costs, &one.costs))
         };
         front = feasible.iter().filter(on_front).cloned().collect();
         front.sort_by(|a, b| a.costs[0].total_cmp(&b.costs[0]));
@@ -286,7 +300,11 @@ pub fn optimise(runner: &mut Runner<'_>) -> Result<Optimum, StoreError> {
 /// Variables that a local method can move.
 fn continuous(study: &Study) -> usize {
     let moves = |values: &Values| matches!(values, Values::Range { .. });
-    study.variables.iter().filter(|one| moves(&one.values)).count()
+    study
+        .variables
+        .iter()
+        .filter(|one| moves(&one.values))
+        .count()
 }
 
 fn evaluated(
@@ -296,7 +314,10 @@ fn evaluated(
     stopped: &mut bool,
 ) -> Result<Vec<Candidate>, StoreError> {
     let study = runner.study;
-    let points: Vec<Vec<f64>> = shares.iter().map(|shares| point_of(study, shares)).collect();
+    let points: Vec<Vec<f64>> = shares
+        .iter()
+        .map(|shares| point_of(study, shares))
+        .collect();
     let rows = runner.rows(&points)?;
     *stopped |= rows.iter().any(Option::is_none);
     *evaluations += rows.iter().flatten().count();
@@ -425,7 +446,11 @@ fn polished(
     let mut met: Vec<Candidate> = met.filter(|one| one.violation == 0.0).collect();
     met.sort_by(|a, b| {
         let by_cost = a.costs[0].total_cmp(&b.costs[0]);
-        by_cost.then_with(|| a.shares.partial_cmp(&b.shares).unwrap_or(std::cmp::Ordering::Equal))
+        by_cost.then_with(|| {
+            a.shares
+                .partial_cmp(&b.shares)
+                .unwrap_or(std::cmp::Ordering::Equal)
+        })
     });
     Ok(met.into_iter().next())
 }
@@ -444,7 +469,11 @@ pub struct Checked {
 ///
 /// # Errors
 /// When the store cannot be written.
-pub fn check(runner: &mut Runner<'_>, optimum: &Optimum, points: usize) -> Result<Checked, StoreError> {
+pub fn check(
+    runner: &mut Runner<'_>,
+    optimum: &Optimum,
+    points: usize,
+) -> Result<Checked, StoreError> {
     let dimensions = runner.study.variables.len();
     // Another seed than that of the first population.
     let mut random = seeded(runner.study.optimize.seed ^ 0x5eed);
@@ -454,8 +483,16 @@ pub fn check(runner: &mut Runner<'_>, optimum: &Optimum, points: usize) -> Resul
     let feasible: Vec<&Candidate> = found.iter().filter(|one| one.violation == 0.0).collect();
     let beats = |one: &&&Candidate| {
         // Worse by a millionth it must still be better.
-        let worse: Vec<f64> = one.costs.iter().map(|cost| cost + 1e-6 * cost.abs()).collect();
-        optimum.front.is_empty() || optimum.front.iter().any(|other| dominates(&worse, &other.costs))
+        let worse: Vec<f64> = one
+            .costs
+            .iter()
+            .map(|cost| cost + 1e-6 * cost.abs())
+            .collect();
+        optimum.front.is_empty()
+            || optimum
+                .front
+                .iter()
+                .any(|other| dominates(&worse, &other.costs))
     };
     Ok(Checked {
         feasible: feasible.len(),

@@ -54,7 +54,10 @@ fn grid(text: &str) -> Option<Vec<[f64; 2]>> {
     let (columns, rows) = counts.split_once('x')?;
     let [columns, rows] = [columns, rows].map(|text| text.trim().parse::<usize>().ok());
     let (columns, rows) = (columns?, rows?);
-    let pitch = LENGTH.parse(pitch.trim()).ok().filter(|pitch| *pitch > 0.0)?;
+    let pitch = LENGTH
+        .parse(pitch.trim())
+        .ok()
+        .filter(|pitch| *pitch > 0.0)?;
     if columns == 0 || rows == 0 || columns.checked_mul(rows)? > MOST_CANDIDATES {
         return None;
     }
@@ -123,7 +126,9 @@ fn cost(choice: Option<&Choice>, criterion: Criterion) -> f64 {
 }
 
 fn subsets(candidates: usize, count: usize) -> Option<u64> {
-    (0..count as u64).try_fold(1u64, |all, k| Some(all.checked_mul(candidates as u64 - k)? / (k + 1)))
+    (0..count as u64).try_fold(1u64, |all, k| {
+        Some(all.checked_mul(candidates as u64 - k)? / (k + 1))
+    })
 }
 
 /// Chooses the places of `[place]`.
@@ -132,7 +137,9 @@ fn subsets(candidates: usize, count: usize) -> Option<u64> {
 /// A mistake in `[place]`, or a sensor that is no piezoelectric array.
 pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError> {
     let wrong = |key: &str, message: String, help: &str| {
-        Err(InputError::whole(&study.name, message).key(format!("place.{key}")).help(help))
+        Err(InputError::whole(&study.name, message)
+            .key(format!("place.{key}"))
+            .help(help))
     };
     let Some(asked) = &study.place else {
         return wrong("", String::from("the study has no [place]"), "add it");
@@ -141,7 +148,11 @@ pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError>
     let sensor = study.read(&text)?;
     let Ok(array) = sensor.piezoelectric() else {
         let help = "name such as piezo-1.5mm";
-        return wrong("of", String::from("places are chosen for piezoelectric arrays"), help);
+        return wrong(
+            "of",
+            String::from("places are chosen for piezoelectric arrays"),
+            help,
+        );
     };
     let candidates = match (asked.of, &asked.candidates) {
         (PlaceOf::Channels, None) => array.places(),
@@ -149,7 +160,11 @@ pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError>
             Some(places) => places,
             None => {
                 let help = "such as grid 5 x 3, 2.5 mm, of at most 400 places";
-                return wrong("candidates", format!("\"{text}\" is no grid of places"), help);
+                return wrong(
+                    "candidates",
+                    format!("\"{text}\" is no grid of places"),
+                    help,
+                );
             }
         },
         (PlaceOf::Channels, Some(_)) => {
@@ -180,13 +195,23 @@ pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError>
         None => array.element_deviation(),
         Some(text) => match FORCE.parse(text) {
             Ok(noise) if noise > 0.0 => noise,
-            Ok(_) => return wrong("noise", format!("\"{text}\" is not above zero"), "give more than zero"),
+            Ok(_) => {
+                return wrong(
+                    "noise",
+                    format!("\"{text}\" is not above zero"),
+                    "give more than zero",
+                );
+            }
             Err(message) => return wrong("noise", message, ""),
         },
     };
     let cells_of = asked.grid.unwrap_or([25, 9]);
     if cells_of.iter().any(|cells| !(1..=1000).contains(cells)) {
-        return wrong("grid", String::from("a grid has 1 to 1000 cells each way"), "such as [25, 9]");
+        return wrong(
+            "grid",
+            String::from("a grid has 1 to 1000 cells each way"),
+            "such as [25, 9]",
+        );
     }
     let contacts = cells(&candidates, cells_of, force);
     let reach = farthest(&candidates, &contacts) + array.description.ceramic.side;
@@ -196,7 +221,8 @@ pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError>
         .map(|contact| {
             let found = tables.at(&candidates, contact);
             let rows = found.jacobian.iter().zip(&found.noise);
-            rows.map(|(row, noise)| [row[0] / noise, row[1] / noise, row[2] / noise]).collect()
+            rows.map(|(row, noise)| [row[0] / noise, row[1] / noise, row[2] / noise])
+                .collect()
         })
         .collect();
     let all = subsets(candidates.len(), count).filter(|all| *all <= MOST_TRIED);
@@ -204,7 +230,13 @@ pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError>
     let mut found = if exhaustive {
         every(&slopes, candidates.len(), count)
     } else {
-        exchanged(&slopes, candidates.len(), count, asked.criterion, asked.seed.unwrap_or(1))
+        exchanged(
+            &slopes,
+            candidates.len(),
+            count,
+            asked.criterion,
+            asked.seed.unwrap_or(1),
+        )
     };
     let tried = found.1;
     found.0.sort_by(|a, b| {
@@ -229,7 +261,9 @@ fn every(slopes: &[Vec<Slopes>], candidates: usize, count: usize) -> (Vec<Choice
     loop {
         all.push(chosen.clone());
         // The last index that can still rise.
-        let rises = (0..count).rev().find(|at| chosen[*at] < candidates - count + at);
+        let rises = (0..count)
+            .rev()
+            .find(|at| chosen[*at] < candidates - count + at);
         let Some(at) = rises else { break };
         chosen[at] += 1;
         for next in at + 1..count {

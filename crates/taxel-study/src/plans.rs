@@ -34,13 +34,20 @@ pub fn latin_hypercube(dimensions: usize, points: usize, seed: u64) -> Vec<Vec<f
                 let within = |part: usize, random: &mut ChaCha12Rng| {
                     (part as f64 + draw(random)) / points as f64
                 };
-                parts.into_iter().map(|part| within(part, &mut random)).collect()
+                parts
+                    .into_iter()
+                    .map(|part| within(part, &mut random))
+                    .collect()
             })
             .collect();
         let plan: Vec<Vec<f64>> = (0..points)
             .map(|row| columns.iter().map(|column| column[row]).collect())
             .collect();
-        let least = if trials == 1 { 0.0 } else { least_distance(&plan) };
+        let least = if trials == 1 {
+            0.0
+        } else {
+            least_distance(&plan)
+        };
         if best.as_ref().is_none_or(|(known, _)| least > *known) {
             best = Some((least, plan));
         }
@@ -147,7 +154,9 @@ fn directions(dimension: usize) -> [u64; BITS] {
 /// assert_eq!(plan, [[0.0, 0.0], [0.5, 0.5], [0.75, 0.25], [0.25, 0.75]]);
 /// ```
 pub fn sobol(dimensions: usize, points: usize, seed: Option<u64>) -> Vec<Vec<f64>> {
-    let directions: Vec<[u64; BITS]> = (0..dimensions.min(SOBOL_DIMENSIONS)).map(directions).collect();
+    let directions: Vec<[u64; BITS]> = (0..dimensions.min(SOBOL_DIMENSIONS))
+        .map(directions)
+        .collect();
     let mut state = vec![0u64; directions.len()];
     (0..points)
         .map(|index| {
@@ -201,8 +210,10 @@ mod tests {
         for seed in [None, Some(3)] {
             let plan = sobol(SOBOL_DIMENSIONS, 256, seed);
             for dimension in 0..SOBOL_DIMENSIONS {
-                let mut parts: Vec<usize> =
-                    plan.iter().map(|row| (row[dimension] * 256.0) as usize).collect();
+                let mut parts: Vec<usize> = plan
+                    .iter()
+                    .map(|row| (row[dimension] * 256.0) as usize)
+                    .collect();
                 parts.sort_unstable();
                 assert_eq!(parts, (0..256).collect::<Vec<_>>(), "{dimension} {seed:?}");
             }
@@ -225,8 +236,10 @@ mod tests {
     fn a_latin_hypercube_has_one_point_in_each_part() {
         let plan = latin_hypercube(3, 20, 1);
         for dimension in 0..3 {
-            let mut parts: Vec<usize> =
-                plan.iter().map(|row| (row[dimension] * 20.0) as usize).collect();
+            let mut parts: Vec<usize> = plan
+                .iter()
+                .map(|row| (row[dimension] * 20.0) as usize)
+                .collect();
             parts.sort_unstable();
             assert_eq!(parts, (0..20).collect::<Vec<_>>());
         }

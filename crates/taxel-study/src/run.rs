@@ -53,7 +53,10 @@ impl<'a> Runner<'a> {
         points: &[Vec<f64>],
         wanted: &dyn Fn(usize) -> bool,
     ) -> Result<Vec<Option<Row>>, StoreError> {
-        let size = self.store.as_ref().map_or(WITHOUT_STORE, |store| store.block);
+        let size = self
+            .store
+            .as_ref()
+            .map_or(WITHOUT_STORE, |store| store.block);
         let mut rows = Vec::with_capacity(points.len());
         for (number, block) in points.chunks(size).enumerate() {
             rows.extend(self.block(block, wanted(number))?);
@@ -61,7 +64,11 @@ impl<'a> Runner<'a> {
         Ok(rows)
     }
 
-    fn block(&mut self, points: &[Vec<f64>], compute: bool) -> Result<Vec<Option<Row>>, StoreError> {
+    fn block(
+        &mut self,
+        points: &[Vec<f64>],
+        compute: bool,
+    ) -> Result<Vec<Option<Row>>, StoreError> {
         let study = self.study;
         let keys: Option<Vec<String>> = self.store.as_ref().map(|_| {
             let keys = points.par_iter().map(|point| key_of(&study.content(point)));
@@ -79,7 +86,9 @@ impl<'a> Runner<'a> {
             })
         };
         let mut rows: Vec<Option<Row>> = (0..points.len()).map(kept).collect();
-        let missing: Vec<usize> = (0..points.len()).filter(|index| rows[*index].is_none()).collect();
+        let missing: Vec<usize> = (0..points.len())
+            .filter(|index| rows[*index].is_none())
+            .collect();
         if !compute || missing.is_empty() {
             return Ok(rows);
         }

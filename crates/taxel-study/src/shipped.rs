@@ -1,9 +1,15 @@
 //! Shipped studies of schema 2.
 
 const SHIPPED: &[(&str, &str)] = &[
-    ("p1-resolution", include_str!("../studies/p1-resolution.toml")),
+    (
+        "p1-resolution",
+        include_str!("../studies/p1-resolution.toml"),
+    ),
     ("p2-gaps", include_str!("../studies/p2-gaps.toml")),
-    ("p2-electrodes", include_str!("../studies/p2-electrodes.toml")),
+    (
+        "p2-electrodes",
+        include_str!("../studies/p2-electrodes.toml"),
+    ),
     ("p2-tolerance", include_str!("../studies/p2-tolerance.toml")),
     ("p2-after", include_str!("../studies/p2-after.toml")),
     ("p3-pitch", include_str!("../studies/p3-pitch.toml")),

@@ -207,7 +207,12 @@ mod tests {
 
     #[test]
     fn quantiles_invert_the_distribution() {
-        for shape in [Shape::Uniform, Shape::Normal, Shape::Triangular, Shape::Lognormal] {
+        for shape in [
+            Shape::Uniform,
+            Shape::Normal,
+            Shape::Triangular,
+            Shape::Lognormal,
+        ] {
             let spread = Spread {
                 shape,
                 size: 0.1,
@@ -215,7 +220,10 @@ mod tests {
             };
             for u in [0.01, 0.3, 0.5, 0.77, 0.999] {
                 let value = spread.value(6e-6, u, 1.0);
-                assert!((spread.below(6e-6, value) - u).abs() < 1e-12, "{shape:?} {u}");
+                assert!(
+                    (spread.below(6e-6, value) - u).abs() < 1e-12,
+                    "{shape:?} {u}"
+                );
             }
         }
         // Table of the normal distribution.

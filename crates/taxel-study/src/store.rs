@@ -134,11 +134,16 @@ impl Store {
             }
             for entry in fs::read_dir(&inner)? {
                 let path = entry?.path();
-                let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+                let name = path
+                    .file_name()
+                    .map(|name| name.to_string_lossy().into_owned());
                 let Some(name) = name.as_deref().and_then(|name| name.strip_suffix(".json")) else {
                     continue;
                 };
-                match fs::read(&path).ok().and_then(|bytes| block_of(name, &bytes)) {
+                match fs::read(&path)
+                    .ok()
+                    .and_then(|bytes| block_of(name, &bytes))
+                {
                     Some(designs) => self.known.extend(designs),
                     None => self.damaged += 1,
                 }
@@ -184,7 +189,11 @@ impl Store {
     pub fn remove_left_behind(&self) {
         let mut folders = vec![self.folder.clone()];
         let inside = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        folders.extend(inside.map(|entry| entry.path()).filter(|path| path.is_dir()));
+        folders.extend(
+            inside
+                .map(|entry| entry.path())
+                .filter(|path| path.is_dir()),
+        );
         for entry in folders.iter().flat_map(fs::read_dir).flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             let old = entry
@@ -208,7 +217,11 @@ fn write_whole(path: &Path, text: &str) -> io::Result<()> {
     let folder = path.parent().unwrap_or_else(|| Path::new("."));
     // Processes of several machines may share a folder: the name has the place, too.
     let own = sha256(&format!("{:p} {:?}", &raw const count, SystemTime::now()));
-    let beside = folder.join(format!(".{}-{count}-{}.part", std::process::id(), &own[..12]));
+    let beside = folder.join(format!(
+        ".{}-{count}-{}.part",
+        std::process::id(),
+        &own[..12]
+    ));
     let written = File::create_new(&beside).and_then(|mut file| {
         file.write_all(text.as_bytes())?;
         file.sync_all()?;
@@ -242,7 +255,10 @@ fn text_of(designs: &[(String, Kept)]) -> (String, String) {
         })
         .collect();
     let body = Json::Array(list).to_string();
-    let text = format!("{{\"sha256\": \"{}\", \"designs\": {body}}}\n", sha256(&body));
+    let text = format!(
+        "{{\"sha256\": \"{}\", \"designs\": {body}}}\n",
+        sha256(&body)
+    );
     (name_of(designs.iter().map(|(key, _)| key.as_str())), text)
 }
 

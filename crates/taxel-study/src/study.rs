@@ -363,8 +363,17 @@ impl Study {
     ) -> Result<Self, InputError> {
         let written: StudyFile = toml_input::parse(file, text)?;
         if written.schema != 2 {
-            let message = format!("schema = {} is not read; this is a study of schema 2", written.schema);
-            return Err(toml_input::at_key(file, text, &["schema"], &message, "write schema = 2"));
+            let message = format!(
+                "schema = {} is not read; this is a study of schema 2",
+                written.schema
+            );
+            return Err(toml_input::at_key(
+                file,
+                text,
+                &["schema"],
+                &message,
+                "write schema = 2",
+            ));
         }
         let parsed = |file: &str, text: &str| -> Result<DocumentMut, InputError> {
             text.parse().map_err(|error: toml_edit::TomlError| {
@@ -550,7 +559,11 @@ impl Study {
         let values = self.values(row);
         let excess = |comparison: &Comparison| {
             let excess = comparison.excess(&values);
-            if excess.is_nan() { f64::INFINITY } else { excess }
+            if excess.is_nan() {
+                f64::INFINITY
+            } else {
+                excess
+            }
         };
         self.constraints
             .iter()
@@ -571,8 +584,14 @@ impl Study {
         let (text, _) = self.text_of(point);
         let resolved = text
             .parse::<DocumentMut>()
-            .map_or(serde_json::Value::Null, |document| resolved(document.as_item()));
-        let answers: Vec<&str> = self.answers.iter().map(|one| one.statement.as_str()).collect();
+            .map_or(serde_json::Value::Null, |document| {
+                resolved(document.as_item())
+            });
+        let answers: Vec<&str> = self
+            .answers
+            .iter()
+            .map(|one| one.statement.as_str())
+            .collect();
         serde_json::json!({"answers": answers, "sensor": resolved}).to_string()
     }
 }
@@ -581,8 +600,10 @@ impl Study {
 fn resolved(item: &toml_edit::Item) -> serde_json::Value {
     use serde_json::Value as Json;
     if let Some(table) = item.as_table_like() {
-        let sorted: BTreeMap<&str, Json> =
-            table.iter().map(|(key, inner)| (key, resolved(inner))).collect();
+        let sorted: BTreeMap<&str, Json> = table
+            .iter()
+            .map(|(key, inner)| (key, resolved(inner)))
+            .collect();
         let pairs = sorted.into_iter().map(|(key, json)| (key.to_owned(), json));
         return Json::Object(pairs.collect());
     }
@@ -615,7 +636,10 @@ impl Reader<'_> {
             let near = nearest(key, &paths(base)).join(", ");
             self.at(
                 at,
-                &format!("\"{key}\" is no key of the sensor file {}", self.written.sensor),
+                &format!(
+                    "\"{key}\" is no key of the sensor file {}",
+                    self.written.sensor
+                ),
                 &format!("the nearest are: {near}"),
             )
         };
@@ -644,7 +668,10 @@ impl Reader<'_> {
     fn variables(&self, base: &DocumentMut) -> Result<Vec<Variable>, InputError> {
         let names = self.keys(&["variables"]);
         if names.len() > MOST_VARIABLES {
-            let message = format!("{} variables; at most {MOST_VARIABLES} are varied", names.len());
+            let message = format!(
+                "{} variables; at most {MOST_VARIABLES} are varied",
+                names.len()
+            );
             return Err(self.at(&["variables"], &message, "set the others with [set]"));
         }
         names.iter().map(|name| self.variable(name, base)).collect()
@@ -658,20 +685,32 @@ impl Reader<'_> {
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !name.chars().all(plain) || name.starts_with(|c: char| c.is_ascii_digit()) {
             let help = "use letters, digits and _, a letter first";
-            return Err(self.at(&["variables", name], "this name cannot stand in an expression", help));
+            return Err(self.at(
+                &["variables", name],
+                "this name cannot stand in an expression",
+                help,
+            ));
         }
         let key = self.path(&["variables", name, "key"], &written.key, base)?;
         let drawn = key.number(base);
         let values = match (&written.range, &written.values) {
             (Some(_), Some(_)) => {
-                return at("values", "range and values are both given", "give one of them");
+                return at(
+                    "values",
+                    "range and values are both given",
+                    "give one of them",
+                );
             }
             (Some(ends), None) => self.range(name, ends, written.scale)?,
             (None, Some(values)) => self.list(name, values)?,
             (None, None) => match (key.form(base), &written.spread) {
                 (Some(form), Some(_)) => Values::Drawn(form),
                 _ => {
-                    return at("key", "neither range nor values are given", "give range = [least, greatest]");
+                    return at(
+                        "key",
+                        "neither range nor values are given",
+                        "give range = [least, greatest]",
+                    );
                 }
             },
         };
@@ -751,7 +790,11 @@ impl Reader<'_> {
             };
             let words: Option<Vec<Value>> = values.iter().map(word).collect();
             return words.map(Values::Words).ok_or_else(|| {
-                self.at(&path, "words and numbers are mixed", "give words only, or numbers only")
+                self.at(
+                    &path,
+                    "words and numbers are mixed",
+                    "give words only, or numbers only",
+                )
             });
         };
         let mut numbers = Vec::new();
@@ -785,14 +828,21 @@ impl Reader<'_> {
         let all = waiting.clone();
         let mut names: Vec<(String, Exponents)> = variables
             .iter()
-            .map(|one| (one.name.clone(), one.values.form().map_or(NONE, exponents_of)))
+            .map(|one| {
+                (
+                    one.name.clone(),
+                    one.values.form().map_or(NONE, exponents_of),
+                )
+            })
             .collect();
         let mut links = Vec::new();
         while !waiting.is_empty() {
             let ready = waiting.iter().position(|key| {
                 let used = names_in(&self.written.links[key]).unwrap_or_default();
                 let waits = |name: &String| waiting.contains(name);
-                !used.iter().any(|(name, _)| all.contains(name) && waits(name))
+                !used
+                    .iter()
+                    .any(|(name, _)| all.contains(name) && waits(name))
             });
             let Some(ready) = ready else {
                 let key = &waiting[0];
@@ -925,7 +975,8 @@ impl Reader<'_> {
         let read = |name: String| {
             let text = &self.written.constraints[&name];
             let at = ["constraints", name.as_str()];
-            let read = comparison(text, names).map_err(|mistake| self.inside(&at, text, &mistake))?;
+            let read =
+                comparison(text, names).map_err(|mistake| self.inside(&at, text, &mistake))?;
             Ok((name, read))
         };
         self.keys(&["constraints"]).into_iter().map(read).collect()
@@ -1019,13 +1070,24 @@ impl Reader<'_> {
         between(&["sweep", "points"], study.sweep.points, [1, 1_000_000])?;
         let evaluations = study.optimize.evaluations;
         between(&["optimize", "evaluations"], evaluations, [10, 10_000_000])?;
-        between(&["optimize", "population"], study.optimize.population, [8, 10_000])?;
-        between(&["tolerance", "samples"], study.tolerance.samples, [16, 1_000_000])?;
+        between(
+            &["optimize", "population"],
+            study.optimize.population,
+            [8, 10_000],
+        )?;
+        between(
+            &["tolerance", "samples"],
+            study.tolerance.samples,
+            [16, 1_000_000],
+        )?;
         let plan = study.sweep.plan.as_str();
         let known = ["grid", "latin_hypercube", "sobol"];
         if !known.contains(&plan) && !plan.ends_with(".csv") {
             let message = format!("there is no plan \"{plan}\"");
-            let help = format!("use one of: {}, or name a table of designs (.csv)", known.join(", "));
+            let help = format!(
+                "use one of: {}, or name a table of designs (.csv)",
+                known.join(", ")
+            );
             return Err(self.at(&["sweep", "plan"], &message, &help));
         }
         if study.answers.is_empty() && study.place.is_none() {

@@ -36,15 +36,23 @@ pub fn designs(study: &Study, table: Option<&str>) -> Result<Vec<Vec<f64>>, Inpu
                     values => values.grid(variable.points),
                 })
                 .collect();
-            let all = lists.iter().try_fold(1usize, |all, list| all.checked_mul(list.len()));
+            let all = lists
+                .iter()
+                .try_fold(1usize, |all, list| all.checked_mul(list.len()));
             if all.is_none_or(|all| all > MOST_DESIGNS) {
-                return wrong("the grid has more than ten million designs", "give fewer points");
+                return wrong(
+                    "the grid has more than ten million designs",
+                    "give fewer points",
+                );
             }
             return Ok(grid(&lists));
         }
         list => return listed(study, list, table.unwrap_or("")),
     };
-    Ok(shares.iter().map(|shares| point_of(study, shares)).collect())
+    Ok(shares
+        .iter()
+        .map(|shares| point_of(study, shares))
+        .collect())
 }
 
 /// The design at a share of the way of each variable.
@@ -63,7 +71,8 @@ fn grid(lists: &[Vec<f64>]) -> Vec<Vec<f64>> {
     lists.iter().fold(vec![Vec::new()], |begun, list| {
         let longer = |start: &Vec<f64>| {
             let start = start.clone();
-            list.iter().map(move |value| [start.as_slice(), &[*value]].concat())
+            list.iter()
+                .map(move |value| [start.as_slice(), &[*value]].concat())
         };
         begun.iter().flat_map(longer).collect()
     })
@@ -76,7 +85,10 @@ fn listed(study: &Study, file: &str, text: &str) -> Result<Vec<Vec<f64>>, InputE
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
         .from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|error| whole(error.to_string()))?.clone();
+    let header = reader
+        .headers()
+        .map_err(|error| whole(error.to_string()))?
+        .clone();
     let mut columns = Vec::new();
     for variable in &study.variables {
         let found = header.iter().enumerate().find_map(|(index, title)| {
@@ -108,13 +120,16 @@ fn listed(study: &Study, file: &str, text: &str) -> Result<Vec<Vec<f64>>, InputE
                     .map(|index| index as f64)
                     .ok_or_else(|| format!("\"{field}\" is none of its values")),
                 values => match values.form() {
-                    Some(Form::Quantity(dimension, _)) => dimension.parse(&format!("{field} {unit}")),
-                    _ => field.parse().map_err(|_| format!("\"{field}\" is not a number")),
+                    Some(Form::Quantity(dimension, _)) => {
+                        dimension.parse(&format!("{field} {unit}"))
+                    }
+                    _ => field
+                        .parse()
+                        .map_err(|_| format!("\"{field}\" is not a number")),
                 },
             };
-            let value = value.map_err(|message| {
-                whole(format!("line {line}: {message}")).key(&variable.name)
-            })?;
+            let value = value
+                .map_err(|message| whole(format!("line {line}: {message}")).key(&variable.name))?;
             point.push(value);
         }
         designs.push(point);
@@ -139,7 +154,13 @@ pub fn variable_column(variable: &crate::study::Variable) -> Column {
         Some(Form::Quantity(dimension, unit)) => {
             let scale = dimension.unit(unit).unwrap_or(1.0);
             let unit = dimension.entry(unit).map_or("", |(unit, _)| unit);
-            Column::new(&variable.name, unit, scale, crate::answers::key_of(dimension), 4)
+            Column::new(
+                &variable.name,
+                unit,
+                scale,
+                crate::answers::key_of(dimension),
+                4,
+            )
         }
         Some(form) if exponents_of(form) == NONE => Column::new(&variable.name, "", 1.0, "", 4),
         _ => Column::plain(&variable.name),
@@ -153,7 +174,9 @@ pub fn cells(study: &Study, row: &Row) -> Vec<Cell> {
     let variables = variables.map(|(variable, value)| match &variable.values {
         Values::Words(words) => {
             let word = &words[(*value as usize).min(words.len() - 1)];
-            let text = word.as_str().map_or_else(|| word.to_string(), str::to_owned);
+            let text = word
+                .as_str()
+                .map_or_else(|| word.to_string(), str::to_owned);
             Cell::from(text.trim().to_owned())
         }
         _ => Cell::Number(*value),
@@ -173,11 +196,21 @@ pub fn cells(study: &Study, row: &Row) -> Vec<Cell> {
 /// Reasons of the designs that failed with their numbers, the commonest first.
 pub fn reasons(rows: &[Row]) -> Vec<(usize, String)> {
     let mut counted: Vec<(usize, String)> = Vec::new();
-    for row in rows.iter().filter(|row| row.status != crate::study::Status::Done) {
+    for row in rows
+        .iter()
+        .filter(|row| row.status != crate::study::Status::Done)
+    {
         // Numbers differ between designs: the words are counted.
         let reason = format!("{}: {}", row.status.name(), row.reason);
-        let plain = |text: &str| text.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
-        match counted.iter_mut().find(|(_, known)| plain(known) == plain(&reason)) {
+        let plain = |text: &str| {
+            text.chars()
+                .filter(|c| !c.is_ascii_digit())
+                .collect::<String>()
+        };
+        match counted
+            .iter_mut()
+            .find(|(_, known)| plain(known) == plain(&reason))
+        {
             Some((count, _)) => *count += 1,
             None => counted.push((1, reason)),
         }

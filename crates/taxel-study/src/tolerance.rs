@@ -118,7 +118,8 @@ struct Source {
 impl Source {
     fn value(&self, u: f64, factor: f64) -> f64 {
         let [low, high] = self.ends;
-        self.spread.value(self.drawn, low + u * (high - low), factor)
+        self.spread
+            .value(self.drawn, low + u * (high - low), factor)
     }
 }
 
@@ -138,9 +139,9 @@ impl Plan<'_> {
             None => shares.to_vec(),
             Some(factor) => {
                 let z: Vec<f64> = shares.iter().map(|u| normal_quantile(*u)).collect();
-                let mixed = factor.iter().map(|row| {
-                    row.iter().zip(&z).map(|(a, b)| a * b).sum::<f64>()
-                });
+                let mixed = factor
+                    .iter()
+                    .map(|row| row.iter().zip(&z).map(|(a, b)| a * b).sum::<f64>());
                 mixed.map(normal_below).collect()
             }
         };
@@ -157,13 +158,19 @@ impl Plan<'_> {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoTolerance {
     /// Nothing spreads.
-    #[error("no variable of the study has a spread\nhelp: add such as spread = {{ uniform = \"3.5 %\" }}")]
+    #[error(
+        "no variable of the study has a spread\nhelp: add such as spread = {{ uniform = \"3.5 %\" }}"
+    )]
     NoSpread,
     /// The nominal design itself fails.
-    #[error("the nominal design is {0}\nhelp: spreads are about the values of the sensor file; correct them")]
+    #[error(
+        "the nominal design is {0}\nhelp: spreads are about the values of the sensor file; correct them"
+    )]
     Nominal(String),
     /// The correlations contradict each other.
-    #[error("the correlations contradict each other: their matrix is not positive definite\nhelp: lower them")]
+    #[error(
+        "the correlations contradict each other: their matrix is not positive definite\nhelp: lower them"
+    )]
     Correlation,
     /// The user stopped before the end.
     #[error("stopped")]
@@ -186,7 +193,11 @@ pub fn tolerance(
     let after = study.tolerance.after;
     let nominal = study.evaluate(&plan.nominal);
     if nominal.status != Status::Done {
-        return Err(NoTolerance::Nominal(format!("{}: {}", nominal.status.name(), nominal.reason)));
+        return Err(NoTolerance::Nominal(format!(
+            "{}: {}",
+            nominal.status.name(),
+            nominal.reason
+        )));
     }
     let drawn = study.read(&study.text_of(&plan.nominal).0).ok();
     let drawn = drawn.as_ref();
@@ -194,13 +205,16 @@ pub fn tolerance(
     // A zero would be minus infinity of a normal distribution.
     let mut share = || draw(&mut random).max(f64::MIN_POSITIVE);
     let mut table = || -> Vec<Vec<f64>> {
-        (0..count).map(|_| (0..spreads).map(|_| share()).collect()).collect()
+        (0..count)
+            .map(|_| (0..spreads).map(|_| share()).collect())
+            .collect()
     };
     let (a, b) = (table(), table());
     let correlated = plan.factor.is_some();
     // A, B, then A with one column of B, then A with one spread halved.
     let mut tables: Vec<Vec<Vec<f64>>> = Vec::new();
-    let points = |rows: &[Vec<f64>], halved| rows.iter().map(|row| plan.point(row, halved)).collect();
+    let points =
+        |rows: &[Vec<f64>], halved| rows.iter().map(|row| plan.point(row, halved)).collect();
     tables.push(points(&a, None));
     tables.push(points(&b, None));
     if !correlated {
@@ -241,7 +255,9 @@ fn plan(study: &Study) -> Result<Plan<'_>, NoTolerance> {
     let nominal = study.nominal();
     let mut sources = Vec::new();
     for (index, variable) in study.variables.iter().enumerate() {
-        let Some(spread) = variable.spread else { continue };
+        let Some(spread) = variable.spread else {
+            continue;
+        };
         let drawn = nominal[index];
         let ends = match &variable.values {
             Values::Range {
@@ -260,7 +276,11 @@ fn plan(study: &Study) -> Result<Plan<'_>, NoTolerance> {
         return Err(NoTolerance::NoSpread);
     }
     let mut matrix: Vec<Vec<f64>> = (0..sources.len())
-        .map(|i| (0..sources.len()).map(|j| f64::from(u8::from(i == j))).collect())
+        .map(|i| {
+            (0..sources.len())
+                .map(|j| f64::from(u8::from(i == j)))
+                .collect()
+        })
         .collect();
     let place = |name: &str| {
         let of = |source: &Source| study.variables[source.variable].name == name;
@@ -299,7 +319,12 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
         row.status == Status::Done
             && limit.holds(row.answers[index].number().unwrap_or(f64::NAN), nominal)
     };
-    let all_good = |row: &&Row| study.limits.iter().all(|(index, limit)| good(row, *index, limit));
+    let all_good = |row: &&Row| {
+        study
+            .limits
+            .iter()
+            .all(|(index, limit)| good(row, *index, limit))
+    };
     let limited = !study.limits.is_empty();
     let names: Vec<String> = plan
         .sources
@@ -307,7 +332,11 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
         .map(|source| study.variables[source.variable].name.clone())
         .collect();
     let failed = both.iter().filter(|row| row.status != Status::Done).count();
-    let mixed = if correlated { &[][..] } else { &results[2..2 + spreads] };
+    let mixed = if correlated {
+        &[][..]
+    } else {
+        &results[2..2 + spreads]
+    };
     let mixed_done = mixed.iter().flatten().all(|row| row.status == Status::Done);
     let answers = (0..study.answers.len())
         .filter(|index| !study.answers[*index].word)
@@ -316,7 +345,10 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
             let mut values: Vec<f64> = both.iter().filter_map(|row| value(row)).collect();
             let count = values.len() as f64;
             let mean = values.iter().sum::<f64>() / count;
-            let square: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+            let square: f64 = values
+                .iter()
+                .map(|value| (value - mean) * (value - mean))
+                .sum();
             let limit = study.limits.iter().find(|(of, _)| *of == index);
             let yields = limit.map(|(_, limit)| {
                 let right = both.iter().filter(|row| good(row, index, limit)).count();
@@ -358,10 +390,14 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
     } else {
         Vec::new()
     };
-    let truncated = plan.sources.iter().zip(&names).filter_map(|(source, name)| {
-        let cut = 1.0 - (source.ends[1] - source.ends[0]);
-        (cut > 1e-12).then(|| (name.clone(), cut))
-    });
+    let truncated = plan
+        .sources
+        .iter()
+        .zip(&names)
+        .filter_map(|(source, name)| {
+            let cut = 1.0 - (source.ends[1] - source.ends[0]);
+            (cut > 1e-12).then(|| (name.clone(), cut))
+        });
     let owned: Vec<Row> = both.iter().map(|row| (*row).clone()).collect();
     Tolerance {
         truncated: truncated.collect(),
@@ -369,7 +405,8 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
         failed,
         reasons: crate::sweep::reasons(&owned),
         answers,
-        yields: limited.then(|| wilson(both.iter().filter(|row| all_good(row)).count(), both.len())),
+        yields: limited
+            .then(|| wilson(both.iter().filter(|row| all_good(row)).count(), both.len())),
         tightened,
         spreads: names,
         correlated,
@@ -394,7 +431,11 @@ pub fn shares(names: &[String], a: &[f64], b: &[f64], mixed: &[Vec<f64>], seed: 
     let all: Vec<usize> = (0..count).collect();
     let mut random = seeded(seed ^ 0xb007);
     let resamples: Vec<Vec<usize>> = (0..RESAMPLES)
-        .map(|_| (0..count).map(|_| (draw(&mut random) * count as f64) as usize).collect())
+        .map(|_| {
+            (0..count)
+                .map(|_| (draw(&mut random) * count as f64) as usize)
+                .collect()
+        })
         .collect();
     // Centred once: the mean adds noise to the estimator of first order.
     let mean = (a.iter().sum::<f64>() + b.iter().sum::<f64>()) / (2 * count) as f64;
@@ -413,10 +454,16 @@ pub fn shares(names: &[String], a: &[f64], b: &[f64], mixed: &[Vec<f64>], seed: 
     };
     let one = |mixed: &[f64], which: usize| {
         let value = of(&all, mixed)[which];
-        let mut again: Vec<f64> = resamples.par_iter().map(|rows| of(rows, mixed)[which]).collect();
+        let mut again: Vec<f64> = resamples
+            .par_iter()
+            .map(|rows| of(rows, mixed)[which])
+            .collect();
         again.sort_by(f64::total_cmp);
         let middle = again.iter().sum::<f64>() / again.len() as f64;
-        let square: f64 = again.iter().map(|one| (one - middle) * (one - middle)).sum();
+        let square: f64 = again
+            .iter()
+            .map(|one| (one - middle) * (one - middle))
+            .sum();
         Estimate {
             value,
             error: (square / (again.len() as f64 - 1.0)).sqrt(),
@@ -470,7 +517,9 @@ mod tests {
         for seed in 0..8 {
             let mut random = seeded(seed);
             let mut table = || -> Vec<Vec<f64>> {
-                (0..1024).map(|_| (0..3).map(|_| draw(&mut random)).collect()).collect()
+                (0..1024)
+                    .map(|_| (0..3).map(|_| draw(&mut random)).collect())
+                    .collect()
             };
             let (a, b) = (table(), table());
             let value = |rows: &[Vec<f64>]| rows.iter().map(|row| f(row)).collect::<Vec<f64>>();
@@ -483,12 +532,17 @@ mod tests {
                     value(&mixed)
                 })
                 .collect();
-            for (share, [first, total]) in
-                shares(&names, &value(&a), &value(&b), &mixed, seed).iter().zip(exact)
+            for (share, [first, total]) in shares(&names, &value(&a), &value(&b), &mixed, seed)
+                .iter()
+                .zip(exact)
             {
                 for (found, exact) in [(share.first, first), (share.total, total)] {
                     let error: f64 = found.value - exact;
-                    assert!(error.abs() < 5.0 * found.error + 1e-4, "{} {found:?} {exact}", share.variable);
+                    assert!(
+                        error.abs() < 5.0 * found.error + 1e-4,
+                        "{} {found:?} {exact}",
+                        share.variable
+                    );
                     asked += 1;
                     right += usize::from(found.interval[0] <= exact && exact <= found.interval[1]);
                 }

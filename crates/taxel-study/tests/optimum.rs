@@ -28,14 +28,28 @@ fn p1(seeds: std::ops::Range<u64>) {
             let found = best(&study);
             let what = format!("range {least} N, seed {seed}");
             let resolution = found.row.answers[0].number().unwrap();
-            near(resolution, number(&row, "resolution_mn") * 1e-3, 1e-5, &what);
+            near(
+                resolution,
+                number(&row, "resolution_mn") * 1e-3,
+                1e-5,
+                &what,
+            );
             let [gap, thickness] = [found.row.point[0], found.row.point[1]];
             near(gap, number(&row, "gap_um") * 1e-6, 1e-4, &what);
             let expected = number(&row, "thickness_um") * 1e-6;
-            assert!((thickness - expected).abs() < 0.01e-6, "{what}: {thickness:e}");
+            assert!(
+                (thickness - expected).abs() < 0.01e-6,
+                "{what}: {thickness:e}"
+            );
             let holds = active(&study, &found);
-            assert!(holds.contains(&Active::Lower("gap".into())), "{what}: {holds:?}");
-            assert!(holds.contains(&Active::Constraint("enough_range".into())), "{what}: {holds:?}");
+            assert!(
+                holds.contains(&Active::Lower("gap".into())),
+                "{what}: {holds:?}"
+            );
+            assert!(
+                holds.contains(&Active::Constraint("enough_range".into())),
+                "{what}: {holds:?}"
+            );
         }
     }
 }
@@ -71,7 +85,11 @@ fn gaps(seed: u64) {
     study.optimize.seed = seed;
     let mut runner = Runner::new(&study);
     let found = optimise(&mut runner).unwrap();
-    assert!(found.evaluations <= 4000 && found.front.len() >= 30, "{}", found.front.len());
+    assert!(
+        found.evaluations <= 4000 && found.front.len() >= 30,
+        "{}",
+        found.front.len()
+    );
     let mut worst: f64 = 0.0;
     let (mut least, mut greatest) = (f64::INFINITY, 0.0_f64);
     for one in &found.front {
@@ -80,8 +98,14 @@ fn gaps(seed: u64) {
         least = least.min(margin);
         greatest = greatest.max(margin);
     }
-    println!("seed {seed}: {} designs, worst {worst:.5}, margins {least:e} to {greatest:e}", found.front.len());
-    assert!(worst < 0.01 && least < 0.02e-6 && greatest > 6.9e-6, "{worst} {least:e} {greatest:e}");
+    println!(
+        "seed {seed}: {} designs, worst {worst:.5}, margins {least:e} to {greatest:e}",
+        found.front.len()
+    );
+    assert!(
+        worst < 0.01 && least < 0.02e-6 && greatest > 6.9e-6,
+        "{worst} {least:e} {greatest:e}"
+    );
     let checked = check(&mut runner, &found, 200).unwrap();
     assert!(checked.feasible > 0);
     assert_eq!(checked.lost_to, 0);
@@ -103,10 +127,21 @@ fn the_corner_of_the_electrodes_of_p2_is_found() {
     let study = shipped("p2-electrodes");
     let found = best(&study);
     let [side, distance] = [found.row.point[0], found.row.point[1]];
-    assert!((side - 550e-6).abs() < 0.1e-6 && (distance - 650e-6).abs() < 0.1e-6, "{side:e} {distance:e}");
-    near(found.row.answers[0].number().unwrap(), 26.150e-6, 1e-3, "deviation_x");
+    assert!(
+        (side - 550e-6).abs() < 0.1e-6 && (distance - 650e-6).abs() < 0.1e-6,
+        "{side:e} {distance:e}"
+    );
+    near(
+        found.row.answers[0].number().unwrap(),
+        26.150e-6,
+        1e-3,
+        "deviation_x",
+    );
     let holds = active(&study, &found);
-    assert!(holds.contains(&Active::Constraint("inside".into())) && holds.contains(&Active::Constraint("apart".into())));
+    assert!(
+        holds.contains(&Active::Constraint("inside".into()))
+            && holds.contains(&Active::Constraint("apart".into()))
+    );
 }
 
 #[test]
@@ -114,7 +149,10 @@ fn the_same_seed_gives_the_same_designs_on_any_number_of_threads() {
     let mut study = shipped("p2-electrodes");
     study.optimize.evaluations = 400;
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| best(&study).row)
     };
     assert_eq!(on(1), on(2));
@@ -129,7 +167,10 @@ fn the_same_seed_gives_the_same_designs_on_any_number_of_threads() {
 #[test]
 fn constraints_that_exclude_each_other_are_named() {
     let text = taxel_study::shipped_text("p2-electrodes").unwrap();
-    let mut study = study_of(&text.replace("apart = \"distance - side >= 100 um\"", "apart = \"distance - side >= 700 um\""));
+    let mut study = study_of(&text.replace(
+        "apart = \"distance - side >= 100 um\"",
+        "apart = \"distance - side >= 700 um\"",
+    ));
     study.optimize.evaluations = 200;
     let found = optimise(&mut Runner::new(&study)).unwrap();
     assert!(found.front.is_empty());
@@ -146,12 +187,20 @@ fn the_best_places_of_p3_are_those_of_the_reference() {
         let found = place(&study, false).unwrap();
         assert_eq!((found.tried, found.exhaustive), (5005, true));
         let rows = reference("design_p3_placing.csv");
-        let of = |row: &&Vec<(String, String)>| row.iter().any(|(key, value)| key == "criterion" && value == criterion);
+        let of = |row: &&Vec<(String, String)>| {
+            row.iter()
+                .any(|(key, value)| key == "criterion" && value == criterion)
+        };
         let mut compared = 0;
         for (row, choice) in rows.iter().filter(of).zip(&found.best) {
             // Mirror images tie: the numbers are compared, and of the best pair the places.
             near(choice.rms, number(row, "place_rms_mm") * 1e-3, 1e-3, "rms");
-            near(choice.worst, number(row, "place_worst_mm") * 1e-3, 1e-3, "worst");
+            near(
+                choice.worst,
+                number(row, "place_worst_mm") * 1e-3,
+                1e-3,
+                "worst",
+            );
             assert!((choice.half_log_det - number(row, "mean_half_log_det")).abs() < 1e-3);
             compared += 1;
         }
@@ -178,7 +227,9 @@ fn exchange_finds_the_best_places_from_every_seed() {
 fn places_without_information_are_no_choice() {
     let text = taxel_study::shipped_text("p3-places").unwrap();
     // Three places on a line far from most contacts tell nothing of the place across it.
-    let text = text.replace("grid 5 x 3, 2.5 mm", "grid 5 x 1, 2.5 mm").replace("count = 6", "count = 5");
+    let text = text
+        .replace("grid 5 x 3, 2.5 mm", "grid 5 x 1, 2.5 mm")
+        .replace("count = 6", "count = 5");
     let text = format!("{text}grid = [5, 1]\n");
     let found = place(&study_of(&text), false).unwrap();
     assert!(found.best.is_empty() && found.tried == 1);

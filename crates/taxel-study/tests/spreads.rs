@@ -36,8 +36,16 @@ fn compared(found: &Tolerance) -> Vec<(String, Estimate, f64)> {
         }
     }
     // By the specification's closed numbers.
-    for (variable, value) in [("air_gap", 0.7057), ("stiffness_z", 0.5787), ("insulation", 0.5558)] {
-        let one = found.tightened.iter().find(|one| one.variable == variable).unwrap();
+    for (variable, value) in [
+        ("air_gap", 0.7057),
+        ("stiffness_z", 0.5787),
+        ("insulation", 0.5558),
+    ] {
+        let one = found
+            .tightened
+            .iter()
+            .find(|one| one.variable == variable)
+            .unwrap();
         all.push((format!("halved {variable}"), one.yields, value));
     }
     all
@@ -50,13 +58,31 @@ fn yield_and_shares_of_p2_are_the_exact_ones() {
     let found = run(&study);
     let answer = &found.answers[0];
     // %/mN is 10/N.
-    near(answer.nominal, exact("nominal_percent_per_mn") * 10.0, 1e-8, "nominal");
+    near(
+        answer.nominal,
+        exact("nominal_percent_per_mn") * 10.0,
+        1e-8,
+        "nominal",
+    );
     // Four standard errors of a mean of 2048.
-    near(answer.mean / answer.nominal, exact("mean_over_nominal"), 4.0 * 0.0375 / 45.0, "mean");
-    near(answer.deviation / answer.nominal, exact("relative_deviation"), 0.07, "deviation");
+    near(
+        answer.mean / answer.nominal,
+        exact("mean_over_nominal"),
+        4.0 * 0.0375 / 45.0,
+        "mean",
+    );
+    near(
+        answer.deviation / answer.nominal,
+        exact("relative_deviation"),
+        0.07,
+        "deviation",
+    );
     for (name, estimate, value) in compared(&found) {
         let error = (estimate.value - value).abs();
-        assert!(error <= 4.0 * estimate.error, "{name}: {estimate:?}, exact {value}");
+        assert!(
+            error <= 4.0 * estimate.error,
+            "{name}: {estimate:?}, exact {value}"
+        );
     }
     assert_eq!(found.tightened[0].variable, "air_gap");
     assert_eq!(found.failed, 0);
@@ -73,7 +99,10 @@ fn intervals_cover_in_ninety_to_ninety_nine_of_a_hundred_seeds() {
         study.tolerance.seed = seed;
         let found = run(&study);
         let all = compared(&found);
-        within += usize::from(all.iter().all(|(_, one, value)| (one.value - value).abs() <= 4.0 * one.error));
+        within += usize::from(
+            all.iter()
+                .all(|(_, one, value)| (one.value - value).abs() <= 4.0 * one.error),
+        );
         order += usize::from(found.tightened[0].variable == "air_gap");
         for (name, one, value) in all {
             let holds = usize::from(one.interval[0] <= value && value <= one.interval[1]);
@@ -96,9 +125,10 @@ fn forces_after_calibration_are_right_as_often_as_the_reference_says() {
     for row in reference("design_p2_after.csv") {
         let limit = number(&row, "limit");
         let text = taxel_study::shipped_text("p2-after").unwrap();
-        let text = text
-            .replace("samples = 4096", "samples = 256")
-            .replace("within = \"3 %\"", &format!("within = \"{} %\"", 100.0 * limit));
+        let text = text.replace("samples = 4096", "samples = 256").replace(
+            "within = \"3 %\"",
+            &format!("within = \"{} %\"", 100.0 * limit),
+        );
         let mut study = study_of(&text);
         let after = &row.iter().find(|(key, _)| key == "after").unwrap().1;
         study.tolerance.after = match after.as_str() {
@@ -110,7 +140,10 @@ fn forces_after_calibration_are_right_as_often_as_the_reference_says() {
         let (yields, exact) = (found.yields.unwrap(), number(&row, "yield"));
         // Without a failure in 512 devices the standard error is estimated as zero.
         let error = (exact * (1.0 - exact) / 512.0).sqrt().max(yields.error);
-        assert!((yields.value - exact).abs() <= 4.0 * error + 1e-9, "{after} {limit}: {yields:?}, exact {exact}");
+        assert!(
+            (yields.value - exact).abs() <= 4.0 * error + 1e-9,
+            "{after} {limit}: {yields:?}, exact {exact}"
+        );
     }
 }
 
@@ -118,7 +151,10 @@ fn forces_after_calibration_are_right_as_often_as_the_reference_says() {
 fn correlated_spreads_have_no_shares_and_contradictions_are_refused() {
     let text = taxel_study::shipped_text("p2-tolerance").unwrap();
     let with = |correlation: &str| {
-        text.replace("samples = 4096", &format!("samples = 64\ncorrelation = [{correlation}]"))
+        text.replace(
+            "samples = 4096",
+            &format!("samples = 64\ncorrelation = [{correlation}]"),
+        )
     };
     let found = run(&study_of(&with("[\"air_gap\", \"insulation\", 0.9]")));
     assert!(found.correlated && found.answers[0].shares.is_empty());
@@ -141,7 +177,11 @@ fn failed_devices_count_as_bad_and_leave_no_shares() {
         1,
     );
     let found = run(&study_of(&text));
-    assert!(found.failed > 0 && found.failed < found.devices, "{}", found.failed);
+    assert!(
+        found.failed > 0 && found.failed < found.devices,
+        "{}",
+        found.failed
+    );
     assert!(found.answers[0].shares.is_empty());
     assert!(found.reasons[0].1.contains("refused"));
 }

@@ -97,9 +97,9 @@ impl Information {
         let count = self.unknowns.len();
         let mut matrix = vec![vec![0.0; count]; count];
         for (row, noise) in self.jacobian.iter().zip(&self.noise) {
-            for i in 0..count {
-                for j in 0..count {
-                    matrix[i][j] += row[i] / noise * (row[j] / noise);
+            for (sums, a) in matrix.iter_mut().zip(row) {
+                for (sum, b) in sums.iter_mut().zip(row) {
+                    *sum += a / noise * (b / noise);
                 }
             }
         }

@@ -46,12 +46,19 @@ fn designs(arguments: &Optimize, read: &Study, text: &str) -> Result<Done, Stop>
         return wrong("no objective is given\nhelp: add [objectives] with minimise or maximise");
     }
     if read.variables.is_empty() || read.variables.iter().any(|one| !one.values.varies()) {
-        return wrong("every variable of an optimisation needs a range or values\nhelp: add range = [least, greatest]");
+        return wrong(
+            "every variable of an optimisation needs a range or values\nhelp: add range = [least, greatest]",
+        );
     }
     let existing = arguments.overwrite.existing();
     let store = match &arguments.store {
         None => None,
-        Some(folder) => Some(study::store(folder, read, text, read.optimize.population * 64)?),
+        Some(folder) => Some(study::store(
+            folder,
+            read,
+            text,
+            read.optimize.population * 64,
+        )?),
     };
     let expected = read.optimize.evaluations;
     let (found, checked) = study::running(read, "optimising", expected, store, |runner| {
@@ -108,7 +115,10 @@ fn designs(arguments: &Optimize, read: &Study, text: &str) -> Result<Done, Stop>
         }
     }
     if found.stopped {
-        note!("note: stopped after {} of {expected} evaluations", found.evaluations);
+        note!(
+            "note: stopped after {} of {expected} evaluations",
+            found.evaluations
+        );
         return Ok(Done::WithLosses);
     }
     Ok(Done::Complete)
@@ -117,14 +127,19 @@ fn designs(arguments: &Optimize, read: &Study, text: &str) -> Result<Done, Stop>
 /// No design fulfils all constraints: the one that violates least, and what it violates.
 fn none(read: &Study, found: &optimise::Optimum) -> Result<Done, Stop> {
     let Some(nearest) = &found.nearest else {
-        return Err(Stop::Failed(String::from("stopped before the first design")));
+        return Err(Stop::Failed(String::from(
+            "stopped before the first design",
+        )));
     };
     let mut lines = vec![String::from("no design fulfils all constraints")];
     if nearest.violation.is_finite() {
         let columns = taxel_study::sweep::columns(read);
         let cells = taxel_study::sweep::cells(read, &nearest.row);
         let table = table::render(TableFormat::Table, &Map::new(), &columns, &[cells]);
-        lines.push(format!("the one that violates least:\n{}", table.trim_end()));
+        lines.push(format!(
+            "the one that violates least:\n{}",
+            table.trim_end()
+        ));
         let violations = read.violations(&nearest.row);
         let names: Vec<String> = read
             .constraints
@@ -134,11 +149,19 @@ fn none(read: &Study, found: &optimise::Optimum) -> Result<Done, Stop> {
             .map(|((name, _), violation)| format!("{name} by {:.3} %", 100.0 * violation))
             .collect();
         lines.push(format!("it violates: {}", names.join(", ")));
-        lines.push(String::from("help: these exclude each other or the ranges; loosen one"));
+        lines.push(String::from(
+            "help: these exclude each other or the ranges; loosen one",
+        ));
     } else {
-        lines.push(String::from("and none has all its answers; the commonest reasons:"));
+        lines.push(String::from(
+            "and none has all its answers; the commonest reasons:",
+        ));
         let rows: Vec<Row> = found.dominated.iter().map(|one| one.row.clone()).collect();
-        let rows = if rows.is_empty() { vec![nearest.row.clone()] } else { rows };
+        let rows = if rows.is_empty() {
+            vec![nearest.row.clone()]
+        } else {
+            rows
+        };
         for (count, reason) in taxel_study::sweep::reasons(&rows).into_iter().take(5) {
             lines.push(format!("{count} of {}: {reason}", rows.len()));
         }
@@ -183,7 +206,11 @@ fn places(arguments: &Optimize, read: &Study) -> Result<Done, Stop> {
             ]
         })
         .collect();
-    let seed = read.place.as_ref().and_then(|place| place.seed).unwrap_or(1);
+    let seed = read
+        .place
+        .as_ref()
+        .and_then(|place| place.seed)
+        .unwrap_or(1);
     let mut about = study::about(read, seed);
     about.insert("choices_tried".into(), Value::from(found.tried));
     let answer = table::render(arguments.format.into(), &about, &columns, &rows);

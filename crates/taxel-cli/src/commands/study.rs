@@ -61,19 +61,32 @@ pub(crate) fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
         name: &head.sensor,
         text: &text,
     };
-    let solutions = Box::new(|| Box::new(Folder::of_user()) as Box<dyn taxel::solutions::Solutions>);
-    Ok((Study::parse(&study.name, &study.text, &sensor, solutions)?, path))
+    let solutions =
+        Box::new(|| Box::new(Folder::of_user()) as Box<dyn taxel::solutions::Solutions>);
+    Ok((
+        Study::parse(&study.name, &study.text, &sensor, solutions)?,
+        path,
+    ))
 }
 
 /// The store in a folder: of designs that take long one in each block.
-pub(crate) fn store(folder: &Path, study: &Study, text: &str, designs: usize) -> Result<Store, Stop> {
+pub(crate) fn store(
+    folder: &Path,
+    study: &Study,
+    text: &str,
+    designs: usize,
+) -> Result<Store, Stop> {
     let slow = text.contains("\"fem\"") || text.contains("channel_section") || {
         // A sensor file may ask for finite elements itself.
         let (text, _) = study.text_of(&study.nominal());
         text.contains("mechanics = \"fem\"")
     };
     // A plan has some 64 blocks, so that shards have work.
-    let block = if slow { 1 } else { designs.div_ceil(64).clamp(1, MOST_IN_BLOCK) };
+    let block = if slow {
+        1
+    } else {
+        designs.div_ceil(64).clamp(1, MOST_IN_BLOCK)
+    };
     let store = Store::open(folder, block, text).map_err(refused)?;
     if store.damaged > 0 {
         note!(
@@ -143,7 +156,12 @@ pub(crate) fn about(study: &Study, seed: u64) -> Map<String, Value> {
 /// The table of designs.
 pub(crate) fn table_of(study: &Study, format: Format, seed: u64, rows: &[Row]) -> String {
     let cells: Vec<_> = rows.iter().map(|row| sweep::cells(study, row)).collect();
-    table::render(format.into(), &about(study, seed), &sweep::columns(study), &cells)
+    table::render(
+        format.into(),
+        &about(study, seed),
+        &sweep::columns(study),
+        &cells,
+    )
 }
 
 /// Writes a figure, on a page with its table where the name ends in .html.

@@ -75,7 +75,9 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
         None => true,
     };
     let block = store.as_ref().map_or(1, |store| store.block);
-    if arguments.merge && let Some(store) = &store {
+    if arguments.merge
+        && let Some(store) = &store
+    {
         store.remove_left_behind();
     }
     let mine = |index: usize| wanted(index / block);
@@ -88,9 +90,13 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
         Ok((rows, (runner.stop)()))
     })?;
     if let Some([part, parts]) = shard {
-        let missing = (0..found.len()).filter(|index| mine(*index) && found[*index].is_none()).count();
+        let missing = (0..found.len())
+            .filter(|index| mine(*index) && found[*index].is_none())
+            .count();
         if missing > 0 {
-            note!("note: stopped; {missing} of {expected} designs of part {part}/{parts} are missing");
+            note!(
+                "note: stopped; {missing} of {expected} designs of part {part}/{parts} are missing"
+            );
             return Ok(Done::WithLosses);
         }
         return Ok(Done::Complete);
@@ -100,8 +106,15 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
     let missing = asked - rows.len();
     if arguments.status {
         let failed = rows.iter().filter(|row| row.status != Status::Done).count();
-        outputs::print(&format!("done {}\nfailed {failed}\nmissing {missing}\n", rows.len() - failed))?;
-        return Ok(if missing > 0 { Done::WithLosses } else { Done::Complete });
+        outputs::print(&format!(
+            "done {}\nfailed {failed}\nmissing {missing}\n",
+            rows.len() - failed
+        ))?;
+        return Ok(if missing > 0 {
+            Done::WithLosses
+        } else {
+            Done::Complete
+        });
     }
     if rows.is_empty() {
         note!("note: none of {asked} designs is there; nothing was written");
@@ -133,14 +146,20 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
 fn part(text: &str, parts: Option<usize>) -> Result<[usize; 2], Stop> {
     let wrong = |message: String| {
         let help = "write such as --shard 3/16 (parts 0 to 15), or --shard auto in an array job";
-        Err(Stop::WrongInput(format!("--shard {text}: {message}\nhelp: {help}")))
+        Err(Stop::WrongInput(format!(
+            "--shard {text}: {message}\nhelp: {help}"
+        )))
     };
-    let of_environment = |name: &str| -> Option<usize> { std::env::var(name).ok()?.trim().parse().ok() };
+    let of_environment =
+        |name: &str| -> Option<usize> { std::env::var(name).ok()?.trim().parse().ok() };
     let found = if text == "auto" {
         let slurm = of_environment("SLURM_ARRAY_TASK_ID").map(|task| {
             // An array may begin at another number than zero.
             let first = of_environment("SLURM_ARRAY_TASK_MIN").unwrap_or(0);
-            (task.checked_sub(first), of_environment("SLURM_ARRAY_TASK_COUNT"))
+            (
+                task.checked_sub(first),
+                of_environment("SLURM_ARRAY_TASK_COUNT"),
+            )
         });
         let kubernetes = of_environment("JOB_COMPLETION_INDEX").map(|index| (Some(index), None));
         let pbs = of_environment("PBS_ARRAY_INDEX").map(|index| (Some(index), None));
@@ -154,7 +173,9 @@ fn part(text: &str, parts: Option<usize>) -> Result<[usize; 2], Stop> {
         numbers.map_or((None, None), |(part, parts)| (read(part), read(parts)))
     };
     match found {
-        (Some(_), None) if text == "auto" => wrong(String::from("the number of parts is not in the environment: give --shards N")),
+        (Some(_), None) if text == "auto" => wrong(String::from(
+            "the number of parts is not in the environment: give --shards N",
+        )),
         (Some(part), Some(parts)) if part < parts => Ok([part, parts]),
         (Some(part), Some(parts)) => wrong(format!("part {part} is not below {parts}")),
         _ => wrong(String::from("is no part of N")),
@@ -164,7 +185,9 @@ fn part(text: &str, parts: Option<usize>) -> Result<[usize; 2], Stop> {
 /// A study of schema 1: sections of microchannels.
 fn sections(arguments: &Sweep, name: String, text: &str) -> Result<Done, Stop> {
     if arguments.store.is_some() {
-        let message = format!("{name}: a study of schema 1 is not kept\nhelp: leave --store out, or write it in schema 2");
+        let message = format!(
+            "{name}: a study of schema 1 is not kept\nhelp: leave --store out, or write it in schema 2"
+        );
         return Err(Stop::WrongInput(message));
     }
     let outputs = [

@@ -65,7 +65,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Done, Stop> {
         || table::render(Format::Table.into(), &about, &columns, &rows),
     )?;
     for (name, cut) in &found.truncated {
-        note!("note: the range of {name} cuts off {:.3} % of its spread", 100.0 * cut);
+        note!(
+            "note: the range of {name} cuts off {:.3} % of its spread",
+            100.0 * cut
+        );
     }
     if found.failed > 0 {
         note!(
@@ -120,7 +123,12 @@ fn table_of(read: &Study, found: &Tolerance) -> (Vec<Column>, Vec<Vec<Cell>>) {
         estimate("all limits", "yield", "", yields);
     }
     for one in &found.tightened {
-        estimate("all limits", "yield_with_spread_halved", &one.variable, &one.yields);
+        estimate(
+            "all limits",
+            "yield_with_spread_halved",
+            &one.variable,
+            &one.yields,
+        );
     }
     for one in &found.answers {
         let name = &read.answers[one.answer].name;

@@ -1,5 +1,9 @@
 //! Shared by the tests: reference tables and studies.
-#![allow(clippy::unwrap_used, dead_code, reason = "a panic is how a test fails; not every test needs all")]
+#![allow(
+    clippy::unwrap_used,
+    dead_code,
+    reason = "a panic is how a test fails; not every test needs all"
+)]
 
 use std::path::Path;
 
@@ -10,10 +14,19 @@ use taxel_study::study::{SensorText, Study, header};
 
 /// Rows of a reference table, each field by the name of its column.
 pub(crate) fn reference(name: &str) -> Vec<Vec<(String, String)>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/reference")
+        .join(name);
     let text = std::fs::read_to_string(path).unwrap();
-    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
-    let header: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    let mut lines = text
+        .lines()
+        .filter(|line| !line.starts_with('#') && !line.is_empty());
+    let header: Vec<String> = lines
+        .next()
+        .unwrap()
+        .split(',')
+        .map(str::to_owned)
+        .collect();
     let row = |line: &str| {
         let fields = line.split(',').map(str::to_owned);
         header.iter().cloned().zip(fields).collect()
@@ -33,7 +46,12 @@ pub(crate) fn read(text: &str) -> Result<Study, InputError> {
         name: &header.sensor,
         text: Sensor::shipped_text(&header.sensor).unwrap(),
     };
-    Study::parse("study.toml", text, &sensor, Box::new(|| Box::new(TablesOnly)))
+    Study::parse(
+        "study.toml",
+        text,
+        &sensor,
+        Box::new(|| Box::new(TablesOnly)),
+    )
 }
 
 #[track_caller]

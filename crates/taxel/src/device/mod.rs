@@ -34,7 +34,9 @@ pub use microchannel::{
     LayerAnswer, LayerState, MicrochannelArray, MicrochannelFieldPredictor, MicrochannelPrediction,
     MicrochannelPredictor,
 };
-pub use piezoelectric::{Drive, PiezoelectricArray, PlaceInformation, PlacedContact, PiezoelectricPredictor, TestAnswer};
+pub use piezoelectric::{
+    Drive, PiezoelectricArray, PiezoelectricPredictor, PlaceInformation, PlacedContact, TestAnswer,
+};
 pub use three_axis_capacitor::{
     CapacitanceParts, LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor,
 };

@@ -367,12 +367,9 @@ impl ShareSlopeTable {
     /// edge that it leaves.
     pub fn slopes(&self, offset: [f64; 2], side: f64) -> [f64; 2] {
         // Moving the load moves the element the other way.
-        gather_shear(
-            offset,
-            side,
-            table_panels(side, self.thickness),
-            |radius| self.pressure.at(radius).unwrap_or(0.0),
-        )
+        gather_shear(offset, side, table_panels(side, self.thickness), |radius| {
+            self.pressure.at(radius).unwrap_or(0.0)
+        })
     }
 }
 
@@ -506,10 +503,16 @@ mod tests {
             assert!((table.share(offset, 2e-3) - share(0.0, 0.0)).abs() < 2e-8);
             let h = 1e-5;
             let found = table.slopes(offset, 2e-3);
-            let differences = [share(h, 0.0) - share(-h, 0.0), share(0.0, h) - share(0.0, -h)];
+            let differences = [
+                share(h, 0.0) - share(-h, 0.0),
+                share(0.0, h) - share(0.0, -h),
+            ];
             for (slope, difference) in found.into_iter().zip(differences) {
                 // Curvature of the differences: (h/thickness)²; the slopes are up to 300/m.
-                assert!((slope - difference / (2.0 * h)).abs() < 0.1, "{slope} {difference}");
+                assert!(
+                    (slope - difference / (2.0 * h)).abs() < 0.1,
+                    "{slope} {difference}"
+                );
             }
         }
     }

@@ -84,7 +84,9 @@ impl<'a> InPlaneArray<'a> {
         let model = self.model();
         let beyond = |error: InPlaneError| NoInformation::Beyond(error.to_string());
         let noise = noise.unwrap_or_else(|| self.board.deviation());
-        let full_scale = model.compress(model.largest_compression()).map_err(beyond)?;
+        let full_scale = model
+            .compress(model.largest_compression())
+            .map_err(beyond)?;
         let slope = match model.sensitivity(compression) {
             // The published law has no slope at rest: the secant over one deviation.
             Err(InPlaneError::NoSensitivityAtRest { .. }) => {

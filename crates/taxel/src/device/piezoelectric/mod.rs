@@ -324,7 +324,12 @@ static INFORMATION_LOADS: [LoadColumn; 4] = {
             LoadKind::Quantity(&FORCE, [0.0, 1e6]),
             "pressing force of the contact",
         ),
-        column("x", "x", length, "place of the contact from the middle of the array"),
+        column(
+            "x",
+            "x",
+            length,
+            "place of the contact from the middle of the array",
+        ),
         column("y", "y", length, "the same along y"),
         column(
             "contact_radius",

@@ -110,9 +110,10 @@ impl<'a> ThreeAxisArray<'a> {
         force: [f64; 3],
         noise: Option<f64>,
     ) -> Result<Information, NoInformation> {
-        let at = self.unit_model().linearise(force).ok_or_else(|| {
-            NoInformation::Beyond(String::from("a pair of electrodes touches"))
-        })?;
+        let at = self
+            .unit_model()
+            .linearise(force)
+            .ok_or_else(|| NoInformation::Beyond(String::from("a pair of electrodes touches")))?;
         let unknown = |name| Unknown {
             name,
             dimension: &FORCE,
