@@ -453,7 +453,7 @@ fn way(over: &str) -> Result<Vec<String>, Wrong> {
             help,
         );
     };
-    if !(low < high) {
+    if low.is_nan() || high.is_nan() || low >= high {
         return wrong("over", format!("the way \"{over}\" is empty"), help);
     }
     let at = |step: usize| low + (high - low) * step as f64 / WAY as f64;
@@ -624,23 +624,7 @@ fn estimate(
         );
     };
     let loads = Loads::one(load, load_columns).map_err(|error| of_load("load", &error))?;
-    let noise = match &written.noise {
-        None => None,
-        Some(text) => {
-            let noise = device.information_noise().parse(text);
-            let noise = noise.and_then(|noise| {
-                let positive = noise > 0.0;
-                positive
-                    .then_some(noise)
-                    .ok_or_else(|| format!("\"{text}\" is not above zero"))
-            });
-            Some(noise.map_err(|message| Wrong {
-                key: "noise",
-                message,
-                help: format!("write {} above zero", device.information_noise().name),
-            })?)
-        }
-    };
+    let noise = noise_of(written, device.as_ref())?;
     let options = InformationOptions {
         noise,
         radius: radius(written.radius.as_ref())?,
@@ -682,6 +666,27 @@ fn estimate(
     };
     let word = *what == Estimated::RangeEndedBy;
     Ok((Kind::Estimate(estimate), column, word))
+}
+
+/// Noise of a reading that an answer states, SI.
+fn noise_of(written: &AnswerFile, device: &dyn Device) -> Result<Option<f64>, Wrong> {
+    let Some(text) = &written.noise else {
+        return Ok(None);
+    };
+    let dimension = device.information_noise();
+    match dimension.parse(text) {
+        Ok(noise) if noise > 0.0 => Ok(Some(noise)),
+        Ok(_) => wrong(
+            "noise",
+            format!("\"{text}\" is not above zero"),
+            format!("write {} above zero", dimension.name),
+        ),
+        Err(message) => wrong(
+            "noise",
+            message,
+            format!("write {} above zero", dimension.name),
+        ),
+    }
 }
 
 fn radius(written: Option<&RadiusFile>) -> Result<RadiusKnowledge, Wrong> {

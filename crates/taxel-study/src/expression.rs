@@ -244,7 +244,7 @@ enum Token {
 
 /// The longest unit at the start of `text`.
 fn unit_at(text: &str) -> Option<(&'static quantity::Dimension, &'static str)> {
-    let longest = quantity::dimensions()
+    quantity::dimensions()
         .flat_map(|dimension| {
             dimension
                 .units
@@ -257,8 +257,7 @@ fn unit_at(text: &str) -> Option<(&'static quantity::Dimension, &'static str)> {
                 .strip_prefix(*unit)
                 .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
         })
-        .max_by_key(|(_, unit)| unit.len());
-    longest
+        .max_by_key(|(_, unit)| unit.len())
 }
 
 fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Mistake> {

@@ -337,12 +337,12 @@ fn maps(study: &Study, rows: &[Row]) -> String {
         .collect();
     let (nx, ny) = (lists[0].len(), lists[1].len());
     let panel = 380.0;
-    let height = 72.0 + panel * upward.len() as f64;
+    let height = 90.0 + panel * upward.len() as f64;
     svg.rectangle("paper", [0.0; 2], [WIDTH, height]);
     svg.text("title", [WIDTH / 2.0, 26.0], Anchor::Middle, &study.name);
     let bad: Vec<bool> = rows.iter().map(|row| !feasible(study, row)).collect();
     for (index, answer) in upward.iter().enumerate() {
-        let (corner, size) = ([90.0, 66.0 + panel * index as f64], [480.0, 280.0]);
+        let (corner, size) = ([90.0, 84.0 + panel * index as f64], [480.0, 280.0]);
         let values: Vec<f64> = rows.iter().map(|row| (answer.value)(row)).collect();
         let positive = values
             .iter()
@@ -391,29 +391,7 @@ fn maps(study: &Study, rows: &[Row]) -> String {
             }
         }
         svg.rectangle("frame", corner, size);
-        let every = |count: usize| count.div_ceil(9);
-        for (i, value) in lists[0].iter().enumerate().step_by(every(nx)) {
-            let middle = [place(i, 0)[0] + cell[0] / 2.0, corner[1] + size[1] + 15.0];
-            svg.text(
-                "tick",
-                middle,
-                Anchor::Middle,
-                &short(value / across[0].column.scale),
-            );
-        }
-        for (j, value) in lists[1].iter().enumerate().step_by(every(ny)) {
-            let middle = [corner[0] - 6.0, place(0, j)[1] + cell[1] / 2.0 + 4.0];
-            svg.text(
-                "tick",
-                middle,
-                Anchor::End,
-                &short(value / across[1].column.scale),
-            );
-        }
-        let below = [corner[0] + size[0] / 2.0, corner[1] + size[1] + 34.0];
-        svg.text("label", below, Anchor::Middle, &title_of(&across[0].column));
-        let left = [corner[0] - 58.0, corner[1] + size[1] / 2.0];
-        svg.upward_text("label", left, &title_of(&across[1].column));
+        map_axes(&mut svg, corner, size, &across, &lists);
         colour_bar(
             &mut svg,
             [corner[0] + size[0] + 24.0, corner[1]],
@@ -428,13 +406,44 @@ fn maps(study: &Study, rows: &[Row]) -> String {
             .iter()
             .map(|(name, _)| name.as_str())
             .collect();
-        note += &format!(
-            "; black line: border of the constraints ({})",
-            names.join(", ")
-        );
+        let names = names.join(", ");
+        note = format!("{note}; black line: border of the constraints ({names})");
     }
     svg.text("note", [90.0, 44.0], Anchor::Start, &note);
     svg.finish([WIDTH, height], &study.name, STYLE)
+}
+
+/// Ticks and labels of a map: the middles of its columns and rows.
+fn map_axes(
+    svg: &mut Svg,
+    corner: [f64; 2],
+    size: [f64; 2],
+    across: &[Shown<'_>],
+    lists: &[Vec<f64>],
+) {
+    let step = |count: usize| count.div_ceil(9);
+    let columns = lists[0].len() as f64;
+    for (i, value) in lists[0].iter().enumerate().step_by(step(lists[0].len())) {
+        let middle = [
+            corner[0] + size[0] * (i as f64 + 0.5) / columns,
+            corner[1] + size[1] + 15.0,
+        ];
+        let text = short(value / across[0].column.scale);
+        svg.text("tick", middle, Anchor::Middle, &text);
+    }
+    let rows = lists[1].len() as f64;
+    for (j, value) in lists[1].iter().enumerate().step_by(step(lists[1].len())) {
+        let middle = [
+            corner[0] - 6.0,
+            corner[1] + size[1] * (1.0 - (j as f64 + 0.5) / rows) + 4.0,
+        ];
+        let text = short(value / across[1].column.scale);
+        svg.text("tick", middle, Anchor::End, &text);
+    }
+    let below = [corner[0] + size[0] / 2.0, corner[1] + size[1] + 34.0];
+    svg.text("label", below, Anchor::Middle, &title_of(&across[0].column));
+    let left = [corner[0] - 58.0, corner[1] + size[1] / 2.0];
+    svg.upward_text("label", left, &title_of(&across[1].column));
 }
 
 fn colour_bar(svg: &mut Svg, corner: [f64; 2], height: f64, scale: &Axis) {

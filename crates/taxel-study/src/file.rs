@@ -221,6 +221,14 @@ pub struct SweepFile {
     pub seed: u64,
 }
 
+impl SweepFile {
+    /// True if the plan is a table of designs.
+    pub fn is_list(&self) -> bool {
+        let ending = std::path::Path::new(&self.plan).extension();
+        ending.is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+    }
+}
+
 impl Default for SweepFile {
     fn default() -> Self {
         Self {

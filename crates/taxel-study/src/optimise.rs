@@ -403,14 +403,14 @@ fn polished(
     let size = start.costs[0].abs();
     let size = if size > 0.0 { size } else { 1.0 };
     // A design that is not done is worse than any other, and outside.
-    let cost = |x: &[f64], _: &mut ()| -> f64 {
+    let cost = |x: &[f64], (): &mut ()| -> f64 {
         let found = at(x).filter(|one| one.row.status == Status::Done);
         let cost = found.map_or(f64::NAN, |one| one.costs[0] / size);
         if cost.is_finite() { cost } else { 1e6 }
     };
     let at = &at;
     let room = |index: usize| {
-        move |x: &[f64], _: &mut ()| -> f64 {
+        move |x: &[f64], (): &mut ()| -> f64 {
             let found = at(x).filter(|one| one.row.status == Status::Done);
             let excess = found.map_or(f64::INFINITY, |one| study.violations(&one.row)[index]);
             if excess.is_finite() { -excess } else { -1.0 }

@@ -8,7 +8,7 @@ use taxel::predict::Loads;
 use taxel::quantity::{FORCE, LENGTH};
 
 use crate::answers::{cells, farthest};
-use crate::file::{Criterion, PlaceOf};
+use crate::file::{Criterion, PlaceFile, PlaceOf};
 use crate::plans::{draw, seeded};
 use crate::study::Study;
 
@@ -131,16 +131,39 @@ fn subsets(candidates: usize, count: usize) -> Option<u64> {
     })
 }
 
+/// The candidates that are asked for, or the mistake and what to do.
+fn candidates_of(
+    asked: &PlaceFile,
+    array: Vec<[f64; 2]>,
+) -> Result<Vec<[f64; 2]>, (String, &'static str)> {
+    match (asked.of, &asked.candidates) {
+        (PlaceOf::Channels, None) => Ok(array),
+        (PlaceOf::Elements, Some(text)) => grid(text).ok_or_else(|| {
+            let help = "such as grid 5 x 3, 2.5 mm, of at most 400 places";
+            (format!("\"{text}\" is no grid of places"), help)
+        }),
+        (PlaceOf::Channels, Some(_)) => {
+            let message = String::from("channels are those of the array");
+            Err((message, "leave candidates out"))
+        }
+        (PlaceOf::Elements, None) => {
+            let message = String::from("elements need candidates");
+            Err((message, "such as grid 5 x 3, 2.5 mm"))
+        }
+    }
+}
+
 /// Chooses the places of `[place]`.
 ///
 /// # Errors
 /// A mistake in `[place]`, or a sensor that is no piezoelectric array.
 pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError> {
-    let wrong = |key: &str, message: String, help: &str| {
-        Err(InputError::whole(&study.name, message)
+    let error = |key: &str, message: String, help: &str| {
+        InputError::whole(&study.name, message)
             .key(format!("place.{key}"))
-            .help(help))
+            .help(help)
     };
+    let wrong = |key: &str, message: String, help: &str| Err(error(key, message, help));
     let Some(asked) = &study.place else {
         return wrong("", String::from("the study has no [place]"), "add it");
     };
@@ -154,28 +177,8 @@ pub fn place(study: &Study, force_exchange: bool) -> Result<Placing, InputError>
             help,
         );
     };
-    let candidates = match (asked.of, &asked.candidates) {
-        (PlaceOf::Channels, None) => array.places(),
-        (PlaceOf::Elements, Some(text)) => match grid(text) {
-            Some(places) => places,
-            None => {
-                let help = "such as grid 5 x 3, 2.5 mm, of at most 400 places";
-                return wrong(
-                    "candidates",
-                    format!("\"{text}\" is no grid of places"),
-                    help,
-                );
-            }
-        },
-        (PlaceOf::Channels, Some(_)) => {
-            let message = String::from("channels are those of the array");
-            return wrong("candidates", message, "leave candidates out");
-        }
-        (PlaceOf::Elements, None) => {
-            let message = String::from("elements need candidates");
-            return wrong("candidates", message, "such as grid 5 x 3, 2.5 mm");
-        }
-    };
+    let candidates = candidates_of(asked, array.places())
+        .map_err(|(message, help)| error("candidates", message, help))?;
     let count = asked.count;
     if !(3..=candidates.len()).contains(&count) {
         let message = format!("count = {count} is not between 3 and {}", candidates.len());

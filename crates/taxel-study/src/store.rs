@@ -25,7 +25,7 @@ pub const NUMERICS: u64 = 1;
 /// Most designs of a block.
 pub const MOST_IN_BLOCK: usize = 1000;
 /// Files that are left unfinished longer than this are removed by a merge.
-const LEFT_BEHIND: Duration = Duration::from_secs(24 * 3600);
+const LEFT_BEHIND: Duration = Duration::from_hours(24);
 
 /// A result without its design.
 #[derive(Debug, Clone, PartialEq)]
@@ -204,7 +204,11 @@ impl Store {
                         .duration_since(time)
                         .is_ok_and(|age| age > LEFT_BEHIND)
                 });
-            if name.starts_with('.') && name.ends_with(".part") && old {
+            let unfinished = name.starts_with('.')
+                && Path::new(&name)
+                    .extension()
+                    .is_some_and(|ending| ending == "part");
+            if unfinished && old {
                 let _ = fs::remove_file(entry.path());
             }
         }

@@ -548,7 +548,7 @@ impl Study {
 
     /// Values of the names of expressions for a row; not a number where there is none.
     pub fn values(&self, row: &Row) -> Vec<f64> {
-        let answers = row.answers.iter().map(|outcome| outcome.number());
+        let answers = row.answers.iter().map(Outcome::number);
         let answers = answers.map(|number| number.unwrap_or(f64::NAN));
         row.point.iter().copied().chain(answers).collect()
     }
@@ -1082,7 +1082,7 @@ impl Reader<'_> {
         )?;
         let plan = study.sweep.plan.as_str();
         let known = ["grid", "latin_hypercube", "sobol"];
-        if !known.contains(&plan) && !plan.ends_with(".csv") {
+        if !known.contains(&plan) && !study.sweep.is_list() {
             let message = format!("there is no plan \"{plan}\"");
             let help = format!(
                 "use one of: {}, or name a table of designs (.csv)",

@@ -376,17 +376,7 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
         })
         .collect();
     let tightened = if limited {
-        let first = results.len() - spreads;
-        let mut list: Vec<Tightened> = names
-            .iter()
-            .zip(&results[first..])
-            .map(|(variable, rows)| Tightened {
-                variable: variable.clone(),
-                yields: wilson(rows.iter().filter(all_good).count(), rows.len()),
-            })
-            .collect();
-        list.sort_by(|a, b| b.yields.value.total_cmp(&a.yields.value));
-        list
+        tightened(&names, &results[results.len() - spreads..], &all_good)
     } else {
         Vec::new()
     };
@@ -411,6 +401,24 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
         spreads: names,
         correlated,
     }
+}
+
+/// Yields with each spread halved, the best first.
+fn tightened(
+    names: &[String],
+    results: &[Vec<Row>],
+    all_good: &dyn Fn(&&Row) -> bool,
+) -> Vec<Tightened> {
+    let mut list: Vec<Tightened> = names
+        .iter()
+        .zip(results)
+        .map(|(variable, rows)| Tightened {
+            variable: variable.clone(),
+            yields: wilson(rows.iter().filter(all_good).count(), rows.len()),
+        })
+        .collect();
+    list.sort_by(|a, b| b.yields.value.total_cmp(&a.yields.value));
+    list
 }
 
 /// Quantile of sorted values, between neighbours.

@@ -54,7 +54,7 @@ fn compared(found: &Tolerance) -> Vec<(String, Estimate, f64)> {
 #[test]
 fn yield_and_shares_of_p2_are_the_exact_ones() {
     let mut study = shipped("p2-tolerance");
-    study.tolerance.samples = 1024;
+    study.tolerance.samples = 512;
     let found = run(&study);
     let answer = &found.answers[0];
     // %/mN is 10/N.
@@ -64,11 +64,11 @@ fn yield_and_shares_of_p2_are_the_exact_ones() {
         1e-8,
         "nominal",
     );
-    // Four standard errors of a mean of 2048.
+    // Four standard errors of a mean of 1024.
     near(
         answer.mean / answer.nominal,
         exact("mean_over_nominal"),
-        4.0 * 0.0375 / 45.0,
+        4.0 * 0.0375 / 32.0,
         "mean",
     );
     near(
@@ -125,7 +125,7 @@ fn forces_after_calibration_are_right_as_often_as_the_reference_says() {
     for row in reference("design_p2_after.csv") {
         let limit = number(&row, "limit");
         let text = taxel_study::shipped_text("p2-after").unwrap();
-        let text = text.replace("samples = 4096", "samples = 256").replace(
+        let text = text.replace("samples = 4096", "samples = 128").replace(
             "within = \"3 %\"",
             &format!("within = \"{} %\"", 100.0 * limit),
         );
@@ -138,8 +138,8 @@ fn forces_after_calibration_are_right_as_often_as_the_reference_says() {
         };
         let found = run(&study);
         let (yields, exact) = (found.yields.unwrap(), number(&row, "yield"));
-        // Without a failure in 512 devices the standard error is estimated as zero.
-        let error = (exact * (1.0 - exact) / 512.0).sqrt().max(yields.error);
+        // Without a failure in 256 devices the standard error is estimated as zero.
+        let error = (exact * (1.0 - exact) / 256.0).sqrt().max(yields.error);
         assert!(
             (yields.value - exact).abs() <= 4.0 * error + 1e-9,
             "{after} {limit}: {yields:?}, exact {exact}"

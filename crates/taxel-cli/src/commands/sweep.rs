@@ -48,7 +48,7 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
     }
     let (read, sensor) = study::read(text)?;
     outputs::check(&targets, &[&arguments.study, &sensor], existing)?;
-    let list = if read.sweep.plan.ends_with(".csv") {
+    let list = if read.sweep.is_list() {
         Some(files::text(Path::new(&read.sweep.plan))?)
     } else {
         None

@@ -110,8 +110,9 @@ impl MicrochannelModel {
             return None;
         }
         let at = |change: f64| match self.pressure.at(change) {
-            OnCurve::Inside { value, .. } => value,
-            OnCurve::Below([_, value]) | OnCurve::Above([_, value]) => value,
+            OnCurve::Inside { value, .. }
+            | OnCurve::Below([_, value])
+            | OnCurve::Above([_, value]) => value,
         };
         let (change, by_change) = if pressure == 0.0 {
             (0.0, self.pressure.start_slope())
