@@ -32,7 +32,7 @@ fn wrong(from: &str, to: &str, marked: &str, says: &str) {
 }
 
 #[test]
-fn every_mistake_is_marked_under_the_word() {
+fn every_mistake_of_what_is_varied_is_marked_under_the_word() {
     wrong(
         &format!("\"{GAP}\""),
         "\"element.in_plane_capacitor.electrode.gap\"",
@@ -87,6 +87,10 @@ fn every_mistake_is_marked_under_the_word() {
         "\"0.02 * element.in_plane_capacitor.fabrication.gap_deviation\"",
         "in a circle",
     );
+}
+
+#[test]
+fn every_mistake_of_what_is_asked_is_marked_under_the_word() {
     wrong(
         "range >= 100 N",
         "range >= 100 mm",

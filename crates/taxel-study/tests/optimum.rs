@@ -1,5 +1,9 @@
 //! The optimiser finds what is known: closed forms, and the reference tables of studies.
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic is how a test fails; figures are printed"
+)]
 
 mod common;
 

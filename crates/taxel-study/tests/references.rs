@@ -99,8 +99,8 @@ fn information_of_p2_is_that_of_the_reference() {
             "a_criterion",
             "d_criterion",
         ] {
-            text += &format!(
-                "[answers.{quantity}]\nof = \"estimate\"\nquantity = \"{quantity}\"\n\
+            text = format!(
+                "{text}[answers.{quantity}]\nof = \"estimate\"\nquantity = \"{quantity}\"\n\
                  load = \"fx={fx} mN, fy={fy} mN, fz={fz} mN\"\nnoise = \"0.1 fF\"\n"
             );
         }

@@ -1,6 +1,10 @@
 //! Yields and shares against exact quadratures: `reference/design_p2_tolerance.csv` and
 //! `design_p2_after.csv`.
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic is how a test fails; figures are printed"
+)]
 
 mod common;
 

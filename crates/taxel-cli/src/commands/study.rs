@@ -54,7 +54,7 @@ pub(crate) fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
                     "{file}: sensor: {message}\nhelp: give a file, or a shipped sensor: {names}"
                 ))
             }
-            stop => stop,
+            stop @ Stop::Failed(_) => stop,
         })?,
     };
     let sensor = SensorText {
@@ -199,6 +199,6 @@ fn with_shipped_names(stop: Stop) -> Stop {
                 names.join(", ")
             ))
         }
-        stop => stop,
+        stop @ Stop::Failed(_) => stop,
     }
 }

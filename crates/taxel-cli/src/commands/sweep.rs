@@ -10,6 +10,7 @@ use taxel::sensor::{Element, Microchannel};
 use taxel::shown;
 use taxel::table;
 
+use taxel_study::store::Store;
 use taxel_study::study::{Row, Status, header};
 use taxel_study::{figures, sweep};
 
@@ -30,7 +31,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     let text = study::text(&arguments.study)?;
     let schema_1 = header(&text.name, &text.text).is_ok_and(|head| head.schema == 1);
     if schema_1 {
-        sections(arguments, text.name, &text.text)
+        sections(arguments, &text.name, &text.text)
     } else {
         designs(arguments, &text)
     }
@@ -54,16 +55,7 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
         None
     };
     let points = sweep::designs(&read, list.as_deref())?;
-    let store = match &arguments.store {
-        None => None,
-        Some(folder) => {
-            if (arguments.merge || arguments.status) && !folder.join("manifest.json").exists() {
-                let message = format!("--store {}: there is no store", shown::path(folder));
-                return Err(Stop::WrongInput(message));
-            }
-            Some(study::store(folder, &read, &text.text, points.len())?)
-        }
-    };
+    let store = opened(arguments, &read, &text.text, points.len())?;
     let shard = match &arguments.shard {
         None => None,
         Some(shard) => Some(part(shard, arguments.shards)?),
@@ -142,6 +134,24 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
     Ok(Done::Complete)
 }
 
+/// The store that is named, if one is.
+fn opened(
+    arguments: &Sweep,
+    read: &taxel_study::study::Study,
+    text: &str,
+    designs: usize,
+) -> Result<Option<Store>, Stop> {
+    let Some(folder) = &arguments.store else {
+        return Ok(None);
+    };
+    let only_kept = arguments.merge || arguments.status;
+    if only_kept && !folder.join("manifest.json").exists() {
+        let message = format!("--store {}: there is no store", shown::path(folder));
+        return Err(Stop::WrongInput(message));
+    }
+    study::store(folder, read, text, designs).map(Some)
+}
+
 /// Part and number of parts of `--shard`.
 fn part(text: &str, parts: Option<usize>) -> Result<[usize; 2], Stop> {
     let wrong = |message: String| {
@@ -183,7 +193,7 @@ fn part(text: &str, parts: Option<usize>) -> Result<[usize; 2], Stop> {
 }
 
 /// A study of schema 1: sections of microchannels.
-fn sections(arguments: &Sweep, name: String, text: &str) -> Result<Done, Stop> {
+fn sections(arguments: &Sweep, name: &str, text: &str) -> Result<Done, Stop> {
     if arguments.store.is_some() {
         let message = format!(
             "{name}: a study of schema 1 is not kept\nhelp: leave --store out, or write it in schema 2"
@@ -195,7 +205,7 @@ fn sections(arguments: &Sweep, name: String, text: &str) -> Result<Done, Stop> {
         ("--plot", arguments.plot.as_ref()),
     ];
     let existing = arguments.overwrite.existing();
-    let study = Study::parse(&name, text)?;
+    let study = Study::parse(name, text)?;
     let sensor = PathBuf::from(&study.sensor);
     outputs::check(&outputs, &[&arguments.study, &sensor], existing)?;
     let named = files::sensor(&sensor)?;
