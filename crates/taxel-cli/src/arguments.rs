@@ -35,10 +35,14 @@ pub(crate) enum Command {
     Check(Check),
     /// Loads in, electrical response out
     Predict(Predict),
-    /// One question to many drawings: a table, and a map of it
+    /// A study: many designs of a sensor, as a table and a figure
     Sweep(Sweep),
     /// A soft body of your own: problem file and mesh in, forces, shapes and fields out
     Solve(Solve),
+    /// The best design of a study, or the designs that no other one dominates
+    Optimize(Optimize),
+    /// What becomes of devices that are not made as drawn: yield, variance shares
+    Tolerance(Tolerance),
     /// Fit the constants of a sensor to calibration data, with their
     /// uncertainty and what the data do not identify
     Calibrate(Calibrate),
@@ -56,7 +60,7 @@ pub(crate) enum Command {
     Device(Device),
     /// Serial ports that are plugged in, who may open them, and which board fits
     Devices(Devices),
-    /// Print the JSON schema of the sensor file or of the stimulus script, or
+    /// Print the JSON schema of the sensor file, the study file or the stimulus script, or
     /// the reference of the sensor file
     Schema(Schema),
 }
@@ -161,7 +165,7 @@ pub(crate) struct Predict {
 
 #[derive(Debug, Args)]
 pub(crate) struct Sweep {
-    /// Study file (TOML), or the name of a shipped one, such as p4-sections
+    /// Study file (TOML), or the name of a shipped one, such as p1-resolution
     pub(crate) study: PathBuf,
     /// Format of the table
     #[arg(long, value_enum, default_value = "csv")]
@@ -169,11 +173,105 @@ pub(crate) struct Sweep {
     /// Write the table to this file instead of the standard output (-)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Also draw the maps into this file: .svg, or .html for a page
+    /// Also draw the designs into this file: .svg, or .html for a page
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+    /// Keep finished designs in this folder, and take from it those that are there
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) store: Option<PathBuf>,
+    /// Compute one of N parts of the designs into the store, such as 3/16 (of 0/16 to 15/16), and
+    /// print nothing; auto takes the part from SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX or
+    /// PBS_ARRAY_INDEX
+    #[arg(long, value_name = "K/N", requires = "store", conflicts_with_all = ["merge", "status", "output", "plot"])]
+    pub(crate) shard: Option<String>,
+    /// Number of parts for --shard auto, where the environment does not say it
+    #[arg(long, value_name = "N", requires = "shard")]
+    pub(crate) shards: Option<usize>,
+    /// Print how many designs the store has, and how many are missing; exit code 0 only if none is
+    #[arg(long, requires = "store", conflicts_with_all = ["merge", "output", "plot"])]
+    pub(crate) status: bool,
+    /// Compute nothing: write what the store has, in the order of the study
+    #[arg(long, requires = "store")]
+    pub(crate) merge: bool,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Optimize {
+    /// Study file (TOML), or the name of a shipped one, such as p2-gaps
+    pub(crate) study: PathBuf,
+    /// Format of the table
+    #[arg(long, value_enum, default_value = "csv")]
+    pub(crate) format: Format,
+    /// Write the table to this file instead of the standard output (-)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Also draw the result into this file: .svg, or .html for a page
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Write the best design, or the first of the table, as a sensor file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) best: Option<PathBuf>,
+    /// Keep finished designs in this folder, and take from it those that are there
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) store: Option<PathBuf>,
+    /// Compare the result with this many random designs, and fail if one is better
+    #[arg(long, value_name = "N")]
+    pub(crate) check: Option<usize>,
+    /// Seed in the place of that of the study
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) seed: Option<u64>,
+    /// Choose places by exchange even where all choices could be tried
+    #[arg(long)]
+    pub(crate) exchange: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Tolerance {
+    /// Study file (TOML), or the name of a shipped one, such as p2-tolerance
+    pub(crate) study: PathBuf,
+    /// Format of the table
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+    /// Write the table to this file instead of the standard output (-)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Also draw shares, distributions and yields into this file: .svg, or .html for a page
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Seed in the place of that of the study
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) seed: Option<u64>,
+    /// What is corrected on each made device, in the place of what the study says
+    #[arg(long, value_enum)]
+    pub(crate) after: Option<After>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+/// What is corrected on each made device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum After {
+    /// Nothing
+    #[value(name = "as_drawn")]
+    AsDrawn,
+    /// Its rest values
+    Rest,
+    /// All its constants
+    Bench,
+}
+
+impl From<After> for taxel_study::file::AfterFile {
+    fn from(after: After) -> Self {
+        match after {
+            After::AsDrawn => Self::AsDrawn,
+            After::Rest => Self::Rest,
+            After::Bench => Self::Bench,
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -765,6 +863,8 @@ pub(crate) enum SchemaOf {
     Reference,
     /// Stimulus script
     Stimulus,
+    /// Study file
+    Study,
     /// Board file
     Board,
     /// Board file, as a page for people (Markdown)

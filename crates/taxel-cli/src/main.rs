@@ -70,6 +70,8 @@ fn main() -> ExitCode {
         Command::Predict(predict) => commands::predict::run(predict),
         Command::Sweep(sweep) => commands::sweep::run(sweep),
         Command::Solve(solve) => commands::solve::run(solve),
+        Command::Optimize(optimize) => commands::optimize::run(optimize),
+        Command::Tolerance(tolerance) => commands::tolerance::run(tolerance),
         Command::Calibrate(calibrate) => commands::calibrate::run(calibrate),
         Command::Twin(twin) => commands::twin::run(twin),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),

@@ -13,6 +13,7 @@ pub mod drawing;
 pub mod electronics;
 pub mod estimation;
 pub mod figure;
+pub mod information;
 pub mod layout;
 pub mod mechanics;
 pub mod predict;

@@ -5,27 +5,30 @@ use std::fmt::Write as _;
 
 /// An SVG document in the making.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Svg {
+pub struct Svg {
     body: String,
 }
 
 /// Where a text stands relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Anchor {
+pub enum Anchor {
+    /// The text begins there.
     Start,
+    /// Its middle is there.
     Middle,
+    /// It ends there.
     End,
 }
 
 impl Svg {
     /// Anything, such as a path; the caller vouches for its form.
-    pub(crate) fn raw(&mut self, element: &str) {
+    pub fn raw(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
 
     /// A straight line.
-    pub(crate) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
+    pub fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
         let _ = writeln!(
             self.body,
             "<line class=\"{class}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>",
@@ -37,7 +40,7 @@ impl Svg {
     }
 
     /// A rectangle from its upper left corner.
-    pub(crate) fn rectangle(&mut self, class: &str, corner: [f64; 2], size: [f64; 2]) {
+    pub fn rectangle(&mut self, class: &str, corner: [f64; 2], size: [f64; 2]) {
         let _ = writeln!(
             self.body,
             "<rect class=\"{class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
@@ -49,7 +52,7 @@ impl Svg {
     }
 
     /// A circle.
-    pub(crate) fn circle(&mut self, class: &str, centre: [f64; 2], radius: f64) {
+    pub fn circle(&mut self, class: &str, centre: [f64; 2], radius: f64) {
         let _ = writeln!(
             self.body,
             "<circle class=\"{class}\" cx=\"{}\" cy=\"{}\" r=\"{}\"/>",
@@ -60,7 +63,7 @@ impl Svg {
     }
 
     /// An open or closed line through points.
-    pub(crate) fn path(&mut self, class: &str, points: &[[f64; 2]], closed: bool) {
+    pub fn path(&mut self, class: &str, points: &[[f64; 2]], closed: bool) {
         let _ = write!(self.body, "<path class=\"{class}\" d=\"");
         for (index, [x, y]) in points.iter().enumerate() {
             let word = if index == 0 { 'M' } else { 'L' };
@@ -70,7 +73,7 @@ impl Svg {
     }
 
     /// A text.
-    pub(crate) fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
+    pub fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
         let _ = writeln!(
             self.body,
             "<text class=\"{class}\" x=\"{}\" y=\"{}\" text-anchor=\"{}\">{}</text>",
@@ -82,7 +85,7 @@ impl Svg {
     }
 
     /// A text that reads upwards.
-    pub(crate) fn upward_text(&mut self, class: &str, at: [f64; 2], text: &str) {
+    pub fn upward_text(&mut self, class: &str, at: [f64; 2], text: &str) {
         let _ = writeln!(
             self.body,
             "<text class=\"{class}\" transform=\"translate({} {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
@@ -94,7 +97,7 @@ impl Svg {
 
     /// The whole document: size in pixels, name for those who cannot see it,
     /// style sheet.
-    pub(crate) fn finish(self, size: [f64; 2], title: &str, style: &str) -> String {
+    pub fn finish(self, size: [f64; 2], title: &str, style: &str) -> String {
         let [width, height] = size.map(short);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \

@@ -156,6 +156,7 @@ fn no_unsafe_code_anywhere() {
         "taxel-recording",
         "taxel-fem",
         "taxel",
+        "taxel-study",
         "taxel-serve",
         "taxel-cli",
     ] {
@@ -214,6 +215,20 @@ fn every_shipped_file_is_valid() {
     for name in Stimulus::shipped_names() {
         let text = Stimulus::shipped_text(name).unwrap();
         assert_eq!(Stimulus::parse(name, text).map(drop), Ok(()));
+    }
+}
+
+#[test]
+fn of_studies_only_the_store_opens_files() {
+    for (path, code) in sources(&crates().join("taxel-study/src")) {
+        for word in ["std::fs", "SystemTime", "Instant", "println!"] {
+            let in_store = path.ends_with("store.rs") && word != "println!";
+            assert!(
+                in_store || !code.contains(word),
+                "{} names {word}",
+                path.to_str().unwrap()
+            );
+        }
     }
 }
 

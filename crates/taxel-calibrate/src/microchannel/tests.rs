@@ -182,7 +182,11 @@ fn a_curve_that_goes_far_beyond_the_drawing_is_kept_for_the_fit() {
         let force = 20.0 + 4.0 * f64::from(step);
         let resistance = 3.378 * (1.0 + 0.6 * (force - 20.0) / 160.0);
         let voltage = 2000.0 * resistance / (resistance + 10.0);
-        let _ = writeln!(text, "{},0,{force},0.19635,{voltage:.3}", 0.1 * f64::from(step));
+        let _ = writeln!(
+            text,
+            "{},0,{force},0.19635,{voltage:.3}",
+            0.1 * f64::from(step)
+        );
     }
     let outcome = with(&drawn(), |calibrator| {
         calibrator.calibrate(&parse(calibrator, &text), &CalibrateOptions::default())
@@ -192,12 +196,14 @@ fn a_curve_that_goes_far_beyond_the_drawing_is_kept_for_the_fit() {
     assert!(value(STIFFNESS[0]) > 10.0, "{}", value(STIFFNESS[0]));
     // The layer that was not read stays as drawn.
     assert!((value(STIFFNESS[1]) - 1.0).abs() < 1e-12);
-    let kept = outcome.residuals[0].readings;
+    let kept = outcome.residuals[0].count;
     assert!(kept >= 30, "{kept} of 41");
     let mut remarks = outcome.remarks.iter();
     assert_eq!(
         kept < 41,
-        remarks.any(|remark| remark.message.contains("beyond the end of the closing curves"))
+        remarks.any(|remark| remark
+            .message
+            .contains("beyond the end of the closing curves"))
     );
 }
 

@@ -4,6 +4,7 @@ use taxel::acquisition::Stimulus;
 use taxel::problem::ProblemFile;
 use taxel::sensor::Sensor;
 use taxel_board::Board;
+use taxel_study::file::StudyFile;
 
 use crate::arguments::{Schema, SchemaOf};
 use crate::{Done, Stop, outputs};
@@ -13,6 +14,7 @@ pub(crate) fn run(arguments: &Schema) -> Result<Done, Stop> {
         SchemaOf::Sensor => Sensor::json_schema(),
         SchemaOf::Reference => Sensor::reference(),
         SchemaOf::Stimulus => Stimulus::json_schema(),
+        SchemaOf::Study => StudyFile::json_schema(),
         SchemaOf::Board => Board::json_schema(),
         SchemaOf::BoardReference => Board::reference(),
         SchemaOf::Problem => ProblemFile::json_schema(),

@@ -4,7 +4,7 @@ use crate::layout::Layout;
 use crate::mechanics::{ClosingState, ForceHysteresis, MicrochannelError, Stretch};
 use crate::signal::{NumberScale, Position, ResistanceSignal};
 use crate::transduction::MicrochannelLayer;
-use taxel_numerics::{MonotoneCurve, OnCurve};
+use taxel_numerics::{MonotoneCurve, OnCurve, roots};
 use taxel_recording::SignalUnit;
 
 /// All that estimation needs to know of two layers of crossing channels.
@@ -98,8 +98,33 @@ impl MicrochannelModel {
     /// Standard deviation of the pressure on one taxel from one reading at
     /// rest, Pa: σ_V · dR/dV/R₀ · dp/d(R/R₀).
     pub fn rest_pressure_deviation(&self, scale: &ChannelScale) -> f64 {
-        let change = self.deviation * scale.slope(self.rest_resistance) / self.rest_resistance;
-        change * self.pressure.start_slope()
+        self.signal_slope(0.0, scale)
+            .map_or(f64::NAN, |slope| self.deviation / slope)
+    }
+
+    /// Slope of the signal of the channel against the pressure on one taxel, V/Pa or Ω/Pa;
+    /// none beyond what is known.
+    pub fn signal_slope(&self, pressure: f64, scale: &ChannelScale) -> Option<f64> {
+        let [largest, end] = self.pressure.end();
+        if !(0.0..=end).contains(&pressure) {
+            return None;
+        }
+        let at = |change: f64| match self.pressure.at(change) {
+            OnCurve::Inside { value, .. }
+            | OnCurve::Below([_, value])
+            | OnCurve::Above([_, value]) => value,
+        };
+        let (change, by_change) = if pressure == 0.0 {
+            (0.0, self.pressure.start_slope())
+        } else {
+            let change = roots::ridders([0.0, largest], |change| at(change) - pressure);
+            match self.pressure.at(change) {
+                OnCurve::Inside { slope, .. } => (change, slope),
+                _ => return None,
+            }
+        };
+        let resistance = self.rest_resistance * (1.0 + change);
+        Some(self.rest_resistance / (scale.slope(resistance) * by_change))
     }
 
     /// The largest pressure that the model knows, Pa.

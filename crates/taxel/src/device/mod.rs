@@ -17,9 +17,10 @@ use crate::acquisition::{SignalUnit, Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{Delivered, FrontEnd, LastStage};
 use crate::estimation::{FrameError, ObserverOptions, Reader, TouchSession};
+use crate::information::{Information, InformationOptions, NoInformation};
 use crate::layout::Layout;
-use crate::predict::{LoadColumn, LoadKind, Predictor};
-use crate::quantity::FORCE;
+use crate::predict::{Load, LoadColumn, LoadKind, Predictor};
+use crate::quantity::{CAPACITANCE, Dimension, FORCE};
 use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number};
 use crate::table::{Cell, Column};
@@ -33,7 +34,9 @@ pub use microchannel::{
     LayerAnswer, LayerState, MicrochannelArray, MicrochannelFieldPredictor, MicrochannelPrediction,
     MicrochannelPredictor,
 };
-pub use piezoelectric::{Drive, PiezoelectricArray, PiezoelectricPredictor, TestAnswer};
+pub use piezoelectric::{
+    Drive, PiezoelectricArray, PiezoelectricPredictor, PlaceInformation, PlacedContact, TestAnswer,
+};
 pub use three_axis_capacitor::{
     CapacitanceParts, LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor,
 };
@@ -89,6 +92,30 @@ pub trait Device {
     /// [`NotSolvable`] for a device whose mechanics is not solved that way.
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
         Err(NotSolvable::Kind)
+    }
+
+    /// Loads at which [`Device::information`] is asked for; none for a device without it.
+    fn information_loads(&self) -> &'static [LoadColumn] {
+        &[]
+    }
+
+    /// Dimension of the noise that a question for [`Device::information`] may state.
+    fn information_noise(&self) -> &'static Dimension {
+        &CAPACITANCE
+    }
+
+    /// What one frame says of a load; the columns are those of
+    /// [`Device::information_loads`].
+    ///
+    /// # Errors
+    /// [`NoInformation`] for a device without a model, and beyond the model.
+    fn information(
+        &self,
+        load: &Load<'_>,
+        options: &InformationOptions,
+    ) -> Result<Information, NoInformation> {
+        let _ = (load, options);
+        Err(NoInformation::Kind)
     }
 
     /// One piece of fabrication for the simulated twin; none without a

@@ -62,8 +62,9 @@ pub use profile::{Profile, SINE_POINTS};
 pub use relaxation::{Relaxation, RelaxationTerm};
 pub use seated_element::{OutsideElementTable, SeatedElement, SeatedSetting};
 pub use soft_cover::{
-    Base, Contact, ShareTable, ShearTable, SoftCover, half_space_shear_transmission,
-    half_space_transmission, layer_shear_transmission, layer_transmission,
+    Base, Contact, ShareSlopeTable, ShareTable, ShearTable, SoftCover,
+    half_space_shear_transmission, half_space_transmission, layer_shear_transmission,
+    layer_transmission,
 };
 pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
 pub use solved_body::SolvedBody;

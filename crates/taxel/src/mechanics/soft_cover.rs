@@ -241,6 +241,22 @@ impl SoftCover {
         }
     }
 
+    /// The table for shares and their slopes up to the distance `farthest`, m, of an edge of
+    /// an element from the axis of the load.
+    pub fn slope_table(&self, farthest: f64) -> ShareSlopeTable {
+        let step = self.thickness / STEPS_FOR_SLOPES;
+        let points = (farthest / step).ceil() as usize + 4;
+        let table = |f: &dyn Fn(f64) -> f64| RadialTable {
+            per_step: 1.0 / step,
+            values: (0..points).map(|i| f(i as f64 * step)).collect(),
+        };
+        ShareSlopeTable {
+            thickness: self.thickness,
+            mean_share: table(&|radius| self.mean_share(radius)),
+            pressure: table(&|radius| self.base_pressure(radius)),
+        }
+    }
+
     fn radial_table(&self, f: impl Fn(f64) -> f64) -> RadialTable {
         let step = self.thickness / STEPS_PER_THICKNESS;
         let reach = self.contact.radius() + REACH * self.thickness;
@@ -320,6 +336,39 @@ impl ShareTable {
         gather(offset, side, table_panels(side, self.thickness), |radius| {
             let tabulated = self.mean_share.at(radius);
             tabulated.unwrap_or_else(|| 1.0 / (radius * radius))
+        })
+    }
+}
+
+/// Points of [`ShareSlopeTable`] per thickness: 2.7 times those of [`ShareTable`], 50 times
+/// less error of the cubics.
+const STEPS_FOR_SLOPES: f64 = 64.0;
+
+/// Tabulated shares and their slopes against the place of the load: absolute error of a share
+/// below 2e-8.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShareSlopeTable {
+    thickness: f64,
+    mean_share: RadialTable,
+    pressure: RadialTable,
+}
+
+impl ShareSlopeTable {
+    /// As [`SoftCover::share`].
+    pub fn share(&self, offset: [f64; 2], side: f64) -> f64 {
+        gather(offset, side, table_panels(side, self.thickness), |radius| {
+            let tabulated = self.mean_share.at(radius);
+            tabulated.unwrap_or_else(|| 1.0 / (radius * radius))
+        })
+    }
+
+    /// Slope of the share against the place of the load along x and y, 1/m: with p on the
+    /// base, the integral of p along the edge that the load moves to, less that along the
+    /// edge that it leaves.
+    pub fn slopes(&self, offset: [f64; 2], side: f64) -> [f64; 2] {
+        // Moving the load moves the element the other way.
+        gather_shear(offset, side, table_panels(side, self.thickness), |radius| {
+            self.pressure.at(radius).unwrap_or(0.0)
         })
     }
 }
@@ -438,6 +487,33 @@ mod tests {
             let expected = 3e-9 / (2.0 * PI * f64::hypot(1e-3, radius).powi(5));
             let found = cover.base_pressure(radius);
             assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_share_against_the_place_of_the_load() {
+        let cover = SoftCover {
+            thickness: 0.75e-3,
+            base: Base::Rigid,
+            contact: Contact::Uniform(2e-3),
+        };
+        let table = cover.slope_table(6e-3);
+        for offset in [[0.3e-3, -0.2e-3], [2.1e-3, 1.0e-3], [-3.0e-3, 0.4e-3]] {
+            let share = |x: f64, y: f64| cover.share([offset[0] - x, offset[1] - y], 2e-3);
+            assert!((table.share(offset, 2e-3) - share(0.0, 0.0)).abs() < 2e-8);
+            let h = 1e-5;
+            let found = table.slopes(offset, 2e-3);
+            let differences = [
+                share(h, 0.0) - share(-h, 0.0),
+                share(0.0, h) - share(0.0, -h),
+            ];
+            for (slope, difference) in found.into_iter().zip(differences) {
+                // Curvature of the differences: (h/thickness)²; the slopes are up to 300/m.
+                assert!(
+                    (slope - difference / (2.0 * h)).abs() < 0.1,
+                    "{slope} {difference}"
+                );
+            }
         }
     }
 

@@ -224,23 +224,26 @@ fn origin(model: &InPlaneModel) -> Vec<Fact> {
 }
 
 fn estimation(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Vec<Fact> {
-    let sigma = array.board.deviation();
-    // As the estimator states it: over two standard deviations of a reading.
-    let spread = |change: f64| {
-        let [low, high] = [change - sigma, change + sigma];
-        0.5 * (inverse.force_from_change(high) - inverse.force_from_change(low))
+    let half = inverse
+        .state_from_change(0.5 * inverse.last().change)
+        .map_or(0.0, |state| state.layer.kinematics.compression());
+    let deviation = |compression: f64| {
+        let information = array.information_at(compression, None).ok();
+        information
+            .and_then(|information| information.deviation("force_z"))
+            .unwrap_or(f64::NAN)
     };
     vec![
         fact(
             "estimation",
             "resolution_at_rest",
-            number(spread(0.0), "n", "mN", 1e-3),
+            number(deviation(0.0), "n", "mN", 1e-3),
             "one standard deviation of one frame at rest",
         ),
         fact(
             "estimation",
             "resolution_at_half_range",
-            number(spread(0.5 * inverse.last().change), "n", "mN", 1e-3),
+            number(deviation(half), "n", "mN", 1e-3),
             "the same at half of the invertible change",
         ),
     ]

@@ -13,11 +13,13 @@ use crate::calibration::InPlaneCalibration;
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
 use crate::estimation::{FrameError, InPlaneReader, InPlaneReaderError, ObserverOptions, Reader};
+use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
-use crate::predict::Predictor;
+use crate::predict::{Load, LoadColumn, Predictor};
+use crate::quantity::FORCE;
 use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::InPlaneModel;
+use crate::transduction::{InPlaneError, InPlaneModel};
 
 pub use field::{InPlaneFieldPrediction, InPlaneFieldPredictor};
 pub use predict::{InPlaneLoadState, InPlanePrediction, InPlanePredictor};
@@ -69,6 +71,39 @@ impl<'a> InPlaneArray<'a> {
         }
     }
 
+    /// What one frame says of the pressing force on a taxel at a compression of its layer;
+    /// `noise` in F.
+    ///
+    /// # Errors
+    /// [`NoInformation::Beyond`] beyond the range of the models.
+    pub fn information_at(
+        &self,
+        compression: f64,
+        noise: Option<f64>,
+    ) -> Result<Information, NoInformation> {
+        let model = self.model();
+        let beyond = |error: InPlaneError| NoInformation::Beyond(error.to_string());
+        let noise = noise.unwrap_or_else(|| self.board.deviation());
+        let full_scale = model
+            .compress(model.largest_compression())
+            .map_err(beyond)?;
+        let slope = match model.sensitivity(compression) {
+            // The published law has no slope at rest: the secant over one deviation.
+            Err(InPlaneError::NoSensitivityAtRest { .. }) => {
+                let inverse = model.inverse().map_err(beyond)?;
+                noise / inverse.force_from_change(noise)
+            }
+            slope => slope.map_err(beyond)?,
+        };
+        let force = Unknown {
+            name: "force_z",
+            dimension: &FORCE,
+            full_scale: full_scale.force,
+            beside: false,
+        };
+        Ok(Information::of_one(force, -slope, noise))
+    }
+
     /// Which taxels are masked.
     fn masked(&self) -> Vec<bool> {
         let array = &self.sensor.array;
@@ -90,6 +125,20 @@ impl Device for InPlaneArray<'_> {
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(InPlanePredictor::new(self)))
+    }
+
+    fn information_loads(&self) -> &'static [LoadColumn] {
+        &predict::LOADS
+    }
+
+    fn information(
+        &self,
+        load: &Load<'_>,
+        options: &InformationOptions,
+    ) -> Result<Information, NoInformation> {
+        let compression = predict::compression_of(&self.model(), load)
+            .map_err(|error| NoInformation::Beyond(error.to_string()))?;
+        self.information_at(compression, options.noise)
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {

@@ -281,6 +281,20 @@ impl Predictor for InPlanePredictor {
     }
 }
 
+/// Compression under a load; zero without one.
+pub(super) fn compression_of(model: &InPlaneModel, load: &Load<'_>) -> Result<f64, InPlaneError> {
+    match the_load(load) {
+        Err(_) => Ok(0.0),
+        Ok((0, displacement)) => Ok(displacement / model.layer.thickness),
+        Ok((1, compression)) => Ok(compression),
+        Ok((2, force)) => model.compression_from_force(force),
+        Ok((_, change)) => {
+            let state = model.inverse()?.state_from_change(change)?;
+            Ok(state.layer.kinematics.compression())
+        }
+    }
+}
+
 /// A load is one value.
 pub(super) fn one_load(given: &[bool]) -> Result<(), String> {
     match given.iter().filter(|given| **given).count() {

@@ -17,9 +17,11 @@ use crate::electronics::{DividerBoard, Stage};
 use crate::estimation::{
     FrameError, MicrochannelOptions, MicrochannelReader, ObserverOptions, Reader,
 };
+use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
 use crate::mechanics::{MicrochannelError, VoidStack};
-use crate::predict::Predictor;
+use crate::predict::{Load, LoadColumn, Predictor};
+use crate::quantity::{Dimension, RESISTANCE, STRESS, VOLTAGE};
 use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors, micrometres};
 use crate::summary::Fact;
 use crate::transduction::MicrochannelLayer;
@@ -212,6 +214,57 @@ impl Device for MicrochannelArray<'_> {
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(MicrochannelPredictor::new(self)))
+    }
+
+    fn information_loads(&self) -> &'static [LoadColumn] {
+        &loads::LOADS
+    }
+
+    fn information_noise(&self) -> &'static Dimension {
+        if self.board.signal.is_voltage() {
+            &VOLTAGE
+        } else {
+            &RESISTANCE
+        }
+    }
+
+    fn information(
+        &self,
+        load: &Load<'_>,
+        options: &InformationOptions,
+    ) -> Result<Information, NoInformation> {
+        let beyond = |message: String| NoInformation::Beyond(message);
+        let calibration = self
+            .calibration()
+            .map_err(|error| beyond(error.to_string()))?;
+        let (_, pressure) = loads::pressure_of(load);
+        let models = [calibration.rows.first(), calibration.columns.first()];
+        let mut found = Information {
+            unknowns: vec![Unknown {
+                name: "pressure",
+                dimension: &STRESS,
+                full_scale: f64::INFINITY,
+                beside: false,
+            }],
+            jacobian: Vec::new(),
+            noise: Vec::new(),
+            prior: vec![0.0],
+        };
+        for model in models.into_iter().flatten() {
+            let slope = model
+                .signal_slope(pressure, &calibration.scale)
+                .ok_or_else(|| {
+                    beyond(format!(
+                        "its closing curve ends at {:.4} kPa on one taxel",
+                        model.highest_pressure() / 1e3
+                    ))
+                })?;
+            let largest = &mut found.unknowns[0].full_scale;
+            *largest = largest.min(model.highest_pressure());
+            found.jacobian.push(vec![slope]);
+            found.noise.push(options.noise.unwrap_or(model.deviation));
+        }
+        Ok(found)
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {

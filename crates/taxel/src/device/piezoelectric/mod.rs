@@ -16,9 +16,13 @@ use crate::estimation::{
     ChargeModel, ChargeOptions, ChargeReader, FrameError, Localiser, ObserverOptions, ProfileFit,
     ProfileModel, Reader, Scale, SlipOptions, localiser,
 };
+use crate::information::{
+    Information, InformationOptions, NoInformation, RadiusKnowledge, Unknown,
+};
 use crate::layout::Layout;
-use crate::mechanics::PreloadError;
-use crate::predict::Predictor;
+use crate::mechanics::{Base, Contact, PreloadError, ShareSlopeTable, SoftCover};
+use crate::predict::{Load, LoadColumn, LoadKind, Predictor};
+use crate::quantity::{Dimension, FORCE, LENGTH};
 use crate::sensor::{Broken, Piezoelectric, Sensor, masked_capacitors};
 use crate::summary::Fact;
 use crate::transduction::{PiezoelectricElement, SiliconePath};
@@ -176,6 +180,175 @@ impl<'a> PiezoelectricArray<'a> {
     }
 }
 
+/// A contact of one place on the array.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedContact {
+    /// Place x, y from the middle of the array, m.
+    pub place: [f64; 2],
+    /// Pressing force, N.
+    pub force: f64,
+}
+
+/// Information of elements about contacts of one radius: the tables are made once.
+#[derive(Debug, Clone)]
+pub struct PlaceInformation {
+    side: f64,
+    full_scale: f64,
+    extent: f64,
+    noise: f64,
+    radius: RadiusKnowledge,
+    table: ShareSlopeTable,
+    /// Half the step of a slope against the radius, m, and the tables at both its ends.
+    step: f64,
+    beside: Option<Box<[ShareSlopeTable; 2]>>,
+}
+
+/// Step of the radius for a slope against it, as a share of it: error 1e-6 by curvature.
+const RADIUS_STEP: f64 = 1e-3;
+
+impl PlaceInformation {
+    /// Of contacts with the even pressure of a disc of `radius`, m, at most `farthest`, m,
+    /// from a corner of an element; `noise` is that of the force on one element, N.
+    pub fn new(
+        array: &PiezoelectricArray<'_>,
+        radius: f64,
+        farthest: f64,
+        noise: f64,
+        knowledge: RadiusKnowledge,
+    ) -> Self {
+        let table = |radius: f64| {
+            let cover = SoftCover {
+                thickness: array.description.depth(),
+                base: Base::Rigid,
+                contact: Contact::Uniform(radius),
+            };
+            cover.slope_table(farthest)
+        };
+        let step = RADIUS_STEP * radius;
+        Self {
+            side: array.description.ceramic.side,
+            full_scale: array.description.full_scale,
+            extent: array.layout().pitch[0],
+            noise,
+            radius: knowledge,
+            table: table(radius),
+            step,
+            beside: (knowledge != RadiusKnowledge::Known)
+                .then(|| Box::new([table(radius - step), table(radius + step)])),
+        }
+    }
+
+    /// What the elements at `places`, m, say of a contact.
+    pub fn at(&self, places: &[[f64; 2]], contact: &PlacedContact) -> Information {
+        let mut unknowns = Vec::new();
+        for (name, dimension, full_scale, beside) in [
+            ("x", &LENGTH, self.extent, false),
+            ("y", &LENGTH, self.extent, false),
+            ("force_z", &FORCE, self.full_scale, true),
+            ("radius", &LENGTH, self.extent, true),
+        ] {
+            unknowns.push(Unknown {
+                name,
+                dimension,
+                full_scale,
+                beside,
+            });
+        }
+        let count = 3 + usize::from(self.beside.is_some());
+        unknowns.truncate(count);
+        let mut prior = vec![0.0; count];
+        if let RadiusKnowledge::Between([least, greatest]) = self.radius {
+            // An even distribution has a variance of a twelfth of its width squared.
+            prior[3] = 12.0 / (greatest - least).powi(2);
+        }
+        let row = |place: &[f64; 2]| {
+            let offset = [place[0] - contact.place[0], place[1] - contact.place[1]];
+            let share = |table: &ShareSlopeTable| table.share(offset, self.side);
+            let [by_x, by_y] = self.table.slopes(offset, self.side);
+            let mut row = vec![
+                contact.force * by_x,
+                contact.force * by_y,
+                share(&self.table),
+            ];
+            if let Some([low, high]) = self.beside.as_deref() {
+                row.push(contact.force * (share(high) - share(low)) / (2.0 * self.step));
+            }
+            row
+        };
+        Information {
+            unknowns,
+            jacobian: places.iter().map(row).collect(),
+            noise: vec![self.noise; places.len()],
+            prior,
+        }
+    }
+}
+
+impl PiezoelectricArray<'_> {
+    /// Places of the elements that are not masked, from the middle of the array, m.
+    pub fn places(&self) -> Vec<[f64; 2]> {
+        let layout = self.layout();
+        let middle = |count: usize, index: usize| index as f64 - 0.5 * (count as f64 - 1.0);
+        let places = (0..layout.taxels()).map(|taxel| {
+            let (row, column) = (taxel / layout.columns, taxel % layout.columns);
+            [
+                middle(layout.columns, column) * layout.pitch[0],
+                -middle(layout.rows, row) * layout.pitch[1],
+            ]
+        });
+        let used = places.zip(self.masked()).filter(|(_, masked)| !masked);
+        used.map(|(place, _)| place).collect()
+    }
+
+    /// Deviation of the force on one element by one reading in the middle of the band, N.
+    pub fn element_deviation(&self) -> f64 {
+        self.board.deviation() / self.output_per_newton()
+    }
+}
+
+/// Columns of a load that an array locates.
+const PLACE: [usize; 2] = [1, 2];
+const RADIUS: usize = 3;
+
+static INFORMATION_LOADS: [LoadColumn; 4] = {
+    const fn column(
+        name: &'static str,
+        short: &'static str,
+        kind: LoadKind,
+        about: &'static str,
+    ) -> LoadColumn {
+        LoadColumn {
+            name,
+            short,
+            kind,
+            required: false,
+            about,
+        }
+    }
+    let length = LoadKind::Quantity(&LENGTH, [-10.0, 10.0]);
+    [
+        column(
+            "force_z",
+            "fz",
+            LoadKind::Quantity(&FORCE, [0.0, 1e6]),
+            "pressing force of the contact",
+        ),
+        column(
+            "x",
+            "x",
+            length,
+            "place of the contact from the middle of the array",
+        ),
+        column("y", "y", length, "the same along y"),
+        column(
+            "contact_radius",
+            "radius",
+            LoadKind::Quantity(&LENGTH, [1e-6, 1.0]),
+            "radius of the contact",
+        ),
+    ]
+};
+
 impl Device for PiezoelectricArray<'_> {
     fn check(&self) -> Result<(), Broken> {
         check::check(self)
@@ -187,6 +360,40 @@ impl Device for PiezoelectricArray<'_> {
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(PiezoelectricPredictor::new(self)))
+    }
+
+    fn information_loads(&self) -> &'static [LoadColumn] {
+        &INFORMATION_LOADS
+    }
+
+    fn information_noise(&self) -> &'static Dimension {
+        &FORCE
+    }
+
+    fn information(
+        &self,
+        load: &Load<'_>,
+        options: &InformationOptions,
+    ) -> Result<Information, NoInformation> {
+        let need = |column: usize| {
+            load.number(column).ok_or_else(|| {
+                NoInformation::Beyond(format!("{} is missing", INFORMATION_LOADS[column].name))
+            })
+        };
+        let contact = PlacedContact {
+            place: PLACE.map(|column| load.number(column).unwrap_or(0.0)),
+            force: need(0)?,
+        };
+        let places = self.places();
+        let noise = options.noise.unwrap_or_else(|| self.element_deviation());
+        let farthest = places
+            .iter()
+            .map(|place| (place[0] - contact.place[0]).hypot(place[1] - contact.place[1]))
+            .fold(0.0, f64::max)
+            + 2.0 * self.description.ceramic.side;
+        let radius = need(RADIUS)?;
+        let tables = PlaceInformation::new(self, radius, farthest, noise, options.radius);
+        Ok(tables.at(&places, &contact))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

@@ -2,7 +2,7 @@
 
 use super::ThreeAxisArray;
 use crate::device::capacitor_board;
-use crate::estimation::{Outcome, SearchOptions, ThreeAxisOptions, estimate_unit};
+use crate::estimation::ThreeAxisOptions;
 use crate::layout::Mount;
 use crate::mechanics::{Cavity, ElasticDescription, SideContact, UnitCompliance};
 use crate::summary::{Fact, fact, number, text};
@@ -496,8 +496,7 @@ fn bending(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
 
 /// Noise-limited resolution: the standard deviation of the force of one frame.
 fn estimation(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
-    let (unit, element) = (array.unit_model(), array.element);
-    let sigma = [array.board.deviation(); 4];
+    let element = array.element;
     let mut facts = vec![
         fact(
             "estimation",
@@ -512,15 +511,11 @@ fn estimation(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
             "element",
         ),
     ];
-    let found = estimate_unit(
-        &unit,
-        unit.rest(),
-        sigma,
-        [true; 4],
-        &SearchOptions::default(),
-    );
-    if found.outcome == Outcome::Converged {
-        for (deviation, axis) in found.deviation().into_iter().zip(["x", "y", "z"]) {
+    let Ok(information) = array.information_at([0.0; 3], None) else {
+        return facts;
+    };
+    for axis in ["x", "y", "z"] {
+        if let Some(deviation) = information.deviation(&format!("force_{axis}")) {
             facts.push(fact(
                 "estimation",
                 format!("resolution_{axis}"),

@@ -12,8 +12,10 @@ use crate::calibration::Calibration;
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
 use crate::estimation::{FrameError, ObserverOptions, Reader, ThreeAxisOptions, ThreeAxisReader};
+use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
-use crate::predict::Predictor;
+use crate::predict::{Load, LoadColumn, Predictor};
+use crate::quantity::FORCE;
 use crate::sensor::{Broken, Sensor, ThreeAxisCapacitor, masked_capacitors};
 use crate::summary::Fact;
 use crate::transduction::{EdgeDrawing, UnitModel};
@@ -99,6 +101,33 @@ impl<'a> ThreeAxisArray<'a> {
         }
     }
 
+    /// What one frame says of the force on a unit, N; `noise` in F.
+    ///
+    /// # Errors
+    /// [`NoInformation::Beyond`] where a pair of electrodes touches.
+    pub fn information_at(
+        &self,
+        force: [f64; 3],
+        noise: Option<f64>,
+    ) -> Result<Information, NoInformation> {
+        let at = self
+            .unit_model()
+            .linearise(force)
+            .ok_or_else(|| NoInformation::Beyond(String::from("a pair of electrodes touches")))?;
+        let unknown = |name| Unknown {
+            name,
+            dimension: &FORCE,
+            full_scale: self.element.full_scale,
+            beside: false,
+        };
+        Ok(Information {
+            unknowns: ["force_x", "force_y", "force_z"].map(unknown).to_vec(),
+            jacobian: at.jacobian.map(|row| row.to_vec()).to_vec(),
+            noise: vec![noise.unwrap_or_else(|| self.board.deviation()); 4],
+            prior: vec![0.0; 3],
+        })
+    }
+
     /// Which capacitors of each unit are masked.
     pub fn masked(&self) -> Vec<[bool; 4]> {
         let array = &self.sensor.array;
@@ -117,6 +146,19 @@ impl Device for ThreeAxisArray<'_> {
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(ThreeAxisPredictor::new(self)))
+    }
+
+    fn information_loads(&self) -> &'static [LoadColumn] {
+        &predict::LOADS
+    }
+
+    fn information(
+        &self,
+        load: &Load<'_>,
+        options: &InformationOptions,
+    ) -> Result<Information, NoInformation> {
+        let force = std::array::from_fn(|axis| load.number(axis).unwrap_or(0.0));
+        self.information_at(force, options.noise)
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {

@@ -233,7 +233,7 @@ fn in_words(found: &Crosstalk) -> String {
 
 const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
 /// The force on a taxel, at most this much along each axis, N.
-static LOADS: [LoadColumn; 3] = force_loads(1e3);
+pub(super) static LOADS: [LoadColumn; 3] = force_loads(1e3);
 
 impl Predictor for ThreeAxisPredictor {
     fn prepare(

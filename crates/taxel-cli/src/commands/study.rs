@@ -1,0 +1,191 @@
+//! What the commands of studies share: reading a study, its sensor, its store, its outputs.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+use taxel::sensor::Sensor;
+use taxel::shown;
+use taxel::table;
+use taxel_study::run::Runner;
+use taxel_study::store::{MOST_IN_BLOCK, Store, StoreError};
+use taxel_study::study::{Row, SensorText, Study, header};
+use taxel_study::sweep;
+
+use crate::arguments::{COMMIT, Format, VERSION};
+use crate::outputs::{self, Existing};
+use crate::solutions::Folder;
+use crate::{Stop, files};
+
+/// A study file with its text.
+pub(crate) struct StudyText {
+    pub(crate) name: String,
+    pub(crate) text: String,
+}
+
+/// The text of a study file, or of a shipped one.
+pub(crate) fn text(path: &Path) -> Result<StudyText, Stop> {
+    let name = shown::path(path);
+    let shipped = taxel_study::shipped_text(&name).or(taxel::design::Study::shipped_text(&name));
+    let text = match shipped {
+        Some(text) if !path.exists() => text.to_owned(),
+        _ => files::text(path).map_err(|stop| {
+            let sections = taxel::design::Study::shipped_names();
+            let names = sections.chain(taxel_study::shipped_names());
+            files::with_shipped_names(stop, path, "study", names)
+        })?,
+    };
+    Ok(StudyText { name, text })
+}
+
+/// The study of a text with the sensor that it names; the sensor's path is an input, too.
+pub(crate) fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
+    let head = header(&study.name, &study.text)?;
+    if head.schema == 1 {
+        return Err(Stop::WrongInput(format!(
+            "{}: a study of schema 1 is only swept\nhelp: taxel sweep {0}, or write it in schema 2",
+            study.name
+        )));
+    }
+    let path = PathBuf::from(&head.sensor);
+    let text = match Sensor::shipped_text(&head.sensor) {
+        Some(text) if !path.exists() => text.to_owned(),
+        _ => files::text(&path).map_err(|stop| {
+            let stop = files::with_shipped_names(stop, &path, "sensor", Sensor::shipped_names());
+            match stop {
+                Stop::WrongInput(message) => {
+                    Stop::WrongInput(format!("{}: sensor: {message}", study.name))
+                }
+                stop @ Stop::Failed(_) => stop,
+            }
+        })?,
+    };
+    let sensor = SensorText {
+        name: &head.sensor,
+        text: &text,
+    };
+    let solutions =
+        Box::new(|| Box::new(Folder::of_user()) as Box<dyn taxel::solutions::Solutions>);
+    Ok((
+        Study::parse(&study.name, &study.text, &sensor, solutions)?,
+        path,
+    ))
+}
+
+/// The store in a folder: of designs that take long one in each block.
+pub(crate) fn store(
+    folder: &Path,
+    study: &Study,
+    text: &str,
+    designs: usize,
+) -> Result<Store, Stop> {
+    let slow = text.contains("\"fem\"") || text.contains("channel_section") || {
+        // A sensor file may ask for finite elements itself.
+        let (text, _) = study.text_of(&study.nominal());
+        text.contains("mechanics = \"fem\"")
+    };
+    // A plan has some 64 blocks, so that shards have work.
+    let block = if slow {
+        1
+    } else {
+        designs.div_ceil(64).clamp(1, MOST_IN_BLOCK)
+    };
+    let store = Store::open(folder, block, text).map_err(refused)?;
+    if store.damaged > 0 {
+        note!(
+            "note: {} damaged blocks in {}: their designs are computed again",
+            store.damaged,
+            shown::path(folder)
+        );
+    }
+    Ok(store)
+}
+
+/// The end of a command whose store cannot be used.
+pub(crate) fn refused(error: StoreError) -> Stop {
+    match error {
+        StoreError::Other(message) => Stop::WrongInput(message),
+        error @ StoreError::Io(..) => Stop::Failed(error.to_string()),
+    }
+}
+
+/// Runs `work` with a runner that listens to signals and tells its progress.
+pub(crate) fn running<T>(
+    study: &Study,
+    what: &str,
+    expected: usize,
+    store: Option<Store>,
+    work: impl FnOnce(&mut Runner<'_>) -> Result<T, StoreError>,
+) -> Result<T, Stop> {
+    let interrupt = crate::interrupt::Interrupt::listen();
+    let progress = std::sync::Mutex::new(crate::progress::Progress::new(what));
+    let tell = |count: usize| {
+        if let Ok(mut progress) = progress.try_lock() {
+            progress.at((count as f64 / expected.max(1) as f64).min(1.0));
+        }
+    };
+    let stop = || interrupt.asked();
+    let mut runner = Runner {
+        study,
+        store,
+        stop: &stop,
+        progress: &tell,
+        computed: 0,
+    };
+    let result = work(&mut runner);
+    if let Ok(mut progress) = progress.lock() {
+        progress.end();
+    }
+    result.map_err(refused)
+}
+
+/// What heads a JSON document of a study.
+pub(crate) fn about(study: &Study, seed: u64) -> Map<String, Value> {
+    let mut about = Map::new();
+    for (key, value) in [
+        ("study", study.name.as_str()),
+        ("study_hash", study.hash.as_str()),
+        ("sensor", study.sensor.as_str()),
+        ("sensor_hash", study.sensor_hash.as_str()),
+        ("version", VERSION),
+        ("commit", COMMIT),
+    ] {
+        about.insert(key.to_owned(), Value::from(value));
+    }
+    about.insert("seed".to_owned(), Value::from(seed));
+    about
+}
+
+/// The table of designs.
+pub(crate) fn table_of(study: &Study, format: Format, seed: u64, rows: &[Row]) -> String {
+    let cells: Vec<_> = rows.iter().map(|row| sweep::cells(study, row)).collect();
+    table::render(
+        format.into(),
+        &about(study, seed),
+        &sweep::columns(study),
+        &cells,
+    )
+}
+
+/// Writes a figure, on a page with its table where the name ends in .html.
+pub(crate) fn plot(
+    path: Option<&PathBuf>,
+    existing: Existing,
+    title: &str,
+    svg: impl FnOnce() -> String,
+    table: impl FnOnce() -> String,
+) -> Result<(), Stop> {
+    let Some(path) = path else { return Ok(()) };
+    let text = if files::is_page(path)? {
+        taxel_study::figures::page(title, &svg(), &table())
+    } else {
+        svg()
+    };
+    outputs::write(Some(path), existing, &text).map(drop)
+}
+
+/// Tells why designs failed, the commonest reason first.
+pub(crate) fn tell_reasons(rows: &[Row]) {
+    for (count, reason) in sweep::reasons(rows).into_iter().take(5) {
+        note!("note: {count} of {} designs: {reason}", rows.len());
+    }
+}

@@ -1,0 +1,1166 @@
+//! What may be asked of a design.
+
+use taxel::InputError;
+use taxel::design::{self, MicrochannelSections, SectionState};
+use taxel::device::{Device, PlaceInformation, PlacedContact};
+use taxel::estimation::{Outcome as SearchOutcome, SearchOptions, estimate_unit};
+use taxel::information::{Information, InformationOptions, NoInformation, RadiusKnowledge};
+use taxel::mechanics::Mechanics;
+use taxel::predict::{Load, LoadKind, LoadValue, Loads, Predictor};
+use taxel::quantity::{self, Dimension};
+use taxel::sensor::Sensor;
+use taxel::summary::{self, Fact};
+use taxel::table::{Cell, Column};
+
+use crate::file::{AfterFile, AnswerFile, MechanicsFile, RadiusFile, Source, Take};
+
+/// What became of an answer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// A number, SI.
+    Number(f64),
+    /// A word.
+    Word(String),
+    /// Outside the accepted states, or without information: why.
+    Outside(String),
+    /// A solver stopped: why.
+    Ended(String),
+    /// Not asked: the design was refused.
+    None,
+}
+
+impl Outcome {
+    /// The number.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+}
+
+/// One answer, ready to be evaluated.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// Name.
+    pub name: String,
+    /// Its column in tables.
+    pub column: Column,
+    /// True if it is a word.
+    pub word: bool,
+    /// All that it follows from beside the sensor, for the name of a kept result.
+    pub statement: String,
+    kind: Kind,
+    accept: Vec<String>,
+}
+
+#[derive(Debug, Clone)]
+enum Kind {
+    Check(String),
+    Predict(Prediction),
+    Estimate(Estimate),
+    Section(String, MicrochannelSections),
+}
+
+#[derive(Debug, Clone)]
+struct Prediction {
+    quantity: String,
+    mechanics: Option<Mechanics>,
+    /// Loads in the words of `--load`.
+    loads: Vec<String>,
+    take: Take,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Estimate {
+    what: Estimated,
+    load: String,
+    options: InformationOptions,
+    grid: Option<[usize; 2]>,
+    take: Take,
+}
+
+/// Quantities of an estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Estimated {
+    Deviation(&'static str),
+    Place,
+    A,
+    D,
+    E,
+    Condition,
+    Range,
+    RangeEndedBy,
+    Force(usize),
+}
+
+/// Quantities of an estimate by name.
+const ESTIMATED: [(&str, Estimated); 15] = [
+    ("deviation", Estimated::Deviation("")),
+    ("deviation_x", Estimated::Deviation("force_x")),
+    ("deviation_y", Estimated::Deviation("force_y")),
+    ("deviation_z", Estimated::Deviation("force_z")),
+    ("deviation_place", Estimated::Place),
+    ("deviation_radius", Estimated::Deviation("radius")),
+    ("a_criterion", Estimated::A),
+    ("d_criterion", Estimated::D),
+    ("e_criterion", Estimated::E),
+    ("condition", Estimated::Condition),
+    ("range", Estimated::Range),
+    ("range_ended_by", Estimated::RangeEndedBy),
+    ("estimated_force_x", Estimated::Force(0)),
+    ("estimated_force_y", Estimated::Force(1)),
+    ("estimated_force_z", Estimated::Force(2)),
+];
+
+/// A mistake in an answer: its key, the message, advice.
+pub(crate) struct Wrong {
+    pub(crate) key: &'static str,
+    pub(crate) message: String,
+    pub(crate) help: String,
+}
+
+fn wrong<T>(
+    key: &'static str,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Result<T, Wrong> {
+    Err(Wrong {
+        key,
+        message: message.into(),
+        help: help.into(),
+    })
+}
+
+/// Steps of a way of loads.
+const WAY: usize = 100;
+/// Steps in which the end of a range is looked for before it is halved in.
+const RANGE_STEPS: usize = 64;
+/// Cells of the region of a place, along x and y, where none are stated.
+const GRID: [usize; 2] = [25, 9];
+
+/// One design while its answers are taken: what several of them need is computed once.
+pub(crate) struct Context<'a> {
+    sensor: &'a Sensor,
+    device: Option<Box<dyn Device + 'a>>,
+    facts: Option<Vec<Fact>>,
+    predictor: Option<Box<dyn Predictor>>,
+    drawn: Option<(&'a Sensor, AfterFile)>,
+    /// Numbers over a region with all that they follow from: rms and worst are asked together.
+    region: Option<(Estimate, Vec<Option<f64>>)>,
+}
+
+impl<'a> Context<'a> {
+    pub(crate) fn new(sensor: &'a Sensor, drawn: Option<(&'a Sensor, AfterFile)>) -> Self {
+        Self {
+            sensor,
+            device: sensor.device().ok(),
+            facts: None,
+            predictor: None,
+            drawn,
+            region: None,
+        }
+    }
+
+    fn facts(&mut self) -> &[Fact] {
+        let sensor = self.sensor;
+        self.facts
+            .get_or_insert_with(|| summary::summary(sensor).unwrap_or_default())
+    }
+}
+
+fn column_of(dimension: &'static Dimension, name: &str, typical: f64) -> Column {
+    let (unit, scale) = dimension
+        .units
+        .iter()
+        .filter(|(_, scale)| *scale <= typical * 1.0000001)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .copied()
+        .unwrap_or((dimension.si, 1.0));
+    Column::new(name, unit, scale, key_of(dimension), 4)
+}
+
+/// The SI unit of a dimension as it ends a key of JSON.
+pub(crate) fn key_of(dimension: &Dimension) -> &'static str {
+    match dimension.si {
+        "m" => "m",
+        "s" => "s",
+        "Hz" => "hz",
+        "N" => "n",
+        "N/m" => "n_per_m",
+        "Pa" => "pa",
+        "F" => "f",
+        "kg/m3" => "kg_per_m3",
+        "Pa s" => "pa_s",
+        "m/s" => "m_per_s",
+        "C/N" => "c_per_n",
+        "ohm" => "ohm",
+        "ohm m" => "ohm_m",
+        "m2" => "m2",
+        "C" => "c",
+        "V" => "v",
+        _ => "",
+    }
+}
+
+impl Answer {
+    pub(crate) fn read(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<Self, Wrong> {
+        let statement = format!("{written:?}");
+        let accept = written
+            .accept
+            .clone()
+            .unwrap_or_else(|| ["ok", "open"].map(str::to_owned).to_vec());
+        let (kind, column, word) = match written.of {
+            Source::Check => check(name, written, sensor)?,
+            Source::Predict => prediction(name, written, sensor)?,
+            Source::Estimate => estimate(name, written, sensor)?,
+            Source::ChannelSection => section(name, written, sensor)?,
+        };
+        Ok(Self {
+            name: name.to_owned(),
+            column,
+            word,
+            statement,
+            kind,
+            accept,
+        })
+    }
+
+    pub(crate) fn evaluate(&self, context: &mut Context<'_>) -> Outcome {
+        match &self.kind {
+            Kind::Check(quantity) => {
+                let facts = context.facts();
+                let Some(fact) = facts.iter().find(|fact| fact.name == *quantity) else {
+                    return Outcome::Outside(format!("this design has no {quantity}"));
+                };
+                match &fact.value {
+                    summary::Value::Number { si, .. } => finite(*si),
+                    summary::Value::Text(text) => match text.parse() {
+                        Ok(number) if !self.word => finite(number),
+                        _ => Outcome::Word(text.clone()),
+                    },
+                }
+            }
+            Kind::Predict(prediction) => prediction.evaluate(context, &self.accept, self.word),
+            Kind::Estimate(estimate) => estimate.evaluate(context, &self.accept),
+            Kind::Section(quantity, sections) => {
+                section_answer(context.sensor, quantity, sections, &self.accept)
+            }
+        }
+    }
+}
+
+fn finite(number: f64) -> Outcome {
+    if number.is_finite() {
+        Outcome::Number(number)
+    } else {
+        Outcome::Outside(String::from("has no finite value"))
+    }
+}
+
+fn unused(written: &AnswerFile, keys: &[(&'static str, bool)]) -> Result<(), Wrong> {
+    match keys.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((key, _)) => {
+            let of = format!("{:?}", written.of).to_lowercase();
+            wrong(
+                key,
+                format!("an answer of {of} does not use {key}"),
+                "leave it out",
+            )
+        }
+    }
+}
+
+fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Column, bool), Wrong> {
+    unused(
+        written,
+        &[
+            ("load", written.load.is_some()),
+            ("over", written.over.is_some()),
+            ("take", written.take.is_some()),
+            ("noise", written.noise.is_some()),
+            ("grid", written.grid.is_some()),
+            ("radius", written.radius.is_some()),
+            ("mechanics", written.mechanics.is_some()),
+            ("pressure", written.pressure.is_some()),
+        ],
+    )?;
+    let facts = summary::summary(sensor).unwrap_or_default();
+    let Some(fact) = facts.iter().find(|fact| fact.name == written.quantity) else {
+        let names: Vec<&str> = facts.iter().map(|fact| fact.name.as_str()).collect();
+        return wrong(
+            "quantity",
+            format!(
+                "taxel check prints no \"{}\" of this sensor",
+                written.quantity
+            ),
+            format!("it prints: {}", names.join(", ")),
+        );
+    };
+    let (column, word) = match &fact.value {
+        summary::Value::Number {
+            key, unit, scale, ..
+        } => (Column::new(name, unit, *scale, key, 4), false),
+        summary::Value::Text(text) => (
+            Column::new(name, "", 1.0, "", 4),
+            text.parse::<f64>().is_err(),
+        ),
+    };
+    Ok((Kind::Check(written.quantity.clone()), column, word))
+}
+
+fn predictor_of(device: &dyn Device, mechanics: Mechanics) -> Result<Box<dyn Predictor>, String> {
+    match mechanics {
+        Mechanics::ClosedForm => device
+            .predictor()
+            .ok_or_else(|| String::from("this element has no model to predict with")),
+        Mechanics::Fem => device.field_predictor().map_err(|error| error.to_string()),
+    }
+}
+
+fn prediction(
+    name: &str,
+    written: &AnswerFile,
+    sensor: &Sensor,
+) -> Result<(Kind, Column, bool), Wrong> {
+    unused(
+        written,
+        &[
+            ("noise", written.noise.is_some()),
+            ("grid", written.grid.is_some()),
+            ("radius", written.radius.is_some()),
+            ("pressure", written.pressure.is_some()),
+        ],
+    )?;
+    let mechanics = written.mechanics.map(|mechanics| match mechanics {
+        MechanicsFile::ClosedForm => Mechanics::ClosedForm,
+        MechanicsFile::Fem => Mechanics::Fem,
+    });
+    let device = sensor.device().map_err(|error| Wrong {
+        key: "of",
+        message: error.to_string(),
+        help: String::new(),
+    })?;
+    let predictor = predictor_of(device.as_ref(), mechanics.unwrap_or(sensor.mechanics));
+    let predictor = predictor.map_err(|message| Wrong {
+        key: "of",
+        message,
+        help: String::from("ask of = \"check\""),
+    })?;
+    let columns = predictor.columns();
+    let Some(column) = columns
+        .iter()
+        .find(|column| column.name == written.quantity)
+    else {
+        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+        return wrong(
+            "quantity",
+            format!(
+                "taxel predict has no column \"{}\" for this sensor",
+                written.quantity
+            ),
+            format!("its columns are: {}", names.join(", ")),
+        );
+    };
+    let (loads, take) = match (&written.load, &written.over) {
+        (Some(load), None) => (vec![load.clone()], Take::Last),
+        (None, Some(over)) => {
+            let take = written.take.unwrap_or(Take::Last);
+            if !matches!(take, Take::Last | Take::Greatest | Take::Least) {
+                return wrong(
+                    "take",
+                    "a way of loads has no region",
+                    "use last, greatest or least",
+                );
+            }
+            (way(over)?, take)
+        }
+        _ => {
+            return wrong(
+                "load",
+                "one of load and over is needed",
+                "such as load = \"fz=5 N\"",
+            );
+        }
+    };
+    let key = if written.over.is_some() {
+        "over"
+    } else {
+        "load"
+    };
+    let mut last = None;
+    for load in &loads {
+        let read = Loads::one(load, predictor.load_columns());
+        let read = read.map_err(|error| of_load(key, &error))?;
+        predictor
+            .combination(&read.given.columns)
+            .map_err(|message| Wrong {
+                key,
+                message,
+                help: String::from("name the loads that `taxel predict` takes"),
+            })?;
+        last = Some(read);
+    }
+    // A word shows itself only in an answer.
+    let mut row = Vec::new();
+    let answered = mechanics != Some(Mechanics::Fem)
+        && last.is_some_and(|loads| predictor.answer(&loads.load(0), &mut row).is_ok());
+    let index = columns.iter().position(|one| one.name == written.quantity);
+    let word = answered
+        && index.is_some_and(|index| match row.get(index) {
+            Some(Cell::Text(text)) => !text.is_empty(),
+            _ => false,
+        });
+    let column = Column {
+        name: name.to_owned(),
+        ..column.clone()
+    };
+    let prediction = Prediction {
+        quantity: written.quantity.clone(),
+        mechanics,
+        loads,
+        take,
+    };
+    Ok((Kind::Predict(prediction), column, word))
+}
+
+fn of_load(key: &'static str, error: &InputError) -> Wrong {
+    Wrong {
+        key,
+        message: error.message.clone(),
+        help: error.help.clone(),
+    }
+}
+
+/// Loads of a way such as `fz=0..10 N`.
+fn way(over: &str) -> Result<Vec<String>, Wrong> {
+    let help = "such as over = \"fz=0..10 N\"";
+    let Some((name, ends)) = over.split_once('=') else {
+        return wrong("over", format!("\"{over}\" has no value"), help);
+    };
+    let Some((first, last)) = ends.split_once("..") else {
+        return wrong("over", format!("\"{over}\" has no two ends"), help);
+    };
+    let last = last.trim();
+    let unit =
+        last.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ' '));
+    let number = |text: &str| text.trim().trim_end_matches(unit).trim().parse::<f64>();
+    let (Ok(low), Ok(high)) = (number(first), number(last)) else {
+        return wrong(
+            "over",
+            format!("the ends of \"{over}\" are no numbers"),
+            help,
+        );
+    };
+    if low.is_nan() || high.is_nan() || low >= high {
+        return wrong("over", format!("the way \"{over}\" is empty"), help);
+    }
+    let at = |step: usize| low + (high - low) * step as f64 / WAY as f64;
+    Ok((0..=WAY)
+        .map(|step| {
+            format!("{}={} {unit}", name.trim(), at(step))
+                .trim_end()
+                .to_owned()
+        })
+        .collect())
+}
+
+impl Prediction {
+    fn evaluate(&self, context: &mut Context<'_>, accept: &[String], word: bool) -> Outcome {
+        let mechanics = self.mechanics.unwrap_or(context.sensor.mechanics);
+        let Some(device) = context.device.as_deref() else {
+            return Outcome::Outside(String::from("the board cannot read the element"));
+        };
+        let mut own = None;
+        let predictor: &mut Box<dyn Predictor> = if mechanics == Mechanics::ClosedForm {
+            if context.predictor.is_none() {
+                context.predictor = device.predictor();
+            }
+            match &mut context.predictor {
+                Some(predictor) => predictor,
+                None => return Outcome::Outside(String::from("has no model")),
+            }
+        } else {
+            match predictor_of(device, mechanics) {
+                Ok(predictor) => own.insert(predictor),
+                Err(why) => return Outcome::Outside(why),
+            }
+        };
+        let mut best: Option<f64> = None;
+        let columns = predictor.columns();
+        // Of a way the greatest load is solved first; closed forms prepare nothing.
+        for load in self.loads.iter().rev() {
+            let Ok(read) = Loads::one(load, predictor.load_columns()) else {
+                return Outcome::Outside(format!("the load {load} is refused"));
+            };
+            if best.is_none()
+                && let Err(why) = predictor.prepare(&read, &mut |_| {})
+            {
+                return Outcome::Ended(why);
+            }
+            let value = match answer_of(predictor.as_ref(), &columns, &read, &self.quantity, accept)
+            {
+                Outcome::Number(value) => value,
+                other => {
+                    return if word || !matches!(other, Outcome::Word(_)) {
+                        other
+                    } else {
+                        Outcome::Outside(String::from("is a word"))
+                    };
+                }
+            };
+            best = Some(match (self.take, best) {
+                (Take::Greatest, Some(best)) => best.max(value),
+                (Take::Least, Some(best)) => best.min(value),
+                (_, Some(best)) => best,
+                (_, None) => value,
+            });
+            if self.take == Take::Last {
+                break;
+            }
+        }
+        best.map_or(Outcome::None, Outcome::Number)
+    }
+}
+
+/// The cell of a column under one load, if all states are accepted.
+fn answer_of(
+    predictor: &dyn Predictor,
+    columns: &[Column],
+    loads: &Loads,
+    quantity: &str,
+    accept: &[String],
+) -> Outcome {
+    let mut row = Vec::new();
+    if let Err(refused) = predictor.answer(&loads.load(0), &mut row) {
+        return Outcome::Outside(refused.message);
+    }
+    if let Some(state) = unaccepted(columns, &row, quantity, accept) {
+        return Outcome::Outside(format!("state {state}"));
+    }
+    let index = columns.iter().position(|column| column.name == quantity);
+    match index.and_then(|index| row.get(index)) {
+        Some(Cell::Number(number)) => finite(*number),
+        Some(Cell::Whole(whole)) => Outcome::Number(*whole as f64),
+        Some(Cell::Text(text)) if text.is_empty() => {
+            Outcome::Outside(String::from("there is no number at this load"))
+        }
+        Some(Cell::Text(text)) => Outcome::Word(text.to_string()),
+        None => Outcome::Outside(format!("this design has no {quantity}")),
+    }
+}
+
+/// The first state that is not accepted; of a quantity with the prefix of a state, that state.
+fn unaccepted<'r>(
+    columns: &[Column],
+    row: &'r [Cell],
+    quantity: &str,
+    accept: &[String],
+) -> Option<&'r str> {
+    let is_state = |name: &str| name == "state" || name.ends_with("_state");
+    let own = |name: &str| {
+        name.strip_suffix("state")
+            .is_some_and(|prefix| !prefix.is_empty() && quantity.starts_with(prefix))
+    };
+    let names = columns.iter().map(|column| column.name.as_str());
+    let has_own = names.clone().any(|name| is_state(name) && own(name));
+    names
+        .zip(row)
+        .filter(|(name, _)| is_state(name) && (!has_own || own(name)) && *name != quantity)
+        .find_map(|(_, cell)| match cell {
+            Cell::Text(state) if !accept.iter().any(|ok| ok == state) => Some(state.as_ref()),
+            _ => None,
+        })
+}
+
+fn estimate(
+    name: &str,
+    written: &AnswerFile,
+    sensor: &Sensor,
+) -> Result<(Kind, Column, bool), Wrong> {
+    unused(
+        written,
+        &[
+            ("over", written.over.is_some()),
+            ("mechanics", written.mechanics.is_some()),
+            ("pressure", written.pressure.is_some()),
+        ],
+    )?;
+    let found = ESTIMATED
+        .iter()
+        .find(|(known, _)| *known == written.quantity);
+    let Some((_, what)) = found else {
+        let names = ESTIMATED.map(|(known, _)| known).join(", ");
+        return wrong(
+            "quantity",
+            format!("an estimate has no \"{}\"", written.quantity),
+            format!("use one of: {names}"),
+        );
+    };
+    let device = sensor.device().map_err(|error| Wrong {
+        key: "of",
+        message: error.to_string(),
+        help: String::new(),
+    })?;
+    let of_predictor = matches!(what, Estimated::Range | Estimated::RangeEndedBy);
+    let predictor = device.predictor();
+    let load_columns = match &predictor {
+        Some(predictor) if of_predictor => predictor.load_columns(),
+        _ => device.information_loads(),
+    };
+    if load_columns.is_empty() {
+        return wrong(
+            "of",
+            "no information is computed for this kind of device",
+            "ask of = \"check\"",
+        );
+    }
+    let Some(load) = &written.load else {
+        return wrong(
+            "load",
+            "an estimate needs a load",
+            "such as load = \"fz=5 N\"",
+        );
+    };
+    let loads = Loads::one(load, load_columns).map_err(|error| of_load("load", &error))?;
+    let noise = noise_of(written, device.as_ref())?;
+    let options = InformationOptions {
+        noise,
+        radius: radius(written.radius.as_ref())?,
+    };
+    let place = *what == Estimated::Place;
+    let grid = (place && written.take.is_some() || written.grid.is_some())
+        .then(|| written.grid.unwrap_or(GRID));
+    if let Some([across, along]) = grid {
+        if sensor.piezoelectric().is_err() {
+            return wrong(
+                "grid",
+                "only places on a piezoelectric array have a region",
+                "leave grid out",
+            );
+        }
+        if !(1..=1000).contains(&across) || !(1..=1000).contains(&along) {
+            return wrong(
+                "grid",
+                "a grid has 1 to 1000 cells each way",
+                "such as grid = [25, 9]",
+            );
+        }
+    }
+    let take = written.take.unwrap_or(Take::Rms);
+    if grid.is_some() && !matches!(take, Take::Mean | Take::Rms | Take::Worst) {
+        return wrong(
+            "take",
+            "a region has a mean, an rms and a worst",
+            "use mean, rms or worst",
+        );
+    }
+    let column = estimate_column(name, *what, device.as_ref(), &loads, load_columns, written)?;
+    let estimate = Estimate {
+        what: *what,
+        load: load.clone(),
+        options,
+        grid,
+        take,
+    };
+    let word = *what == Estimated::RangeEndedBy;
+    Ok((Kind::Estimate(estimate), column, word))
+}
+
+/// Noise of a reading that an answer states, SI.
+fn noise_of(written: &AnswerFile, device: &dyn Device) -> Result<Option<f64>, Wrong> {
+    let Some(text) = &written.noise else {
+        return Ok(None);
+    };
+    let dimension = device.information_noise();
+    match dimension.parse(text) {
+        Ok(noise) if noise > 0.0 => Ok(Some(noise)),
+        Ok(_) => wrong(
+            "noise",
+            format!("\"{text}\" is not above zero"),
+            format!("write {} above zero", dimension.name),
+        ),
+        Err(message) => wrong(
+            "noise",
+            message,
+            format!("write {} above zero", dimension.name),
+        ),
+    }
+}
+
+fn radius(written: Option<&RadiusFile>) -> Result<RadiusKnowledge, Wrong> {
+    let help = "write known, unknown or a range such as [\"1 mm\", \"4 mm\"]";
+    match written {
+        None => Ok(RadiusKnowledge::Known),
+        Some(RadiusFile::Word(word)) => match word.as_str() {
+            "known" => Ok(RadiusKnowledge::Known),
+            "unknown" => Ok(RadiusKnowledge::Unknown),
+            _ => wrong(
+                "radius",
+                format!("\"{word}\" says nothing of a radius"),
+                help,
+            ),
+        },
+        Some(RadiusFile::Range(ends)) => {
+            let [low, high] = ends.each_ref().map(|end| quantity::LENGTH.parse(end));
+            match (low, high) {
+                (Ok(low), Ok(high)) if low < high => Ok(RadiusKnowledge::Between([low, high])),
+                (Err(message), _) | (_, Err(message)) => wrong("radius", message, help),
+                _ => wrong("radius", "the range is empty", help),
+            }
+        }
+    }
+}
+
+fn estimate_column(
+    name: &str,
+    what: Estimated,
+    device: &dyn Device,
+    loads: &Loads,
+    load_columns: &[taxel::predict::LoadColumn],
+    written: &AnswerFile,
+) -> Result<Column, Wrong> {
+    let plain = || Column::new(name, "", 1.0, "", 4);
+    let first = load_columns
+        .iter()
+        .zip(&loads.given.columns)
+        .find(|(_, given)| **given);
+    let dimension = match what {
+        Estimated::Place => &quantity::LENGTH,
+        Estimated::Range => match first.map(|(column, _)| column.kind) {
+            Some(LoadKind::Quantity(dimension, _)) => dimension,
+            _ => return Ok(plain()),
+        },
+        Estimated::Force(_) => &quantity::FORCE,
+        Estimated::Deviation(of) => {
+            let options = InformationOptions::default();
+            let unknowns = device.information(&loads.load(0), &options);
+            let unknowns = unknowns.map(|found| found.unknowns).unwrap_or_default();
+            let found = match of {
+                "" if unknowns.iter().filter(|one| !one.beside).count() > 1 => {
+                    return wrong(
+                        "quantity",
+                        "this device estimates several numbers",
+                        "use deviation_x, deviation_y, deviation_z or deviation_place",
+                    );
+                }
+                "" => unknowns.first(),
+                "radius" => return Ok(column_of(&quantity::LENGTH, name, 1e-3)),
+                _ => unknowns.iter().find(|one| one.name == of),
+            };
+            match found {
+                Some(unknown) => unknown.dimension,
+                None if unknowns.is_empty() => &quantity::FORCE,
+                None => {
+                    let names: Vec<&str> = unknowns.iter().map(|one| one.name).collect();
+                    return wrong(
+                        "quantity",
+                        format!("this device does not estimate the {} of", written.quantity),
+                        format!("it estimates: {}", names.join(", ")),
+                    );
+                }
+            }
+        }
+        _ => return Ok(plain()),
+    };
+    let typical = match what {
+        Estimated::Range => 1.0,
+        _ => 1e-3,
+    };
+    Ok(column_of(dimension, name, typical))
+}
+
+impl Estimate {
+    fn evaluate(&self, context: &mut Context<'_>, accept: &[String]) -> Outcome {
+        match self.what {
+            Estimated::Range | Estimated::RangeEndedBy => self.range(context, accept),
+            Estimated::Force(axis) => self.force(context, axis),
+            _ if self.grid.is_some() => self.region(context),
+            _ => {
+                let Some(device) = context.device.as_deref() else {
+                    return Outcome::Outside(String::from("the board cannot read the element"));
+                };
+                let Ok(loads) = Loads::one(&self.load, device.information_loads()) else {
+                    return Outcome::Outside(format!("the load {} is refused", self.load));
+                };
+                match device.information(&loads.load(0), &self.options) {
+                    Ok(information) => self.of(&information).map_or_else(no_information, finite),
+                    Err(NoInformation::Beyond(why)) => Outcome::Outside(why),
+                    Err(error) => Outcome::Outside(error.to_string()),
+                }
+            }
+        }
+    }
+
+    /// The number that is asked of an information; none where it is singular.
+    fn of(&self, information: &Information) -> Option<f64> {
+        match self.what {
+            Estimated::Deviation("") => information.deviation(information.unknowns[0].name),
+            Estimated::Deviation(name) => information.deviation(name),
+            Estimated::Place => information.place_deviation(),
+            Estimated::A => information.a_criterion(),
+            Estimated::D => information.d_criterion(),
+            Estimated::E => information.e_criterion(),
+            Estimated::Condition => Some(information.condition()).filter(|one| one.is_finite()),
+            _ => None,
+        }
+    }
+
+    /// Over the middles of the cells of the rectangle of the elements.
+    fn region(&self, context: &mut Context<'_>) -> Outcome {
+        // How the numbers are summed up changes none of them.
+        let question = Self {
+            take: Take::Rms,
+            ..self.clone()
+        };
+        if context
+            .region
+            .as_ref()
+            .is_none_or(|(known, _)| *known != question)
+        {
+            match self.region_values(context.sensor) {
+                Ok(values) => context.region = Some((question, values)),
+                Err(why) => return Outcome::Outside(why),
+            }
+        }
+        let values = context
+            .region
+            .as_ref()
+            .map(|(_, values)| values.iter().copied());
+        let values: Option<Vec<f64>> = values.and_then(Iterator::collect);
+        let Some(values) = values else {
+            return no_information();
+        };
+        let count = values.len() as f64;
+        finite(match self.take {
+            Take::Mean => values.iter().sum::<f64>() / count,
+            Take::Rms => (values.iter().map(|value| value * value).sum::<f64>() / count).sqrt(),
+            _ => values.iter().copied().fold(0.0, f64::max),
+        })
+    }
+
+    fn region_values(&self, sensor: &Sensor) -> Result<Vec<Option<f64>>, String> {
+        let array = sensor.piezoelectric().map_err(|error| error.to_string())?;
+        let loads = Loads::one(&self.load, array.information_loads());
+        let loads = loads.map_err(|error| error.message)?;
+        let load = loads.load(0);
+        let (Some(force), Some(radius)) = (load.number(0), load.number(3)) else {
+            return Err(String::from("fz and radius of the contact are needed"));
+        };
+        let places = array.places();
+        let contacts = cells(&places, self.grid.unwrap_or(GRID), force);
+        let noise = self
+            .options
+            .noise
+            .unwrap_or_else(|| array.element_deviation());
+        let farthest = farthest(&places, &contacts) + array.description.ceramic.side;
+        let tables = PlaceInformation::new(&array, radius, farthest, noise, self.options.radius);
+        let value = |contact| self.of(&tables.at(&places, contact));
+        Ok(contacts.iter().map(value).collect())
+    }
+
+    /// The largest load along the direction of the load, at most the load itself, up to which
+    /// all states are accepted.
+    fn range(&self, context: &Context<'_>, accept: &[String]) -> Outcome {
+        let predictor = context.device.as_deref().and_then(Device::predictor);
+        let Some(predictor) = predictor else {
+            return Outcome::Outside(String::from("has no model"));
+        };
+        let Ok(loads) = Loads::one(&self.load, predictor.load_columns()) else {
+            return Outcome::Outside(format!("the load {} is refused", self.load));
+        };
+        let columns = predictor.columns();
+        let full = loads.load(0);
+        let first = full.0.iter().find_map(|value| match value {
+            Some(LoadValue::Number(number)) => Some(*number),
+            _ => None,
+        });
+        let at = |share: f64| -> Option<String> {
+            let scaled: Vec<Option<LoadValue>> = full
+                .0
+                .iter()
+                .enumerate()
+                .map(|(column, value)| match value {
+                    Some(LoadValue::Number(number)) if predictor.scales_with_load(column) => {
+                        Some(LoadValue::Number(share * number))
+                    }
+                    other => *other,
+                })
+                .collect();
+            let mut row = Vec::new();
+            match predictor.answer(&Load(&scaled), &mut row) {
+                Err(refused) => Some(refused.message),
+                Ok(()) => unaccepted(&columns, &row, "", accept).map(str::to_owned),
+            }
+        };
+        let steps = (1..=RANGE_STEPS).map(|step| step as f64 / RANGE_STEPS as f64);
+        let mut low = 0.0;
+        let mut ended = None;
+        for share in steps {
+            if let Some(why) = at(share) {
+                ended = Some((share, why));
+                break;
+            }
+            low = share;
+        }
+        let Some((mut high, mut why)) = ended else {
+            return match self.what {
+                Estimated::RangeEndedBy => Outcome::Word(String::from("not_reached")),
+                _ => finite(first.unwrap_or(0.0)),
+            };
+        };
+        // Halved until rounding is left.
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            match at(middle) {
+                Some(reason) => (high, why) = (middle, reason),
+                None => low = middle,
+            }
+        }
+        match self.what {
+            Estimated::RangeEndedBy => Outcome::Word(why),
+            _ => finite(low * first.unwrap_or(0.0)),
+        }
+    }
+
+    /// The force that the estimator of a made device reads at the load, by what was corrected
+    /// on it: the readings of the made device through the model of the drawing, of the drawing
+    /// with the rest values of the device, or of the device itself.
+    fn force(&self, context: &Context<'_>, axis: usize) -> Outcome {
+        let (drawn, after) = context
+            .drawn
+            .unwrap_or((context.sensor, AfterFile::AsDrawn));
+        if let (Ok(made), Ok(drawn)) = (context.sensor.three_axis(), drawn.three_axis()) {
+            let Ok(loads) = Loads::one(&self.load, made.information_loads()) else {
+                return Outcome::Outside(format!("the load {} is refused", self.load));
+            };
+            let load = loads.load(0);
+            let force = std::array::from_fn(|axis| load.number(axis).unwrap_or(0.0));
+            let unit = made.unit_model();
+            let response = unit.predict(force).1;
+            if response.closed().contains(&true) {
+                return Outcome::Outside(String::from("state closed"));
+            }
+            let model = match after {
+                AfterFile::AsDrawn => Some(drawn.unit_model()),
+                AfterFile::Rest => drawn.unit_model().at_rest(unit.rest()),
+                AfterFile::Bench => Some(unit),
+            };
+            let Some(model) = model else {
+                return Outcome::Outside(String::from("the rest capture is refused"));
+            };
+            let noise = self.options.noise.unwrap_or_else(|| made.board.deviation());
+            let options = SearchOptions::default();
+            let found = estimate_unit(
+                &model,
+                response.capacitance(),
+                [noise; 4],
+                [true; 4],
+                &options,
+            );
+            return match found.outcome {
+                SearchOutcome::Converged => finite(found.force[axis]),
+                _ => Outcome::Outside(String::from("the estimate does not converge")),
+            };
+        }
+        if let (Ok(made), Ok(drawn)) = (context.sensor.in_plane(), drawn.in_plane()) {
+            let Ok(loads) = Loads::one(&self.load, made.information_loads()) else {
+                return Outcome::Outside(format!("the load {} is refused", self.load));
+            };
+            let (true, Some(force)) = (axis == 2, loads.load(0).number(2)) else {
+                return Outcome::Outside(String::from("only force_z is estimated, of a load fz"));
+            };
+            let unit = made.model();
+            let model = match after {
+                AfterFile::AsDrawn => Some(drawn.model()),
+                AfterFile::Rest => drawn.model().at_rest(unit.rest_capacitance()),
+                AfterFile::Bench => Some(unit.clone()),
+            };
+            let read = || {
+                let compression = unit.compression_from_force(force).ok()?;
+                let capacitance = unit.respond(compression).ok()?.capacitance;
+                let state = model?.inverse().ok()?.state_from_capacitance(capacitance);
+                state.ok().map(|state| state.layer.force)
+            };
+            let outside = || Outcome::Outside(String::from("no force belongs to the reading"));
+            return read().map_or_else(outside, finite);
+        }
+        Outcome::Outside(String::from(
+            "no estimate of a made device for this element",
+        ))
+    }
+}
+
+fn no_information() -> Outcome {
+    Outcome::Outside(String::from("no_information"))
+}
+
+/// Contacts in the middles of the cells of the rectangle of places.
+pub(crate) fn cells(places: &[[f64; 2]], grid: [usize; 2], force: f64) -> Vec<PlacedContact> {
+    let ends = |axis: usize| {
+        let values = places.iter().map(|place| place[axis]);
+        let low = values.clone().fold(f64::INFINITY, f64::min);
+        [low, values.fold(f64::NEG_INFINITY, f64::max)]
+    };
+    let middle = |axis: usize, index: usize| {
+        let [low, high] = ends(axis);
+        low + (high - low) * (index as f64 + 0.5) / grid[axis] as f64
+    };
+    let cell = |y: usize, x: usize| PlacedContact {
+        place: [middle(0, x), middle(1, y)],
+        force,
+    };
+    (0..grid[1])
+        .flat_map(|y| (0..grid[0]).map(move |x| (y, x)))
+        .map(|(y, x)| cell(y, x))
+        .collect()
+}
+
+/// Greatest distance between a place and a contact, m.
+pub(crate) fn farthest(places: &[[f64; 2]], contacts: &[PlacedContact]) -> f64 {
+    let distance = |place: &[f64; 2], contact: &PlacedContact| {
+        (place[0] - contact.place[0]).hypot(place[1] - contact.place[1])
+    };
+    let all = places
+        .iter()
+        .flat_map(|place| contacts.iter().map(move |contact| distance(place, contact)));
+    all.fold(0.0, f64::max)
+}
+
+/// Columns of a section, as in the table of a sweep of schema 1.
+const SECTION: [(&str, &str, f64, &str); 5] = [
+    ("area_ratio", "", 1.0, ""),
+    ("change", "", 1.0, ""),
+    ("internal_pressure", "kPa", 1e3, "pa"),
+    ("gap", "um", 1e-6, "m"),
+    ("greatest_stress", "kPa", 1e3, "pa"),
+];
+
+fn section(
+    name: &str,
+    written: &AnswerFile,
+    sensor: &Sensor,
+) -> Result<(Kind, Column, bool), Wrong> {
+    unused(
+        written,
+        &[
+            ("load", written.load.is_some()),
+            ("over", written.over.is_some()),
+            ("take", written.take.is_some()),
+            ("noise", written.noise.is_some()),
+            ("grid", written.grid.is_some()),
+            ("radius", written.radius.is_some()),
+            ("mechanics", written.mechanics.is_some()),
+        ],
+    )?;
+    if sensor.microchannels().is_err() {
+        return wrong(
+            "of",
+            "channel_section needs a sensor with microchannels",
+            "name such as liquid-metal-2x4",
+        );
+    }
+    let found = SECTION
+        .iter()
+        .find(|(known, ..)| *known == written.quantity);
+    let Some((_, unit, scale, si)) = found else {
+        let names = SECTION.map(|(known, ..)| known).join(", ");
+        return wrong(
+            "quantity",
+            format!("a section has no \"{}\"", written.quantity),
+            format!("use one of: {names}"),
+        );
+    };
+    let stated = |key: &'static str, text: Option<&String>, dimension: &Dimension| {
+        let Some(text) = text else {
+            return wrong(
+                key,
+                format!("channel_section needs {key}"),
+                format!("write {} with its unit", dimension.name),
+            );
+        };
+        match dimension.parse(text) {
+            Ok(value) if value > 0.0 => Ok(value),
+            Ok(_) => wrong(
+                key,
+                format!("\"{text}\" is not above zero"),
+                "give more than zero",
+            ),
+            Err(message) => wrong(key, message, ""),
+        }
+    };
+    let pressure = stated("pressure", written.pressure.as_ref(), &quantity::STRESS)?;
+    let thickness = stated("thickness", written.thickness.as_ref(), &quantity::LENGTH)?;
+    let one = |value: f64| design::Lengths {
+        from: value,
+        to: value,
+        count: 1,
+    };
+    let sections = MicrochannelSections {
+        thickness,
+        heights: one(0.0),
+        covers: one(0.0),
+        pressures: design::Pressures {
+            from: pressure,
+            to: pressure,
+            count: 1,
+        },
+    };
+    let column = Column::new(name, unit, *scale, si, 5);
+    Ok((
+        Kind::Section(written.quantity.clone(), sections),
+        column,
+        false,
+    ))
+}
+
+/// The section of the upper layer under the pressure.
+fn section_answer(
+    sensor: &Sensor,
+    quantity: &str,
+    sections: &MicrochannelSections,
+    accept: &[String],
+) -> Outcome {
+    let Ok(array) = sensor.microchannels() else {
+        return Outcome::Outside(String::from("has no microchannels"));
+    };
+    let element = array.element;
+    let cover = element.rows.roof.min(element.columns.roof);
+    let height = element.section.height;
+    if height + cover >= sections.thickness {
+        return Outcome::Outside(String::from(
+            "the sheet is thinner than microchannel and cover",
+        ));
+    }
+    let one = |value: f64| design::Lengths {
+        from: value,
+        to: value,
+        count: 1,
+    };
+    let sections = MicrochannelSections {
+        heights: one(height),
+        covers: one(cover),
+        ..sections.clone()
+    };
+    let rows = design::sweep(&sections, element, sensor.array.pitch[0], &|_, _| true);
+    let Some(row) = rows.first() else {
+        return Outcome::Ended(String::from("no solution"));
+    };
+    let Some(answer) = row.answers.first() else {
+        return Outcome::Ended(row.ended.clone().unwrap_or_default());
+    };
+    let state = answer.state.name();
+    // A bound is no number unless the study accepts it.
+    let closed = answer.state == SectionState::Closed;
+    if !closed && !accept.iter().any(|ok| ok == state) {
+        return Outcome::Outside(format!("state {state}"));
+    }
+    finite(match quantity {
+        "area_ratio" => answer.closure.area_ratio,
+        "change" => answer.change(),
+        "internal_pressure" => answer.closure.inside,
+        "gap" => answer.closure.gap,
+        _ => answer.closure.stress,
+    })
+}

@@ -1,0 +1,649 @@
+//! Expressions of links, constraints and objectives: numbers with units, names, `+ - * / ^`,
+//! parentheses and a few functions. Dimensions are checked when they are read.
+
+use std::ops::Range;
+
+use taxel::quantity;
+
+use crate::exponents::{Exponents, NONE};
+
+/// A mistake in an expression, at a byte range of its text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mistake {
+    /// The words at fault.
+    pub span: Range<usize>,
+    /// Description.
+    pub message: String,
+    /// Advice.
+    pub help: String,
+}
+
+/// An expression, read and checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expression {
+    node: Node,
+    /// Its dimension.
+    pub exponents: Exponents,
+}
+
+/// `left <= right`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// What must be the smaller one.
+    pub less: Expression,
+    /// What must be the greater one.
+    pub greater: Expression,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Node {
+    Number(f64),
+    Name(usize),
+    Negative(Box<Node>),
+    Binary(Operator, Box<Node>, Box<Node>),
+    Call(Function, Vec<Node>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Operator {
+    Plus,
+    Minus,
+    Times,
+    Over,
+    Power,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Function {
+    Min,
+    Max,
+    Sqrt,
+    Abs,
+    Ln,
+    Exp,
+}
+
+const FUNCTIONS: [(&str, Function, usize); 6] = [
+    ("min", Function::Min, 2),
+    ("max", Function::Max, 2),
+    ("sqrt", Function::Sqrt, 1),
+    ("abs", Function::Abs, 1),
+    ("ln", Function::Ln, 1),
+    ("exp", Function::Exp, 1),
+];
+
+/// Deepest nesting: a guard of the stack.
+const DEEPEST: usize = 64;
+
+/// Names with their dimensions, in the order of the values of [`Expression::value`].
+pub type Names<'a> = &'a [(String, Exponents)];
+
+/// Reads an expression over `names`.
+///
+/// # Errors
+/// The first mistake.
+///
+/// # Example
+/// ```
+/// use taxel_study::exponents::Exponents;
+/// use taxel_study::expression::expression;
+/// let length = Exponents::of(&taxel::quantity::LENGTH);
+/// let names = [(String::from("thickness"), length)];
+/// let rest = expression("thickness - 200 um", &names).unwrap();
+/// assert!((rest.value(&[950e-6]) - 750e-6).abs() < 1e-18);
+/// let mistake = expression("thickness - 200 kPa", &names).unwrap_err();
+/// assert_eq!(&"thickness - 200 kPa"[mistake.span], "200 kPa");
+/// ```
+pub fn expression(text: &str, names: Names<'_>) -> Result<Expression, Mistake> {
+    let mut reader = Reader::new(text, names)?;
+    let (node, exponents, _) = reader.sum()?;
+    reader.end("the end of the expression")?;
+    Ok(Expression { node, exponents })
+}
+
+/// Reads a comparison `a <= b` or `a >= b` over `names`.
+///
+/// # Errors
+/// The first mistake.
+pub fn comparison(text: &str, names: Names<'_>) -> Result<Comparison, Mistake> {
+    let mut reader = Reader::new(text, names)?;
+    let (left, of_left, _) = reader.sum()?;
+    let at_most = match reader.token() {
+        Some(Token::Compare(at_most)) => *at_most,
+        _ => return Err(reader.mistake("<= or >= is needed here", "write such as range >= 100 N")),
+    };
+    reader.at += 1;
+    let (right, of_right, span) = reader.sum()?;
+    reader.end("the end of the comparison")?;
+    if of_left != of_right {
+        return Err(Mistake {
+            span,
+            message: format!(
+                "this is {}; {} is compared with it",
+                of_right.name(),
+                of_left.name()
+            ),
+            help: String::from("compare what has the same dimension"),
+        });
+    }
+    let left = Expression {
+        node: left,
+        exponents: of_left,
+    };
+    let right = Expression {
+        node: right,
+        exponents: of_right,
+    };
+    let (less, greater) = if at_most {
+        (left, right)
+    } else {
+        (right, left)
+    };
+    Ok(Comparison { less, greater })
+}
+
+/// Names that an expression uses, as they stand in its text; no check of them.
+///
+/// # Errors
+/// A character that no expression has.
+pub fn names_in(text: &str) -> Result<Vec<(String, Range<usize>)>, Mistake> {
+    let tokens = tokens(text)?;
+    let mut found = Vec::new();
+    for (at, (token, span)) in tokens.iter().enumerate() {
+        let called = matches!(tokens.get(at + 1), Some((Token::Sign('('), _)));
+        if let Token::Name(name) = token
+            && !called
+        {
+            found.push((name.clone(), span.clone()));
+        }
+    }
+    Ok(found)
+}
+
+impl Expression {
+    /// Value for the `values` of its names, SI.
+    pub fn value(&self, values: &[f64]) -> f64 {
+        self.node.value(values)
+    }
+
+    /// Index of the only name, if the expression is one.
+    pub fn lone_name(&self) -> Option<usize> {
+        match self.node {
+            Node::Name(index) => Some(index),
+            _ => None,
+        }
+    }
+}
+
+impl Comparison {
+    /// How far it is from holding, as a share of the greater of both sides: zero or less where
+    /// it holds; not a number where a value is none.
+    pub fn excess(&self, values: &[f64]) -> f64 {
+        let (less, greater) = (self.less.value(values), self.greater.value(values));
+        let size = less.abs().max(greater.abs());
+        if size > 0.0 {
+            (less - greater) / size
+        } else {
+            less - greater
+        }
+    }
+}
+
+impl Node {
+    fn value(&self, values: &[f64]) -> f64 {
+        match self {
+            Self::Number(number) => *number,
+            Self::Name(index) => values[*index],
+            Self::Negative(inner) => -inner.value(values),
+            Self::Binary(operator, a, b) => {
+                let (a, b) = (a.value(values), b.value(values));
+                match operator {
+                    Operator::Plus => a + b,
+                    Operator::Minus => a - b,
+                    Operator::Times => a * b,
+                    Operator::Over => a / b,
+                    Operator::Power => a.powf(b),
+                }
+            }
+            Self::Call(function, arguments) => {
+                let a = arguments[0].value(values);
+                let b = arguments.get(1).map_or(0.0, |b| b.value(values));
+                match function {
+                    // What is not a number stays so.
+                    Function::Min | Function::Max if a.is_nan() || b.is_nan() => f64::NAN,
+                    Function::Min => a.min(b),
+                    Function::Max => a.max(b),
+                    Function::Sqrt => a.sqrt(),
+                    Function::Abs => a.abs(),
+                    Function::Ln => a.ln(),
+                    Function::Exp => a.exp(),
+                }
+            }
+        }
+    }
+
+    fn constant(&self) -> bool {
+        match self {
+            Self::Number(_) => true,
+            Self::Name(_) => false,
+            Self::Negative(inner) => inner.constant(),
+            Self::Binary(_, a, b) => a.constant() && b.constant(),
+            Self::Call(_, arguments) => arguments.iter().all(Self::constant),
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Token {
+    Number(f64, Exponents),
+    Name(String),
+    Sign(char),
+    /// True for `<=`.
+    Compare(bool),
+}
+
+/// The longest unit at the start of `text`.
+fn unit_at(text: &str) -> Option<(&'static quantity::Dimension, &'static str)> {
+    quantity::dimensions()
+        .flat_map(|dimension| {
+            dimension
+                .units
+                .iter()
+                .map(move |(unit, _)| (dimension, *unit))
+        })
+        .filter(|(_, unit)| {
+            let plain = text.replace(['µ', 'μ'], "u");
+            plain
+                .strip_prefix(*unit)
+                .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+        })
+        .max_by_key(|(_, unit)| unit.len())
+}
+
+fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Mistake> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(c) = text[at..].chars().next() {
+        let rest = &text[at..];
+        if c.is_whitespace() {
+            at += c.len_utf8();
+        } else if c.is_ascii_digit() || c == '.' {
+            let (token, length) = number(rest, at)?;
+            found.push((token, at..at + length));
+            at += length;
+        } else if c.is_alphabetic() || c == '_' {
+            let end = rest
+                .find(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '.' | '[' | ']')))
+                .unwrap_or(rest.len());
+            found.push((Token::Name(rest[..end].to_owned()), at..at + end));
+            at += end;
+        } else if rest.starts_with("<=") || rest.starts_with(">=") {
+            found.push((Token::Compare(c == '<'), at..at + 2));
+            at += 2;
+        } else if "+-*/^(),".contains(c) {
+            found.push((Token::Sign(c), at..at + 1));
+            at += 1;
+        } else {
+            return Err(Mistake {
+                span: at..at + c.len_utf8(),
+                message: format!("\"{c}\" has no meaning in an expression"),
+                help: String::from("use numbers with units, names, + - * / ^ ( ) , <= >="),
+            });
+        }
+    }
+    Ok(found)
+}
+
+/// The number at the start of `text` with its unit, and its length.
+fn number(text: &str, at: usize) -> Result<(Token, usize), Mistake> {
+    let bytes = text.as_bytes();
+    let mut end = 0;
+    while end < bytes.len() {
+        let exponent = matches!(bytes[end], b'e' | b'E')
+            && bytes.get(end + 1).is_some_and(|next| {
+                next.is_ascii_digit()
+                    || (matches!(next, b'+' | b'-')
+                        && bytes.get(end + 2).is_some_and(u8::is_ascii_digit))
+            });
+        let sign =
+            matches!(bytes[end], b'+' | b'-') && end > 0 && matches!(bytes[end - 1], b'e' | b'E');
+        if !(bytes[end].is_ascii_digit() || bytes[end] == b'.' || exponent || sign) {
+            break;
+        }
+        end += 1;
+    }
+    let wrong = || Mistake {
+        span: at..at + end,
+        message: format!("\"{}\" is not a number", &text[..end]),
+        help: String::from("write numbers with a decimal point, such as 1.5"),
+    };
+    let value: f64 = text[..end].parse().map_err(|_| wrong())?;
+    let behind = &text[end..];
+    let gap = behind.len() - behind.trim_start().len();
+    if let Some((dimension, unit)) = unit_at(behind.trim_start()) {
+        // A micro sign may take more bytes than the `u` that it means.
+        let written = behind[gap..].chars().take(unit.chars().count());
+        let length = end + gap + written.map(char::len_utf8).sum::<usize>();
+        let value = dimension
+            .parse(&format!("{} {unit}", &text[..end]))
+            .map_err(|_| wrong())?;
+        return Ok((Token::Number(value, Exponents::of(dimension)), length));
+    }
+    if behind.trim_start().starts_with('%') {
+        return Ok((Token::Number(value / 100.0, NONE), end + gap + 1));
+    }
+    if value.is_finite() {
+        Ok((Token::Number(value, NONE), end))
+    } else {
+        Err(wrong())
+    }
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    tokens: Vec<(Token, Range<usize>)>,
+    names: Names<'a>,
+    at: usize,
+    depth: usize,
+}
+
+type Part = (Node, Exponents, Range<usize>);
+
+impl<'a> Reader<'a> {
+    fn new(text: &'a str, names: Names<'a>) -> Result<Self, Mistake> {
+        Ok(Self {
+            text,
+            tokens: tokens(text)?,
+            names,
+            at: 0,
+            depth: 0,
+        })
+    }
+
+    fn token(&self) -> Option<&Token> {
+        self.tokens.get(self.at).map(|(token, _)| token)
+    }
+
+    fn span(&self) -> Range<usize> {
+        let end = self.text.len();
+        let span = self.tokens.get(self.at).map(|(_, span)| span.clone());
+        span.unwrap_or(end.saturating_sub(1)..end)
+    }
+
+    fn mistake(&self, message: impl Into<String>, help: &str) -> Mistake {
+        Mistake {
+            span: self.span(),
+            message: message.into(),
+            help: help.to_owned(),
+        }
+    }
+
+    fn takes(&mut self, sign: char) -> bool {
+        let there = self.token() == Some(&Token::Sign(sign));
+        self.at += usize::from(there);
+        there
+    }
+
+    fn end(&self, what: &str) -> Result<(), Mistake> {
+        if self.at < self.tokens.len() {
+            let message = format!("{what} is needed here");
+            return Err(self.mistake(message, "put an operator between two values"));
+        }
+        Ok(())
+    }
+
+    fn sum(&mut self) -> Result<Part, Mistake> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(self.mistake("the parentheses are nested too deeply", "write it shorter"));
+        }
+        let (mut node, exponents, mut span) = self.product()?;
+        loop {
+            let operator = if self.takes('+') {
+                Operator::Plus
+            } else if self.takes('-') {
+                Operator::Minus
+            } else {
+                self.depth -= 1;
+                return Ok((node, exponents, span));
+            };
+            let (right, of_right, right_span) = self.product()?;
+            if of_right != exponents {
+                return Err(Mistake {
+                    message: format!(
+                        "this is {}; {} is needed here",
+                        of_right.name(),
+                        exponents.name()
+                    ),
+                    help: String::from("add and subtract what has the same dimension"),
+                    span: right_span,
+                });
+            }
+            span = span.start..right_span.end;
+            node = Node::Binary(operator, Box::new(node), Box::new(right));
+        }
+    }
+
+    fn product(&mut self) -> Result<Part, Mistake> {
+        let (mut node, mut exponents, mut span) = self.signed()?;
+        loop {
+            let (operator, sign) = if self.takes('*') {
+                (Operator::Times, 1.0)
+            } else if self.takes('/') {
+                (Operator::Over, -1.0)
+            } else {
+                return Ok((node, exponents, span));
+            };
+            let (right, of_right, right_span) = self.signed()?;
+            exponents = exponents.plus(of_right, sign);
+            span = span.start..right_span.end;
+            node = Node::Binary(operator, Box::new(node), Box::new(right));
+        }
+    }
+
+    fn signed(&mut self) -> Result<Part, Mistake> {
+        let start = self.span().start;
+        if self.takes('-') {
+            self.depth += 1;
+            if self.depth > DEEPEST {
+                return Err(self.mistake("too many signs", "write it shorter"));
+            }
+            let (node, exponents, span) = self.signed()?;
+            self.depth -= 1;
+            return Ok((Node::Negative(Box::new(node)), exponents, start..span.end));
+        }
+        self.power()
+    }
+
+    fn power(&mut self) -> Result<Part, Mistake> {
+        let (base, exponents, span) = self.atom()?;
+        if !self.takes('^') {
+            return Ok((base, exponents, span));
+        }
+        let (power, of_power, power_span) = self.signed()?;
+        let wrong = |message: String| Mistake {
+            span: power_span.clone(),
+            message,
+            help: String::from("a power is a plain number, such as 2 or 0.5"),
+        };
+        if of_power != NONE {
+            return Err(wrong(format!("this is {}", of_power.name())));
+        }
+        let raised = if exponents == NONE {
+            NONE
+        } else if power.constant() {
+            exponents.times(power.value(&[]))
+        } else {
+            return Err(wrong(String::from(
+                "a power that varies needs a plain number below it",
+            )));
+        };
+        let node = Node::Binary(Operator::Power, Box::new(base), Box::new(power));
+        Ok((node, raised, span.start..power_span.end))
+    }
+
+    fn atom(&mut self) -> Result<Part, Mistake> {
+        let span = self.span();
+        match self.token().cloned() {
+            Some(Token::Number(value, exponents)) => {
+                self.at += 1;
+                Ok((Node::Number(value), exponents, span))
+            }
+            Some(Token::Sign('(')) => {
+                self.at += 1;
+                let (node, exponents, inner) = self.sum()?;
+                self.closed()?;
+                Ok((node, exponents, span.start..inner.end + 1))
+            }
+            Some(Token::Name(name)) => {
+                self.at += 1;
+                if self.token() == Some(&Token::Sign('(')) {
+                    return self.call(&name, span);
+                }
+                let index = self.names.iter().position(|(known, _)| *known == name);
+                let Some(index) = index else {
+                    self.at -= 1;
+                    let known: Vec<&str> =
+                        self.names.iter().map(|(known, _)| known.as_str()).collect();
+                    let help = format!("names here: {}", known.join(", "));
+                    return Err(self.mistake(format!("\"{name}\" is no name here"), &help));
+                };
+                Ok((Node::Name(index), self.names[index].1, span))
+            }
+            _ => Err(self.mistake(
+                "a value is needed here",
+                "write a number with its unit, a name or a parenthesis",
+            )),
+        }
+    }
+
+    fn closed(&mut self) -> Result<(), Mistake> {
+        if self.takes(')') {
+            return Ok(());
+        }
+        Err(self.mistake(") is needed here", "close the parenthesis"))
+    }
+
+    fn call(&mut self, name: &str, span: Range<usize>) -> Result<Part, Mistake> {
+        let known = FUNCTIONS.iter().find(|(known, _, _)| *known == name);
+        let Some((_, function, count)) = known else {
+            self.at -= 1;
+            let known: Vec<&str> = FUNCTIONS.iter().map(|(known, _, _)| *known).collect();
+            let help = format!("functions: {}", known.join(", "));
+            return Err(self.mistake(format!("\"{name}\" is no function"), &help));
+        };
+        self.at += 1;
+        let first = self.sum()?;
+        let mut arguments = vec![first.0];
+        let exponents = first.1;
+        if *count == 2 {
+            if !self.takes(',') {
+                return Err(
+                    self.mistake("a second value is needed here", "write such as min(a, b)")
+                );
+            }
+            let second = self.sum()?;
+            if second.1 != exponents {
+                return Err(Mistake {
+                    message: format!(
+                        "this is {}; {} is needed here",
+                        second.1.name(),
+                        exponents.name()
+                    ),
+                    help: String::from("compare what has the same dimension"),
+                    span: second.2,
+                });
+            }
+            arguments.push(second.0);
+        }
+        let end = self.span().end;
+        self.closed()?;
+        let result = match function {
+            Function::Sqrt => exponents.times(0.5),
+            Function::Ln | Function::Exp if exponents != NONE => {
+                return Err(Mistake {
+                    span: first.2,
+                    message: format!("this is {}; {name} takes a plain number", exponents.name()),
+                    help: String::from("divide it by a value of its dimension"),
+                });
+            }
+            _ => exponents,
+        };
+        Ok((Node::Call(*function, arguments), result, span.start..end))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taxel::quantity::{FORCE, LENGTH};
+
+    fn names() -> Vec<(String, Exponents)> {
+        vec![
+            (String::from("gap"), Exponents::of(&LENGTH)),
+            (String::from("load"), Exponents::of(&FORCE)),
+            (String::from("share"), NONE),
+        ]
+    }
+
+    fn value(text: &str) -> f64 {
+        let read = expression(text, &names()).unwrap_or_else(|mistake| panic!("{mistake:?}"));
+        read.value(&[20e-6, 5.0, 0.5])
+    }
+
+    #[test]
+    fn precedence_is_that_of_algebra() {
+        for (text, expected) in [
+            ("1 + 2 * 3", 7.0),
+            ("(1 + 2) * 3", 9.0),
+            ("-2 ^ 2", -4.0),
+            ("2 ^ -1", 0.5),
+            ("7 - 2 - 1", 4.0),
+            ("8 / 2 / 2", 2.0),
+            ("gap / (1 um)", 20.0),
+            ("min(share, 3 %) * 100", 3.0),
+            ("sqrt(gap * gap) / gap", 1.0),
+            ("load / (2 kN/m) / (1 mm)", 2.5),
+            ("ln(exp(share))", 0.5),
+            ("abs(-3)", 3.0),
+        ] {
+            assert!(
+                (value(text) - expected).abs() < 1e-12,
+                "{text}: {}",
+                value(text)
+            );
+        }
+    }
+
+    #[test]
+    fn mistakes_are_marked_under_the_word() {
+        for (text, word) in [
+            ("gap - 200 kPa", "200 kPa"),
+            ("gap + load", "load"),
+            ("gap * hight", "hight"),
+            ("ln(gap)", "gap"),
+            ("gap ^ gap", "gap"),
+            ("2 gap", "gap"),
+            ("gap $ 2", "$"),
+            ("sin(share)", "sin"),
+            ("min(gap, 1 N)", "1 N"),
+            ("(gap", "p"),
+        ] {
+            let mistake = expression(text, &names()).unwrap_err();
+            assert_eq!(&text[mistake.span.clone()], word, "{text}: {mistake:?}");
+        }
+        assert!(comparison("gap >= 1 N", &names()).is_err());
+        assert!(comparison("gap", &names()).is_err());
+        let deep = format!("{}1{}", "(".repeat(200), ")".repeat(200));
+        assert!(expression(&deep, &names()).is_err());
+        assert!(expression(&"-".repeat(200), &names()).is_err());
+    }
+
+    #[test]
+    fn an_excess_is_a_share_of_the_limit() {
+        let holds = comparison("gap >= 10 um", &names()).unwrap_or_else(|m| panic!("{m:?}"));
+        assert!((holds.excess(&[20e-6, 0.0, 0.0]) + 0.5).abs() < 1e-12);
+        assert!(holds.excess(&[5e-6, 0.0, 0.0]) > 0.0);
+        assert!(holds.excess(&[f64::NAN, 0.0, 0.0]).is_nan());
+    }
+}

@@ -1,0 +1,539 @@
+//! Optimisation: generalised differential evolution for one and for several objectives
+//! (GDE3, Kukkonen and Lampinen 2005), then a local polish of a lone objective.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+
+use rand_chacha::ChaCha12Rng;
+
+use crate::plans::{draw, latin_hypercube, seeded};
+use crate::run::Runner;
+use crate::store::StoreError;
+use crate::study::{Row, Status, Study, Values};
+use crate::sweep::point_of;
+
+/// Slack of a constraint, as a share of its limit: what counts as fulfilled.
+pub const SLACK: f64 = 1e-6;
+/// A constraint is active within this share of its limit, a bound within this share of its
+/// range.
+const ACTIVE: f64 = 1e-4;
+/// Evaluations of the polish: four starts of the spec's corner took 42 to 46 in two variables.
+const POLISH: usize = 150;
+
+/// A design with what the optimiser compares.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Share of the way of each variable, 0 to 1.
+    pub shares: Vec<f64>,
+    /// Its row.
+    pub row: Row,
+    /// Objectives, to be small.
+    pub costs: Vec<f64>,
+    /// Sum of the violations beyond the slack; infinite for a design that is not done.
+    pub violation: f64,
+}
+
+/// Result of an optimisation.
+#[derive(Debug, Clone)]
+pub struct Optimum {
+    /// Designs that no other one dominates, by the first objective; of one objective the best.
+    /// Empty where no design fulfils all constraints.
+    pub front: Vec<Candidate>,
+    /// All other designs of the last population, and for a figure the dominated ones met on
+    /// the way.
+    pub dominated: Vec<Candidate>,
+    /// The design with the least violation, where none fulfils all constraints.
+    pub nearest: Option<Candidate>,
+    /// Designs that were evaluated.
+    pub evaluations: usize,
+    /// True if the user stopped it.
+    pub stopped: bool,
+}
+
+/// A constraint or bound that holds a design.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Active {
+    /// A variable at its lower bound.
+    Lower(String),
+    /// A variable at its upper bound.
+    Upper(String),
+    /// A constraint.
+    Constraint(String),
+}
+
+impl std::fmt::Display for Active {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Lower(name) => write!(f, "{name} is at its lower bound"),
+            Self::Upper(name) => write!(f, "{name} is at its upper bound"),
+            Self::Constraint(name) => write!(f, "{name} is active"),
+        }
+    }
+}
+
+/// Constraints and bounds that are active for a design.
+pub fn active(study: &Study, candidate: &Candidate) -> Vec<Active> {
+    let mut found = Vec::new();
+    for (variable, value) in study.variables.iter().zip(&candidate.row.point) {
+        if let Values::Range { .. } = variable.values {
+            let share = variable.values.share(*value);
+            if share <= ACTIVE {
+                found.push(Active::Lower(variable.name.clone()));
+            } else if share >= 1.0 - ACTIVE {
+                found.push(Active::Upper(variable.name.clone()));
+            }
+        }
+    }
+    let violations = study.violations(&candidate.row);
+    for ((name, _), violation) in study.constraints.iter().zip(violations) {
+        if violation.abs() <= ACTIVE {
+            found.push(Active::Constraint(name.clone()));
+        }
+    }
+    found
+}
+
+fn candidate(study: &Study, shares: Vec<f64>, row: Row) -> Candidate {
+    let (costs, violation) = judged(study, &row);
+    Candidate {
+        shares,
+        row,
+        costs,
+        violation,
+    }
+}
+
+/// Costs and violation of a row.
+fn judged(study: &Study, row: &Row) -> (Vec<f64>, f64) {
+    let costs: Vec<f64> = study
+        .objective_values(row)
+        .into_iter()
+        .zip(&study.objectives)
+        .map(|(value, objective)| objective.sign * value)
+        .collect();
+    let usable = costs.iter().all(|cost| cost.is_finite());
+    let violation = if row.status == Status::Done && usable {
+        let violations = study.violations(row);
+        let beyond = violations
+            .into_iter()
+            .map(|one| if one > SLACK { one } else { 0.0 });
+        beyond.sum()
+    } else {
+        f64::INFINITY
+    };
+    (costs, violation)
+}
+
+/// True if `a` is at least as good as `b` in all objectives and better in one.
+fn dominates(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| a <= b) && a.iter().zip(b).any(|(a, b)| a < b)
+}
+
+/// The same with constraints: the smaller violation first.
+fn better(a: &Candidate, b: &Candidate) -> bool {
+    if a.violation == 0.0 && b.violation == 0.0 {
+        dominates(&a.costs, &b.costs)
+    } else {
+        a.violation < b.violation
+    }
+}
+
+/// Indices of the fronts of a population: those that nothing dominates, then those that only
+/// they dominate, and so on.
+fn fronts(population: &[Candidate]) -> Vec<Vec<usize>> {
+    let mut left: Vec<usize> = (0..population.len()).collect();
+    let mut fronts = Vec::new();
+    while !left.is_empty() {
+        let beaten = |one: &usize| {
+            left.iter()
+                .any(|other| better(&population[*other], &population[*one]))
+        };
+        let (rest, front): (Vec<usize>, Vec<usize>) = left.iter().partition(|one| beaten(one));
+        if front.is_empty() {
+            // Values that compare with nothing.
+            fronts.push(rest);
+            break;
+        }
+        fronts.push(front);
+        left = rest;
+    }
+    fronts
+}
+
+/// Index within `front` of the design whose neighbours are nearest.
+fn most_crowded(population: &[Candidate], front: &[usize]) -> usize {
+    let mut distance = vec![0.0; front.len()];
+    let objectives = population[front[0]].costs.len();
+    for objective in 0..objectives {
+        let cost = |at: &usize| population[front[*at]].costs[objective];
+        let mut order: Vec<usize> = (0..front.len()).collect();
+        order.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let (first, last) = (order[0], order[order.len() - 1]);
+        let span = cost(&last) - cost(&first);
+        distance[first] = f64::INFINITY;
+        distance[last] = f64::INFINITY;
+        if span > 0.0 {
+            for three in order.windows(3) {
+                distance[three[1]] += (cost(&three[2]) - cost(&three[0])) / span;
+            }
+        }
+    }
+    (0..front.len())
+        .min_by(|a, b| distance[*a].total_cmp(&distance[*b]))
+        .unwrap_or(0)
+}
+
+/// The best `size` of a population: front by front, the last one thinned where it is most
+/// crowded.
+fn selected(population: Vec<Candidate>, size: usize) -> Vec<Candidate> {
+    let mut keep: Vec<usize> = Vec::new();
+    for mut front in fronts(&population) {
+        while keep.len() + front.len() > size {
+            if keep.len() >= size {
+                front.clear();
+                break;
+            }
+            let crowded = most_crowded(&population, &front);
+            front.remove(crowded);
+        }
+        keep.extend(front);
+    }
+    keep.sort_unstable();
+    let mut population: Vec<Option<Candidate>> = population.into_iter().map(Some).collect();
+    keep.into_iter()
+        .filter_map(|index| population[index].take())
+        .collect()
+}
+
+/// Optimises the objectives of the study of `runner`.
+///
+/// The same seed gives the same designs on any number of threads, and again from a store.
+///
+/// # Errors
+/// When the store cannot be written.
+pub fn optimise(runner: &mut Runner<'_>) -> Result<Optimum, StoreError> {
+    let study = runner.study;
+    let options = study.optimize;
+    let size = options.population.min(options.evaluations);
+    let dimensions = study.variables.len();
+    let mut random = seeded(options.seed);
+    let alone = study.objectives.len() == 1;
+    let polish = if alone && continuous(study) > 0 {
+        POLISH.min(options.evaluations / 4)
+    } else {
+        0
+    };
+    let mut evaluations = 0;
+    let mut dominated = Vec::new();
+    let mut stopped = false;
+    let first = latin_hypercube(dimensions, size, options.seed);
+    let mut population = evaluated(runner, first, &mut evaluations, &mut stopped)?;
+    while evaluations + size + polish <= options.evaluations && !stopped && population.len() > 3 {
+        let trials: Vec<Vec<f64>> = (0..population.len())
+            .map(|index| trial(&population, index, &mut random))
+            .collect();
+        let parents = population.len();
+        let children = evaluated(runner, trials, &mut evaluations, &mut stopped)?;
+        if children.len() < parents {
+            // Stopped: the last whole generation counts.
+            break;
+        }
+        let mut next = Vec::with_capacity(2 * parents);
+        for (parent, child) in population.into_iter().zip(children) {
+            if better(&child, &parent) || child.costs == parent.costs {
+                dominated.push(parent);
+                next.push(child);
+            } else if better(&parent, &child) {
+                dominated.push(child);
+                next.push(parent);
+            } else {
+                next.extend([parent, child]);
+            }
+        }
+        population = selected(next, size);
+    }
+    let best = |population: &[Candidate]| {
+        let feasible = population.iter().filter(|one| one.violation == 0.0);
+        feasible
+            .min_by(|a, b| a.costs[0].total_cmp(&b.costs[0]))
+            .cloned()
+    };
+    let mut front: Vec<Candidate> = Vec::new();
+    if alone {
+        if let Some(best) = best(&population) {
+            let polished = if stopped || polish == 0 {
+                None
+            } else {
+                polished(runner, &best, polish, &mut evaluations, &mut stopped)?
+            };
+            let gains = |one: &Candidate| one.violation == 0.0 && one.costs[0] < best.costs[0];
+            front.push(polished.filter(gains).unwrap_or(best));
+        }
+    } else {
+        let feasible: Vec<Candidate> = population
+            .iter()
+            .filter(|one| one.violation == 0.0)
+            .cloned()
+            .collect();
+        let on_front = |one: &&Candidate| {
+            !feasible
+                .iter()
+                .any(|other| dominates(&other.costs, &one.costs))
+        };
+        front = feasible.iter().filter(on_front).cloned().collect();
+        front.sort_by(|a, b| a.costs[0].total_cmp(&b.costs[0]));
+        front.dedup_by(|a, b| a.row.point == b.row.point);
+    }
+    let nearest = front.is_empty().then(|| {
+        let least = |a: &&Candidate, b: &&Candidate| a.violation.total_cmp(&b.violation);
+        population.iter().chain(&dominated).min_by(least).cloned()
+    });
+    Ok(Optimum {
+        front,
+        dominated,
+        nearest: nearest.flatten(),
+        evaluations,
+        stopped,
+    })
+}
+
+/// Variables that a local method can move.
+fn continuous(study: &Study) -> usize {
+    let moves = |values: &Values| matches!(values, Values::Range { .. });
+    study
+        .variables
+        .iter()
+        .filter(|one| moves(&one.values))
+        .count()
+}
+
+fn evaluated(
+    runner: &mut Runner<'_>,
+    shares: Vec<Vec<f64>>,
+    evaluations: &mut usize,
+    stopped: &mut bool,
+) -> Result<Vec<Candidate>, StoreError> {
+    let study = runner.study;
+    let points: Vec<Vec<f64>> = shares
+        .iter()
+        .map(|shares| point_of(study, shares))
+        .collect();
+    let rows = runner.rows(&points)?;
+    *stopped |= rows.iter().any(Option::is_none);
+    *evaluations += rows.iter().flatten().count();
+    let pairs = shares.into_iter().zip(rows);
+    Ok(pairs
+        .filter_map(|(shares, row)| Some(candidate(study, shares, row?)))
+        .collect())
+}
+
+/// DE/rand/1/bin: a third design moved by the difference of two others, crossed with the
+/// parent. The factor varies, so that no line of differences repeats.
+fn trial(population: &[Candidate], parent: usize, random: &mut ChaCha12Rng) -> Vec<f64> {
+    const CROSSING: f64 = 0.9;
+    let mut pick = |used: &[usize]| loop {
+        let index = (draw(random) * population.len() as f64) as usize;
+        if !used.contains(&index) {
+            return index;
+        }
+    };
+    let a = pick(&[parent]);
+    let b = pick(&[parent, a]);
+    let c = pick(&[parent, a, b]);
+    let factor = 0.3 + 0.5 * draw(random);
+    let dimensions = population[parent].shares.len();
+    let always = (draw(random) * dimensions as f64) as usize;
+    (0..dimensions)
+        .map(|k| {
+            let own = population[parent].shares[k];
+            let crosses = draw(random) < CROSSING;
+            if k != always && !crosses {
+                return own;
+            }
+            let [a, b, c] = [a, b, c].map(|index| population[index].shares[k]);
+            // At a bound it stays: optima often lie there.
+            (c + factor * (a - b)).clamp(0.0, 1.0)
+        })
+        .collect()
+}
+
+/// A lone objective polished by COBYLA (Powell 1994) from `start` over the continuous
+/// variables.
+fn polished(
+    runner: &mut Runner<'_>,
+    start: &Candidate,
+    budget: usize,
+    evaluations: &mut usize,
+    stopped: &mut bool,
+) -> Result<Option<Candidate>, StoreError> {
+    let study = runner.study;
+    let moving: Vec<usize> = (0..study.variables.len())
+        .filter(|index| matches!(study.variables[*index].values, Values::Range { .. }))
+        .collect();
+    let known: RefCell<HashMap<Vec<u64>, Candidate>> = RefCell::new(HashMap::new());
+    let failed: RefCell<Option<StoreError>> = RefCell::new(None);
+    let ended = Cell::new(false);
+    let runner = RefCell::new(runner);
+    let at = |x: &[f64]| -> Option<Candidate> {
+        let mut shares = start.shares.clone();
+        for (index, share) in moving.iter().zip(x) {
+            shares[*index] = share.clamp(0.0, 1.0);
+        }
+        let key: Vec<u64> = shares.iter().map(|share| share.to_bits()).collect();
+        if let Some(found) = known.borrow().get(&key) {
+            return Some(found.clone());
+        }
+        let rows = runner.borrow_mut().rows(&[point_of(study, &shares)]);
+        match rows {
+            Ok(mut rows) => {
+                let Some(row) = rows.pop().flatten() else {
+                    ended.set(true);
+                    return None;
+                };
+                let found = candidate(study, shares, row);
+                known.borrow_mut().insert(key, found.clone());
+                Some(found)
+            }
+            Err(error) => {
+                *failed.borrow_mut() = Some(error);
+                None
+            }
+        }
+    };
+    let size = start.costs[0].abs();
+    let size = if size > 0.0 { size } else { 1.0 };
+    // A design that is not done is worse than any other, and outside.
+    let cost = |x: &[f64], (): &mut ()| -> f64 {
+        let found = at(x).filter(|one| one.row.status == Status::Done);
+        let cost = found.map_or(f64::NAN, |one| one.costs[0] / size);
+        if cost.is_finite() { cost } else { 1e6 }
+    };
+    let at = &at;
+    let room = |index: usize| {
+        move |x: &[f64], (): &mut ()| -> f64 {
+            let found = at(x).filter(|one| one.row.status == Status::Done);
+            let excess = found.map_or(f64::INFINITY, |one| study.violations(&one.row)[index]);
+            if excess.is_finite() { -excess } else { -1.0 }
+        }
+    };
+    let constraints: Vec<_> = (0..study.constraints.len()).map(room).collect();
+    let x: Vec<f64> = moving.iter().map(|index| start.shares[*index]).collect();
+    let bounds = vec![(0.0, 1.0); x.len()];
+    let tolerances = cobyla::StopTols {
+        ftol_rel: 1e-12,
+        xtol_rel: 1e-9,
+        ..cobyla::StopTols::default()
+    };
+    let result = cobyla::minimize(
+        cost,
+        &x,
+        &bounds,
+        &constraints,
+        (),
+        budget,
+        cobyla::RhoBeg::All(0.02),
+        Some(tolerances),
+    );
+    let (Ok((_, x, _)) | Err((_, x, _))) = result;
+    let last = at(&x);
+    *evaluations += known.borrow().len();
+    *stopped |= ended.get();
+    if let Some(error) = failed.into_inner() {
+        return Err(error);
+    }
+    // Of all that it met the best that holds.
+    let met = known.into_inner().into_values().chain(last);
+    let mut met: Vec<Candidate> = met.filter(|one| one.violation == 0.0).collect();
+    met.sort_by(|a, b| {
+        let by_cost = a.costs[0].total_cmp(&b.costs[0]);
+        by_cost.then_with(|| {
+            a.shares
+                .partial_cmp(&b.shares)
+                .unwrap_or(std::cmp::Ordering::Equal)
+        })
+    });
+    Ok(met.into_iter().next())
+}
+
+/// Result of the same problem on a plan of random designs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checked {
+    /// Designs that fulfil all constraints.
+    pub feasible: usize,
+    /// Designs that are better than the optimum, or that dominate a design of the front while
+    /// none of it dominates them, each by more than a millionth.
+    pub lost_to: usize,
+}
+
+/// Compares an optimum with a random plan of `points` designs.
+///
+/// # Errors
+/// When the store cannot be written.
+pub fn check(
+    runner: &mut Runner<'_>,
+    optimum: &Optimum,
+    points: usize,
+) -> Result<Checked, StoreError> {
+    let dimensions = runner.study.variables.len();
+    // Another seed than that of the first population.
+    let mut random = seeded(runner.study.optimize.seed ^ 0x5eed);
+    let plan = (0..points).map(|_| (0..dimensions).map(|_| draw(&mut random)).collect());
+    let (mut evaluations, mut stopped) = (0, false);
+    let found = evaluated(runner, plan.collect(), &mut evaluations, &mut stopped)?;
+    let feasible: Vec<&Candidate> = found.iter().filter(|one| one.violation == 0.0).collect();
+    let beats = |one: &&&Candidate| {
+        // Worse by a millionth it must still be better.
+        let worse: Vec<f64> = one
+            .costs
+            .iter()
+            .map(|cost| cost + 1e-6 * cost.abs())
+            .collect();
+        optimum.front.is_empty()
+            || optimum
+                .front
+                .iter()
+                .any(|other| dominates(&worse, &other.costs))
+    };
+    Ok(Checked {
+        feasible: feasible.len(),
+        lost_to: feasible.iter().filter(beats).count(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(costs: &[f64], violation: f64) -> Candidate {
+        Candidate {
+            shares: vec![0.0],
+            row: Row {
+                point: Vec::new(),
+                status: Status::Done,
+                reason: String::new(),
+                answers: Vec::new(),
+            },
+            costs: costs.to_vec(),
+            violation,
+        }
+    }
+
+    #[test]
+    fn feasible_designs_come_first_and_fronts_are_thinned_where_they_are_crowded() {
+        let population = vec![
+            one(&[0.0, 4.0], 0.0),
+            one(&[1.0, 1.0], 0.0),
+            one(&[1.1, 0.9], 0.0),
+            one(&[4.0, 0.0], 0.0),
+            one(&[-9.0, -9.0], 1.0),
+            one(&[2.0, 2.0], 0.0),
+        ];
+        let fronts = fronts(&population);
+        assert_eq!(fronts[0], [0, 1, 2, 3]);
+        assert_eq!(fronts[1], [5]);
+        assert_eq!(fronts[2], [4]);
+        let kept = selected(population, 3);
+        let firsts: Vec<f64> = kept.iter().map(|one| one.costs[0]).collect();
+        assert!(firsts.contains(&0.0) && firsts.contains(&4.0) && firsts.len() == 3);
+    }
+}

@@ -1,0 +1,127 @@
+//! Evaluation of many designs: on all cores, in the order asked, with what is kept.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use crate::store::{Kept, Store, StoreError, key_of};
+use crate::study::{Row, Study};
+
+/// Evaluates designs of a study.
+pub struct Runner<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// Where finished designs are kept.
+    pub store: Option<Store>,
+    /// True when the user wants to stop: designs in work are finished.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Hears the number of designs that were finished since the runner was made.
+    pub progress: &'a (dyn Fn(usize) + Sync),
+    /// Designs that were computed, not found.
+    pub computed: usize,
+}
+
+/// Designs between two looks at the store where there is none.
+const WITHOUT_STORE: usize = 4096;
+
+impl<'a> Runner<'a> {
+    /// A runner that keeps nothing and cannot be stopped.
+    pub fn new(study: &'a Study) -> Self {
+        Self {
+            study,
+            store: None,
+            stop: &|| false,
+            progress: &|_| {},
+            computed: 0,
+        }
+    }
+
+    /// The rows of `points`, in their order; none for those that were not begun before a stop.
+    ///
+    /// # Errors
+    /// When the store cannot be written.
+    pub fn rows(&mut self, points: &[Vec<f64>]) -> Result<Vec<Option<Row>>, StoreError> {
+        self.some_rows(points, &|_| true)
+    }
+
+    /// The same for the blocks whose number `wanted` accepts; of the others what is kept.
+    ///
+    /// # Errors
+    /// When the store cannot be written.
+    pub fn some_rows(
+        &mut self,
+        points: &[Vec<f64>],
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Result<Vec<Option<Row>>, StoreError> {
+        let size = self
+            .store
+            .as_ref()
+            .map_or(WITHOUT_STORE, |store| store.block);
+        let mut rows = Vec::with_capacity(points.len());
+        for (number, block) in points.chunks(size).enumerate() {
+            rows.extend(self.block(block, wanted(number))?);
+        }
+        Ok(rows)
+    }
+
+    fn block(
+        &mut self,
+        points: &[Vec<f64>],
+        compute: bool,
+    ) -> Result<Vec<Option<Row>>, StoreError> {
+        let study = self.study;
+        let keys: Option<Vec<String>> = self.store.as_ref().map(|_| {
+            let keys = points.par_iter().map(|point| key_of(&study.content(point)));
+            keys.collect()
+        });
+        let kept = |index: usize| {
+            let (store, keys) = self.store.as_ref().zip(keys.as_ref())?;
+            let kept = store.kept(&keys[index])?.clone();
+            let (_, point) = study.text_of(&points[index]);
+            Some(Row {
+                point,
+                status: kept.status,
+                reason: kept.reason,
+                answers: kept.answers,
+            })
+        };
+        let mut rows: Vec<Option<Row>> = (0..points.len()).map(kept).collect();
+        let missing: Vec<usize> = (0..points.len())
+            .filter(|index| rows[*index].is_none())
+            .collect();
+        if !compute || missing.is_empty() {
+            return Ok(rows);
+        }
+        let (stop, progress) = (self.stop, self.progress);
+        let finished = AtomicUsize::new(self.computed);
+        let computed: Vec<Option<Row>> = missing
+            .par_iter()
+            .map(|index| {
+                if stop() {
+                    return None;
+                }
+                let row = study.evaluate(&points[*index]);
+                progress(finished.fetch_add(1, Ordering::Relaxed) + 1);
+                Some(row)
+            })
+            .collect();
+        let mut to_keep = Vec::new();
+        for (index, row) in missing.into_iter().zip(computed) {
+            let Some(row) = row else { continue };
+            self.computed += 1;
+            if let Some(keys) = &keys {
+                let kept = Kept {
+                    status: row.status,
+                    reason: row.reason.clone(),
+                    answers: row.answers.clone(),
+                };
+                to_keep.push((keys[index].clone(), kept));
+            }
+            rows[index] = Some(row);
+        }
+        if let Some(store) = &mut self.store {
+            store.keep(to_keep)?;
+        }
+        Ok(rows)
+    }
+}

@@ -1,0 +1,235 @@
+//! Answers against numbers of other implementations: `reference/design_*.csv`, whose headers
+//! say how they were made and how close to come.
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+mod common;
+
+use std::path::Path;
+
+use taxel_study::plans::sobol;
+use taxel_study::run::Runner;
+use taxel_study::study::Status;
+
+use common::{near, number, reference, shipped, study_of};
+
+#[test]
+fn the_committed_schema_is_current() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/study.schema.json");
+    let committed = std::fs::read_to_string(path).unwrap();
+    assert!(
+        committed == taxel_study::file::StudyFile::json_schema(),
+        "stale: run `cargo run -- schema study > crates/taxel-study/studies/study.schema.json`"
+    );
+}
+
+#[test]
+fn every_shipped_study_is_read() {
+    for name in taxel_study::shipped_names() {
+        assert!(!shipped(name).name.is_empty());
+    }
+}
+
+#[test]
+fn gap_and_thickness_of_p1_are_those_of_the_reference() {
+    let study = shipped("p1-resolution");
+    let rows = reference("design_p1_grid.csv");
+    let points: Vec<Vec<f64>> = rows
+        .iter()
+        .map(|row| {
+            vec![
+                number(row, "gap_um") * 1e-6,
+                number(row, "thickness_um") * 1e-6,
+            ]
+        })
+        .collect();
+    let found = Runner::new(&study).rows(&points).unwrap();
+    let mut compared = 0;
+    for (row, found) in rows.iter().zip(found.into_iter().flatten()) {
+        let what = format!(
+            "gap {} thickness {}",
+            number(row, "gap_um"),
+            number(row, "thickness_um")
+        );
+        assert_eq!(found.status, Status::Done, "{what}: {}", found.reason);
+        let answer = |index: usize| found.answers[index].number().unwrap();
+        // The slope is a difference over 2e-5 of compression: 1e-6 by the header.
+        near(answer(0), number(row, "resolution_mn") * 1e-3, 1e-6, &what);
+        near(answer(1), number(row, "range_n"), 1e-9, &what);
+        near(
+            answer(2),
+            number(row, "rest_capacitance_ff") * 1e-15,
+            1e-9,
+            &what,
+        );
+        compared += 1;
+    }
+    assert_eq!(compared, rows.len());
+}
+
+#[test]
+fn information_of_p2_is_that_of_the_reference() {
+    for row in reference("design_p2_information.csv") {
+        let (side, distance) = (
+            number(&row, "electrode_um"),
+            number(&row, "centre_distance_um"),
+        );
+        let (fx, fy, fz) = (
+            number(&row, "fx_mn"),
+            number(&row, "fy_mn"),
+            number(&row, "fz_mn"),
+        );
+        let (air, insulation) = (number(&row, "air_gap_um"), number(&row, "insulation_um"));
+        let stiffness = |torsion: f64| torsion / (700e-6 * distance * 1e-6);
+        let element = "element.three_axis_capacitor";
+        let mut text = format!(
+            "schema = 2\nname = \"information\"\nsensor = \"three-axis-8x8\"\n[set]\n\
+             \"{element}.plates.parallel_capacitance\" = \"0 fF\"\n\
+             \"{element}.plates.electrode\" = [\"{side} um\", \"{side} um\"]\n\
+             \"{element}.plates.air_gap\" = \"{air} um\"\n\"{element}.plates.insulation\" = \"{insulation} um\"\n\
+             \"{element}.suspension.centre_distance\" = \"{distance} um\"\n\
+             \"{element}.suspension.stiffness\" = [\"{} N/m\", \"{} N/m\", \"10.4 kN/m\"]\n\
+             \"{element}.outline.unit_side\" = \"1900 um\"\n\"{element}.outline.wall_width\" = \"10 um\"\n",
+            stiffness(4.7138e-3),
+            stiffness(5.096e-3)
+        );
+        for quantity in [
+            "deviation_x",
+            "deviation_y",
+            "deviation_z",
+            "a_criterion",
+            "d_criterion",
+        ] {
+            text = format!(
+                "{text}[answers.{quantity}]\nof = \"estimate\"\nquantity = \"{quantity}\"\n\
+                 load = \"fx={fx} mN, fy={fy} mN, fz={fz} mN\"\nnoise = \"0.1 fF\"\n"
+            );
+        }
+        let found = study_of(&text).evaluate(&[]);
+        let what = format!("{side} {distance}");
+        assert_eq!(found.status, Status::Done, "{what}: {}", found.reason);
+        let answer = |index: usize| found.answers[index].number().unwrap();
+        for (index, name) in ["sigma_x_un", "sigma_y_un", "sigma_z_un"]
+            .into_iter()
+            .enumerate()
+        {
+            near(answer(index), number(&row, name) * 1e-6, 1e-5, &what);
+        }
+        near(answer(3), number(&row, "a_criterion"), 1e-4, &what);
+        near(answer(4), number(&row, "d_criterion"), 1e-4, &what);
+    }
+}
+
+#[test]
+fn places_of_p3_against_the_pitch_are_those_of_the_reference() {
+    // Every seventh row: each depth and radius.
+    pitches(7);
+}
+
+#[test]
+#[ignore = "a minute: cargo test -p taxel-study --test references -- --ignored"]
+fn all_places_of_p3_against_the_pitch_are_those_of_the_reference() {
+    pitches(1);
+}
+
+fn pitches(every: usize) {
+    let rows = reference("design_p3_pitch.csv");
+    // The header says that a pitch of less than the side of an element is impossible.
+    for row in rows.iter().step_by(every) {
+        let (depth, radius) = (number(row, "depth_mm"), number(row, "contact_radius_mm"));
+        let text = taxel_study::shipped_text("p3-pitch").unwrap();
+        let text = text
+            .replace("radius=3.6 mm", &format!("radius={radius} mm"))
+            .replace(
+                "range = [\"2.6 mm\", \"5 mm\"]",
+                "range = [\"2.1 mm\", \"5 mm\"]",
+            );
+        let share = depth / 1.5;
+        let text =
+            format!("{text}\n[set]\n\"element.piezoelectric.cover.share_above\" = {share}\n");
+        let found = study_of(&text).evaluate(&[number(row, "pitch_mm") * 1e-3]);
+        let what = format!(
+            "depth {depth} radius {radius} pitch {}",
+            number(row, "pitch_mm")
+        );
+        assert_eq!(found.status, Status::Done, "{what}: {}", found.reason);
+        let answer = |index: usize| found.answers[index].number().unwrap();
+        near(answer(0), number(row, "place_rms_mm") * 1e-3, 1e-5, &what);
+        near(answer(1), number(row, "place_worst_mm") * 1e-3, 1e-5, &what);
+    }
+}
+
+#[test]
+fn points_of_sobol_are_those_of_scipy() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/sobol_points.csv");
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| {
+            line.split(',')
+                .map(|field| field.parse().unwrap())
+                .collect()
+        })
+        .collect();
+    assert_eq!(sobol(rows[0].len(), rows.len(), None), rows);
+}
+
+/// Standard deviation of values.
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square: f64 = values
+        .iter()
+        .map(|value| (value - mean) * (value - mean))
+        .sum();
+    (square / (count - 1.0)).sqrt()
+}
+
+#[test]
+fn estimates_of_noisy_readings_spread_as_information_says() {
+    use taxel::estimation::{SearchOptions, estimate_unit};
+    use taxel::sensor::Sensor;
+    // 10^4 estimates know their deviation to 0.7 %: 3 % are four standard errors.
+    const ESTIMATES: usize = 10_000;
+    let noise = 0.1e-15;
+    let mut random = taxel_numerics::Noise::seeded(5);
+    let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+    let array = sensor.three_axis().unwrap();
+    let unit = array.unit_model();
+    for force in [[0.0, 0.0, 0.0], [3e-3, -2e-3, 8e-3], [-5e-3, 4e-3, 14e-3]] {
+        let information = array.information_at(force, Some(noise)).unwrap();
+        let exact = unit.predict(force).1.capacitance();
+        let options = SearchOptions::default();
+        let found: Vec<[f64; 3]> = (0..ESTIMATES)
+            .map(|_| {
+                let readings = exact.map(|reading| reading + noise * random.normal());
+                estimate_unit(&unit, readings, [noise; 4], [true; 4], &options).force
+            })
+            .collect();
+        for (axis, name) in ["force_x", "force_y", "force_z"].into_iter().enumerate() {
+            let values: Vec<f64> = found.iter().map(|force| force[axis]).collect();
+            near(
+                deviation(&values),
+                information.deviation(name).unwrap(),
+                0.03,
+                name,
+            );
+        }
+    }
+    let sensor = Sensor::shipped("in-plane-50um").unwrap();
+    let array = sensor.in_plane().unwrap();
+    let inverse = array.model().inverse().unwrap();
+    for compression in [0.02, 0.08, 0.15] {
+        let information = array.information_at(compression, Some(noise)).unwrap();
+        let change = array.model().respond(compression).unwrap().change;
+        let values: Vec<f64> = (0..ESTIMATES)
+            .map(|_| inverse.force_from_change(change + noise * random.normal()))
+            .collect();
+        near(
+            deviation(&values),
+            information.deviation("force_z").unwrap(),
+            0.03,
+            "in plane",
+        );
+    }
+}

@@ -1,0 +1,191 @@
+//! Yields and shares against exact quadratures: `reference/design_p2_tolerance.csv` and
+//! `design_p2_after.csv`.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic is how a test fails; figures are printed"
+)]
+
+mod common;
+
+use taxel_study::file::AfterFile;
+use taxel_study::study::Study;
+use taxel_study::tolerance::{Estimate, Tolerance, tolerance};
+
+use common::{near, number, reference, shipped, study_of};
+
+fn exact(quantity: &str) -> f64 {
+    let rows = reference("design_p2_tolerance.csv");
+    let row = rows.iter().find(|row| row[0].1 == quantity).unwrap();
+    number(row, "value")
+}
+
+fn run(study: &Study) -> Tolerance {
+    tolerance(study, &|| false, &|_| {}).unwrap()
+}
+
+/// Estimates with their exact values.
+fn compared(found: &Tolerance) -> Vec<(String, Estimate, f64)> {
+    let answer = &found.answers[0];
+    let mut all = vec![(
+        String::from("yield_within_0.03"),
+        found.yields.unwrap(),
+        exact("yield_within_0.03"),
+    )];
+    for share in &answer.shares {
+        for (kind, estimate) in [("first_order", share.first), ("total", share.total)] {
+            let name = format!("{kind}_{}", share.variable);
+            let value = exact(&name);
+            all.push((name, estimate, value));
+        }
+    }
+    // By the specification's closed numbers.
+    for (variable, value) in [
+        ("air_gap", 0.7057),
+        ("stiffness_z", 0.5787),
+        ("insulation", 0.5558),
+    ] {
+        let one = found
+            .tightened
+            .iter()
+            .find(|one| one.variable == variable)
+            .unwrap();
+        all.push((format!("halved {variable}"), one.yields, value));
+    }
+    all
+}
+
+#[test]
+fn yield_and_shares_of_p2_are_the_exact_ones() {
+    let mut study = shipped("p2-tolerance");
+    study.tolerance.samples = 512;
+    let found = run(&study);
+    let answer = &found.answers[0];
+    // %/mN is 10/N.
+    near(
+        answer.nominal,
+        exact("nominal_percent_per_mn") * 10.0,
+        1e-8,
+        "nominal",
+    );
+    // Four standard errors of a mean of 1024.
+    near(
+        answer.mean / answer.nominal,
+        exact("mean_over_nominal"),
+        4.0 * 0.0375 / 32.0,
+        "mean",
+    );
+    near(
+        answer.deviation / answer.nominal,
+        exact("relative_deviation"),
+        0.07,
+        "deviation",
+    );
+    for (name, estimate, value) in compared(&found) {
+        let error = (estimate.value - value).abs();
+        assert!(
+            error <= 4.0 * estimate.error,
+            "{name}: {estimate:?}, exact {value}"
+        );
+    }
+    assert_eq!(found.tightened[0].variable, "air_gap");
+    assert_eq!(found.failed, 0);
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release -p taxel-study --test spreads -- --ignored --nocapture"]
+fn intervals_cover_in_ninety_to_ninety_nine_of_a_hundred_seeds() {
+    let mut study = shipped("p2-tolerance");
+    study.tolerance.samples = 512;
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    let (mut within, mut order) = (0, 0);
+    for seed in 0..100 {
+        study.tolerance.seed = seed;
+        let found = run(&study);
+        let all = compared(&found);
+        within += usize::from(
+            all.iter()
+                .all(|(_, one, value)| (one.value - value).abs() <= 4.0 * one.error),
+        );
+        order += usize::from(found.tightened[0].variable == "air_gap");
+        for (name, one, value) in all {
+            let holds = usize::from(one.interval[0] <= value && value <= one.interval[1]);
+            match counts.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, count)) => *count += holds,
+                None => counts.push((name, holds)),
+            }
+        }
+    }
+    println!("within four standard errors: {within} of 100; air gap first: {order} of 100");
+    for (name, count) in &counts {
+        println!("{name}: {count} of 100 intervals cover");
+    }
+    assert!(within >= 95 && order == 100);
+    assert!(counts.iter().all(|(_, count)| (88..=100).contains(count)));
+}
+
+#[test]
+fn forces_after_calibration_are_right_as_often_as_the_reference_says() {
+    for row in reference("design_p2_after.csv") {
+        let limit = number(&row, "limit");
+        let text = taxel_study::shipped_text("p2-after").unwrap();
+        let text = text.replace("samples = 4096", "samples = 128").replace(
+            "within = \"3 %\"",
+            &format!("within = \"{} %\"", 100.0 * limit),
+        );
+        let mut study = study_of(&text);
+        let after = &row.iter().find(|(key, _)| key == "after").unwrap().1;
+        study.tolerance.after = match after.as_str() {
+            "as_drawn" => AfterFile::AsDrawn,
+            "rest" => AfterFile::Rest,
+            _ => AfterFile::Bench,
+        };
+        let found = run(&study);
+        let (yields, exact) = (found.yields.unwrap(), number(&row, "yield"));
+        // Without a failure in 256 devices the standard error is estimated as zero.
+        let error = (exact * (1.0 - exact) / 256.0).sqrt().max(yields.error);
+        assert!(
+            (yields.value - exact).abs() <= 4.0 * error + 1e-9,
+            "{after} {limit}: {yields:?}, exact {exact}"
+        );
+    }
+}
+
+#[test]
+fn correlated_spreads_have_no_shares_and_contradictions_are_refused() {
+    let text = taxel_study::shipped_text("p2-tolerance").unwrap();
+    let with = |correlation: &str| {
+        text.replace(
+            "samples = 4096",
+            &format!("samples = 64\ncorrelation = [{correlation}]"),
+        )
+    };
+    let found = run(&study_of(&with("[\"air_gap\", \"insulation\", 0.9]")));
+    assert!(found.correlated && found.answers[0].shares.is_empty());
+    // Both gaps move together: the spread grows.
+    let alone = run(&study_of(&with("")));
+    assert!(found.answers[0].deviation > alone.answers[0].deviation);
+    let contradiction = "[\"air_gap\", \"insulation\", 0.9], [\"insulation\", \"stiffness_z\", 0.9], [\"air_gap\", \"stiffness_z\", -0.9]";
+    let refused = tolerance(&study_of(&with(contradiction)), &|| false, &|_| {});
+    assert!(refused.unwrap_err().to_string().contains("contradict"));
+}
+
+#[test]
+fn failed_devices_count_as_bad_and_leave_no_shares() {
+    let text = taxel_study::shipped_text("p2-tolerance").unwrap();
+    // A third of the devices has less air than the 20 mN need, which is no state of check; a
+    // negative insulation is refused.
+    let text = text.replace("samples = 4096", "samples = 64").replacen(
+        "spread = { uniform = \"7 %\" }             # choice\n\n[variables.stiffness_z]",
+        "spread = { normal = \"90 %\" }\n\n[variables.stiffness_z]",
+        1,
+    );
+    let found = run(&study_of(&text));
+    assert!(
+        found.failed > 0 && found.failed < found.devices,
+        "{}",
+        found.failed
+    );
+    assert!(found.answers[0].shares.is_empty());
+    assert!(found.reasons[0].1.contains("refused"));
+}
