@@ -714,6 +714,21 @@ impl Reader<'_> {
                 }
             },
         };
+        if let (Some(given), Some(form)) = (values.form(), key.form(base))
+            && exponents_of(given) != exponents_of(form)
+        {
+            let list = if written.range.is_some() {
+                "range"
+            } else {
+                "values"
+            };
+            let needed = exponents_of(form).name();
+            let message = format!(
+                "this is {}; {needed} is needed here",
+                exponents_of(given).name()
+            );
+            return at(list, &message, &format!("give {needed}"));
+        }
         let points = written.points.unwrap_or(5);
         if !(2..=1000).contains(&points) {
             let message = format!("points = {points} is not between 2 and 1000");

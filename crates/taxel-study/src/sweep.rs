@@ -204,7 +204,7 @@ pub fn reasons(rows: &[Row]) -> Vec<(usize, String)> {
         let reason = format!("{}: {}", row.status.name(), row.reason);
         let plain = |text: &str| {
             text.chars()
-                .filter(|c| !c.is_ascii_digit())
+                .filter(|c| !c.is_ascii_digit() && *c != '.')
                 .collect::<String>()
         };
         match counted

@@ -193,7 +193,7 @@ fn a_written_design_repeats_its_numbers() {
     // Comments survive.
     assert!(text.contains("# choice: the probe covers the whole width"));
     assert!(
-        text.contains("height = \"411.1") && text.contains("gap_deviation = \"0.666"),
+        text.contains("height = \"411.1 um\"") && text.contains("gap_deviation = \"0.666 um\""),
         "{text}"
     );
     let again = study.read(&text).unwrap();
