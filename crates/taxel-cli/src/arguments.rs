@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use taxel_serve::TouchTable;
 
 use crate::outputs::Existing;
 
@@ -54,6 +55,8 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Frames to touch, on a page in the browser or as a summary
     Live(Box<Live>),
+    /// The touch of every frame of a recording as a table: what live estimates, for later
+    Estimate(Box<Estimate>),
     /// Inspect, repair, cut, export and compare recordings of taxel live --record
     Recording(Recording),
     /// Play a virtual device on a wire: the twin or a recording as a board sends it
@@ -91,7 +94,7 @@ impl From<Format> for taxel::table::Format {
 pub(crate) struct Overwrite {
     /// Replace output files that exist
     #[arg(long)]
-    force: bool,
+    pub(crate) force: bool,
 }
 
 impl Overwrite {
@@ -379,6 +382,9 @@ pub(crate) struct Live {
     /// Port of the page; 0 takes a free one
     #[arg(long, default_value_t = 7117)]
     pub(crate) port: u16,
+    /// The estimates of every frame as a table, for `taxel estimate`
+    #[arg(skip)]
+    pub(crate) table: Option<TouchTable>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }
@@ -389,6 +395,41 @@ impl Live {
         let usual = Path::new("three-axis-8x8");
         self.named_sensor.as_deref().unwrap_or(usual)
     }
+}
+
+/// Every estimate of the table is the one that `taxel live` makes of the same frames: the
+/// recording is played through the same session, as fast as possible.
+#[derive(Debug, Args)]
+pub(crate) struct Estimate {
+    /// Sensor file, or the name of a shipped one
+    pub(crate) sensor: PathBuf,
+    /// Recording that `taxel live --source replay:` plays
+    pub(crate) recording: PathBuf,
+    /// Calibration of this sensor, which estimation then inverts
+    #[arg(long, value_name = "FILE")]
+    pub(crate) calibration: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) map: Maps,
+    /// Board file (TOML), or the name of a shipped one, for bytes that were captured
+    #[arg(long, value_name = "BOARD")]
+    pub(crate) board: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) start: RestAtStart,
+    /// Write the table (CSV) to this file; without it, and with -, to the standard output, and
+    /// the summary to the standard error
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Also write the events of contacts to this file: .csv or .jsonl
+    #[arg(long, value_name = "FILE")]
+    pub(crate) events: Option<PathBuf>,
+    /// Format of the summary
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+    /// Take the complete frames of a recording that ends in the middle of one
+    #[arg(long)]
+    pub(crate) salvage: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 /// The recording of the whole run.
@@ -483,7 +524,7 @@ pub(crate) struct Outputs {
 }
 
 /// What is shown as a map, and how.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Maps {
     /// Show the channels as a map of raw readings, without the model of any sensor
     #[arg(long, conflicts_with = "calibration")]
@@ -497,7 +538,7 @@ pub(crate) struct Maps {
 }
 
 /// Where the rest values of the first frames come from.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct RestAtStart {
     /// Capture the rest values at the start, on any device and whatever presses; without it
     /// only where the device needs it and no taxel stands out

@@ -76,6 +76,7 @@ fn main() -> ExitCode {
         Command::Twin(twin) => commands::twin::run(twin),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
         Command::Verify(verify) => commands::verify::run(verify),
+        Command::Estimate(estimate) => commands::estimate::run(estimate),
         Command::Live(live) => commands::live::run(live),
         Command::Recording(recording) => commands::recording::run(recording),
         Command::Device(device) => commands::device::run(device),

@@ -40,7 +40,7 @@ pub use last_touch::LastTouch;
 pub use latency::Latencies;
 pub use link_source::LinkSource;
 pub use message::{Provenance, Tare};
-pub use out::{LineFormat, LineOutput, LineOutputError, LineSummary};
+pub use out::{LineFormat, LineOutput, LineOutputError, LineSummary, TouchTable};
 pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
 pub use record::{RecordFile, RecordTo, Recorded, Recorder, RecordingSummary, WhenRecordingFails};
 pub use save::SaveError;

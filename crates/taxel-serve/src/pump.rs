@@ -22,7 +22,7 @@ use crate::latency::Latencies;
 use crate::link::{LinkHandle, LinkStatus};
 use crate::message::{self, Health, Tare};
 use crate::moved_rest::MovedRest;
-use crate::out::{LineOutput, LineSummary, Lines};
+use crate::out::{LineOutput, LineSummary, Lines, TableWriter, TouchTable};
 use crate::outgoing::Outgoing;
 use crate::record::{
     RecordTo, Recorder, RecordingSummary, WhenRecordingFails, event_message, rest_message, rest_of,
@@ -53,7 +53,9 @@ pub struct PumpOptions {
     pub record: Option<RecordTo>,
     /// Lines for other programs.
     pub outputs: Vec<LineOutput>,
-    /// True if `save`, `events`, `outputs` and `record` may replace ordinary files that exist;
+    /// Write the estimates of every frame to this table.
+    pub table: Option<TouchTable>,
+    /// True if `save`, `events`, `table`, `outputs` and `record` may replace ordinary files that exist;
     /// default false.
     pub replace_files: bool,
     /// Lines of provenance for the saved file.
@@ -72,6 +74,7 @@ impl Default for PumpOptions {
             events: None,
             record: None,
             outputs: Vec::new(),
+            table: None,
             replace_files: false,
             provenance: Vec::new(),
         }
@@ -305,6 +308,7 @@ pub(crate) struct Pump {
     last: Option<LastTouch>,
     clock: Clock,
     saver: Option<Saver>,
+    table: Option<TableWriter>,
     recorder: Option<Recorder>,
     /// From one connection to the next.
     segment: u32,
@@ -416,6 +420,11 @@ impl Pump {
                 let _ = std::fs::remove_file(path);
             }
         })?;
+        let table = options
+            .table
+            .as_ref()
+            .map(|table| TableWriter::create(table, options.replace_files, session.meaning()));
+        let table = table.transpose()?;
         if let Some(link) = source.link() {
             // There is one source to a run.
             let _ = shared.link.set(link);
@@ -461,6 +470,7 @@ impl Pump {
             last: None,
             clock,
             saver,
+            table,
             recorder,
             segment: 0,
             recorded_health: None,
@@ -492,6 +502,11 @@ impl Pump {
         let recording = self.recorder.take().map(|recorder| recorder.finish());
         if let Some(saver) = self.saver.take()
             && let Err(error) = saver.finish()
+        {
+            failure.get_or_insert(error.into());
+        }
+        if let Some(table) = self.table.take()
+            && let Err(error) = table.finish()
         {
             failure.get_or_insert(error.into());
         }
@@ -755,6 +770,9 @@ impl Pump {
                 recorder.event(event_message(event));
             }
         })?;
+        if let Some(table) = &mut self.table {
+            table.push(&self.session)?;
+        }
         let (touch, meaning) = (self.session.estimator().touch(), self.session.meaning());
         self.last = Some(LastTouch::new(touch, meaning, self.last.take()));
         self.latency.push(arrival.elapsed().as_secs_f64());

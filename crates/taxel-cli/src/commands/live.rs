@@ -69,7 +69,11 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
 fn lines_on_standard_output(arguments: &Live) -> bool {
     let outputs = arguments.outputs.out.iter();
     let mut outputs = outputs.filter_map(|text| LineOutput::parse(text).ok());
-    outputs.any(|output| output.file().is_none())
+    let table = arguments
+        .table
+        .as_ref()
+        .is_some_and(|table| table.file.is_none());
+    table || outputs.any(|output| output.file().is_none())
 }
 
 /// The outputs; two on the standard output would mix their lines.
@@ -145,6 +149,7 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         events,
         record: None,
         outputs,
+        table: arguments.table.clone(),
         provenance: Vec::new(),
     })
 }
@@ -178,6 +183,11 @@ fn check_outputs(arguments: &Live) -> Result<(), Stop> {
         ("--record", arguments.recording.record.as_ref()),
     ];
     outputs.extend(files.iter().map(|file| ("--out", Some(file))));
+    let table = arguments
+        .table
+        .as_ref()
+        .and_then(|table| table.file.as_ref());
+    outputs.push(("--output", table));
     outputs::check(&outputs, &inputs, arguments.overwrite.existing())
 }
 
@@ -564,7 +574,7 @@ fn stop_of_source(error: &SourceError) -> Stop {
     Stop::WrongInput(format!("{error}{help}"))
 }
 
-fn stop_of_serving(error: &ServeError) -> Stop {
+pub(crate) fn stop_of_serving(error: &ServeError) -> Stop {
     match error {
         ServeError::Listen { .. } => Stop::WrongInput(error.to_string()),
         _ => Stop::Failed(error.to_string()),
@@ -597,7 +607,7 @@ fn saved_provenance(provenance: &Provenance, seed: u64) -> Vec<String> {
     ]
 }
 
-fn about(session: &Session, seed: u64) -> Map<String, Value> {
+pub(crate) fn about(session: &Session, seed: u64) -> Map<String, Value> {
     let stream = session.source.stream();
     let provenance = &session.provenance;
     // The frames of crossing channels are one row of channels; people count taxels.
@@ -629,7 +639,11 @@ fn about(session: &Session, seed: u64) -> Map<String, Value> {
         .collect()
 }
 
-fn report(arguments: &Live, about: &Map<String, Value>, summary: &Summary) -> Result<Done, Stop> {
+pub(crate) fn report(
+    arguments: &Live,
+    about: &Map<String, Value>,
+    summary: &Summary,
+) -> Result<Done, Stop> {
     let fields = fields(about, summary);
     let report = match arguments.format {
         Format::Json => table::json(&Value::Object(fields)),

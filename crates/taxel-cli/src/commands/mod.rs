@@ -4,6 +4,7 @@ pub(crate) mod calibrate;
 pub(crate) mod check;
 pub(crate) mod device;
 pub(crate) mod devices;
+pub(crate) mod estimate;
 pub(crate) mod live;
 pub(crate) mod optimize;
 pub(crate) mod predict;

@@ -21,7 +21,7 @@ pub(super) struct Columns {
 }
 
 /// SI unit of a quantity, as a key has it and as a header has it.
-fn unit(quantity: &str) -> (&'static str, &'static str) {
+pub(super) fn unit(quantity: &str) -> (&'static str, &'static str) {
     match quantity {
         "capacitance" => ("f", "F"),
         "voltage" => ("v", "V"),
@@ -266,10 +266,10 @@ impl FrameMessage<'_> {
 }
 
 /// Writes numbers with as many digits as they have.
-struct Number(zmij::Buffer);
+pub(super) struct Number(zmij::Buffer);
 
 /// A number of either width.
-trait Digits: zmij::Float + Copy {
+pub(super) trait Digits: zmij::Float + Copy {
     fn known(self) -> bool;
 }
 
@@ -286,7 +286,7 @@ impl Digits for f32 {
 }
 
 impl Number {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self(zmij::Buffer::new())
     }
 
@@ -298,7 +298,7 @@ impl Number {
         });
     }
 
-    fn field(&mut self, out: &mut String, value: impl Digits) {
+    pub(super) fn field(&mut self, out: &mut String, value: impl Digits) {
         out.push(',');
         if value.known() {
             out.push_str(self.0.format_finite(value));

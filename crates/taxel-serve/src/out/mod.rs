@@ -2,6 +2,9 @@
 
 mod frame;
 mod lines;
+mod table;
 
 pub(crate) use lines::Lines;
 pub use lines::{LineFormat, LineOutput, LineOutputError, LineSummary};
+pub(crate) use table::TableWriter;
+pub use table::TouchTable;

@@ -203,10 +203,15 @@ pub struct Touch {
     pub total: Wrench,
     /// Covariance of the total force, N²; `NaN` where it is not known.
     pub total_covariance: [[f64; 3]; 3],
+    /// Standard deviations of the total moment, N m; `NaN` where they are not known.
+    pub moment_deviation: [f64; 3],
     /// Centre of the values over all contacts on the developed surface, m, and
     /// its covariance xx, xy, yy, m² (`NaN` where it is not known); `None`
     /// without contact. In cells where the pitch is unknown.
     pub centre_of_pressure: Option<([f64; 2], [f64; 3])>,
+    /// How deep the contact presses, as the coordinate z of the training, m, and its standard
+    /// deviation; `None` where the device does not know it or without contact.
+    pub depth: Option<[f64; 2]>,
     /// Contact regions, strongest first.
     pub contacts: Vec<Contact>,
     /// Regions that are part of a contact beside them, because there are more than a frame
@@ -242,7 +247,9 @@ impl Touch {
             sum: 0.0,
             total: UNKNOWN,
             total_covariance: [[f64::NAN; 3]; 3],
+            moment_deviation: [f64::NAN; 3],
             centre_of_pressure: None,
+            depth: None,
             contacts: Vec::new(),
             merged: 0,
             regions: vec![None; taxels],
