@@ -71,6 +71,9 @@ pub struct LinkStatus {
     /// What should be changed in the description of the board, by what came; empty where all
     /// agrees.
     pub remark: String,
+    /// The words of the remark that was told last, without its numbers.
+    #[serde(skip)]
+    told: String,
     /// How often it was connected.
     pub connects: u64,
     /// Bytes that arrived.
@@ -99,6 +102,7 @@ impl LinkHandle {
             since_ns: 0,
             reason: String::new(),
             remark: String::new(),
+            told: String::new(),
             connects: 0,
             bytes: 0,
             overrun: 0,
@@ -147,11 +151,15 @@ impl LinkStatus {
         self.since_unix_s = unix_s();
     }
 
-    /// Takes what should be changed; true if that is news.
+    /// Takes what should be changed; true if that is news, which another number is not.
     pub(crate) fn remarked(&mut self, remark: Option<String>) -> bool {
-        let remark = remark.unwrap_or_default();
-        let news = self.remark != remark && !remark.is_empty();
-        self.remark = remark;
+        self.remark = remark.unwrap_or_default();
+        let number = |c: char| c.is_ascii_digit() || c == '.';
+        let words = self.remark.replace(number, "");
+        let news = !words.is_empty() && words != self.told;
+        if news {
+            self.told = words;
+        }
         news
     }
 }
@@ -159,4 +167,22 @@ impl LinkStatus {
 fn unix_s() -> f64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     now.map_or(0.0, |now| now.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_number_is_no_news() {
+        let link = LinkHandle::new(String::from("pty"), String::new(), 'A');
+        let mut status = link.lock();
+        let mut said = |text: &str| status.remarked(Some(text.to_owned()));
+        assert!(said("the clock runs 0.87 times as fast"));
+        assert!(!said("the clock runs 1.05 times as fast"));
+        // It comes and goes on a busy computer.
+        assert!(!said(""));
+        assert!(!said("the clock runs 0.9 times as fast"));
+        assert!(said("frames are 2 bytes longer"));
+    }
 }
