@@ -1,6 +1,6 @@
 //! Design studies: what becomes of a sensor when its file is varied.
 //!
-//! A study file ([`file`]) names a sensor, its variables and what is asked of each design.
+//! A study file ([`mod@file`]) names a sensor, its variables and what is asked of each design.
 //! [`study`] reads it and evaluates designs; [`run`] does so on all cores and with what is kept
 //! in a [`store`]. [`sweep`] computes a plan, [`optimise`] looks for the best design,
 //! [`tolerance`] asks what made devices do, [`place`] where elements tell most.
