@@ -214,8 +214,9 @@ fn what_cannot_be_fitted_writes_no_file() {
     for (wrong, message) in [
         (text.replace("force_z [N]", "force_z [mN]"), "a thousandth"),
         (
-            text.replace("force_z [N]", "force"),
-            "force_z [N] is missing",
+            text.replace("force_z [N]", "force")
+                .replace("displacement [um]", "way"),
+            "neither a force nor a displacement",
         ),
         (few.join("\n"), "readings of loading"),
         (text.replace("50,", "20,"), "none of the sensors"),

@@ -23,7 +23,7 @@ use taxel::mechanics::PressureLaw;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{Element, FoundChannels, Sensor};
 use taxel::transduction::MicrochannelLayer;
-use taxel_numerics::least_squares::{FitError, Parameter, Problem, fit};
+use taxel_numerics::least_squares::{Fit, FitError, Parameter, Problem, fit};
 
 use columns::{CHANNEL, COLUMNS};
 use problem::{BIAS, Bench, EXPANSION, LEAD, Reading, SHARED, STIFFNESS};
@@ -227,23 +227,36 @@ impl<'a> MicrochannelCalibrator<'a> {
             readings: readings.len(),
             unknowns: SHARED + channels.len(),
         };
-        let from = |start: &Vec<f64>| once(start, readings);
-        let (mut parameters, mut found) = best(starts, none, from, |(_, fit)| fit.chi_square)?;
-        let mut kept = readings.to_vec();
-        for _ in 0..MOST_ROUNDS {
-            let before = kept.len();
-            let at = found.values();
-            let bench = self.bench_of(&channels, readings);
-            kept = readings
-                .iter()
-                .filter(|r| bench.ratio(&at, r).is_some_and(|at| !at.beyond))
-                .copied()
-                .collect();
-            if kept.len() == before {
-                break;
+        // From each start, without the readings beyond the curve that it comes to.
+        let from = |start: &Vec<f64>| {
+            let (mut parameters, mut found) = once(start, readings)?;
+            let mut kept = readings.to_vec();
+            for _ in 0..MOST_ROUNDS {
+                let before = kept.len();
+                let at = found.values();
+                let bench = self.bench_of(&channels, readings);
+                kept = readings
+                    .iter()
+                    .filter(|r| bench.ratio(&at, r).is_some_and(|at| !at.beyond))
+                    .copied()
+                    .collect();
+                if kept.len() == before {
+                    break;
+                }
+                (parameters, found) = once(&at, &kept)?;
             }
-            (parameters, found) = once(&at, &kept)?;
-        }
+            Ok((parameters, found, kept))
+        };
+        let found: Vec<_> = starts.iter().map(from).collect();
+        // A curve that closes at once explains few readings, and those with ease.
+        let most = found.iter().flatten().map(|(.., kept)| kept.len()).max();
+        let enough = |kept: &Vec<Reading>| 2 * kept.len() > most.unwrap_or(0);
+        let found = found
+            .into_iter()
+            .filter(|found| found.as_ref().map_or(true, |(.., kept)| enough(kept)));
+        let per_reading =
+            |(_, fit, kept): &(_, Fit, Vec<Reading>)| fit.chi_square / kept.len() as f64;
+        let (parameters, found, kept) = best(found, none, |found| found, per_reading)?;
         Ok(Fitted {
             model: 0,
             parameters,
