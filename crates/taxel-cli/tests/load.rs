@@ -9,7 +9,6 @@
 
 #[path = "common/board.rs"]
 mod board;
-#[allow(dead_code, reason = "not every test needs all")]
 mod common;
 
 use std::fs;

@@ -1,42 +1,18 @@
 //! `taxel solve`: what it prints and writes, and what it refuses.
 #![allow(clippy::unwrap_used)]
 
+mod common;
 mod python;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use common::{done as answered, refused_with as refused, taxel};
 use python::python;
 use serde_json::Value;
 use taxel::problem::ProblemFile;
-
-fn taxel(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-#[track_caller]
-fn answered(arguments: &[&str]) -> String {
-    let output = taxel(arguments);
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-#[track_caller]
-fn refused(arguments: &[&str], parts: &[&str]) {
-    let output = taxel(arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(output.stdout.is_empty(), "something was written");
-    assert_eq!(message.matches("error:").count(), 1, "{message}");
-    for part in parts {
-        assert!(message.contains(part), "{part}: {message}");
-    }
-}
 
 /// An empty folder for a test.
 fn folder(test: &str) -> PathBuf {

@@ -1,39 +1,15 @@
 //! The commands that solve: what they print and write, and what they refuse.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use common::{done as answered, refused_with as refused, taxel};
 use serde_json::Value;
 use taxel::design::Study;
 use taxel::sensor::Sensor;
-
-fn taxel(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-#[track_caller]
-fn answered(arguments: &[&str]) -> String {
-    let output = taxel(arguments);
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-#[track_caller]
-fn refused(arguments: &[&str], parts: &[&str]) {
-    let output = taxel(arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(output.stdout.is_empty(), "something was written");
-    assert_eq!(message.matches("error:").count(), 1, "{message}");
-    for part in parts {
-        assert!(message.contains(part), "{part}: {message}");
-    }
-}
 
 /// An empty folder for a test.
 fn folder(test: &str) -> PathBuf {

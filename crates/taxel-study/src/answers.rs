@@ -258,8 +258,20 @@ fn finite(number: f64) -> Outcome {
     }
 }
 
-fn unused(written: &AnswerFile, keys: &[(&'static str, bool)]) -> Result<(), Wrong> {
-    match keys.iter().find(|(_, given)| *given) {
+/// Refuses what is written beside the keys that an answer of this kind uses.
+fn unused(written: &AnswerFile, used: &[&str]) -> Result<(), Wrong> {
+    let given = [
+        ("load", written.load.is_some()),
+        ("over", written.over.is_some()),
+        ("take", written.take.is_some()),
+        ("noise", written.noise.is_some()),
+        ("grid", written.grid.is_some()),
+        ("radius", written.radius.is_some()),
+        ("mechanics", written.mechanics.is_some()),
+        ("pressure", written.pressure.is_some()),
+    ];
+    let mut given = given.into_iter().filter(|(_, given)| *given);
+    match given.find(|(key, _)| !used.contains(key)) {
         None => Ok(()),
         Some((key, _)) => {
             let of = format!("{:?}", written.of).to_lowercase();
@@ -273,19 +285,7 @@ fn unused(written: &AnswerFile, keys: &[(&'static str, bool)]) -> Result<(), Wro
 }
 
 fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Column, bool), Wrong> {
-    unused(
-        written,
-        &[
-            ("load", written.load.is_some()),
-            ("over", written.over.is_some()),
-            ("take", written.take.is_some()),
-            ("noise", written.noise.is_some()),
-            ("grid", written.grid.is_some()),
-            ("radius", written.radius.is_some()),
-            ("mechanics", written.mechanics.is_some()),
-            ("pressure", written.pressure.is_some()),
-        ],
-    )?;
+    unused(written, &[])?;
     let facts = summary::summary(sensor).unwrap_or_default();
     let Some(fact) = facts.iter().find(|fact| fact.name == written.quantity) else {
         let names: Vec<&str> = facts.iter().map(|fact| fact.name.as_str()).collect();
@@ -324,15 +324,7 @@ fn prediction(
     written: &AnswerFile,
     sensor: &Sensor,
 ) -> Result<(Kind, Column, bool), Wrong> {
-    unused(
-        written,
-        &[
-            ("noise", written.noise.is_some()),
-            ("grid", written.grid.is_some()),
-            ("radius", written.radius.is_some()),
-            ("pressure", written.pressure.is_some()),
-        ],
-    )?;
+    unused(written, &["load", "over", "take", "mechanics"])?;
     let mechanics = written.mechanics.map(|mechanics| match mechanics {
         MechanicsFile::ClosedForm => Mechanics::ClosedForm,
         MechanicsFile::Fem => Mechanics::Fem,
@@ -579,14 +571,7 @@ fn estimate(
     written: &AnswerFile,
     sensor: &Sensor,
 ) -> Result<(Kind, Column, bool), Wrong> {
-    unused(
-        written,
-        &[
-            ("over", written.over.is_some()),
-            ("mechanics", written.mechanics.is_some()),
-            ("pressure", written.pressure.is_some()),
-        ],
-    )?;
+    unused(written, &["load", "take", "noise", "grid", "radius"])?;
     let found = ESTIMATED
         .iter()
         .find(|(known, _)| *known == written.quantity);
@@ -1042,18 +1027,7 @@ fn section(
     written: &AnswerFile,
     sensor: &Sensor,
 ) -> Result<(Kind, Column, bool), Wrong> {
-    unused(
-        written,
-        &[
-            ("load", written.load.is_some()),
-            ("over", written.over.is_some()),
-            ("take", written.take.is_some()),
-            ("noise", written.noise.is_some()),
-            ("grid", written.grid.is_some()),
-            ("radius", written.radius.is_some()),
-            ("mechanics", written.mechanics.is_some()),
-        ],
-    )?;
+    unused(written, &["pressure"])?;
     if sensor.microchannels().is_err() {
         return wrong(
             "of",

@@ -144,6 +144,19 @@ impl Dimension {
             .map_err(|message| message.replace(HELP, "; "))
     }
 
+    /// As [`Self::read`], of either sign and no more than the largest size.
+    pub(crate) fn read_sized(&self, text: &str) -> Result<f64, String> {
+        let value = self.read(text)?;
+        let [_, largest] = self.sizes;
+        if value.abs() <= largest {
+            return Ok(value);
+        }
+        Err(format!(
+            "\"{text}\" is out of range: its size must be at most {largest:e} {}",
+            self.si
+        ))
+    }
+
     /// As [`Self::parse`]; what to do stands in the message behind [`HELP`].
     pub(crate) fn read(&self, text: &str) -> Result<f64, String> {
         let trimmed = text.trim();
@@ -529,15 +542,8 @@ impl AnyQuantity {
                 format!("\"{symbol}\" is no known unit{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\"")
             }
         })?;
-        let value = dimension.read(text)?;
-        let [_, largest] = dimension.sizes;
-        if value.abs() <= largest {
-            return Ok(Self { value, dimension });
-        }
-        Err(format!(
-            "\"{text}\" is out of range: its size must be at most {largest:e} {}",
-            dimension.si
-        ))
+        let value = dimension.read_sized(text)?;
+        Ok(Self { value, dimension })
     }
 }
 

@@ -9,7 +9,7 @@ use taxel_study::{figures, optimise, place};
 use crate::arguments::{Format, Optimize};
 use crate::commands::study;
 use crate::outputs;
-use crate::{Done, Stop, files};
+use crate::{Done, Stop};
 
 pub(crate) fn run(arguments: &Optimize) -> Result<Done, Stop> {
     let targets = [
@@ -18,13 +18,8 @@ pub(crate) fn run(arguments: &Optimize) -> Result<Done, Stop> {
         ("--best", arguments.best.as_ref()),
     ];
     let existing = arguments.overwrite.existing();
-    outputs::check(&targets, &[&arguments.study], existing)?;
-    if let Some(path) = &arguments.plot {
-        files::is_page(path)?;
-    }
-    let text = study::text(&arguments.study)?;
-    let (mut read, sensor) = study::read(&text)?;
-    outputs::check(&targets, &[&arguments.study, &sensor], existing)?;
+    let plot = arguments.plot.as_ref();
+    let (mut read, text) = study::open(&arguments.study, &targets, plot, existing)?;
     if let Some(seed) = arguments.seed {
         read.optimize.seed = seed;
         if let Some(place) = &mut read.place {

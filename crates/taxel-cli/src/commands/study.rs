@@ -37,6 +37,24 @@ pub(crate) fn text(path: &Path) -> Result<StudyText, Stop> {
     Ok(StudyText { name, text })
 }
 
+/// The study in a file with its text, once it is known that the targets of its results, the
+/// picture `plot` among them, can be written.
+pub(crate) fn open(
+    path: &PathBuf,
+    targets: &[(&str, Option<&PathBuf>)],
+    plot: Option<&PathBuf>,
+    existing: Existing,
+) -> Result<(Study, StudyText), Stop> {
+    outputs::check(targets, &[path], existing)?;
+    if let Some(plot) = plot {
+        files::is_page(plot)?;
+    }
+    let text = text(path)?;
+    let (study, sensor) = read(&text)?;
+    outputs::check(targets, &[path, &sensor], existing)?;
+    Ok((study, text))
+}
+
 /// The study of a text with the sensor that it names; the sensor's path is an input, too.
 pub(crate) fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
     let head = header(&study.name, &study.text)?;

@@ -8,7 +8,7 @@ use taxel_study::tolerance::{self, NoTolerance, Tolerance};
 use crate::arguments::{Format, Tolerance as Arguments};
 use crate::commands::study;
 use crate::outputs;
-use crate::{Done, Stop, files};
+use crate::{Done, Stop};
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Done, Stop> {
     let targets = [
@@ -16,13 +16,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Done, Stop> {
         ("--plot", arguments.plot.as_ref()),
     ];
     let existing = arguments.overwrite.existing();
-    outputs::check(&targets, &[&arguments.study], existing)?;
-    if let Some(path) = &arguments.plot {
-        files::is_page(path)?;
-    }
-    let text = study::text(&arguments.study)?;
-    let (mut read, sensor) = study::read(&text)?;
-    outputs::check(&targets, &[&arguments.study, &sensor], existing)?;
+    let plot = arguments.plot.as_ref();
+    let (mut read, text) = study::open(&arguments.study, &targets, plot, existing)?;
     if let Some(seed) = arguments.seed {
         read.tolerance.seed = seed;
     }

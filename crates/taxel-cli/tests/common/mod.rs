@@ -1,5 +1,6 @@
 //! Shared by the tests of the program: running it, and a folder for its files.
 #![allow(clippy::unwrap_used)]
+#![allow(dead_code, reason = "not every test needs all")]
 
 use std::fs;
 use std::path::PathBuf;
@@ -26,6 +27,19 @@ pub(crate) fn refused(arguments: &[&str]) -> String {
     let output = taxel(arguments);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     String::from_utf8(output.stderr).unwrap()
+}
+
+/// A refusal with exit code 2, one message that has all `parts`, and no result.
+#[track_caller]
+pub(crate) fn refused_with(arguments: &[&str], parts: &[&str]) {
+    let output = taxel(arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(output.stdout.is_empty(), "something was written");
+    assert_eq!(message.matches("error:").count(), 1, "{message}");
+    for part in parts {
+        assert!(message.contains(part), "{part}: {message}");
+    }
 }
 
 /// A folder of one test, gone with it.

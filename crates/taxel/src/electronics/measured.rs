@@ -162,15 +162,8 @@ impl Stated {
                     all_symbols()
                 )
             })?;
-        let value = dimension.read(text)?;
-        let [_, largest] = dimension.sizes;
-        if value.abs() <= largest {
-            return Ok(Self { value, dimension });
-        }
-        Err(format!(
-            "\"{text}\" is out of range: its size must be at most {largest:e} {}",
-            dimension.si
-        ))
+        let value = dimension.read_sized(text)?;
+        Ok(Self { value, dimension })
     }
 }
 
