@@ -288,14 +288,7 @@ impl PiezoelectricArray<'_> {
     /// Places of the elements that are not masked, from the middle of the array, m.
     pub fn places(&self) -> Vec<[f64; 2]> {
         let layout = self.layout();
-        let middle = |count: usize, index: usize| index as f64 - 0.5 * (count as f64 - 1.0);
-        let places = (0..layout.taxels()).map(|taxel| {
-            let (row, column) = (taxel / layout.columns, taxel % layout.columns);
-            [
-                middle(layout.columns, column) * layout.pitch[0],
-                -middle(layout.rows, row) * layout.pitch[1],
-            ]
-        });
+        let places = (0..layout.taxels()).map(|taxel| layout.flat_position(taxel));
         let used = places.zip(self.masked()).filter(|(_, masked)| !masked);
         used.map(|(place, _)| place).collect()
     }
@@ -311,20 +304,7 @@ const PLACE: [usize; 2] = [1, 2];
 const RADIUS: usize = 3;
 
 static INFORMATION_LOADS: [LoadColumn; 4] = {
-    const fn column(
-        name: &'static str,
-        short: &'static str,
-        kind: LoadKind,
-        about: &'static str,
-    ) -> LoadColumn {
-        LoadColumn {
-            name,
-            short,
-            kind,
-            required: false,
-            about,
-        }
-    }
+    use predict::column;
     let length = LoadKind::Quantity(&LENGTH, [-10.0, 10.0]);
     [
         column(

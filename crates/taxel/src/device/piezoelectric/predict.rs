@@ -409,7 +409,8 @@ const OFFSET_Y: usize = 11;
 const PROFILES: [&str; 4] = ["step", "impact", "cyclic", "sine"];
 const MOST_CYCLES: f64 = 1000.0;
 
-const fn column(
+/// A column that may be left out.
+pub(super) const fn column(
     name: &'static str,
     short: &'static str,
     kind: LoadKind,
