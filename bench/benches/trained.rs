@@ -34,6 +34,7 @@ fn position(criterion: &mut Criterion) {
     let options = [PositionOptions {
         smoothing: 1e-4,
         run_in: 0.0,
+        ..PositionOptions::default()
     }];
     let (map, _) = train_position(run.sensor.rows(), &positions, &options).expect("trains");
     let mut estimator = PositionEstimator::new(map).expect("sound");

@@ -83,7 +83,7 @@ pub use file::{
     CALIBRATION_SCHEMA, CalibrationFile, DataOf, HeldOut, ParameterOf, ResidualOf, STEP, ScopeOf,
     SensorOf, civil_date,
 };
-pub use options::{CalibrateOptions, IndentationOptions, NamedSensor, SyntheticOptions};
+pub use options::{CalibrateOptions, IndentationOptions, NamedSensor, ScaleUnit, SyntheticOptions};
 pub use outcome::{
     CalibratedSensor, CovarianceBlock, Derived, ModelComparison, Outcome, Provenance,
     ResidualSummary, Scope,

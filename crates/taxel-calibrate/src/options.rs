@@ -27,6 +27,20 @@ pub struct CalibrateOptions {
     pub profile: bool,
     /// True if wrong readings are to be forgotten (Huber's loss).
     pub robust: bool,
+    /// Rows a second of tables without a time, Hz, of a device that is trained.
+    pub rate: Option<f64>,
+    /// Unit of the scale in recordings without a header, of a device that is trained; by default
+    /// grams, unless the largest reading speaks against it.
+    pub scale_unit: Option<ScaleUnit>,
+}
+
+/// Unit of a scale whose recording does not say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScaleUnit {
+    /// Grams: the weight of as many at standard gravity.
+    Grams,
+    /// Newtons.
+    Newtons,
 }
 
 /// Options of synthetic calibration data.

@@ -214,6 +214,8 @@ fn passes(noise: f64, seed: u64) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
 const OPTIONS: [PositionOptions; 1] = [PositionOptions {
     smoothing: 1e-2,
     run_in: 0.0,
+    spacing: 1.0,
+    depths: 0,
 }];
 
 #[test]
@@ -225,6 +227,7 @@ fn places_between_those_of_training_are_found() {
         &[PositionOptions {
             smoothing: 1e-9,
             run_in: 0.0,
+            ..PositionOptions::default()
         }],
     )
     .unwrap();

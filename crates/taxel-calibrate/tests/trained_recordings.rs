@@ -44,6 +44,7 @@ fn places_of_the_last_pass_are_found_better_than_by_neighbours() {
     let options = [0.0, 0.25].map(|run_in| PositionOptions {
         smoothing: 1e-4,
         run_in,
+        ..PositionOptions::default()
     });
     let (map, _) = train_position(&frames[..train], &places[..train], &options).unwrap();
     let targets: Vec<Vec<f64>> = places.iter().map(|p| p.to_vec()).collect();

@@ -740,11 +740,54 @@ pub(crate) struct Calibrate {
     /// Give outliers little weight (Huber's loss)
     #[arg(long)]
     pub(crate) robust: bool,
+    /// Rows a second of tables without a time, such as "28 Hz", of a device that is trained
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    pub(crate) rate: Option<f64>,
+    /// Unit of the scale in recordings without a header, of a device that is trained: g or N;
+    /// without it grams, unless the sensor file speaks against it
+    #[arg(long, value_name = "UNIT", value_enum)]
+    pub(crate) scale_unit: Option<ScaleUnitName>,
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: CalibrateFormat,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
+}
+
+/// Unit of a scale as the command line names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ScaleUnitName {
+    /// Grams
+    #[value(name = "g")]
+    Grams,
+    /// Newtons
+    #[value(name = "N", alias = "n")]
+    Newtons,
+}
+
+impl From<ScaleUnitName> for taxel_calibrate::ScaleUnit {
+    fn from(name: ScaleUnitName) -> Self {
+        match name {
+            ScaleUnitName::Grams => Self::Grams,
+            ScaleUnitName::Newtons => Self::Newtons,
+        }
+    }
+}
+
+/// A rate with its unit, Hz.
+fn rate(text: &str) -> Result<f64, String> {
+    let (number, factor) = match text.trim() {
+        text if text.ends_with("kHz") => (text.trim_end_matches("kHz"), 1e3),
+        text => (text.strip_suffix("Hz").unwrap_or(""), 1.0),
+    };
+    let rate = number.trim().parse::<f64>().map(|number| number * factor);
+    rate.ok()
+        .filter(|rate| (1e-3..=1e6).contains(rate))
+        .ok_or_else(|| {
+            format!(
+                "\"{text}\" is not a rate; write a number above 0 with Hz or kHz, such as \"28 Hz\""
+            )
+        })
 }
 
 /// Format of the result of a calibration.

@@ -458,3 +458,549 @@ fn a_single_pass_over_the_area_is_judged_among_its_presses() {
     assert_eq!(errors.len(), 2, "{found}");
     assert!(errors.iter().all(|share| *share < 10.0), "{found}");
 }
+
+/// Columns of a table that the program wrote, by their names.
+fn column(table: &str, wanted: &str) -> Vec<String> {
+    let mut lines = table.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let at = names.iter().position(|name| *name == wanted).unwrap();
+    let cells = lines.map(|line| line.split(',').nth(at).unwrap().to_owned());
+    cells.collect()
+}
+
+fn numbers(table: &str, wanted: &str) -> Vec<f64> {
+    let cells = column(table, wanted).into_iter();
+    cells.map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()
+}
+
+/// Times and forces of the scale of the excerpt, s and N.
+fn scale() -> Vec<[f64; 2]> {
+    let text = fs::read_to_string(excerpt().join("force_states.csv")).unwrap();
+    let rows = text.lines().filter_map(|line| {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        (cells[4] != -1.0).then_some([cells[0], cells[4] * 9.80665e-3])
+    });
+    rows.collect()
+}
+
+/// Errors of a table of estimates at the readings of the scale, with their deviations.
+fn errors(table: &str) -> Vec<[f64; 2]> {
+    let times = numbers(table, "time [s]");
+    let (force, deviation) = (
+        numbers(table, "force_z [N]"),
+        numbers(table, "force_z_deviation [N]"),
+    );
+    let at = |values: &[f64], time: f64| {
+        let after = times
+            .partition_point(|t| *t < time)
+            .clamp(1, times.len() - 1);
+        let share = (time - times[after - 1]) / (times[after] - times[after - 1]);
+        let share = share.clamp(0.0, 1.0);
+        values[after - 1] + share * (values[after] - values[after - 1])
+    };
+    let readings = scale().into_iter();
+    let errors = readings.map(|[time, truth]| [at(&force, time) - truth, at(&deviation, time)]);
+    errors.filter(|[error, _]| error.is_finite()).collect()
+}
+
+fn rms(errors: &[[f64; 2]]) -> f64 {
+    let squares: f64 = errors.iter().map(|[error, _]| error * error).sum();
+    (squares / errors.len() as f64).sqrt()
+}
+
+/// The training says what its own readings replayed live err by; a user who replays them finds
+/// the same.
+#[test]
+fn a_training_run_replayed_has_the_residuals_of_the_training() {
+    let folder = Folder::new("trained-replay");
+    let run = run(&folder, "force", same, same);
+    let (file, table) = (folder.path("c.toml"), folder.path("t.csv"));
+    let text = done(&["calibrate", SENSOR, &run, "-o", &file]);
+    let (_, after) = text.split_once("replayed live, have ").unwrap();
+    let printed: f64 = after.split(' ').next().unwrap().parse().unwrap();
+    let recording = format!("{run}/sensor.csv");
+    let estimate = ["estimate", SENSOR, &recording, "--calibration", &file];
+    done(&[&estimate[..], &["-o", &table]].concat());
+    let text = fs::read_to_string(&table).unwrap();
+    let errors = errors(&text);
+    // Four printed digits, and the readings of the scale before the first frame.
+    assert!(
+        (rms(&errors) - printed).abs() < 2e-3,
+        "{} {printed}",
+        rms(&errors)
+    );
+    // Live: the same frames, the last one digit for digit.
+    let live = [
+        "live",
+        SENSOR,
+        "--calibration",
+        &file,
+        "--headless",
+        "--speed",
+        "max",
+    ];
+    let source = format!("replay:{recording}");
+    let found = done(&[&live[..], &["--format", "json", "--source", &source]].concat());
+    let found: Value = serde_json::from_str(&found).unwrap();
+    let last = found["last_force_n"][2].as_f64().unwrap();
+    assert_eq!(numbers(&text, "force_z [N]").last(), Some(&last));
+}
+
+/// What is wrong with a channel, how it is made, and whether it must be wrong from the start.
+type Fault = (&'static str, fn(usize, f64) -> f64);
+
+/// One channel after the other is broken in mid-run: it is named within a second of frames, the
+/// force goes on from the rest, and its interval holds.
+#[test]
+fn a_broken_channel_is_named_and_the_force_goes_on() {
+    let folder = Folder::new("trained-health");
+    let run = run(&folder, "force", same, same);
+    let (file, table) = (folder.path("c.toml"), folder.path("t.csv"));
+    done(&["calibrate", SENSOR, &run, "-o", &file]);
+    let text = fs::read_to_string(excerpt().join("force_sensor.csv")).unwrap();
+    let frozen = text.lines().nth(500).unwrap().split(',').nth(6).unwrap();
+    let frozen: f64 = frozen.parse().unwrap();
+    assert!(frozen.is_finite());
+    let faults: [Fault; 5] = [
+        ("missing", |_, _| f64::NAN),
+        ("zero", |_, _| 0.0),
+        ("jumped", |_, value| value + 3000.0),
+        ("divided", |_, value| value / 1000.0),
+        ("noisy", |row, value| {
+            let wave = (row as u32).wrapping_mul(2_654_435_761) >> 24;
+            value + 10.0 * (f64::from(wave) - 128.0)
+        }),
+    ];
+    let sound = {
+        let recording = format!("{run}/sensor.csv");
+        let estimate = [
+            "estimate",
+            SENSOR,
+            &recording,
+            "--calibration",
+            &file,
+            "-o",
+            &table,
+        ];
+        done(&estimate);
+        fs::read_to_string(&table).unwrap()
+    };
+    let usual = rms(&errors(&sound));
+    assert!(
+        column(&sound, "wrong_channels")
+            .iter()
+            .all(String::is_empty)
+    );
+    for (name, fault) in faults {
+        let broken = lines(&text, |row, cells| {
+            if row >= 500 {
+                let value: f64 = cells[6].parse().unwrap();
+                cells[6] = fault(row, value).to_string();
+            }
+        });
+        let recording = folder.path(&format!("{name}.csv"));
+        fs::write(&recording, broken).unwrap();
+        let estimate = [
+            "estimate",
+            SENSOR,
+            &recording,
+            "--calibration",
+            &file,
+            "-o",
+            &table,
+        ];
+        done(&[&estimate[..], &["--force"]].concat());
+        let found = fs::read_to_string(&table).unwrap();
+        let wrong = column(&found, "wrong_channels");
+        let times = numbers(&found, "time [s]");
+        let named = wrong.iter().position(|wrong| wrong == "magnetometer 2 z");
+        let after = named.map_or(f64::INFINITY, |row| times[row] - times[500]);
+        assert!(
+            (0.0..=1.1).contains(&after),
+            "{name}: named after {after} s"
+        );
+        assert!(
+            wrong
+                .iter()
+                .all(|wrong| wrong.is_empty() || wrong == "magnetometer 2 z")
+        );
+        let errors = errors(&found);
+        assert!(errors.len() + 5 > scale().len(), "{name}: {}", errors.len());
+        // The others determine the channel to a hundredth of what it does.
+        assert!(
+            rms(&errors) < 2.0 * usual + 0.1,
+            "{name}: {} N",
+            rms(&errors)
+        );
+        let wider = numbers(&found, "force_z_deviation [N]");
+        let before = numbers(&sound, "force_z_deviation [N]");
+        let [wider, before] = [wider, before].map(|all| all[600..].iter().sum::<f64>());
+        assert!(wider > before, "{name}: {wider} {before}");
+    }
+    // All channels at once: nothing is estimated from them, and all are named.
+    let broken = lines(&text, |row, cells| {
+        for cell in cells.iter_mut().skip(1).filter(|_| row >= 500) {
+            *cell = (1e-3 * cell.parse::<f64>().unwrap()).to_string();
+        }
+    });
+    let recording = folder.path("all.csv");
+    fs::write(&recording, broken).unwrap();
+    let estimate = [
+        "estimate",
+        SENSOR,
+        &recording,
+        "--calibration",
+        &file,
+        "-o",
+        &table,
+    ];
+    done(&[&estimate[..], &["--force"]].concat());
+    let found = fs::read_to_string(&table).unwrap();
+    let wrong = column(&found, "wrong_channels");
+    assert_eq!(wrong.last().unwrap().split(';').count(), 15);
+    assert_eq!(column(&found, "state").last().unwrap(), "faulty");
+}
+
+/// A table with a header: a body of 15 channels under cycles of force.
+fn cycles(header: &str, row: impl Fn(usize, f64, f64) -> String) -> String {
+    let mut text = String::from(header);
+    for channel in 1..=15 {
+        write!(text, ",channel_{channel}").unwrap();
+    }
+    text.push('\n');
+    for index in 0..400 {
+        let phase = 0.05 * index as f64;
+        let press = (0.5 - 0.5 * (phase.max(1.0) - 1.0).cos()) * 3.0;
+        text.push_str(&row(index, 0.04 * index as f64, press));
+        for c in (0..15).map(f64::from) {
+            let reading = 100.0 + press * (10.0 + c) + (phase + c).sin();
+            write!(text, ",{reading}").unwrap();
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Tables that were made wrong on purpose, each with what its message says: what was found, and
+/// the smallest thing to do.
+#[test]
+fn twenty_tables_that_are_wrong_each_have_their_message() {
+    let folder = Folder::new("trained-wrong");
+    let table = folder.path("run.csv");
+    let whole = cycles("time [s],force_z [N]", |_, time, press| {
+        format!("{time},{press}")
+    });
+    let timeless = cycles("force_z [N]", |_, _, press| format!("{press}"));
+    let plain = |_: usize, time: f64, press: f64| format!("{time},{press}");
+    let short: String = whole
+        .lines()
+        .take(30)
+        .flat_map(|line| [line, "\n"])
+        .collect();
+    let placed = |x: f64| {
+        cycles("time [s],x [mm],y [mm]", |index, time, _| {
+            let [row, column] = [index / 20, index % 20].map(|at| at as f64);
+            format!("{time},{},{}", x * row, column)
+        })
+    };
+    let tables: Vec<(&str, String, Vec<&str>, Vec<&str>)> = vec![
+        ("nothing in it", String::new(), vec![], vec!["run.csv"]),
+        (
+            "a header alone",
+            whole.lines().next().unwrap().to_owned(),
+            vec![],
+            vec!["no readings", "one row per reading"],
+        ),
+        (
+            "no time",
+            timeless.clone(),
+            vec![],
+            vec!["column time [s] is missing", "--rate \"28 Hz\""],
+        ),
+        (
+            "a rate without unit",
+            timeless,
+            vec!["--rate", "28"],
+            vec!["is not a rate", "such as \"28 Hz\""],
+        ),
+        (
+            "no unit",
+            cycles("time [s],force_z", plain),
+            vec![],
+            vec!["force_z", "unit"],
+        ),
+        (
+            "an unknown unit",
+            cycles("time [s],force_z [lb]", plain),
+            vec![],
+            vec!["lb", "mN"],
+        ),
+        (
+            "a column twice",
+            cycles("time [s],time [s]", plain),
+            vec![],
+            vec!["appears twice"],
+        ),
+        (
+            "x without y",
+            cycles("time [s],x [mm]", plain),
+            vec![],
+            vec!["a place needs x and y", "give x and y, or neither"],
+        ),
+        (
+            "a channel too many",
+            whole.replacen("channel_15", "channel_16", 1),
+            vec![],
+            vec!["the sensor has 15 channels", "of this sensor"],
+        ),
+        (
+            "a channel too few",
+            whole.replacen("channel_15", "spare", 1),
+            vec![],
+            vec!["column channel_15 is missing"],
+        ),
+        (
+            "text in a cell",
+            whole.replacen("\n0.04,", "\nabc,", 1),
+            vec![],
+            vec!["run.csv:3", "abc"],
+        ),
+        (
+            "a row cut short",
+            whole[..whole.rfind(',').unwrap()].to_owned(),
+            vec![],
+            vec!["this row has 16 fields; the header has 17"],
+        ),
+        (
+            "pulling for pressing",
+            cycles("time [s],force_z [N]", |_, time, press| {
+                format!("{time},{}", -press)
+            }),
+            vec![],
+            vec!["no force is above zero", "pressing is positive"],
+        ),
+        (
+            "pressed from the start",
+            cycles("time [s],force_z [N]", |_, time, press| {
+                format!("{time},{}", 2.0 + press)
+            }),
+            vec![],
+            vec!["begins with 2.000 N", "before the first contact"],
+        ),
+        (
+            "too short",
+            short,
+            vec![],
+            vec!["at least 50 are needed", "for a minute or more"],
+        ),
+        (
+            "times in ms",
+            cycles("time [s],force_z [N]", |_, time, press| {
+                format!("{},{press}", 1e3 * time)
+            }),
+            vec![],
+            vec!["the times are in another unit", "electronics.frame_rate"],
+        ),
+        (
+            "neither place nor force",
+            cycles("time [s],height [mm]", plain),
+            vec![],
+            vec!["there is nothing to train", "x and y, or force_z"],
+        ),
+        (
+            "an area too large",
+            placed(5.0),
+            vec![],
+            vec!["the presses span", "the area of the sensor file"],
+        ),
+        ("a line", placed(0.0), vec![], vec!["not along a line"]),
+        (
+            "a model",
+            whole.clone(),
+            vec!["--model", "x"],
+            vec!["no model", "leave out --model"],
+        ),
+        (
+            "force and channels apart",
+            cycles("time [s],force_z [N]", |index, time, _| {
+                let wave = (index as u32).wrapping_mul(2_654_435_761) >> 24;
+                format!(
+                    "{time},{}",
+                    if index < 30 {
+                        0.0
+                    } else {
+                        f64::from(wave) / 256.0
+                    }
+                )
+            }),
+            vec![],
+            vec!["the channels do not determine the force", "one clock"],
+        ),
+    ];
+    assert!(tables.len() >= 20);
+    for (what, text, options, says) in tables {
+        fs::write(&table, &text).unwrap();
+        let file = folder.path("c.toml");
+        let arguments = ["calibrate", SENSOR, &table, "-o", &file];
+        let message = refused(&[&arguments[..], &options].concat());
+        for part in says {
+            assert!(
+                message.contains(part),
+                "{what}: \"{part}\" is not in {message}"
+            );
+        }
+        assert_eq!(message.matches("error:").count(), 1, "{what}: {message}");
+        assert!(!Path::new(&file).exists(), "{what}");
+    }
+    // The same rows with a rate are a run, and what is not used is named.
+    let spare = cycles("force_z [N],height [mm]", |_, time, press| {
+        format!("{press},{time}")
+    });
+    fs::write(&table, spare).unwrap();
+    let found = done(&["calibrate", SENSOR, &table, "--rate", "25 Hz"]);
+    assert!(
+        found.contains("its rows are taken 0.040000 s apart"),
+        "{found}"
+    );
+    assert!(
+        found.contains("nothing is learned from the columns height"),
+        "{found}"
+    );
+}
+
+/// What a folder as published holds beside the recordings, and rows that were written twice, change
+/// nothing; a scale in newtons is asked about.
+#[test]
+fn a_folder_as_published_trains_the_same_map() {
+    let folder = Folder::new("trained-published");
+    let plain = run(&folder, "force", same, same);
+    let without_names = |text: &str| -> String {
+        let lines = text.lines().filter(|line| !line.contains("csv"));
+        lines.flat_map(|line| [line, "\n"]).collect()
+    };
+    let expected = without_names(&trained(&plain));
+    let text = fs::read_to_string(format!("{plain}/sensor.csv")).unwrap();
+    let first: Vec<f64> = text
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .map(|cell| cell.parse().unwrap())
+        .collect();
+    let tared = lines(&text, |_, cells| {
+        for (cell, first) in cells.iter_mut().zip(&first).skip(1) {
+            *cell = (cell.parse::<f64>().unwrap() - first).to_string();
+        }
+    });
+    fs::write(format!("{plain}/sensor_post_baselines.csv"), tared).unwrap();
+    let found = trained(&plain);
+    assert!(
+        found.contains("less a constant of each channel; it is left out"),
+        "{found}"
+    );
+    assert_eq!(without_names(&found), expected);
+    fs::remove_file(format!("{plain}/sensor_post_baselines.csv")).unwrap();
+    let doubled = |text: &str| -> String {
+        let lines = text.lines().enumerate();
+        let twice = |(row, line): (usize, &str)| {
+            let line = format!("{line}\n");
+            if row % 9 == 0 { line.repeat(2) } else { line }
+        };
+        lines.map(twice).collect()
+    };
+    let found = trained(&run(&folder, "force", doubled, doubled));
+    assert!(found.contains("rows repeat the one before"), "{found}");
+    assert_eq!(without_names(&found), expected);
+    let newtons = |text: &str| {
+        lines(text, |_, cells| {
+            let grams: f64 = cells[4].parse().unwrap();
+            if grams != -1.0 {
+                cells[4] = (grams * 9.80665e-3).to_string();
+            }
+        })
+    };
+    let run = run(&folder, "force", same, newtons);
+    let message = refused(&["calibrate", SENSOR, &run]);
+    assert!(
+        message.contains("as newtons") && message.contains("--scale-unit N"),
+        "{message}"
+    );
+    let found = done(&["calibrate", SENSOR, &run, "--scale-unit", "N"]);
+    let error = |text: &str| {
+        share(
+            text.lines()
+                .find(|line| line.contains("force, run 1: "))
+                .unwrap(),
+        )
+    };
+    assert!((error(&found) - error(&expected)).abs() < 0.02, "{found}");
+}
+
+/// A body that is sheared and turned, too: what the table has is learned, and said.
+#[test]
+fn all_components_of_a_table_are_learned() {
+    let folder = Folder::new("trained-components");
+    let mut text = String::from("time [s],force_x [N],force_y [N],force_z [N],moment_z [N mm]");
+    (1..=15).for_each(|channel| write!(text, ",channel_{channel}").unwrap());
+    text.push('\n');
+    let mut truth = Vec::new();
+    for index in 0..1200 {
+        let time = 0.04 * f64::from(index);
+        let moving = f64::from(u8::from(index > 30));
+        let wave = |period: f64| moving * (time / period).sin();
+        let [x, y, turn] = [wave(1.3), wave(1.9), 2.0 * wave(2.7)];
+        let z = 3.0 * moving * (0.5 - 0.5 * (time / 1.1).cos());
+        truth.push([x, y, z, 1e-3 * turn]);
+        write!(text, "{time},{x},{y},{z},{turn}").unwrap();
+        for c in (0..15).map(f64::from) {
+            let [a, b, d, e] = [1.0, 2.0, 3.0, 4.0].map(|k: f64| 20.0 * (k * (c + 1.0)).sin());
+            let noise = (f64::from(index) * (1.7 + 0.13 * c)).sin();
+            let reading = 1000.0 + a * x + b * y + d * z + e * turn + 0.2 * noise;
+            write!(text, ",{reading}").unwrap();
+        }
+        text.push('\n');
+    }
+    let [data, file, frames, table] =
+        ["run.csv", "c.toml", "frames.csv", "t.csv"].map(|name| folder.path(name));
+    fs::write(&data, &text).unwrap();
+    let found = done(&["calibrate", SENSOR, &data, "-o", &file]);
+    for name in ["force_x", "force_y", "moment_z"] {
+        assert!(
+            found.contains(&format!("held out  {name}: ")),
+            "{name}: {found}"
+        );
+    }
+    let bare = lines(text.split_once('\n').unwrap().1, |_, cells| {
+        drop(cells.drain(1..5))
+    });
+    fs::write(&frames, bare).unwrap();
+    let estimate = [
+        "estimate",
+        SENSOR,
+        &frames,
+        "--calibration",
+        &file,
+        "-o",
+        &table,
+    ];
+    done(&estimate);
+    let found = fs::read_to_string(&table).unwrap();
+    for (name, unit, component, largest) in [
+        ("force_x", "N", 0, 1.0),
+        ("force_y", "N", 1, 1.0),
+        ("force_z", "N", 2, 3.0),
+        ("moment_z", "N m", 3, 2e-3),
+    ] {
+        let values = numbers(&found, &format!("{name} [{unit}]"));
+        let deviations = numbers(&found, &format!("{name}_deviation [{unit}]"));
+        for (row, truth) in truth.iter().enumerate().skip(100) {
+            let error: f64 = values[row] - truth[component];
+            // Noise of 0.2 in 15 channels of 20 for each unit.
+            assert!(error.abs() < 0.05 * largest, "{name}, row {row}: {error}");
+            assert!(
+                error.abs() < 6.0 * deviations[row],
+                "{name}, row {row}: {error}"
+            );
+        }
+    }
+}

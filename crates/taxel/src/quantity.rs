@@ -56,6 +56,9 @@ dimensions! {
     /// Force, N.
     FORCE = "a force", "N", [1e-12, 1e6]:
         ["uN" = 1e-6, "mN" = 1e-3, "N" = 1.0, "kN" = 1e3];
+    /// Moment of forces, N m.
+    MOMENT = "a moment", "N m", [1e-12, 1e6]:
+        ["uN m" = 1e-6, "mN m" = 1e-3, "N mm" = 1e-3, "N m" = 1.0];
     /// Stiffness of a spring, N/m.
     STIFFNESS = "a stiffness", "N/m", [1e-9, 1e12]:
         ["N/m" = 1.0, "kN/m" = 1e3, "N/mm" = 1e3, "MN/m" = 1e6];

@@ -120,7 +120,11 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
     let candidates: Vec<PositionOptions> = [0.0, 0.25, 0.5]
         .iter()
         .flat_map(|run_in| [1e-6, 1e-4, 1e-2].map(|smoothing| (*run_in, smoothing)))
-        .map(|(run_in, smoothing)| PositionOptions { smoothing, run_in })
+        .map(|(run_in, smoothing)| PositionOptions {
+            smoothing,
+            run_in,
+            ..PositionOptions::default()
+        })
         .collect();
     let start = Instant::now();
     let (map, scores) = shown(train_position(
@@ -277,6 +281,7 @@ fn random_split(frames: &[Vec<f64>], places: &[[f64; 2]]) -> Shown<()> {
     let options = [PositionOptions {
         smoothing: 1e-6,
         run_in: 0.0,
+        ..PositionOptions::default()
     }];
     let (map, _) = shown(train_position(&frames[..train], &places[..train], &options))?;
     let mut estimator = shown(PositionEstimator::new(map))?;

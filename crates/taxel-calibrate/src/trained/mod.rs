@@ -9,10 +9,11 @@ use crate::options::{CalibrateOptions, NamedSensor};
 use crate::outcome::{Outcome, Provenance};
 use crate::remark::Remark;
 use crate::toml_tables::{append, rounded};
-use taxel::trained::{Rest, Standard, TrainedMaps, TrainingError};
+use taxel::estimation::rest_at_start;
+use taxel::trained::{Recovery, Relation, Rest, Standard, TrainedMaps, TrainingError};
 use taxel_recording::InputError;
 
-use crate::training::{Compared, Session};
+use crate::training::{CONTACT_SHARE, Compared, REST_FRAMES, Session, trained_relation};
 
 use readings::Run;
 
@@ -52,7 +53,8 @@ pub fn train(
     }
     let masked = array.body.masked(&named.sensor.mask);
     let mut remarks = Vec::new();
-    let runs = readings::runs(&masked, groups, &mut remarks)?;
+    let wanted = (array.body.full_scale, options);
+    let mut runs = readings::runs(&masked, groups, wanted, &mut remarks)?;
     if runs.is_empty() {
         return Err(InputError::whole(file, "there is no recording")
             .help("give tables, or folders with the CSV files of the sensor and of the stage"));
@@ -63,7 +65,17 @@ pub fn train(
         ..Outcome::new("trained", &[(named, "")])
     };
     let position = place::train(&runs, &array.area(), &mut found)?;
-    let force = force::train(&runs, named.sensor.electronics.frame_rate, &mut found)?;
+    let weighs = runs.iter().any(|run| run.session.force.is_some());
+    let rest = weighs.then(|| rest(&mut runs));
+    let tared = position.is_none();
+    let relation = relation(&runs, tared).map_err(|error| failed(file, &error))?;
+    let learned = (rest.as_ref(), relation.as_ref());
+    let force = force::train(
+        &runs,
+        named.sensor.electronics.frame_rate,
+        learned,
+        &mut found,
+    )?;
     if position.is_none() && force.is_none() {
         let message = "the recordings have neither positions all over an area nor forces: there is nothing to train";
         return Err(InputError::whole(file, message).help(
@@ -72,9 +84,10 @@ pub fn train(
     }
     let maps = TrainedMaps {
         channels: masked.len(),
-        rest: force.is_some().then(|| rest(&runs)),
+        rest: rest.filter(|_| force.is_some()),
         position,
         force,
+        relation,
     };
     let maps = rounded(maps).ok_or_else(|| {
         InputError::whole(file, "the maps have no finite numbers").help("check the readings")
@@ -100,13 +113,105 @@ fn weighed(runs: &[Run]) -> impl Iterator<Item = &Run> {
     runs.iter().filter(|run| run.session.force.is_some())
 }
 
-/// Readings without contact over all runs that begin so.
-fn rest(runs: &[Run]) -> Rest {
+/// The relation of the channels over all runs: tared where each begins at rest.
+fn relation(runs: &[Run], tared: bool) -> Result<Option<Relation>, TrainingError> {
+    let of = |run: &Run| -> Vec<Vec<f64>> {
+        let rows = run.session.sensor.rows();
+        if !tared {
+            return rows.to_vec();
+        }
+        let rest = run.session.baseline();
+        let less = |row: &Vec<f64>| row.iter().zip(&rest).map(|(x, b)| x - b).collect();
+        rows.iter().map(less).collect()
+    };
+    let used = runs
+        .iter()
+        .filter(|run| !tared || run.session.force.is_some());
+    let rows: Vec<Vec<Vec<f64>>> = used.map(of).collect();
+    if rows.is_empty() {
+        return Ok(None);
+    }
+    trained_relation(&rows, tared)
+}
+
+/// Share of the frames without a force whose creep stays below what is learned, and how much more
+/// the next contacts may leave than those of training.
+const MOST_CREEP: f64 = 0.99;
+const MORE_CREEP: f64 = 2.0;
+/// Deviations of a reading that are noise, no creep; and how many a channel must have shown
+/// lately to say anything of it.
+const NOISE: f64 = 3.0;
+const SHOWN: f64 = 30.0;
+
+/// Readings without contact over all runs that begin so; each run gets the rest that a capture at
+/// its start takes live.
+fn rest(runs: &mut [Run]) -> Rest {
+    let deviation = deviations(runs);
+    for run in runs.iter_mut().filter(|run| run.session.force.is_some()) {
+        let frames = run.session.sensor.rows();
+        run.session.rest = Some(rest_at_start(frames, &deviation, REST_FRAMES));
+    }
     let baselines: Vec<Vec<f64>> = weighed(runs).map(|run| run.session.baseline()).collect();
-    let width = baselines.first().map_or(0, Vec::len);
     let mean = |channel: usize| {
         baselines.iter().map(|row| row[channel]).sum::<f64>() / baselines.len() as f64
     };
+    let width = deviation.len();
+    Rest {
+        mean: (0..width).map(mean).collect(),
+        step: (0..width)
+            .map(|channel| least_step(runs, channel))
+            .collect(),
+        unrecovered: unrecovered(runs, &deviation),
+        deviation,
+    }
+}
+
+/// Share of what each channel has shown lately that it still shows where the scale reads next to
+/// nothing: creep that the body has not recovered from.
+fn unrecovered(runs: &[Run], deviation: &[f64]) -> Vec<f64> {
+    let width = deviation.len();
+    let mut shares: Vec<Vec<f64>> = vec![Vec::new(); width];
+    for run in weighed(runs) {
+        let session = &run.session;
+        let Some(force) = &session.force else {
+            continue;
+        };
+        let (rest, free) = (session.baseline(), CONTACT_SHARE * session.peak_force());
+        let mut recovery = Recovery::at_rest(width);
+        let mut last = None;
+        for (time, row) in session.sensor.times().iter().zip(session.sensor.rows()) {
+            let tared: Vec<f64> = row.iter().zip(&rest).map(|(x, b)| x - b).collect();
+            recovery.push(time - last.unwrap_or(*time), tared.iter().copied());
+            last = Some(*time);
+            let pressed = force.at(*time, f64::INFINITY);
+            if pressed.is_none_or(|force| force[0] > 0.2 * free) {
+                continue;
+            }
+            let channels = shares.iter_mut().zip(&tared).zip(deviation);
+            for (((shares, tared), noise), lately) in channels.zip(recovery.lately()) {
+                if lately < SHOWN * noise {
+                    continue;
+                }
+                let share = (tared.abs() - NOISE * noise).max(0.0) / lately;
+                shares.extend(share.is_finite().then_some(share.min(1.0)));
+            }
+        }
+    }
+    let most = |mut shares: Vec<f64>| {
+        shares.sort_by(f64::total_cmp);
+        let at = (MOST_CREEP * shares.len() as f64) as usize;
+        let most = shares.get(at.min(shares.len().saturating_sub(1)));
+        most.map_or(0.0, |share| (MORE_CREEP * share).min(1.0))
+    };
+    // A body recovers as one: quiet channels show it as well as they can.
+    let mut most: Vec<f64> = shares.into_iter().map(most).collect();
+    most.sort_by(f64::total_cmp);
+    vec![most.get(width / 2).copied().unwrap_or(0.0); width]
+}
+
+/// Standard deviation of one reading of each channel before the first contact of each run.
+fn deviations(runs: &[Run]) -> Vec<f64> {
+    let baselines: Vec<Vec<f64>> = weighed(runs).map(|run| run.session.baseline()).collect();
     let deviation = |channel: usize| {
         let frames = weighed(runs).zip(&baselines).flat_map(|(run, baseline)| {
             let rows = run.session.rest_frames().iter();
@@ -121,10 +226,8 @@ fn rest(runs: &[Run]) -> Rest {
             .max(least_step(runs, channel))
             .max(f64::MIN_POSITIVE)
     };
-    Rest {
-        mean: (0..width).map(mean).collect(),
-        deviation: (0..width).map(deviation).collect(),
-    }
+    let width = baselines.first().map_or(0, Vec::len);
+    (0..width).map(deviation).collect()
 }
 
 /// Smallest change of a channel from frame to frame.

@@ -31,7 +31,8 @@ const MILLIMETRES: f64 = 1e3;
 #[derive(Default)]
 struct Presses {
     frames: Vec<Vec<f64>>,
-    places: Vec<[f64; 2]>,
+    /// x, y and the depth, m.
+    places: Vec<[f64; 3]>,
     times: Vec<f64>,
 }
 
@@ -45,13 +46,6 @@ pub(super) fn train(
     let mut name = "";
     for run in runs.iter().filter(|run| run.placed && has_places(run)) {
         name = &run.name;
-        if run.session.force.is_none() && !one_depth(run) {
-            let message = "the height changes between the presses: its positions are not used";
-            found
-                .remarks
-                .push(Remark::whole(format!("{name}: {message}")));
-            continue;
-        }
         presses.add(run);
     }
     if presses.frames.is_empty() {
@@ -62,32 +56,43 @@ pub(super) fn train(
     if !in_time {
         presses.every_fourth_last();
     }
-    let smoothing = [1e-6, 1e-4, 1e-2];
-    let candidates: Vec<PositionOptions> = [0.0, 0.25, 0.5]
-        .iter()
-        .flat_map(|run_in| smoothing.map(|smoothing| (*run_in, smoothing)))
-        .map(|(run_in, smoothing)| PositionOptions { smoothing, run_in })
-        .collect();
+    let deep = !presses.one_depth();
+    let candidates = candidates(deep);
     let failed = |error| failed(name, &error);
-    let (map, _, held_out) =
+    let (map, tried, best) =
         trained_position(&presses.frames, &presses.places, &candidates).map_err(failed)?;
+    let held_out = &tried[best];
     let mut all = compared_places(&presses.frames, &presses.places).map_err(failed)?;
     all.push(Compared {
-        name: String::from("inverted surface"),
+        name: String::from(SURFACE),
         score: held_out.score,
     });
-    let best = all
-        .iter()
-        .max_by(|a, b| a.score.log_likelihood.total_cmp(&b.score.log_likelihood));
-    if best.is_some_and(|best| best.name != "inverted surface") {
-        found.remarks.push(Remark::whole(
-            "place: the inverted surface is kept although another map predicts these rows better, because it alone \
-             recognises frames unlike all indentations; more indentations help it most",
-        ));
-    }
+    found.remarks.push(why(&all));
     found
         .remarks
         .extend(compared("place", all, "mm along an axis", MILLIMETRES));
+    let options = &candidates[best];
+    found.remarks.push(Remark::whole(format!(
+        "place: surface of {} x {}{} intervals, smoothing {}, without the first {:.0} % of the presses; best of {} by the \
+         likelihood of held-out presses",
+        map.surface.intervals[0],
+        map.surface.intervals[1],
+        if deep {
+            format!(" x {}", map.surface.intervals[2])
+        } else {
+            String::new()
+        },
+        options.smoothing,
+        100.0 * options.run_in,
+        candidates.len()
+    )));
+    if let Some(depth) = held_out.depth_score {
+        found.remarks.push(Remark::whole(format!(
+            "depth: the z of the recordings, {:.3} mm rms, {:.1} % within the 95 % intervals",
+            depth.rms * MILLIMETRES,
+            100.0 * depth.coverage
+        )));
+    }
     found.held_out = String::from(if in_time {
         "the last 25 % of the presses in time"
     } else {
@@ -110,10 +115,59 @@ fn has_places(run: &Run) -> bool {
     places.len() >= PLACES
 }
 
-fn one_depth(run: &Run) -> bool {
-    let rows = run.session.place.rows();
-    let span = |axis: usize| span(rows.iter().map(|row| row[axis]));
-    span(2) <= ONE_DEPTH * span(0).max(span(1))
+/// Name of the map that is kept.
+const SURFACE: &str = "inverted surface";
+
+/// Surfaces that are tried.
+fn candidates(deep: bool) -> Vec<PositionOptions> {
+    let mut all = Vec::new();
+    let (run_ins, spacings, depths, smoothings): (&[f64], &[f64], &[usize], &[f64]) = if deep {
+        (&[0.0, 0.5], &[1.5, 2.0, 2.5], &[1, 2], &[0.03, 0.1, 0.3])
+    } else {
+        (&[0.0, 0.25, 0.5], &[1.0], &[0], &[1e-6, 1e-4, 1e-2])
+    };
+    for run_in in run_ins {
+        for spacing in spacings {
+            for depths in depths {
+                for smoothing in smoothings {
+                    all.push(PositionOptions {
+                        smoothing: *smoothing,
+                        run_in: *run_in,
+                        spacing: *spacing,
+                        depths: *depths,
+                    });
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Why the surface is kept, or what would have been better.
+fn why(all: &[Compared]) -> Remark {
+    let likelihood = |one: &&Compared| one.score.log_likelihood;
+    let others = all.iter().filter(|one| one.name != SURFACE);
+    let other = others.max_by(|a, b| likelihood(a).total_cmp(&likelihood(b)));
+    let surface = all.iter().find(|one| one.name == SURFACE);
+    let Some((surface, other)) = surface.zip(other) else {
+        return Remark::whole("place: the inverted surface is the only map");
+    };
+    let gain = surface.score.log_likelihood - other.score.log_likelihood;
+    Remark::whole(if gain >= 0.0 {
+        format!(
+            "place: the inverted surface is kept: a held-out coordinate is {:.1} times as likely under it as under the next, \
+             {}",
+            gain.exp(),
+            other.name
+        )
+    } else {
+        format!(
+            "place: the inverted surface is kept although {} predicts these rows better ({:.1} times as likely), because it \
+             alone recognises frames unlike all indentations; more indentations help it most",
+            other.name,
+            (-gain).exp()
+        )
+    })
 }
 
 impl Presses {
@@ -128,10 +182,16 @@ impl Presses {
         for (time, row) in session.place.times().iter().zip(session.place.rows()) {
             if let Some(frame) = session.sensor.at(*time, reach).filter(|_| pressed(*time)) {
                 self.frames.push(frame);
-                self.places.push([row[0], row[1]]);
+                self.places.push([row[0], row[1], row[2]]);
                 self.times.push(*time);
             }
         }
+    }
+
+    /// True if the depth of the presses changes by less than a share of their way.
+    fn one_depth(&self) -> bool {
+        let [x, y, z] = [0, 1, 2].map(|axis| span(self.places.iter().map(|place| place[axis])));
+        z <= ONE_DEPTH * x.max(y)
     }
 
     /// True if the presses that are held out in time lie among those before.
@@ -139,7 +199,7 @@ impl Presses {
         let begin = ((1.0 - HELD_OUT) * self.places.len() as f64) as usize;
         let (rest, last) = self.places.split_at(begin);
         let ends = [0, 1].map(|axis| ends(rest, axis));
-        let beyond = |place: &&[f64; 2]| {
+        let beyond = |place: &&[f64; 3]| {
             (0..2).any(|axis| {
                 let [low, high] = ends[axis];
                 place[axis] < low - SAME || place[axis] > high + SAME
@@ -187,7 +247,7 @@ impl Presses {
             }
         }
         for place in &mut self.places {
-            *place = [place[0] - middle[0], place[1] - middle[1]];
+            *place = [place[0] - middle[0], place[1] - middle[1], place[2]];
         }
         Ok(Remark::whole(format!(
             "place: the middle of the presses, x = {:.3} mm and y = {:.3} mm of the stage, is taken as the middle of the area",
@@ -198,15 +258,21 @@ impl Presses {
 }
 
 /// Least and largest coordinate.
-fn ends(places: &[[f64; 2]], axis: usize) -> [f64; 2] {
+fn ends(places: &[[f64; 3]], axis: usize) -> [f64; 2] {
     range(places.iter().map(|place| place[axis]))
 }
 
 /// Residuals, ranges and figures.
-fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Outcome, map: &PositionMap) {
+fn report(presses: &Presses, estimates: &[[f64; 3]], found: &mut Outcome, map: &PositionMap) {
     let begin = presses.places.len() - estimates.len();
     let truth = &presses.places[begin..];
-    for (axis, name) in ["place.x", "place.y"].into_iter().enumerate() {
+    let axes = if map.surface.is_deep() { 3 } else { 2 };
+    let names = [
+        ("place.x", "surface, x"),
+        ("place.y", "surface, y"),
+        ("depth", "surface, depth"),
+    ];
+    for (axis, (name, model)) in names.into_iter().enumerate().take(axes) {
         let errors: Vec<f64> = estimates
             .iter()
             .zip(truth)
@@ -215,7 +281,7 @@ fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Outcome, map: &
         let [low, high] = map.surface.range(axis);
         let summary = ResidualSummary::of(name.into(), "m", &errors, high - low);
         found.models.push(ModelComparison {
-            name: ["surface, x", "surface, y"][axis],
+            name: model,
             about: "place where the fitted answer of all channels is nearest to the frame",
             unknowns: map.surface.unknowns() * map.surface.width,
             residual: summary.root_mean_square / (high - low),
@@ -235,7 +301,7 @@ fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Outcome, map: &
     );
     let start = presses.times.iter().copied().fold(f64::INFINITY, f64::min);
     let chart = |axis: usize| {
-        let points = |of: &[[f64; 2]]| {
+        let points = |of: &[[f64; 3]]| {
             let times = presses.times[begin..].iter();
             times
                 .zip(of)
@@ -245,7 +311,7 @@ fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Outcome, map: &
         Chart {
             title: String::new(),
             x: Axis::new("time", "s"),
-            y: Axis::new(["x", "y"][axis], "mm"),
+            y: Axis::new(["x", "y", "depth"][axis], "mm"),
             series: vec![
                 Curve::new("truth", points(truth), Style::Line),
                 Curve::new("estimate", points(estimates), Style::Marks),
@@ -254,7 +320,7 @@ fn report(presses: &Presses, estimates: &[[f64; 2]], found: &mut Outcome, map: &
     };
     found.figures.push(Figure {
         title: "Place of held-out presses".into(),
-        charts: vec![chart(0), chart(1)],
+        charts: (0..axes).map(chart).collect(),
         caption: "Estimates of a map that was trained on the other presses.".into(),
     });
 }

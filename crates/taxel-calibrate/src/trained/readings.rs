@@ -3,11 +3,13 @@
 
 use std::sync::LazyLock;
 
+use crate::options::{CalibrateOptions, ScaleUnit};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
-use crate::training::{Series, Session};
+use crate::training::{STANDARD_GRAVITY, Series, Session};
 use taxel::predict::{LoadColumn, LoadKind};
-use taxel::quantity::{FORCE, LENGTH, TIME};
+use taxel::quantity::{FORCE, LENGTH, MOMENT, TIME};
+use taxel::trained::Component;
 use taxel_recording::InputError;
 
 /// A file with its name.
@@ -32,8 +34,14 @@ pub(super) struct Run {
 const STAGE: [usize; 2] = [3, 4];
 /// Two recordings that begin and end this near to each other have one span, s.
 const NEAR: f64 = 1.0;
+/// Times of two versions of a recording differ by less than this, s, and their readings by less
+/// than this share beside a constant.
+const SAME_TIME: f64 = 1e-3;
+const SAME_READING: f64 = 1e-6;
+/// Forces this many times smaller than the full scale may be in another unit.
+const FAR: f64 = 20.0;
 /// Columns of a table before those of the channels.
-const TRUTHS: usize = 5;
+const TRUTHS: usize = 10;
 const CHANNEL: &str = "channel_";
 
 static CHANNELS: LazyLock<Vec<String>> = LazyLock::new(|| {
@@ -63,6 +71,36 @@ fn columns(channels: usize) -> Vec<LoadColumn> {
             false,
             "pressing force",
         ),
+        column(
+            "force_x",
+            LoadKind::Quantity(&FORCE, [-1e4, 1e4]),
+            false,
+            "force along x",
+        ),
+        column(
+            "force_y",
+            LoadKind::Quantity(&FORCE, [-1e4, 1e4]),
+            false,
+            "force along y",
+        ),
+        column(
+            "moment_x",
+            LoadKind::Quantity(&MOMENT, [-1e4, 1e4]),
+            false,
+            "moment about x",
+        ),
+        column(
+            "moment_y",
+            LoadKind::Quantity(&MOMENT, [-1e4, 1e4]),
+            false,
+            "moment about y",
+        ),
+        column(
+            "moment_z",
+            LoadKind::Quantity(&MOMENT, [-1e4, 1e4]),
+            false,
+            "moment about z",
+        ),
     ];
     let channel =
         |name: &'static String| column(name, LoadKind::Number([-all, all]), true, "reading");
@@ -75,6 +113,7 @@ fn columns(channels: usize) -> Vec<LoadColumn> {
 pub(super) fn runs(
     masked: &[bool],
     groups: &[Vec<TrainingFile>],
+    (full_scale, options): (f64, &CalibrateOptions),
     remarks: &mut Vec<Remark>,
 ) -> Result<Vec<Run>, InputError> {
     let mut runs = Vec::new();
@@ -83,9 +122,15 @@ pub(super) fn runs(
             .iter()
             .partition(|file| Series::recognises(&file.text));
         for file in tables {
-            runs.push(table(masked, file, remarks)?);
+            runs.push(table(masked, file, options.rate, remarks)?);
         }
-        pairs(masked, &bare, &mut runs, remarks)?;
+        pairs(
+            masked,
+            &bare,
+            (full_scale, options.scale_unit),
+            &mut runs,
+            remarks,
+        )?;
     }
     for run in &mut runs {
         run.session.sensor.silence(masked);
@@ -97,6 +142,7 @@ pub(super) fn runs(
 fn pairs(
     masked: &[bool],
     files: &[&TrainingFile],
+    (full_scale, scale_unit): (f64, Option<ScaleUnit>),
     runs: &mut Vec<Run>,
     remarks: &mut Vec<Remark>,
 ) -> Result<(), InputError> {
@@ -104,6 +150,13 @@ fn pairs(
     let (mut sensors, mut stages) = (Vec::new(), Vec::new());
     for file in files {
         let series = Series::parse(&file.name, &file.text)?;
+        if series.doubled() > 0 {
+            remarks.push(Remark::whole(format!(
+                "{}: {} rows repeat the one before, time and all, and are left out",
+                file.name,
+                series.doubled()
+            )));
+        }
         // A reading that is missing in training is a mistake, not a gap; but a
         // scale need not have one in each row.
         let needed = |column: usize| match series.width() {
@@ -127,14 +180,26 @@ fn pairs(
             }
         }
     }
+    leave_out_versions(&mut sensors, remarks);
+    // The recording that a stage overlaps most takes it first.
+    let most = |sensor: &Series| {
+        let overlaps = stages.iter().map(|(_, stage)| common(sensor, stage));
+        overlaps.fold(f64::NEG_INFINITY, f64::max)
+    };
+    sensors.sort_by(|a, b| most(&b.1).total_cmp(&most(&a.1)));
+    let before = runs.len();
     for (file, sensor) in sensors {
-        let overlap = |stage: &Series| {
-            let ([a, b], [c, d]) = (ends(&sensor), ends(stage));
-            b.min(d) - a.max(c)
-        };
+        let overlap = |stage: &Series| common(&sensor, stage);
         let best = (0..stages.len())
             .max_by(|a, b| overlap(&stages[*a].1).total_cmp(&overlap(&stages[*b].1)));
         let Some(best) = best else {
+            if runs.len() > before {
+                remarks.push(Remark::whole(format!(
+                    "{}: no file with positions or forces beside it is of this recording; it is left out",
+                    file.name
+                )));
+                continue;
+            }
             let message =
                 "there is no file with the positions or forces of this recording beside it";
             return Err(InputError::whole(&file.name, message).help(
@@ -142,7 +207,8 @@ fn pairs(
             ));
         };
         let (stage_file, stage) = stages.swap_remove(best);
-        let session = Session::new(&stage_file.name, sensor, &stage)?;
+        let unit = unit_of(&stage_file.name, &stage, full_scale, scale_unit)?;
+        let session = Session::with_scale(&stage_file.name, sensor, &stage, unit)?;
         let (all, used) = (stage.times().len(), session.place.times().len());
         if used < all {
             remarks.push(Remark::whole(format!(
@@ -177,6 +243,78 @@ fn pairs(
     }
 }
 
+/// Time that two recordings have in common, s; negative for a pause between them.
+fn common(a: &Series, b: &Series) -> f64 {
+    let ([a, b], [c, d]) = (ends(a), ends(b));
+    b.min(d) - a.max(c)
+}
+
+/// Leaves out recordings that are others less a constant of each channel, as a program saves
+/// them beside those that came: the ones that came are kept.
+fn leave_out_versions(sensors: &mut Vec<(&TrainingFile, Series)>, remarks: &mut Vec<Remark>) {
+    let size = |series: &Series| -> f64 { series.rows()[0].iter().map(|value| value.abs()).sum() };
+    let mut out: Vec<usize> = Vec::new();
+    for (number, (_, own)) in sensors.iter().enumerate() {
+        let raw = |(other, (_, series)): (usize, &(&TrainingFile, Series))| {
+            other != number
+                && is_version(own, series)
+                && (size(series), number) > (size(own), other)
+        };
+        if sensors.iter().enumerate().any(raw) {
+            out.push(number);
+        }
+    }
+    for number in out.into_iter().rev() {
+        let (file, _) = sensors.remove(number);
+        remarks.push(Remark::whole(format!(
+            "{}: the readings of another file beside it, less a constant of each channel; it is left out",
+            file.name
+        )));
+    }
+}
+
+/// True if two series have the same times and differ by a constant of each channel.
+fn is_version(a: &Series, b: &Series) -> bool {
+    let same = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_TIME;
+    if a.times().len() != b.times().len() || !a.times().iter().zip(b.times()).all(same) {
+        return false;
+    }
+    (0..a.width().min(b.width())).all(|channel| {
+        let offset = a.rows()[0][channel] - b.rows()[0][channel];
+        let pairs = a.rows().iter().zip(b.rows());
+        let mut off = pairs.map(|(a, b)| (a[channel] - b[channel] - offset).abs());
+        let size = a.rows()[0][channel].abs() + b.rows()[0][channel].abs() + 1.0;
+        off.all(|off| off.is_nan() || off <= SAME_READING * size)
+    })
+}
+
+/// Unit of a scale that does not say it: grams, unless they would be far from what the sensor is
+/// drawn for while newtons would not.
+fn unit_of(
+    name: &str,
+    stage: &Series,
+    full_scale: f64,
+    asked: Option<ScaleUnit>,
+) -> Result<ScaleUnit, InputError> {
+    if let Some(unit) = asked {
+        return Ok(unit);
+    }
+    let readings = stage.rows().iter().filter_map(|row| row.get(3));
+    let largest = readings.filter(|reading| reading.is_finite());
+    let largest = largest.fold(0.0_f64, |most, reading| most.max(*reading));
+    let grams = largest * 1e-3 * STANDARD_GRAVITY;
+    let far = grams > 0.0 && grams < full_scale / FAR;
+    if far && (full_scale / FAR..=full_scale * FAR).contains(&largest) {
+        let message = format!(
+            "the largest reading of the scale is {largest:.3}: as grams {grams:.3} N, as newtons {largest:.3} N, of a full scale of {full_scale} N"
+        );
+        return Err(InputError::whole(name, message).key("force_z").help(
+            "say which it is with --scale-unit N or --scale-unit g; if it is grams, correct element.trained.full_scale",
+        ));
+    }
+    Ok(ScaleUnit::Grams)
+}
+
 /// First and last time.
 fn ends(series: &Series) -> [f64; 2] {
     [series.times()[0], series.times()[series.times().len() - 1]]
@@ -186,16 +324,28 @@ fn ends(series: &Series) -> [f64; 2] {
 fn table(
     masked: &[bool],
     file: &TrainingFile,
+    rate: Option<f64>,
     remarks: &mut Vec<Remark>,
 ) -> Result<Run, InputError> {
     let channels = masked.len();
     refuse_more_channels(channels, file)?;
-    let columns = columns(channels);
-    let data = ReadingTable::parse(&file.name, &file.text, &columns, "")?;
+    let mut columns = columns(channels);
+    columns[0].required = rate.is_none();
+    let data = ReadingTable::parse(&file.name, &file.text, &columns, "");
+    let data = data.map_err(without_time)?;
+    unused(file, &columns, remarks);
     for remark in &data.remarks {
         remarks.push(Remark::whole(format!("{}: {remark}", file.name)));
     }
     let [time, x, y, z, force] = [0, 1, 2, 3, 4];
+    // Rows without a time come one period after the other.
+    let period = rate.filter(|_| !data.given[time]).map(f64::recip);
+    if let Some(period) = period {
+        remarks.push(Remark::whole(format!(
+            "{}: it has no time; its rows are taken {period:.6} s apart, as --rate says",
+            file.name
+        )));
+    }
     if data.given[x] != data.given[y] {
         let help = "give x and y, or neither";
         return Err(data.error("x", "a place needs x and y", help));
@@ -208,7 +358,11 @@ fn table(
             .all(|c| !data.given[*c] || data.number(*row, *c).is_some())
     };
     let series = |rows: &[usize], columns: &[usize]| {
-        let times = rows.iter().map(|row| at(*row, time)).collect();
+        let times = rows.iter().map(|row| match period {
+            Some(period) => *row as f64 * period,
+            None => at(*row, time),
+        });
+        let times = times.collect();
         let values = rows
             .iter()
             .map(|row| columns.iter().map(|c| at(*row, *c)).collect());
@@ -220,6 +374,15 @@ fn table(
         .filter(|row| data.number(*row, force).is_some())
         .collect();
     let readings: Vec<usize> = (TRUTHS..TRUTHS + channels).collect();
+    let mut components = Vec::new();
+    for (at, component) in Component::ALL.into_iter().enumerate() {
+        let column = force + 1 + at;
+        let given = |row: &usize| data.number(*row, column).is_some();
+        let known: Vec<usize> = (0..data.len()).filter(given).collect();
+        if known.len() > 1 {
+            components.push((component, series(&known, &[column]).ok_or_else(rising)?));
+        }
+    }
     if all.len() < 2 {
         return Err(data.error("x", "fewer than two rows have a place", "fill the columns"));
     }
@@ -229,9 +392,48 @@ fn table(
             sensor: series(&all, &readings).ok_or_else(rising)?,
             place: series(&all, &[x, y, z]).ok_or_else(rising)?,
             force: series(&weighed, &[force]).filter(|force| force.times().len() > 1),
+            components,
+            rest: None,
         },
         placed: data.given[x],
     })
+}
+
+/// A table without a time may have a rate.
+fn without_time(error: InputError) -> InputError {
+    if error.message.starts_with("column time ") {
+        let help = "add the column time [s]; or, if the rows come at an even rate, give it, such as --rate \"28 Hz\"";
+        return error.help(help);
+    }
+    error
+}
+
+/// Names the columns of a table that nothing is learned from.
+fn unused(file: &TrainingFile, columns: &[LoadColumn], remarks: &mut Vec<Remark>) {
+    let lines = file.text.lines();
+    let mut lines = lines.filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let header = lines
+        .next()
+        .unwrap_or_default()
+        .trim_start_matches('\u{feff}');
+    let name = |title: &str| {
+        let title = title.split('[').next().unwrap_or_default();
+        title.trim().trim_matches('"').to_owned()
+    };
+    let known = |title: &String| columns.iter().any(|column| column.name == title);
+    let titles = header
+        .split(char::from(taxel_recording::separator_of(&file.text)))
+        .map(name);
+    let unused: Vec<String> = titles
+        .filter(|title| !title.is_empty() && !known(title))
+        .collect();
+    if !unused.is_empty() {
+        remarks.push(Remark::whole(format!(
+            "{}: nothing is learned from the columns {}",
+            file.name,
+            unused.join(", ")
+        )));
+    }
 }
 
 /// A header that names more channels than the sensor has is of another one.

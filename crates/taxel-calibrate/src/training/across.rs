@@ -7,10 +7,15 @@
 //! of a and b join those of the rest.
 
 use rayon::prelude::*;
-use taxel::trained::{BetweenRuns, ForceMap, MemoryLaw, Polynomial, TrainingError};
+use taxel::trained::{
+    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, TrainedMaps,
+    TrainingError,
+};
 
-use super::force::{intervals_of, trained_force};
-use super::{ForceOptions, HeldOutForce, Score, Session, blocks_of_time};
+use super::force::{
+    blocks_of, features_of, intervals_of, moments_of, moments_of_all, trained_force,
+};
+use super::{ForceOptions, HeldOutForce, Score, Series, Session, blocks_of_time, replayed};
 
 /// Knowledge before any run is held out: deviation of the gain, and that of the offset
 /// over the largest force. The public recordings of a printed lattice, one run under the
@@ -56,7 +61,20 @@ pub struct AcrossRuns {
     pub without_memory: Option<HeldOutForce>,
     /// All candidates with their scores.
     pub tried: Vec<(ForceOptions, Score)>,
+    /// Share of resamplings of the blocks of time in which no candidate of another degree or
+    /// memory has a smaller error: how sure the choice is.
+    pub certainty: f64,
+    /// Root mean square of the errors of the chosen map on its own training readings, replayed as
+    /// live, N; `NaN` before.
+    pub replayed: f64,
 }
+
+/// Parts of a run whose errors are resampled: errors of neighbours move together.
+const PARTS: usize = 5;
+/// A stronger prior may have no more than this much of the mean square error of the best.
+const NO_WORSE: f64 = 1.05;
+/// Resamplings.
+const RESAMPLED: u64 = 400;
 
 impl AcrossRuns {
     /// The candidate of least error on whole runs that are held out in turn, or
@@ -85,10 +103,11 @@ impl AcrossRuns {
             .collect::<Result<_, TrainingError>>()?;
         let tried = trained.iter().map(|one| (one.options.clone(), one.score()));
         let tried = tried.collect();
-        let errors: Vec<[f64; 2]> = trained.iter().map(Self::mean_square).collect();
+        let parts: Vec<Vec<f64>> = trained.iter().map(Self::squares).collect();
+        let error = |number: usize| mean(&parts[number]);
         let least = |keep: &dyn Fn(usize) -> bool| {
-            let kept = (0..errors.len()).filter(|number| keep(*number));
-            kept.min_by(|a, b| errors[*a][0].total_cmp(&errors[*b][0]))
+            let kept = (0..parts.len()).filter(|number| keep(*number));
+            kept.min_by(|a, b| error(*a).total_cmp(&error(*b)))
         };
         let memoryless = |one: &Self| one.options.memory.creep_times.is_empty();
         let without = least(&|number| memoryless(&trained[number]));
@@ -99,47 +118,159 @@ impl AcrossRuns {
         })?;
         let form = |number: usize| {
             let options = &trained[number].options;
-            (options.polynomial.degree, &options.memory)
+            let shape = (options.polynomial.degree, options.reciprocal);
+            (shape, &options.memory, options.prior_shares)
         };
-        let enough = errors[best].iter().sum::<f64>();
+        // Within one standard error of the best, part by part, and hardly worse.
+        let as_good = |number: usize| {
+            let pairs = parts[number].iter().zip(&parts[best]);
+            let differences: Vec<f64> = pairs.map(|(own, best)| own - best).collect();
+            let difference = mean(&differences);
+            let scatter = differences.iter().map(|one| (one - difference).powi(2));
+            let count = differences.len() as f64;
+            let variance = scatter.sum::<f64>() / (count - 1.0).max(1.0) / count;
+            difference <= variance.sqrt() && error(number) <= NO_WORSE * error(best)
+        };
         let firmest = (0..trained.len())
-            .filter(|number| form(*number) == form(best) && errors[*number][0] <= enough)
+            .filter(|number| form(*number) == form(best) && as_good(*number))
             .max_by(|a, b| {
                 let prior = |number: usize| trained[number].options.prior;
                 prior(*a).total_cmp(&prior(*b))
             });
+        let chosen = firmest.unwrap_or(best);
+        let other = |number: usize| {
+            let (shape, memory, _) = form(number);
+            let (own_shape, own_memory, _) = form(chosen);
+            shape != own_shape || memory != own_memory
+        };
+        let others: Vec<&Vec<f64>> = (0..trained.len())
+            .filter(|number| other(*number))
+            .map(|number| &parts[number])
+            .collect();
+        let certainty = certainty(&parts[chosen], &others);
         Ok(Self {
             without_memory,
             tried,
-            ..trained.swap_remove(firmest.unwrap_or(best))
+            certainty,
+            ..trained.swap_remove(chosen)
         })
     }
 
-    /// Mean square of the held-out errors, and its standard error over the runs
-    /// (blocks of one run), N².
-    fn mean_square(&self) -> [f64; 2] {
+    /// Mean squares of the held-out errors of parts of time of each run, N².
+    fn squares(&self) -> Vec<f64> {
         let (errors, runs) = (&self.held_out.errors, &self.held_out.runs);
-        let several = runs.first() != runs.last();
-        let parts: Vec<_> = if several {
-            runs.chunk_by(|a, b| a == b).map(<[usize]>::len).collect()
-        } else {
-            let blocks = blocks_of_time(errors.len(), self.options.blocks);
-            blocks.iter().map(ExactSizeIterator::len).collect()
-        };
+        let mut squares = Vec::new();
         let mut rest = &errors[..];
-        let squares: Vec<f64> = parts
+        for run in runs.chunk_by(|a, b| a == b) {
+            let (own, after) = rest.split_at(run.len());
+            rest = after;
+            for part in blocks_of_time(own.len(), PARTS) {
+                let part = &own[part];
+                let sum: f64 = part.iter().map(|error| error * error).sum();
+                squares.push(sum / part.len().max(1) as f64);
+            }
+        }
+        squares
+    }
+
+    /// The same with the held-out figures of the estimator that runs live, over the frames of
+    /// the whole runs: with rest capture, baseline and health of channels.
+    ///
+    /// # Errors
+    /// [`TrainingError`].
+    pub fn judged_live(
+        self,
+        runs: &[Session],
+        rest: &Rest,
+        relation: Option<&Relation>,
+    ) -> Result<Self, TrainingError> {
+        let (map, options) = (&self.map, &self.options);
+        let readings: Vec<_> = runs
             .iter()
-            .map(|count| {
-                let (part, after) = rest.split_at(*count);
-                rest = after;
-                part.iter().map(|error| error * error).sum::<f64>() / (*count).max(1) as f64
+            .map(|run| features_of(map, run))
+            .collect::<Result<_, TrainingError>>()?;
+        let blocks = blocks_of(&readings, options);
+        let parts = moments_of(&readings, &blocks)?;
+        let all = moments_of_all(&parts)?;
+        // Deviations without what the held-out rows have yet to say.
+        let bare = |ridge| ForceMap {
+            ridge,
+            intervals: Intervals {
+                levels: Vec::new(),
+                factors: vec![1.0],
+            },
+            between_runs: BetweenRuns::default(),
+            ..map.clone()
+        };
+        let played = |force: ForceMap, run: usize| {
+            let maps = TrainedMaps {
+                channels: map.standard.channels,
+                rest: Some(rest.clone()),
+                position: None,
+                force: Some(force),
+                relation: relation.cloned(),
+            };
+            let sensor = &runs[run].sensor;
+            let frames = replayed(&maps, sensor)?
+                .into_iter()
+                .map(Vec::from)
+                .collect();
+            Series::new(sensor.times().to_vec(), frames).ok_or(TrainingError::TooFew {
+                found: 0,
+                needed: 2,
             })
-            .collect();
-        let count = squares.len().max(1) as f64;
-        let mean = squares.iter().sum::<f64>() / count;
-        let scatter = squares.iter().map(|square| (square - mean).powi(2));
-        let variance = scatter.sum::<f64>() / (count - 1.0).max(1.0);
-        [mean, (variance / count).sqrt()]
+        };
+        let found: Vec<HeldOutForce> = blocks
+            .par_iter()
+            .zip(&parts)
+            .map(|(block, part)| {
+                let ridge = options.ridge(&all.without(part), map)?;
+                let estimates = played(bare(ridge), block.run)?;
+                let run = &readings[block.run];
+                let mut found = HeldOutForce::default();
+                for row in block.rows.clone() {
+                    let time = run.times[row];
+                    let estimate = estimates.at(time - map.offset, map.longest_step);
+                    let Some(&[value, deviation]) = estimate.as_deref() else {
+                        continue;
+                    };
+                    if f64::is_finite(value) {
+                        found.runs.push(block.run);
+                        found.times.push(time);
+                        found.estimates.push(value);
+                        found.errors.push(value - run.force[row]);
+                        found.deviations.push(deviation);
+                    }
+                }
+                Ok(found)
+            })
+            .collect::<Result<_, TrainingError>>()?;
+        let mut held_out = HeldOutForce::default();
+        for mut part in found {
+            held_out.runs.append(&mut part.runs);
+            held_out.times.append(&mut part.times);
+            held_out.estimates.append(&mut part.estimates);
+            held_out.errors.append(&mut part.errors);
+            held_out.deviations.append(&mut part.deviations);
+        }
+        let mut squares = Vec::new();
+        for (number, run) in readings.iter().enumerate() {
+            let estimates = played(map.clone(), number)?;
+            for (time, force) in run.times.iter().zip(&run.force) {
+                let estimate = estimates.at(time - map.offset, map.longest_step);
+                let error = estimate.map_or(f64::NAN, |estimate| estimate[0] - force);
+                squares.extend(error.is_finite().then_some(error * error));
+            }
+        }
+        let replayed = mean(&squares).sqrt();
+        let judged = widened(self.map, held_out, self.options, runs.len());
+        Ok(Self {
+            without_memory: self.without_memory,
+            tried: self.tried,
+            certainty: self.certainty,
+            replayed,
+            ..judged
+        })
     }
 
     /// Score of the held-out rows.
@@ -174,7 +305,35 @@ fn widened(
         held_out,
         without_memory: None,
         tried: Vec::new(),
+        certainty: f64::NAN,
+        replayed: f64::NAN,
     }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Share of resamplings of the parts in which `chosen` has the least error.
+fn certainty(chosen: &[f64], others: &[&Vec<f64>]) -> f64 {
+    let mut wins = 0;
+    for number in 0..RESAMPLED {
+        let drawn: Vec<usize> = (0..chosen.len() as u64)
+            .map(|place| (mixed(number << 16 | place) % chosen.len() as u64) as usize)
+            .collect();
+        let error = |parts: &[f64]| drawn.iter().map(|part| parts[*part]).sum::<f64>();
+        let own = error(chosen);
+        wins += u32::from(others.iter().all(|other| own <= error(other)));
+    }
+    f64::from(wins) / RESAMPLED as f64
+}
+
+/// The bits of a number well mixed (SplitMix64; S. Vigna, 2015).
+fn mixed(number: u64) -> u64 {
+    let mut z = number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 /// Offset and gain of the errors of each run, and what is left of the errors.
@@ -204,48 +363,123 @@ fn straight_line(points: impl Iterator<Item = [f64; 2]> + Clone) -> [f64; 2] {
     [y - slope * x, slope]
 }
 
-/// Products, creep times and priors that are tried for a force, at the offset of
-/// the scale (-0.5 s to 1.5 s after the sensor) of least error of a linear map
-/// without memory.
+/// Times of creep that are tried, s.
+const CREEP: [&[f64]; 5] = [
+    &[],
+    &[1.0, 10.0],
+    &[1.0, 10.0, 100.0],
+    &[1.0, 3.0, 10.0, 30.0, 100.0],
+    &[0.5, 2.0, 8.0, 32.0, 128.0],
+];
+/// A prior of the products, and the shares of it of the channels and of the memory.
+type Prior = (f64, [f64; 2]);
+/// Priors of all forms, and those beside them for the best forms. Blocks of one run resemble
+/// each other more than the next run does: of one run the weakest would be chosen, and err on
+/// the next.
+const FIRST: [Prior; 2] = [(10.0, [1.0, 1.0]), (10.0, [1.0, 0.1])];
+const OF_ONE: [Prior; 5] = [
+    (1.0, [1.0, 1.0]),
+    (3.0, [1.0, 1.0]),
+    (3.0, [1.0, 0.1]),
+    (30.0, [1.0, 0.1]),
+    (100.0, [1.0, 1.0]),
+];
+const OF_SEVERAL: [Prior; 11] = [
+    (0.1, [1.0, 1.0]),
+    (1.0, [1.0, 1.0]),
+    (100.0, [1.0, 1.0]),
+    (1.0, [1.0, 0.1]),
+    (30.0, [1.0, 0.1]),
+    (100.0, [1.0, 0.1]),
+    (3.0, [3.0, 1.0]),
+    (3.0, [3.0, 0.1]),
+    (10.0, [1.0, 0.03]),
+    (30.0, [0.3, 0.003]),
+    (100.0, [0.3, 0.01]),
+];
+/// Forms whose other priors are tried.
+const BEST_FORMS: usize = 2;
+/// Another time between scale and sensor than none must leave less than this share of the mean
+/// square error: a map with memory makes up for a scale that is a little late, and its force is
+/// then what the scale shows at the time of the frame.
+const CLEARLY_LATE: f64 = 0.7;
+
+/// Products, creep times and priors that are tried for a force: all forms with two priors, and
+/// the best two forms with more. The scale is taken to show the force of its time, unless a time
+/// from −0.5 s to 1.5 s after the sensor leaves clearly less error of a map with memory.
 ///
 /// # Errors
 /// [`TrainingError`].
 pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingError> {
-    const CREEP: [&[f64]; 4] = [
-        &[],
-        &[1.0, 10.0],
-        &[1.0, 10.0, 100.0],
-        &[1.0, 3.0, 10.0, 30.0, 100.0],
-    ];
-    // Blocks of one run resemble each other more than the next run does: they
-    // would choose a prior too weak for it.
-    let priors: &[f64] = if runs.len() > 1 {
-        &[0.1, 1.0, 10.0, 100.0]
-    } else {
-        &[10.0, 100.0]
+    let error = |options: &ForceOptions| -> Result<f64, TrainingError> {
+        let (_, held_out) = trained_force(runs, options)?;
+        let squares: Vec<f64> = held_out.errors.iter().map(|error| error * error).collect();
+        Ok(mean(&squares))
     };
-    let linear = |offset: f64| options(1, &[], 100.0, offset);
+    let memory = |offset: f64| options(1, CREEP[2], FIRST[0], offset);
     let tried: Vec<(f64, f64)> = (-5..=15)
         .into_par_iter()
         .map(|tenths| {
             let offset = 0.1 * f64::from(tenths);
-            let (_, held_out) = trained_force(runs, &linear(offset))?;
-            let error = held_out.errors.iter().map(|error| error * error);
-            Ok((error.sum::<f64>() / held_out.errors.len() as f64, offset))
+            Ok((error(&memory(offset))?, offset))
         })
         .collect::<Result<_, TrainingError>>()?;
     let least = tried.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let offset = least.map_or(0.0, |(_, offset)| *offset);
-    let degrees = [1, 2].into_iter();
-    let forms = degrees.flat_map(|degree| CREEP.map(|creep| (degree, creep)));
-    let all = forms.flat_map(|(degree, creep)| {
-        let priors = priors.iter();
-        priors.map(move |prior| options(degree, creep, *prior, offset))
-    });
-    Ok(all.collect())
+    let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
+    let offset = match (least, prompt) {
+        (Some((least, offset)), Some((prompt, _))) if *least < CLEARLY_LATE * prompt => *offset,
+        _ => 0.0,
+    };
+    let shapes: &[(u8, bool)] = if one_sided(runs) {
+        &[(1, false), (2, false), (1, true), (2, true)]
+    } else {
+        &[(1, false), (2, false)]
+    };
+    let forms: Vec<(u8, bool, &[f64])> = shapes
+        .iter()
+        .flat_map(|(degree, reciprocal)| CREEP.map(|creep| (*degree, *reciprocal, creep)))
+        .collect();
+    let of_form = |(degree, reciprocal, creep): (u8, bool, &[f64]), prior: Prior| ForceOptions {
+        reciprocal,
+        ..options(degree, creep, prior, offset)
+    };
+    let first: Vec<(f64, usize)> = (0..forms.len())
+        .into_par_iter()
+        .map(|form| {
+            let errors = FIRST.map(|prior| error(&of_form(forms[form], prior)));
+            let [one, two] = errors;
+            Ok((one?.min(two?), form))
+        })
+        .collect::<Result<_, TrainingError>>()?;
+    let mut order = first;
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let more: &[Prior] = if runs.len() > 1 { &OF_SEVERAL } else { &OF_ONE };
+    let mut all = Vec::new();
+    for (rank, (_, form)) in order.into_iter().enumerate() {
+        let more = if rank < BEST_FORMS { more } else { &[] };
+        let priors = FIRST.iter().chain(more);
+        all.extend(priors.map(|prior| of_form(forms[form], *prior)));
+    }
+    Ok(all)
 }
 
-fn options(degree: u8, creep_times: &[f64], prior: f64, offset: f64) -> ForceOptions {
+/// Readings stay this far from zero, over those at rest, where reciprocals are tried.
+const FROM_ZERO: f64 = 0.02;
+
+/// True if no reading of any channel that changes comes near to zero or changes its sign.
+fn one_sided(runs: &[Session]) -> bool {
+    runs.iter().all(|run| {
+        let rest = run.baseline();
+        let far = |row: &Vec<f64>| {
+            let mut channels = row.iter().zip(&rest);
+            channels.all(|(x, b)| x.is_nan() || (*x == 0.0 && *b == 0.0) || x / b > FROM_ZERO)
+        };
+        run.sensor.rows().iter().all(far)
+    })
+}
+
+fn options(degree: u8, creep_times: &[f64], prior: Prior, offset: f64) -> ForceOptions {
+    let (prior, prior_shares) = prior;
     ForceOptions {
         polynomial: Polynomial { degree },
         memory: MemoryLaw {
@@ -253,6 +487,7 @@ fn options(degree: u8, creep_times: &[f64], prior: f64, offset: f64) -> ForceOpt
             play_thresholds: Vec::new(),
         },
         prior,
+        prior_shares,
         offset,
         whole_runs: true,
         ..ForceOptions::default()

@@ -1,8 +1,8 @@
 //! Training of the map from channels to the force.
 
 use taxel::trained::{
-    BetweenRuns, FeatureStream, ForceMap, Intervals, MemoryLaw, Moments, Polynomial, Ridge,
-    Standard, TrainingError,
+    BetweenRuns, Component, ComponentMap, FeatureStream, ForceMap, Intervals, MemoryLaw, Moments,
+    Polynomial, Ridge, Standard, TrainingError,
 };
 
 use super::{Score, Series, Session, blocks_of_time, interval_factor};
@@ -14,8 +14,13 @@ pub struct ForceOptions {
     pub polynomial: Polynomial,
     /// Memory of each channel.
     pub memory: MemoryLaw,
-    /// Strength λ of the prior (see [`Ridge`]).
+    /// True if the reciprocals of the readings are used; default false.
+    pub reciprocal: bool,
+    /// Strength λ of the prior (see [`Ridge`]) of products of channels.
     pub prior: f64,
+    /// Strength of the prior of the channels themselves, and of what each did lately, over that
+    /// of the products; default the same for all.
+    pub prior_shares: [f64; 2],
     /// By how much the scale comes after the sensor, s.
     pub offset: f64,
     /// Blocks of time of each run that are held out in turn.
@@ -32,7 +37,9 @@ impl Default for ForceOptions {
                 creep_times: vec![1.0, 10.0, 100.0],
                 play_thresholds: Vec::new(),
             },
+            reciprocal: false,
             prior: 1.0,
+            prior_shares: [1.0; 2],
             offset: 0.0,
             blocks: 5,
             whole_runs: false,
@@ -111,19 +118,14 @@ pub(super) fn trained_force(
 
 /// Everything but the weights and what follows from them.
 fn untrained(runs: &[Session], options: &ForceOptions) -> Result<ForceMap, TrainingError> {
-    let tared: Vec<Vec<f64>> = runs
-        .iter()
-        .flat_map(|run| {
-            let baseline = run.baseline();
-            let rows = run.sensor.rows().iter();
-            rows.map(move |row| row.iter().zip(&baseline).map(|(x, b)| x - b).collect())
-        })
-        .collect();
-    let mut standard = Standard::of(&tared)?;
-    standard.centre.fill(0.0);
-    let longest = runs.iter().map(|run| run.sensor.longest_step());
-    Ok(ForceMap {
-        standard,
+    let mut map = ForceMap {
+        standard: Standard {
+            channels: 0,
+            used: Vec::new(),
+            centre: Vec::new(),
+            scale: Vec::new(),
+        },
+        reciprocal: options.reciprocal,
         polynomial: options.polynomial,
         memory: options.memory.clone(),
         memory_spread: Vec::new(),
@@ -135,9 +137,29 @@ fn untrained(runs: &[Session], options: &ForceOptions) -> Result<ForceMap, Train
         between_runs: BetweenRuns::default(),
         range: [0.0; 2],
         largest_leverage: f64::INFINITY,
-        longest_step: longest.fold(0.0, f64::max),
+        longest_step: 0.0,
         offset: options.offset,
-    })
+        components: Vec::new(),
+    };
+    let tared: Vec<Vec<f64>> = runs
+        .iter()
+        .flat_map(|run| {
+            let baseline = run.baseline();
+            let rows = run.sensor.rows().iter();
+            let map = &map;
+            let tared = move |row: &Vec<f64>| {
+                let readings = row.iter().zip(&baseline);
+                readings.map(|(x, b)| map.tared(*x, *b)).collect()
+            };
+            rows.map(tared)
+        })
+        .collect();
+    let mut standard = Standard::of(&tared)?;
+    standard.centre.fill(0.0);
+    let longest = runs.iter().map(|run| run.sensor.longest_step());
+    map.longest_step = longest.fold(0.0, f64::max);
+    map.standard = standard;
+    Ok(map)
 }
 
 /// Features of a session at the times of its force readings, brought to
@@ -146,6 +168,15 @@ fn untrained(runs: &[Session], options: &ForceOptions) -> Result<ForceMap, Train
 /// # Errors
 /// [`TrainingError`] for other channels than those of the map.
 pub fn features_of(map: &ForceMap, run: &Session) -> Result<TrainingRun, TrainingError> {
+    features_at(map, run, run.force.as_ref())
+}
+
+/// The same at the times of the readings of one component.
+fn features_at(
+    map: &ForceMap,
+    run: &Session,
+    readings: Option<&Series>,
+) -> Result<TrainingRun, TrainingError> {
     let mut states = FeatureStream::new(map, run.baseline());
     let mut times = Vec::new();
     let mut rows = Vec::new();
@@ -161,7 +192,7 @@ pub fn features_of(map: &ForceMap, run: &Session) -> Result<TrainingRun, Trainin
         needed: 2,
     };
     let linear = Series::new(times, rows).ok_or_else(none)?;
-    let force = run.force.as_ref().ok_or_else(none)?;
+    let force = readings.ok_or_else(none)?;
     let mut found = TrainingRun {
         features: Vec::new(),
         force: Vec::new(),
@@ -177,41 +208,86 @@ pub fn features_of(map: &ForceMap, run: &Session) -> Result<TrainingRun, Trainin
     Ok(found)
 }
 
-/// Fits the weights, and estimates each block of time without itmap.
+impl ForceOptions {
+    /// Strength of the prior of a feature of a map of so many channels and products.
+    fn prior_of(&self, feature: usize, channels: usize, products: usize) -> f64 {
+        let [own, memory] = self.prior_shares;
+        match feature {
+            feature if feature <= channels => self.prior * own,
+            feature if feature < products => self.prior,
+            _ => self.prior * memory,
+        }
+    }
+
+    /// The map of the moments of readings.
+    pub(super) fn ridge(&self, moments: &Moments, map: &ForceMap) -> Result<Ridge, TrainingError> {
+        let (channels, products) = (map.standard.used.len(), map.products());
+        Ridge::fit_with(moments, |feature| {
+            self.prior_of(feature, channels, products)
+        })
+    }
+}
+
+/// Readings of one run that are held out together.
+pub(super) struct Block {
+    /// Number of the run.
+    pub(super) run: usize,
+    /// Its readings.
+    pub(super) rows: std::ops::Range<usize>,
+}
+
+/// The blocks that are held out in turn, whole runs or parts of each.
+pub(super) fn blocks_of(runs: &[TrainingRun], options: &ForceOptions) -> Vec<Block> {
+    let whole = options.whole_runs && runs.len() > 1;
+    let count = if whole { 1 } else { options.blocks };
+    let of = |(run, readings): (usize, &TrainingRun)| {
+        let blocks = blocks_of_time(readings.force.len(), count).into_iter();
+        blocks
+            .map(move |rows| Block { run, rows })
+            .collect::<Vec<_>>()
+    };
+    let blocks = runs.iter().enumerate().flat_map(of);
+    blocks.filter(|block| !block.rows.is_empty()).collect()
+}
+
+/// Moments of each block.
+pub(super) fn moments_of(
+    runs: &[TrainingRun],
+    blocks: &[Block],
+) -> Result<Vec<Moments>, TrainingError> {
+    let of = |block: &Block| {
+        let run = &runs[block.run];
+        let rows = block.rows.clone();
+        Moments::of(&run.features[rows.clone()], &run.force[rows])
+    };
+    blocks.iter().map(of).collect()
+}
+
+/// Moments of all blocks together.
+pub(super) fn moments_of_all(parts: &[Moments]) -> Result<Moments, TrainingError> {
+    let (first, rest) = parts.split_first().ok_or(TrainingError::TooFew {
+        found: 0,
+        needed: 2,
+    })?;
+    Ok(rest.iter().fold(first.clone(), |sum, part| sum.with(part)))
+}
+
+/// Fits the weights, and estimates each block of time without it.
 fn fit(
     map: &mut ForceMap,
     runs: &[TrainingRun],
     options: &ForceOptions,
 ) -> Result<HeldOutForce, TrainingError> {
-    let whole = options.whole_runs && runs.len() > 1;
-    let count = if whole { 1 } else { options.blocks };
-    let of = |(number, run): (usize, &TrainingRun)| {
-        let blocks = blocks_of_time(run.force.len(), count).into_iter();
-        blocks.map(move |rows| (number, rows)).collect::<Vec<_>>()
-    };
-    let blocks = runs.iter().enumerate().flat_map(of);
-    let blocks: Vec<_> = blocks.filter(|(_, rows)| !rows.is_empty()).collect();
-    let parts: Vec<Moments> = blocks
-        .iter()
-        .map(|(run, rows)| {
-            let run = &runs[*run];
-            Moments::of(&run.features[rows.clone()], &run.force[rows.clone()])
-        })
-        .collect::<Result<_, _>>()?;
-    let Some((first, rest)) = parts.split_first() else {
-        return Err(TrainingError::TooFew {
-            found: 0,
-            needed: 2,
-        });
-    };
-    let all = rest.iter().fold(first.clone(), |sum, part| sum.with(part));
+    let blocks = blocks_of(runs, options);
+    let parts = moments_of(runs, &blocks)?;
+    let all = moments_of_all(&parts)?;
     let mut held_out = HeldOutForce::default();
-    for ((number, rows), part) in blocks.iter().zip(&parts) {
-        map.ridge = Ridge::fit(&all.without(part), options.prior)?;
-        let run = &runs[*number];
-        for row in rows.clone() {
+    for (block, part) in blocks.iter().zip(&parts) {
+        map.ridge = options.ridge(&all.without(part), map)?;
+        let run = &runs[block.run];
+        for row in block.rows.clone() {
             let (estimate, variance, leverage) = map.raw(&run.features[row]);
-            held_out.runs.push(*number);
+            held_out.runs.push(block.run);
             held_out.times.push(run.times[row]);
             held_out.estimates.push(estimate);
             held_out.errors.push(estimate - run.force[row]);
@@ -219,8 +295,75 @@ fn fit(
             held_out.leverage = held_out.leverage.max(leverage);
         }
     }
-    map.ridge = Ridge::fit(&all, options.prior)?;
+    map.ridge = options.ridge(&all, map)?;
     Ok(held_out)
+}
+
+/// Held-out errors of a component, with its map.
+#[derive(Debug, Clone)]
+pub struct TrainedComponent {
+    /// The map.
+    pub map: ComponentMap,
+    /// Errors of the readings, each from a map without their block or run, SI.
+    pub errors: Vec<f64>,
+    /// Deviations of those estimates, SI.
+    pub deviations: Vec<f64>,
+    /// Largest reading, SI.
+    pub largest: f64,
+}
+
+/// Trains the other components of the runs on the features of `map`, the map of their pressing
+/// force, with its options; whole runs are held out in turn, or blocks of the only one.
+///
+/// # Errors
+/// [`TrainingError`].
+pub fn trained_components(
+    map: &ForceMap,
+    runs: &[Session],
+    options: &ForceOptions,
+) -> Result<Vec<TrainedComponent>, TrainingError> {
+    let mut found = Vec::new();
+    for component in Component::ALL {
+        let of = |run: &Session| -> Option<Series> {
+            let all = run.components.iter();
+            let mut own = all.filter(|(other, _)| *other == component);
+            own.next().map(|(_, series)| series.clone())
+        };
+        let readings: Vec<TrainingRun> = runs
+            .iter()
+            .filter_map(|run| of(run).map(|series| features_at(map, run, Some(&series))))
+            .collect::<Result<_, _>>()?;
+        if readings.is_empty() {
+            continue;
+        }
+        let blocks = blocks_of(&readings, options);
+        let parts = moments_of(&readings, &blocks)?;
+        let all = moments_of_all(&parts)?;
+        let (mut errors, mut deviations) = (Vec::new(), Vec::new());
+        for (block, part) in blocks.iter().zip(&parts) {
+            let ridge = options.ridge(&all.without(part), map)?;
+            let run = &readings[block.run];
+            for row in block.rows.clone() {
+                let features = &run.features[row];
+                errors.push(ridge.mean(features) - run.force[row]);
+                let variance = ridge.noise_variance() * (1.0 + ridge.leverage(features));
+                deviations.push(variance.sqrt());
+            }
+        }
+        let forces = readings.iter().flat_map(|run| &run.force);
+        let interval_factor = interval_factor(&errors, &deviations);
+        found.push(TrainedComponent {
+            largest: forces.fold(0.0, |most: f64, force| most.max(force.abs())),
+            map: ComponentMap {
+                component,
+                ridge: options.ridge(&all, map)?,
+                interval_factor,
+            },
+            deviations: deviations.iter().map(|one| interval_factor * one).collect(),
+            errors,
+        });
+    }
+    Ok(found)
 }
 
 /// Ranges of equal numbers of held-out estimates.

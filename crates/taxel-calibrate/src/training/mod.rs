@@ -10,17 +10,25 @@ mod blocks;
 mod compare;
 mod force;
 mod nearest;
+mod network;
 mod position;
+mod relation;
+mod replay;
 mod series;
 mod session;
 
 pub use across::{AcrossRuns, usual_candidates};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
 pub use compare::{Compared, compared_forces, compared_places};
-pub use force::{ForceOptions, HeldOutForce, TrainingRun, features_of, train_force};
+pub use force::{
+    ForceOptions, HeldOutForce, TrainedComponent, TrainingRun, features_of, train_force,
+    trained_components,
+};
 pub use nearest::Nearest;
 pub(crate) use position::{HELD_OUT, trained_position};
 pub use position::{PositionOptions, train_position};
+pub(crate) use relation::trained_relation;
+pub(crate) use replay::{REST_FRAMES, replayed};
 pub use series::Series;
 pub(crate) use session::CONTACT_SHARE;
 pub use session::{STANDARD_GRAVITY, Session};

@@ -1,4 +1,4 @@
-//! Training of the map from channels to the place of a probe.
+//! Training of the map from channels to the position and depth of a probe.
 
 use faer::{Mat, Side};
 use rayon::prelude::*;
@@ -9,22 +9,48 @@ use super::{Score, interval_factor};
 /// Candidate: the form of a position map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionOptions {
-    /// Smoothing of the surface (see [`Surface::fit`]).
+    /// Smoothing of the surface along the plane (see [`Surface::fit`]); default 1e-4.
     pub smoothing: f64,
     /// Share of the rows that is left out at the beginning: a new body
-    /// settles in its first presses.
+    /// settles in its first presses; default none.
     pub run_in: f64,
+    /// Length of an interval of the surface over the spacing of the positions; default 1.
+    pub spacing: f64,
+    /// Intervals of the depth; default none, for presses of one depth.
+    pub depths: usize,
+}
+
+impl Default for PositionOptions {
+    fn default() -> Self {
+        Self {
+            smoothing: 1e-4,
+            run_in: 0.0,
+            spacing: 1.0,
+            depths: 0,
+        }
+    }
 }
 
 /// Estimates of a map for the rows that it has not seen.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldOutPlaces {
-    /// Score before the factor on the deviations.
+    /// Score along x and y, with the deviations that the map gives.
     pub(crate) score: Score,
-    /// Estimated places, m.
-    pub(crate) estimates: Vec<[f64; 2]>,
+    /// Score of the depth, where it was learned.
+    pub(crate) depth_score: Option<Score>,
+    /// Estimated places and depths, m.
+    pub(crate) estimates: Vec<[f64; 3]>,
     factor: f64,
+    depth_factor: f64,
     misfit: f64,
+}
+
+impl HeldOutPlaces {
+    /// Mean logarithm of the density of a held-out press.
+    pub(crate) fn likelihood(&self) -> f64 {
+        let depth = self.depth_score.map_or(0.0, |score| score.log_likelihood);
+        2.0 * self.score.log_likelihood + depth
+    }
 }
 
 /// Share of the rows that the choice of options holds out, at the end.
@@ -33,6 +59,8 @@ pub(crate) const HELD_OUT: f64 = 0.25;
 const MISFIT_MARGIN: f64 = 2.0;
 /// Distinct readings per coefficient when the presses are on no grid.
 const ROWS_PER_COEFFICIENT: f64 = 3.0;
+/// Smoothing along the depth, where readings bend little.
+const DEPTH_SMOOTHING: f64 = 1e-3;
 
 /// Trains on frames in the order of time with the place of each (m), with
 /// that of `candidates` which best predicts the last quarter from the
@@ -45,18 +73,20 @@ pub fn train_position(
     places: &[[f64; 2]],
     candidates: &[PositionOptions],
 ) -> Result<(PositionMap, Vec<Score>), TrainingError> {
-    let (map, scores, _) = trained_position(frames, places, candidates)?;
-    Ok((map, scores))
+    let places: Vec<[f64; 3]> = places.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
+    let (map, tried, _) = trained_position(frames, &places, candidates)?;
+    Ok((map, tried.iter().map(|one| one.score).collect()))
 }
 
-/// The same with the held-out estimates of the candidate that was chosen.
+/// The same for places with their depth (x, y, z in m), with all candidates and the number of
+/// the one that was chosen.
 pub(crate) fn trained_position(
     frames: &[Vec<f64>],
-    places: &[[f64; 2]],
+    places: &[[f64; 3]],
     candidates: &[PositionOptions],
-) -> Result<(PositionMap, Vec<Score>, HeldOutPlaces), TrainingError> {
+) -> Result<(PositionMap, Vec<HeldOutPlaces>, usize), TrainingError> {
     let begin = ((1.0 - HELD_OUT) * frames.len() as f64) as usize;
-    let mut tried: Vec<HeldOutPlaces> = candidates
+    let tried: Vec<HeldOutPlaces> = candidates
         .par_iter()
         .map(|options| {
             let map = fit(&frames[..begin], &places[..begin], *options)?;
@@ -64,7 +94,7 @@ pub(crate) fn trained_position(
         })
         .collect::<Result<_, TrainingError>>()?;
     let order = |a: &usize, b: &usize| {
-        let likelihood = |i: &usize| tried[*i].score.log_likelihood;
+        let likelihood = |i: &usize| tried[*i].likelihood();
         likelihood(a).total_cmp(&likelihood(b))
     };
     let Some(best) = (0..tried.len()).max_by(order) else {
@@ -75,14 +105,14 @@ pub(crate) fn trained_position(
     };
     let mut map = fit(frames, places, candidates[best])?;
     map.interval_factor = tried[best].factor;
+    map.depth_factor = tried[best].depth_factor;
     map.largest_misfit = MISFIT_MARGIN * tried[best].misfit;
-    let scores = tried.iter().map(|held_out| held_out.score).collect();
-    Ok((map, scores, tried.swap_remove(best)))
+    Ok((map, tried, best))
 }
 
 fn fit(
     frames: &[Vec<f64>],
-    places: &[[f64; 2]],
+    places: &[[f64; 3]],
     options: PositionOptions,
 ) -> Result<PositionMap, TrainingError> {
     let begin = (options.run_in.clamp(0.0, 0.9) * frames.len() as f64) as usize;
@@ -93,8 +123,9 @@ fn fit(
         .zip(places)
         .filter_map(|(frame, place)| Some((standard.apply(frame).ok()?, *place)))
         .unzip();
-    let intervals = intervals(&places);
-    let mut surface = Surface::fit(&places, &rows, intervals, options.smoothing)?;
+    let [x, y] = intervals(&places, options.spacing);
+    let smoothing = [options.smoothing, DEPTH_SMOOTHING];
+    let mut surface = Surface::fit(&places, &rows, [x, y, options.depths], smoothing)?;
     let whitening = whitening(&surface, &places, &rows)?;
     let width = surface.width;
     for row in surface.coefficients.chunks_exact_mut(width) {
@@ -106,42 +137,58 @@ fn fit(
         surface,
         whitening,
         interval_factor: 1.0,
+        depth_factor: 1.0,
         largest_misfit: f64::INFINITY,
     })
 }
 
-/// Score of the estimates of held-out rows, the factor on their
-/// deviations, and the largest misfit among them.
+/// Scores of the estimates of held-out rows with the factors that their deviations need, and
+/// the largest misfit among them.
 fn held_out(
     map: &PositionMap,
     frames: &[Vec<f64>],
-    places: &[[f64; 2]],
+    places: &[[f64; 3]],
 ) -> Result<HeldOutPlaces, TrainingError> {
     let mut estimator = PositionEstimator::new(map.clone())?;
     let (mut errors, mut deviations) = (Vec::new(), Vec::new());
+    let (mut depth_errors, mut depth_deviations) = (Vec::new(), Vec::new());
     let mut estimates = Vec::new();
     let mut misfit = 0.0f64;
     for (frame, place) in frames.iter().zip(places) {
         let estimate = estimator.estimate(frame)?;
         misfit = misfit.max(estimate.misfit);
-        estimates.push(estimate.position);
-        for (axis, truth) in place.iter().enumerate() {
+        let [x, y] = estimate.position;
+        let [depth, deviation] = estimate.depth.unwrap_or([0.0; 2]);
+        estimates.push([x, y, depth]);
+        for (axis, truth) in place[..2].iter().enumerate() {
             errors.push(estimate.position[axis] - truth);
             deviations.push(estimate.deviation()[axis]);
         }
+        if estimate.depth.is_some() {
+            depth_errors.push(depth - place[2]);
+            depth_deviations.push(deviation);
+        }
     }
-    let factor = interval_factor(&errors, &deviations);
+    let scaled = |errors: &[f64], deviations: &[f64]| {
+        let factor = interval_factor(errors, deviations);
+        let deviations: Vec<f64> = deviations.iter().map(|d| factor * d).collect();
+        (factor, Score::of(errors, &deviations))
+    };
+    let (factor, score) = scaled(&errors, &deviations);
+    let depth = (!depth_errors.is_empty()).then(|| scaled(&depth_errors, &depth_deviations));
     Ok(HeldOutPlaces {
-        score: Score::of(&errors, &deviations),
+        score,
+        depth_score: depth.map(|(_, score)| score),
         estimates,
         factor,
+        depth_factor: depth.map_or(1.0, |(factor, _)| factor),
         misfit,
     })
 }
 
-/// Intervals along x and y: those of the grid that the places lie on, or as
-/// many as scattered positions determine.
-fn intervals(places: &[[f64; 2]]) -> [usize; 2] {
+/// Intervals along x and y, each `spacing` times as long as those of the grid that the places
+/// lie on; or as many as scattered positions determine.
+fn intervals(places: &[[f64; 3]], spacing: f64) -> [usize; 2] {
     let distinct = |axis: usize| {
         let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();
         values.sort_by(f64::total_cmp);
@@ -151,17 +198,18 @@ fn intervals(places: &[[f64; 2]]) -> [usize; 2] {
         values.len()
     };
     let grid = [distinct(0), distinct(1)];
+    let longer = |count: usize| ((count as f64 / spacing).round() as usize).max(1);
     if grid[0] * grid[1] <= places.len() {
-        return grid.map(|count| count.saturating_sub(1).max(1));
+        return grid.map(|count| longer(count.saturating_sub(1)));
     }
     let side = (places.len() as f64 / ROWS_PER_COEFFICIENT).sqrt();
-    [(side as usize).saturating_sub(3).max(1); 2]
+    [longer((side as usize).saturating_sub(3)); 2]
 }
 
 /// L⁻¹ of the covariance of the rows about the surface, by rows.
 fn whitening(
     surface: &Surface,
-    places: &[[f64; 2]],
+    places: &[[f64; 3]],
     rows: &[Vec<f64>],
 ) -> Result<Vec<f64>, TrainingError> {
     let width = surface.width;

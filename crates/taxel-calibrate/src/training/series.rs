@@ -8,6 +8,8 @@ use taxel_recording::separator_of;
 pub struct Series {
     times: Vec<f64>,
     rows: Vec<Vec<f64>>,
+    /// Rows that were left out because they repeat the one before.
+    doubled: usize,
 }
 
 /// Longest cell that is quoted in a message.
@@ -20,13 +22,18 @@ impl Series {
         let rising = times.windows(2).all(|pair| pair[0] < pair[1]);
         let even = rows.windows(2).all(|pair| pair[0].len() == pair[1].len());
         let finite = times.iter().all(|time| time.is_finite());
-        (rising && even && finite && times.len() == rows.len()).then_some(Self { times, rows })
+        (rising && even && finite && times.len() == rows.len()).then_some(Self {
+            times,
+            rows,
+            doubled: 0,
+        })
     }
 
     /// Reads rows of numbers without a header, the time in seconds first. Commas,
     /// semicolons or tabs part them; with the last two `1,5` may be a number.
     /// Lines that begin with `#` are comments. An empty cell and `nan` are a
-    /// missing reading; last columns that are empty throughout are none.
+    /// missing reading; last columns that are empty throughout are none. A row that repeats the
+    /// one before, time and all, is left out.
     ///
     /// # Errors
     /// [`InputError`] at the first cell that is no number, the first row of
@@ -35,6 +42,7 @@ impl Series {
         let mut series = Self {
             times: Vec::new(),
             rows: Vec::new(),
+            doubled: 0,
         };
         let separator = separator_of(text);
         for (line, content) in rows_of(text) {
@@ -129,6 +137,15 @@ impl Series {
             return Err(InputError::on_line(file, line, content, 1, width, message)
                 .help("remove the row, which may be cut short"));
         }
+        // The same reading at the same time was written twice.
+        let again = |last: &Vec<f64>| {
+            let same = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
+            last.iter().zip(&values).all(same)
+        };
+        if self.times.last() == Some(&row[0]) && self.rows.last().is_some_and(again) {
+            self.doubled += 1;
+            return Ok(());
+        }
         if let Some(last) = self.times.last()
             && row[0] <= *last
         {
@@ -171,6 +188,11 @@ impl Series {
                 }
             }
         }
+    }
+
+    /// Rows of the text that repeated the one before, time and readings, and were left out.
+    pub(crate) fn doubled(&self) -> usize {
+        self.doubled
     }
 
     /// Numbers in a row.
@@ -278,6 +300,10 @@ mod tests {
         let message = |text: &str| Series::parse("s.csv", text).unwrap_err().to_string();
         assert!(message("0,1\n1,x2\n").starts_with("s.csv:2:3\n 2 | 1,x2\n   |   ^^\n\"x2\""));
         assert!(message("0,1\n1,2,3\n").contains("the row has 3 numbers, the first one has 2"));
+        assert_eq!(
+            Series::parse("s.csv", "1,1\n1,1\n2,2\n").unwrap().doubled(),
+            1
+        );
         assert!(message("1,1\n1,2\n").contains("the time 1 s does not come after 1 s"));
         assert!(message("nan,1\n").contains("\"nan\" is not a finite number"));
         assert!(message("").contains("0 rows"));

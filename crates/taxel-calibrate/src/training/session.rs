@@ -1,6 +1,8 @@
 //! A sensor and the motion stage that pressed it, each at its own times.
 
 use super::Series;
+use crate::options::ScaleUnit;
+use taxel::trained::Component;
 use taxel_recording::InputError;
 
 /// Standard acceleration of gravity, m/s²: grams of a scale to newtons.
@@ -26,6 +28,11 @@ pub struct Session {
     pub place: Series,
     /// Force of the probe, N, at the times of new readings; `None` without a scale.
     pub force: Option<Series>,
+    /// Other components of the force and the moment, SI, at the times of their readings.
+    pub components: Vec<(Component, Series)>,
+    /// Readings at rest, as a rest capture at the start of the run takes them; without it those
+    /// before the probe moved.
+    pub rest: Option<Vec<f64>>,
 }
 
 impl Session {
@@ -37,6 +44,23 @@ impl Session {
     /// [`InputError`] about `file`, the file of the stage, when its rows have
     /// another number of columns or the two do not overlap in time.
     pub fn new(file: &str, sensor: Series, stage: &Series) -> Result<Self, InputError> {
+        Self::with_scale(file, sensor, stage, ScaleUnit::Grams)
+    }
+
+    /// The same for a scale that reads in `unit`.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_scale(
+        file: &str,
+        sensor: Series,
+        stage: &Series,
+        unit: ScaleUnit,
+    ) -> Result<Self, InputError> {
+        let newtons = match unit {
+            ScaleUnit::Grams => 1e-3 * STANDARD_GRAVITY,
+            ScaleUnit::Newtons => 1.0,
+        };
         if !matches!(stage.width(), 3 | 4) {
             let message = format!("a row has {} numbers beside the time", stage.width());
             return Err(InputError::whole(file, message)
@@ -64,8 +88,8 @@ impl Session {
             return Err(InputError::whole(file, message).help("give two files of one recording"));
         }
         let readings = read.iter().filter_map(|(time, row)| {
-            let grams = row.get(3).filter(|g| g.is_finite() && **g != NO_READING)?;
-            Some((**time, vec![grams * 1e-3 * STANDARD_GRAVITY]))
+            let reading = row.get(3).filter(|g| g.is_finite() && **g != NO_READING)?;
+            Some((**time, vec![reading * newtons]))
         });
         let (times, forces): (Vec<_>, Vec<_>) = readings.unzip();
         Ok(Self {
@@ -73,12 +97,17 @@ impl Session {
             place: Series::new(place_times, places)
                 .ok_or_else(|| InputError::whole(file, "the times do not rise"))?,
             force: Series::new(times, forces).filter(|force| force.times().len() > 1),
+            components: Vec::new(),
+            rest: None,
         })
     }
 
-    /// Mean of the frames before the probe began to move: the sensor without
-    /// contact. At most 50 frames, and at least 5, as a pause may be missing.
+    /// The sensor without contact: the rest that was captured, or the mean of the frames before
+    /// the probe began to move, at most 50 frames, and at least 5, as a pause may be missing.
     pub fn baseline(&self) -> Vec<f64> {
+        if let Some(rest) = &self.rest {
+            return rest.clone();
+        }
         let frames = self.rest_frames();
         (0..self.sensor.width())
             .map(|c| frames.iter().map(|row| row[c]).sum::<f64>() / frames.len() as f64)

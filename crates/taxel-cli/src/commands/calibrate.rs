@@ -32,6 +32,8 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
         model: arguments.model.clone(),
         profile: arguments.profile,
         robust: arguments.robust,
+        rate: arguments.rate,
+        scale_unit: arguments.scale_unit.map(Into::into),
     };
     let found = match sensors.as_slice() {
         [named] if matches!(named.sensor.element, Element::Trained(_)) => {

@@ -91,6 +91,8 @@ pub struct ArrayEstimator {
     cells: Vec<Cell>,
     /// True if a contact is on each channel.
     occupied: Vec<bool>,
+    /// Readings without what the body may not have recovered from.
+    recovered: Vec<f64>,
     touch: Touch,
     last_time_ns: Option<u64>,
 }
@@ -114,6 +116,7 @@ impl ArrayEstimator {
             ),
             touch: Touch::new(channels, cells.len()),
             cells,
+            recovered: Vec::new(),
             occupied: vec![false; channels],
             rules,
             baseline: (rules.drift != Drift::None).then(|| {
@@ -468,6 +471,23 @@ impl ArrayEstimator {
         }
         let wiring = self.reader.meaning().wiring;
         wiring.mark_touched(&touch.regions, &mut self.occupied);
+        if let Some(unrecovered) = self.reader.unrecovered() {
+            let rest = &touch.channels.rest;
+            let channels = readings.iter().zip(unrecovered).zip(rest).enumerate();
+            self.recovered.clear();
+            self.recovered
+                .extend(channels.map(|(channel, ((reading, band), rest))| {
+                    if self.occupied[channel] {
+                        // A contact is held by what it shows.
+                        return *reading;
+                    }
+                    let level = rest + baseline.drift(channel);
+                    let off = reading - level;
+                    level + off.signum() * (off.abs() - band).max(0.0)
+                }));
+            baseline.push(time_ns, &self.recovered, |channel| self.occupied[channel]);
+            return;
+        }
         baseline.push(time_ns, readings, |channel| self.occupied[channel]);
     }
 }

@@ -66,7 +66,7 @@ pub use position_fit::ProfileFit;
 pub use reader::{
     Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
 };
-pub use rest::{Rest, RestRefused};
+pub use rest::{Rest, RestRefused, rest_at_start};
 pub use segmentation::MOST_CONTACTS;
 pub use session::{Observed, TouchSession};
 pub use slip::{Slip, SlipEstimator, SlipOptions};

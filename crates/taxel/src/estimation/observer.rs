@@ -178,7 +178,11 @@ impl Observer {
                 .taxels
                 .get(channel / channels.max(1))
                 .map_or(f64::NAN, |taxel| taxel.residual),
-            Wiring::Crossing { .. } | Wiring::Shared { .. } => f64::NAN,
+            Wiring::Shared { .. } => {
+                let residuals = &touch.channels.residuals;
+                residuals.get(channel).copied().unwrap_or(f64::NAN)
+            }
+            Wiring::Crossing { .. } => f64::NAN,
         };
         self.health.push(time_ns, |channel| ChannelReading {
             value: frame.values.get(channel).copied().unwrap_or(f64::NAN),

@@ -22,11 +22,7 @@ pub struct Scale {
 
 impl Scale {
     /// A scale whose names are known beforehand.
-    pub(crate) const fn new(
-        quantity: &'static str,
-        symbol: &'static str,
-        si_per_unit: f64,
-    ) -> Self {
+    pub const fn new(quantity: &'static str, symbol: &'static str, si_per_unit: f64) -> Self {
         Self {
             quantity: Cow::Borrowed(quantity),
             symbol: Cow::Borrowed(symbol),
@@ -309,6 +305,13 @@ pub trait Reader: Any + Send {
 
     /// True if a contact may be on each channel, where the taxels do not say it.
     fn occupied(&self) -> Option<&[bool]> {
+        None
+    }
+
+    /// How far the reading of each empty channel may be from its rest because the body has not
+    /// recovered from a contact, SI; none where that leaves no trace. The baseline takes no
+    /// less than this for drift.
+    fn unrecovered(&self) -> Option<&[f64]> {
         None
     }
 

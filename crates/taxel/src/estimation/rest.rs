@@ -378,6 +378,29 @@ impl RestCapture {
     }
 }
 
+/// Mean readings of the first of `frames` of a device that nothing touches yet, as the rest
+/// capture of `wanted` frames at the start of a run takes them: a reading that leaves the mean
+/// by more than its `noise` ends it, as the beginning of a touch.
+pub fn rest_at_start(frames: &[Vec<f64>], noise: &[f64], wanted: usize) -> Vec<f64> {
+    let rules = RestRules {
+        refused: None,
+        at_start: true,
+        channels_per_unit: 1,
+        unit: "channel",
+        measures_noise: false,
+        ends_at_touch: true,
+    };
+    let mut capture = RestCapture::new(noise.len(), wanted, true);
+    let states = vec![ChannelState::Ok; noise.len()];
+    for frame in frames {
+        if capture.push(frame, &states, noise, &rules) {
+            break;
+        }
+    }
+    let channels = capture.readings.channels().iter();
+    channels.map(Running::mean_or_nan).collect()
+}
+
 /// Noise of a reading: what was measured, but not less than half of what the
 /// board promises (a reading that does not toggle a count hides it), with the
 /// uncertainty of the rest value itself.

@@ -120,6 +120,9 @@ pub struct ChannelReadings {
     pub rest: Vec<f64>,
     /// State of each reading.
     pub states: Vec<ChannelState>,
+    /// How far each reading that contradicts the others is from what they say, in standard
+    /// deviations; `NaN` where it agrees, and where nothing is known of it.
+    pub residuals: Vec<f64>,
 }
 
 impl ChannelReadings {
@@ -129,6 +132,7 @@ impl ChannelReadings {
             readings: vec![f64::NAN; channels],
             rest: vec![f64::NAN; channels],
             states: vec![ChannelState::Ok; channels],
+            residuals: vec![f64::NAN; channels],
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Readings of a body without a physical model to a contact with its position
 //! and force, through maps that were learned.
 
+use std::collections::VecDeque;
+
 use super::contact::{Cell, Contact, normal_only};
 use super::reader::{
     Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
@@ -11,8 +13,8 @@ use super::{ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
 use crate::trained::{
-    Estimate, ForceEstimator, PositionEstimate, PositionEstimator, Support, TrainedMaps,
-    TrainingError,
+    CONTRADICTS, Component, Estimate, ForceEstimator, PositionEstimate, PositionEstimator,
+    Recovery, RelationWatch, Support, TrainedMaps, TrainingError,
 };
 
 /// The area that can be touched, in cells; its middle is the origin.
@@ -55,6 +57,13 @@ impl TrainedArea {
 const CONTACT_DEVIATIONS: f64 = 3.0;
 /// A cell is of the contact from this share of it on.
 const CELL_SHARE: f64 = 0.05;
+/// Frames that are kept, so that new rest values make the memory of the force from them: those
+/// of a rest capture at the start.
+const KEPT: usize = 64;
+/// Readings over those of training at rest within which the board is as it was.
+const SAME_BOARD: [f64; 2] = [0.2, 5.0];
+/// Share of the readings by which they may differ from a multiple of those of training.
+const ANOTHER_SCALE: f64 = 0.5;
 
 /// Reads a body without a physical model, as one contact.
 ///
@@ -75,8 +84,19 @@ pub struct TrainedReader {
     force: Option<ForceEstimator>,
     /// Reading of each channel at rest.
     rest: Vec<f64>,
-    /// The readings of a frame less the drift of the empty channels.
+    /// The readings of a frame less the drift of the empty channels; those that are wrong or
+    /// missing are what the others say.
     values: Vec<f64>,
+    /// Standard deviation of those.
+    replaced: Vec<f64>,
+    watch: Option<RelationWatch>,
+    /// True once the rest of the device was captured.
+    rested: bool,
+    /// The last frames: time, s, and readings.
+    recent: VecDeque<(f64, Vec<f64>)>,
+    recovery: Recovery,
+    /// What each channel may not have recovered from.
+    unrecovered: Vec<f64>,
     found: Found,
 }
 
@@ -85,6 +105,8 @@ pub struct TrainedReader {
 struct Found {
     position: Option<PositionEstimate>,
     force: Option<Estimate>,
+    /// Other components with their deviations.
+    components: Vec<(Component, [f64; 2])>,
     /// True if there is a contact; none where that is not known.
     contact: Option<bool>,
     /// Share of the contact in each cell.
@@ -131,6 +153,12 @@ impl TrainedReader {
             scale: NumberScale::VALUES,
             masked: vec![false; area.rows * area.columns],
             values: vec![f64::NAN; channels],
+            replaced: vec![0.0; channels],
+            watch: maps.relation.clone().map(RelationWatch::new).transpose()?,
+            rested: false,
+            recent: VecDeque::with_capacity(KEPT),
+            recovery: Recovery::at_rest(channels),
+            unrecovered: vec![0.0; channels],
             meaning: meaning(&maps, &area, names, reading, full_scale),
             position: maps
                 .position
@@ -170,14 +198,108 @@ impl TrainedReader {
         self
     }
 
+    /// Replaces readings that are missing or that the others contradict.
+    fn watch(&mut self, known: &Known<'_>, channels: &mut ChannelReadings) {
+        self.replaced.fill(0.0);
+        channels.residuals.fill(f64::NAN);
+        if self.another_scale(&channels.readings) {
+            for (channel, value) in self.values.iter_mut().enumerate() {
+                if channels.states[channel].usable() {
+                    channels.states[channel] = ChannelState::Faulty;
+                    channels.residuals[channel] = f64::INFINITY;
+                }
+                *value = f64::NAN;
+            }
+            return;
+        }
+        let Some(watch) = &mut self.watch else {
+            return;
+        };
+        let tared = watch.relation().tared;
+        let off = |rest: f64| if tared { rest } else { 0.0 };
+        for (value, rest) in self.values.iter_mut().zip(&self.rest) {
+            *value -= off(*rest);
+        }
+        let unknown = tared && (known.capturing || !self.rested);
+        let elapsed = known.elapsed.unwrap_or(0.0);
+        let judged = watch.judge(elapsed, &mut self.values, unknown).clone();
+        for (at, channel) in watch.relation().standard.used.iter().enumerate() {
+            self.replaced[*channel] = judged.deviation[at];
+            if judged.left_out[at] && channels.states[*channel].usable() {
+                channels.states[*channel] = ChannelState::Faulty;
+                channels.residuals[*channel] = judged.scores[at].max(CONTRADICTS);
+            }
+        }
+        for (value, rest) in self.values.iter_mut().zip(&self.rest) {
+            *value += off(*rest);
+        }
+    }
+
+    /// True if all readings are those of training on another scale, as in another unit or with
+    /// another gain; only of a device that reads far from zero at rest.
+    fn another_scale(&self, readings: &[f64]) -> bool {
+        let (Some(rest), Some(watch)) = (&self.maps.rest, &self.watch) else {
+            return false;
+        };
+        let standard = &watch.relation().standard;
+        let used = || standard.used.iter().zip(&standard.scale);
+        let sum = |of: &dyn Fn(usize, f64) -> f64| -> f64 {
+            used().map(|(channel, scale)| of(*channel, *scale)).sum()
+        };
+        let square = sum(&|channel, _| rest.mean[channel].powi(2));
+        let spread = sum(&|_, scale| scale * scale);
+        if square < 25.0 * spread {
+            return false;
+        }
+        let ratio = sum(&|channel, _| rest.mean[channel] * readings[channel]) / square;
+        let [low, high] = SAME_BOARD;
+        if !ratio.is_finite() || (low..=high).contains(&ratio) {
+            return false;
+        }
+        let off = sum(&|channel, _| (readings[channel] - ratio * rest.mean[channel]).powi(2));
+        off < (ANOTHER_SCALE * ratio).powi(2) * square
+    }
+
+    fn remember(&mut self, time: f64) {
+        let mut slot = if self.recent.len() == KEPT {
+            self.recent.pop_front().unwrap_or_default()
+        } else {
+            (0.0, Vec::new())
+        };
+        slot.0 = time;
+        slot.1.clone_from(&self.values);
+        self.recent.push_back(slot);
+    }
+
+    /// Follows what the body may not have recovered from.
+    fn recover(&mut self, elapsed: f64) {
+        let tared = self.values.iter().zip(&self.rest);
+        self.recovery
+            .push(elapsed, tared.map(|(value, rest)| value - rest));
+        let Some(rest) = &self.maps.rest else { return };
+        let lately = self.recovery.lately().zip(&rest.unrecovered);
+        for (band, (lately, share)) in self.unrecovered.iter_mut().zip(lately) {
+            *band = share * lately;
+        }
+    }
+
     fn estimate(&mut self, time: f64) -> Result<Found, TrainingError> {
         let values = &self.values;
         let force = self.force.as_mut().map(|force| force.push(time, values));
-        let force = force.transpose()?;
+        let mut force = force.transpose()?;
+        if let (Some(estimate), Some(map)) = (&mut force, &self.force) {
+            for (channel, deviation) in self.replaced.iter().enumerate() {
+                if *deviation > 0.0 {
+                    let change = map.sensitivity(channel, *deviation);
+                    estimate.deviation = estimate.deviation.hypot(change);
+                }
+            }
+        }
         let position = self.position.as_mut().map(|map| map.estimate(values));
         // A frame unlike all training indentations determines no position.
         let position = position
             .transpose()?
+            .map(|position| widened(position, self.position.as_mut(), values, &self.replaced))
             .filter(|position| position.support == Support::Trained);
         let pressed = |force: &Estimate| force.value > CONTACT_DEVIATIONS * force.deviation;
         let contact = match &force {
@@ -188,6 +310,11 @@ impl TrainedReader {
             _ => position.map(|_| true),
         };
         Ok(Found {
+            components: self
+                .force
+                .as_ref()
+                .map(ForceEstimator::components)
+                .unwrap_or_default(),
             shares: self.shares(position.as_ref(), contact),
             position,
             force,
@@ -235,6 +362,17 @@ impl TrainedReader {
         };
         let force = found.force.map(|force| [force.value, force.deviation]);
         let [force, deviation] = force.unwrap_or([f64::NAN; 2]);
+        // Without a map of them the forces along x and y count as none.
+        let side = |axis: usize, unknown: f64| {
+            let known = Some(touch.total.force[axis]).filter(|force| force.is_finite());
+            known.unwrap_or(unknown)
+        };
+        let mut force_covariance = normal_only(deviation);
+        for (axis, row) in force_covariance.iter_mut().enumerate().take(2) {
+            if touch.total.force[axis].is_finite() {
+                row[axis] = touch.total_covariance[axis][axis];
+            }
+        }
         let taxels = touch.regions.iter().flatten().count();
         let greater = |a: &usize, b: &usize| found.shares[*a].total_cmp(&found.shares[*b]);
         let peak_taxel = (0..found.shares.len()).max_by(greater).unwrap_or(0);
@@ -244,8 +382,8 @@ impl TrainedReader {
             area: taxels as f64 * self.area.pitch[0] * self.area.pitch[1],
             centre,
             covariance,
-            force: [0.0, 0.0, force],
-            force_covariance: normal_only(deviation),
+            force: [side(0, 0.0), side(1, 0.0), force],
+            force_covariance,
             torsion: f64::NAN,
             peak: touch.taxels[peak_taxel].pressed(),
             peak_taxel,
@@ -320,13 +458,18 @@ impl Reader for TrainedReader {
     }
 
     fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
-        let channels = &touch.channels;
+        let channels = &mut touch.channels;
         for (channel, value) in self.values.iter_mut().enumerate() {
             *value = if channels.states[channel].usable() {
                 channels.readings[channel] - known.drift(channel)
             } else {
                 f64::NAN
             };
+        }
+        self.watch(known, channels);
+        if self.force.is_some() {
+            self.remember(touch.time_ns as f64 * 1e-9);
+            self.recover(known.elapsed.unwrap_or(0.0));
         }
         // A channel that the maps need has no reading: nothing else can fail.
         let Ok(found) = self.estimate(touch.time_ns as f64 * 1e-9) else {
@@ -362,10 +505,30 @@ impl Reader for TrainedReader {
         touch.contacts.clear();
         touch.regions.fill(None);
         touch.centre_of_pressure = None;
+        touch.depth = None;
         touch.total = UNKNOWN;
         if let Some(force) = found.force {
             touch.total.force[2] = force.value;
             touch.total_covariance[2][2] = force.deviation * force.deviation;
+        }
+        touch.moment_deviation = [f64::NAN; 3];
+        for (component, [value, deviation]) in &found.components {
+            match component {
+                Component::ForceX | Component::ForceY => {
+                    let axis = usize::from(*component == Component::ForceY);
+                    touch.total.force[axis] = *value;
+                    touch.total_covariance[axis][axis] = deviation * deviation;
+                }
+                Component::MomentX | Component::MomentY | Component::MomentZ => {
+                    let axis = match component {
+                        Component::MomentX => 0,
+                        Component::MomentY => 1,
+                        _ => 2,
+                    };
+                    touch.total.moment[axis] = *value;
+                    touch.moment_deviation[axis] = *deviation;
+                }
+            }
         }
         if found.contact != Some(true) {
             return;
@@ -374,9 +537,14 @@ impl Reader for TrainedReader {
             let member = share.is_nan() || *share >= CELL_SHARE;
             *region = member.then_some(0);
         }
+        touch.depth = found.position.and_then(|position| position.depth);
         let contact = self.contact(touch);
         touch.centre_of_pressure = Some((contact.centre, contact.covariance));
         touch.contacts.push(contact);
+    }
+
+    fn unrecovered(&self) -> Option<&[f64]> {
+        self.maps.rest.is_some().then_some(&self.unrecovered)
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
@@ -386,22 +554,76 @@ impl Reader for TrainedReader {
         for ((own, rest), trained) in self.rest.iter_mut().zip(rest).zip(&trained.mean) {
             *own = if rest.is_nan() { *trained } else { *rest };
         }
+        self.rested = rest.iter().any(|rest| rest.is_finite());
         // The maps were accepted when the reader was made.
         if let Ok(force) = force_estimator(&self.maps, Some(self.rest.clone())) {
             self.force = force;
         }
+        self.recovery = Recovery::at_rest(self.rest.len());
+        // The memory of the force begins with the first frame of the capture.
+        let mut last = None;
+        for (time, values) in &self.recent {
+            if let Some(force) = &mut self.force {
+                // A frame without a reading was left out before, too.
+                let _ = force.push(*time, values);
+            }
+            let tared = values
+                .iter()
+                .zip(&self.rest)
+                .map(|(value, rest)| value - rest);
+            self.recovery.push(time - last.unwrap_or(*time), tared);
+            last = Some(*time);
+        }
     }
+}
+
+/// The estimate with what the readings that were replaced leave open.
+fn widened(
+    mut position: PositionEstimate,
+    map: Option<&mut PositionEstimator>,
+    values: &[f64],
+    replaced: &[f64],
+) -> PositionEstimate {
+    let Some(map) = map else { return position };
+    for (channel, deviation) in replaced.iter().enumerate() {
+        if *deviation <= 0.0 {
+            continue;
+        }
+        let mut moved = values.to_vec();
+        moved[channel] += deviation;
+        let Ok(other) = map.estimate(&moved) else {
+            continue;
+        };
+        let change = [0, 1].map(|axis| other.position[axis] - position.position[axis]);
+        for (i, row) in position.covariance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry += change[i] * change[j];
+            }
+        }
+        if let (Some([depth, spread]), Some([other, _])) = (&mut position.depth, other.depth) {
+            *spread = spread.hypot(other - *depth);
+        }
+    }
+    position
 }
 
 /// Facts of the channels: the noise where nothing pressed in training.
 fn facts(maps: &TrainedMaps, channels: usize, symbol: &str) -> Vec<ChannelFacts> {
     let noise = maps.rest.as_ref().filter(|_| symbol == "counts");
+    let step = |channel: usize| {
+        noise
+            .and_then(|rest| rest.step.get(channel))
+            .copied()
+            .unwrap_or(0.0)
+    };
     let channel = |channel: usize| {
         let unknown = ChannelFacts::unknown(true);
         match noise.and_then(|rest| rest.deviation.get(channel)) {
             Some(deviation) => ChannelFacts {
                 deviation: *deviation,
-                resolution: 1.0,
+                resolution: step(channel),
+                // A press that is not known to be one yet is no noise; the others tell.
+                quietest: true,
                 ..unknown
             },
             None => unknown,

@@ -48,12 +48,72 @@ impl BetweenRuns {
     }
 }
 
+/// A component of force or moment beside the pressing force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Component {
+    /// Force along x, N.
+    ForceX,
+    /// Force along y, N.
+    ForceY,
+    /// Moment about x, N m.
+    MomentX,
+    /// Moment about y, N m.
+    MomentY,
+    /// Moment about z, N m.
+    MomentZ,
+}
+
+impl Component {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::ForceX,
+        Self::ForceY,
+        Self::MomentX,
+        Self::MomentY,
+        Self::MomentZ,
+    ];
+
+    /// Name in tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ForceX => "force_x",
+            Self::ForceY => "force_y",
+            Self::MomentX => "moment_x",
+            Self::MomentY => "moment_y",
+            Self::MomentZ => "moment_z",
+        }
+    }
+
+    /// SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::ForceX | Self::ForceY => "N",
+            _ => "N m",
+        }
+    }
+}
+
+/// Map of the features of the pressing force to another component.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ComponentMap {
+    /// The component.
+    pub component: Component,
+    /// Component from features, SI.
+    pub ridge: Ridge,
+    /// Factor on its deviation, from held-out errors.
+    pub interval_factor: f64,
+}
+
 /// A trained map from channels to force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ForceMap {
     /// Channels and their scale; the centre is the baseline's and stays zero.
     pub standard: Standard,
+    /// True if the reciprocals of the readings are used, as of resistances that fall with 1/F.
+    pub reciprocal: bool,
     /// Degree of the products.
     pub polynomial: Polynomial,
     /// Memory of each channel.
@@ -74,6 +134,8 @@ pub struct ForceMap {
     pub longest_step: f64,
     /// By how much the scale of training came after the sensor, s.
     pub offset: f64,
+    /// Maps of other components, of the same features.
+    pub components: Vec<ComponentMap>,
 }
 
 impl ForceMap {
@@ -108,12 +170,28 @@ impl ForceMap {
             (finite(&self.range), "range"),
             (self.largest_leverage > 0.0, "largest_leverage"),
             (positive(&[self.longest_step]), "longest_step"),
+            (
+                self.components
+                    .iter()
+                    .all(|map| map.ridge.is_sound(features) && positive(&[map.interval_factor])),
+                "components",
+            ),
         ] {
             if !sound {
                 return Err(TrainingError::Unsound { table });
             }
         }
         Ok(())
+    }
+
+    /// A reading less the one at rest; of reciprocals r − r²/x, which is the same for small
+    /// changes.
+    pub fn tared(&self, reading: f64, rest: f64) -> f64 {
+        if self.reciprocal {
+            rest - rest * rest / reading
+        } else {
+            reading - rest
+        }
     }
 
     /// Number of products, the constant among them.
@@ -172,6 +250,8 @@ pub struct FeatureStream {
     memory: Memory,
     last: Option<f64>,
     linear: Vec<f64>,
+    /// By how much each tared reading changes with the reading.
+    slopes: Vec<f64>,
 }
 
 impl FeatureStream {
@@ -182,6 +262,7 @@ impl FeatureStream {
             baseline,
             last: None,
             linear: Vec::new(),
+            slopes: Vec::new(),
         }
     }
 
@@ -204,9 +285,16 @@ impl FeatureStream {
         let tared: Vec<f64> = frame
             .iter()
             .zip(&self.baseline)
-            .map(|(x, b)| x - b)
+            .map(|(x, b)| map.tared(*x, *b))
             .collect();
         let channels = map.standard.apply(&tared)?;
+        self.slopes.clear();
+        let readings = frame.iter().zip(&self.baseline);
+        self.slopes.extend(readings.map(
+            |(x, b)| {
+                if map.reciprocal { (b / x).powi(2) } else { 1.0 }
+            },
+        ));
         // Steps of training are kept over; half as much again is an outage.
         if self
             .last
@@ -262,6 +350,41 @@ impl ForceEstimator {
         let terms = unknown.iter().zip(memory).map(|(u, w)| (u * w).powi(2));
         estimate.deviation = estimate.deviation.hypot(terms.sum::<f64>().sqrt());
         Ok(estimate)
+    }
+
+    /// The other components of the last frame, each with its standard deviation, SI.
+    pub fn components(&self) -> Vec<(Component, [f64; 2])> {
+        let maps = &self.map.components;
+        if maps.is_empty() {
+            return Vec::new();
+        }
+        let features = self.map.complete(&self.stream.linear);
+        let estimate = |map: &ComponentMap| {
+            let leverage = map.ridge.leverage(&features);
+            let deviation = (map.ridge.noise_variance() * (1.0 + leverage)).sqrt();
+            let value = map.ridge.mean(&features);
+            (map.component, [value, map.interval_factor * deviation])
+        };
+        maps.iter().map(estimate).collect()
+    }
+
+    /// By how much the last estimate changes with the reading of `channel` by `change`, N.
+    pub fn sensitivity(&self, channel: usize, change: f64) -> f64 {
+        let standard = &self.map.standard;
+        let Some(at) = standard.used.iter().position(|used| *used == channel) else {
+            return 0.0;
+        };
+        let mut linear = self.stream.linear.clone();
+        let slope = self.stream.slopes.get(channel).copied().unwrap_or(1.0);
+        let width = standard.used.len();
+        // The channel itself, and its distance from what it was.
+        for time in 0..=self.map.memory.creep_times.len() {
+            if let Some(feature) = linear.get_mut(time * width + at) {
+                *feature += slope * change / standard.scale[at];
+            }
+        }
+        let mean = |linear: &[f64]| self.map.ridge.mean(&self.map.complete(linear));
+        mean(&linear) - mean(&self.stream.linear)
     }
 
     /// The map.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ForceMap, PositionMap, TrainingError};
+use super::{ForceMap, PositionMap, Relation, TrainingError};
 
 /// Maps learned from recordings of a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,6 +17,8 @@ pub struct TrainedMaps {
     pub position: Option<PositionMap>,
     /// Map of the force.
     pub force: Option<ForceMap>,
+    /// What each channel reads beside the others; none of devices of few channels.
+    pub relation: Option<Relation>,
 }
 
 /// Readings of a device that nothing touches.
@@ -27,6 +29,11 @@ pub struct Rest {
     pub mean: Vec<f64>,
     /// Standard deviation of one reading of each channel.
     pub deviation: Vec<f64>,
+    /// Least change of the reading of each channel from frame to frame.
+    pub step: Vec<f64>,
+    /// Share of what a channel has shown lately that it may still show when the contact has
+    /// gone, because the body has not recovered.
+    pub unrecovered: Vec<f64>,
 }
 
 impl TrainedMaps {
@@ -49,7 +56,9 @@ impl TrainedMaps {
                 row.len() == self.channels && row.iter().all(|value| value.is_finite())
             };
             let positive = rest.deviation.iter().all(|deviation| *deviation > 0.0);
-            if !(whole(&rest.mean) && whole(&rest.deviation) && positive) {
+            let shares = |row: &Vec<f64>| whole(row) && row.iter().all(|share| *share >= 0.0);
+            let sound = whole(&rest.mean) && whole(&rest.deviation) && positive;
+            if !(sound && shares(&rest.step) && shares(&rest.unrecovered)) {
                 return unsound("rest");
             }
         }
@@ -57,6 +66,13 @@ impl TrainedMaps {
             position.check()?;
             if position.standard.channels != self.channels {
                 return unsound("position.standard");
+            }
+        }
+        if let Some(relation) = &self.relation {
+            relation.check()?;
+            let fits = relation.standard.channels == self.channels;
+            if !fits || (relation.tared && self.rest.is_none()) {
+                return unsound("relation");
             }
         }
         let Some(force) = &self.force else {

@@ -22,10 +22,14 @@ mod maps;
 mod memory;
 mod polynomial;
 mod position;
+mod recovery;
+mod relation;
 mod ridge;
 mod surface;
 
-pub use force::{BetweenRuns, FeatureStream, ForceEstimator, ForceMap, Intervals};
+pub use force::{
+    BetweenRuns, Component, ComponentMap, FeatureStream, ForceEstimator, ForceMap, Intervals,
+};
 pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::Play;
 pub(crate) use indentation_map::FEWEST_PRESSES;
@@ -34,6 +38,8 @@ pub use maps::{Rest, TrainedMaps};
 pub use memory::MemoryLaw;
 pub use polynomial::{Polynomial, Standard};
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
+pub use recovery::Recovery;
+pub use relation::{CONTRADICTS, Judged, Relation, RelationWatch};
 pub use ridge::{Moments, Ridge};
 pub use surface::Surface;
 

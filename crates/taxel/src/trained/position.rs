@@ -1,8 +1,8 @@
-//! Channels to the position of a probe of one depth, by inverting what each
-//! channel answers over the plane.
+//! Channels to the position and the depth of a probe, by inverting what each channel
+//! answers over the plane and the depth.
 //!
-//! Fifteen channels of a press at one depth lie on a surface of two
-//! dimensions. That surface is what is learned: x(p) of the position p
+//! Fifteen channels of a press lie on a surface of two dimensions, or of three where the
+//! depth varies. That surface is what is learned: x(p) of the position and depth p
 //! ([`Surface`]), and the covariance Σ of what readings do about it. A frame r
 //! is then located where |L⁻¹(r − x(p))|² is least, Σ = L Lᵀ, as with a physical
 //! model. Drift that moves channels together stands in Σ and weighs little,
@@ -22,8 +22,10 @@ pub struct PositionMap {
     pub surface: Surface,
     /// L⁻¹, rows of the lower triangle one after the other.
     pub whitening: Vec<f64>,
-    /// Factor on the deviation, from held-out errors.
+    /// Factor on the deviation of the position, from held-out errors.
     pub interval_factor: f64,
+    /// Factor on the deviation of the depth, likewise.
+    pub depth_factor: f64,
     /// Misfit |L⁻¹(r − x)|² above which a frame is unlike those of training.
     pub largest_misfit: f64,
 }
@@ -35,7 +37,11 @@ pub struct PositionEstimate {
     pub position: [f64; 2],
     /// Covariance of the position, m².
     pub covariance: [[f64; 2]; 2],
-    /// |L⁻¹(r − x)|², which has as many degrees of freedom as channels, less two.
+    /// Depth as the coordinate z of training and its standard deviation, m; none where all
+    /// presses of training had one depth.
+    pub depth: Option<[f64; 2]>,
+    /// |L⁻¹(r − x)|², which has as many degrees of freedom as channels, less two or, with a depth,
+    /// three.
     pub misfit: f64,
     /// Support of the frame by the training.
     pub support: Support,
@@ -49,8 +55,9 @@ impl PositionEstimate {
 }
 
 impl PositionMap {
-    /// Readings of the channels in use of a press at `position` (m).
-    pub fn answer(&self, position: [f64; 2]) -> Vec<f64> {
+    /// Readings of the channels in use of a press at `position` (x, y, z in m; z counts for
+    /// presses of several depths).
+    pub fn answer(&self, position: [f64; 3]) -> Vec<f64> {
         let mut scaled = self.surface.at(position);
         unwhiten(&self.whitening, &mut scaled);
         let standard = self.standard.centre.iter().zip(&self.standard.scale);
@@ -83,7 +90,8 @@ impl PositionMap {
             && self.whitening.iter().all(|entry| entry.is_finite())
             && (1..=width).all(|i| self.whitening[i * (i + 1) / 2 - 1] > 0.0);
         let standard = self.standard.is_sound() && self.standard.used.len() == width;
-        let factor = self.interval_factor > 0.0 && self.interval_factor.is_finite();
+        let positive = |factor: f64| factor > 0.0 && factor.is_finite();
+        let factor = positive(self.interval_factor) && positive(self.depth_factor);
         for (sound, table) in [
             (self.surface.is_sound(), "surface"),
             (standard, "standard"),
@@ -126,12 +134,14 @@ fn unwhiten(whitening: &[f64], row: &mut [f64]) {
 #[derive(Debug, Clone)]
 pub struct PositionEstimator {
     map: PositionMap,
-    /// Corners of the intervals.
-    nodes: Vec<[f64; 2]>,
+    /// Where the search may begin, row by row: the corners of the intervals.
+    nodes: Vec<[f64; 3]>,
+    /// Number of nodes along each axis.
+    counts: [usize; 3],
     /// Their whitened answers one after the other, each padded to eights.
     answers: Vec<f32>,
     value: Vec<f64>,
-    slope: [Vec<f64>; 2],
+    slopes: [Vec<f64>; 3],
 }
 
 /// Steps of the search.
@@ -140,6 +150,8 @@ const STEPS: usize = 12;
 const SETTLED: f64 = 1e-4;
 /// Halvings of a step that does not descend.
 const HALVINGS: usize = 6;
+/// Nodes for each interval of depth: there are few of them, and they are long.
+const DEPTHS: usize = 2;
 
 impl PositionEstimator {
     /// An estimator of positions.
@@ -149,19 +161,30 @@ impl PositionEstimator {
     pub fn new(map: PositionMap) -> Result<Self, TrainingError> {
         map.check()?;
         let surface = &map.surface;
+        let [rows, columns, layers] = surface.intervals;
+        let counts = [rows + 1, columns + 1, DEPTHS * layers + 1];
         let node = |k: usize| {
-            let columns = surface.intervals[1] + 1;
-            let at = [k / columns, k % columns];
-            [0, 1].map(|a| surface.corner[a] + surface.step[a] * at[a] as f64)
+            let at = [
+                k / (counts[1] * counts[2]),
+                k / counts[2] % counts[1],
+                k % counts[2],
+            ];
+            let step = [
+                surface.step[0],
+                surface.step[1],
+                surface.step[2] / DEPTHS as f64,
+            ];
+            [0, 1, 2].map(|a| surface.corner[a] + step[a] * at[a] as f64)
         };
-        let count = (surface.intervals[0] + 1) * (surface.intervals[1] + 1);
-        let nodes: Vec<[f64; 2]> = (0..count).map(node).collect();
-        let answer = |position: &[f64; 2]| padded(&surface.at(*position));
+        let nodes: Vec<[f64; 3]> = (0..counts.iter().product()).map(node).collect();
+        let answer = |position: &[f64; 3]| padded(&surface.at(*position));
+        let row = vec![0.0; surface.width];
         Ok(Self {
             answers: nodes.iter().flat_map(answer).collect(),
             nodes,
-            value: vec![0.0; surface.width],
-            slope: [vec![0.0; surface.width], vec![0.0; surface.width]],
+            counts,
+            slopes: [row.clone(), row.clone(), row.clone()],
+            value: row,
             map,
         })
     }
@@ -178,7 +201,7 @@ impl PositionEstimator {
             let (gradient, normal) = self.normal(&white);
             let step = newton_step(gradient, normal);
             let small = |a: usize| step[a].abs() < SETTLED * self.map.surface.step[a];
-            if small(0) && small(1) {
+            if (0..3).all(small) {
                 break;
             }
             let Some((next, lower)) = self.descend(&white, position, step, misfit) else {
@@ -193,57 +216,65 @@ impl PositionEstimator {
 
     /// The node whose answer is nearest to a frame: every other one first, then
     /// those round the best few, as a rough surface has more than one valley.
-    fn nearest_node(&self, white: &[f32]) -> [f64; 2] {
+    fn nearest_node(&self, white: &[f32]) -> [f64; 3] {
         const VALLEYS: usize = 4;
-        let [rows, columns] = self.map.surface.intervals.map(|count| count + 1);
-        let distance = |[row, column]: [usize; 2]| {
-            let node = row * columns + column;
-            squared_distance(&self.answers[node * white.len()..][..white.len()], white)
+        let [rows, columns, layers] = self.counts;
+        let number = |[row, column, layer]: [usize; 3]| (row * columns + column) * layers + layer;
+        let distance = |node: [usize; 3]| {
+            squared_distance(
+                &self.answers[number(node) * white.len()..][..white.len()],
+                white,
+            )
         };
-        let mut valleys = [(f32::INFINITY, [0, 0]); VALLEYS];
+        let mut valleys = [(f32::INFINITY, [0, 0, 0]); VALLEYS];
         for row in (0..rows).step_by(2) {
             for column in (0..columns).step_by(2) {
-                let found = (distance([row, column]), [row, column]);
-                if let Some(rank) = valleys.iter().position(|valley| found.0 < valley.0) {
-                    valleys[rank..].rotate_right(1);
-                    valleys[rank] = found;
+                for layer in 0..layers {
+                    let at = [row, column, layer];
+                    let found = (distance(at), at);
+                    if let Some(rank) = valleys.iter().position(|valley| found.0 < valley.0) {
+                        valleys[rank..].rotate_right(1);
+                        valleys[rank] = found;
+                    }
                 }
             }
         }
         let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
         let mut best = valleys[0];
-        for (_, [row, column]) in valleys {
+        for (_, [row, column, layer]) in valleys {
             for row in around(row, rows) {
                 for column in around(column, columns) {
-                    let found = distance([row, column]);
+                    let at = [row, column, layer];
+                    let found = distance(at);
                     if found < best.0 {
-                        best = (found, [row, column]);
+                        best = (found, at);
                     }
                 }
             }
         }
-        let (_, [row, column]) = best;
-        self.nodes[row * columns + column]
+        self.nodes[number(best.1)]
     }
 
     /// |white − x(position)|², leaving the answer and its slopes.
-    fn misfit(&mut self, white: &[f64], position: [f64; 2]) -> f64 {
-        let [x, y] = &mut self.slope;
-        self.map.surface.evaluate(position, &mut self.value, [x, y]);
+    fn misfit(&mut self, white: &[f64], position: [f64; 3]) -> f64 {
+        self.map
+            .surface
+            .evaluate(position, &mut self.value, &mut self.slopes);
         let terms = white.iter().zip(&self.value);
         terms.map(|(w, v)| (w - v).powi(2)).sum()
     }
 
-    /// Jᵀr and JᵀJ (xx, xy, yy) where the answer was last evaluated.
-    fn normal(&self, white: &[f64]) -> ([f64; 2], [f64; 3]) {
-        let (mut gradient, mut normal) = ([0.0; 2], [0.0; 3]);
-        let slopes = self.slope[0].iter().zip(&self.slope[1]);
-        for ((w, v), (x, y)) in white.iter().zip(&self.value).zip(slopes) {
-            gradient[0] += x * (w - v);
-            gradient[1] += y * (w - v);
-            normal[0] += x * x;
-            normal[1] += x * y;
-            normal[2] += y * y;
+    /// Jᵀr and JᵀJ where the answer was last evaluated.
+    fn normal(&self, white: &[f64]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let (mut gradient, mut normal) = ([0.0; 3], [[0.0; 3]; 3]);
+        for (function, (w, v)) in white.iter().zip(&self.value).enumerate() {
+            let slope = [0, 1, 2].map(|axis: usize| self.slopes[axis][function]);
+            for i in 0..3 {
+                gradient[i] += slope[i] * (w - v);
+                for j in 0..3 {
+                    normal[i][j] += slope[i] * slope[j];
+                }
+            }
         }
         (gradient, normal)
     }
@@ -252,16 +283,16 @@ impl PositionEstimator {
     fn descend(
         &mut self,
         white: &[f64],
-        position: [f64; 2],
-        step: [f64; 2],
+        position: [f64; 3],
+        step: [f64; 3],
         misfit: f64,
-    ) -> Option<([f64; 2], f64)> {
+    ) -> Option<([f64; 3], f64)> {
         // Two intervals at once: farther away the slopes say nothing.
-        let size = &self.map.surface.step;
-        let long = (step[0] / size[0]).abs().max((step[1] / size[1]).abs()) / 2.0;
+        let size = self.map.surface.step;
+        let long = (0..3).fold(0.0, |most: f64, a| most.max((step[a] / size[a]).abs())) / 2.0;
         let mut share = 1.0 / long.max(1.0);
         for _ in 0..=HALVINGS {
-            let next = [0, 1].map(|a| position[a] + share * step[a]);
+            let next = [0, 1, 2].map(|a| position[a] + share * step[a]);
             let next = self.map.surface.clamp(next);
             let lower = self.misfit(white, next);
             if lower < misfit {
@@ -273,19 +304,26 @@ impl PositionEstimator {
     }
 
     /// The estimate with its covariance: that of the noise, grown by the misfit.
-    fn judged(&self, position: [f64; 2], normal: [f64; 3], misfit: f64) -> PositionEstimate {
+    fn judged(&self, position: [f64; 3], normal: [[f64; 3]; 3], misfit: f64) -> PositionEstimate {
         let surface = &self.map.surface;
-        let freedom = surface.width.saturating_sub(2).max(1) as f64;
-        let growth = (misfit / freedom).max(1.0) * self.map.interval_factor.powi(2);
-        // Nothing is known worse than by the size of the rectangle.
-        let prior = [0, 1].map(|a| (surface.step[a] * surface.intervals[a] as f64).powi(-2));
-        let [xx, xy, yy] = normal.map(|n| n / growth);
-        let (xx, yy) = (xx + prior[0], yy + prior[1]);
-        let determinant = xx * yy - xy * xy;
-        let off = -xy / determinant;
+        let unknowns = if surface.is_deep() { 3 } else { 2 };
+        let freedom = surface.width.saturating_sub(unknowns).max(1) as f64;
+        let growth = (misfit / freedom).max(1.0);
+        let mut known = normal.map(|row| row.map(|n| n / growth));
+        for (axis, row) in known.iter_mut().enumerate() {
+            // Nothing is known worse than by the size of the box.
+            let size = surface.step[axis] * surface.intervals[axis].max(1) as f64;
+            row[axis] += size.powi(-2);
+        }
+        let covariance = inverse(&known);
+        let [x, y, z] = position;
+        let plane = self.map.interval_factor.powi(2);
         PositionEstimate {
-            position,
-            covariance: [[yy / determinant, off], [off, xx / determinant]],
+            position: [x, y],
+            covariance: [0, 1].map(|i| [0, 1].map(|j| plane * covariance[i][j])),
+            depth: surface
+                .is_deep()
+                .then(|| [z, self.map.depth_factor * covariance[2][2].sqrt()]),
             misfit,
             support: if misfit > self.map.largest_misfit {
                 Support::Outside
@@ -302,14 +340,24 @@ impl PositionEstimator {
 }
 
 /// (JᵀJ)⁻¹ Jᵀr, with a trace of damping where a slope vanishes.
-fn newton_step(gradient: [f64; 2], [xx, xy, yy]: [f64; 3]) -> [f64; 2] {
-    let damping = 1e-9 * (xx + yy) + f64::MIN_POSITIVE;
-    let (xx, yy) = (xx + damping, yy + damping);
-    let determinant = xx * yy - xy * xy;
-    [
-        (yy * gradient[0] - xy * gradient[1]) / determinant,
-        (xx * gradient[1] - xy * gradient[0]) / determinant,
-    ]
+fn newton_step(gradient: [f64; 3], mut normal: [[f64; 3]; 3]) -> [f64; 3] {
+    let trace: f64 = (0..3).map(|a| normal[a][a]).sum();
+    for (axis, row) in normal.iter_mut().enumerate() {
+        row[axis] += 1e-9 * trace + f64::MIN_POSITIVE;
+    }
+    let inverse = inverse(&normal);
+    inverse.map(|row| row[0] * gradient[0] + row[1] * gradient[1] + row[2] * gradient[2])
+}
+
+/// Inverse of a symmetric positive definite matrix.
+fn inverse(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let minor = |i: usize, j: usize| {
+        let [a, b] = [(i + 1) % 3, (i + 2) % 3];
+        let [c, d] = [(j + 1) % 3, (j + 2) % 3];
+        m[a][c] * m[b][d] - m[a][d] * m[b][c]
+    };
+    let determinant: f64 = (0..3).map(|j| m[0][j] * minor(0, j)).sum();
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| minor(j, i) / determinant))
 }
 
 fn padded(row: &[f64]) -> Vec<f32> {

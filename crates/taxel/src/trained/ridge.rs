@@ -95,7 +95,15 @@ pub struct Ridge {
 }
 
 impl Ridge {
-    /// Fits with the strength λ = `prior` of the prior.
+    /// Fits with the strength λ = `prior` of the prior, the same for all features.
+    ///
+    /// # Errors
+    /// As [`Self::fit_with`].
+    pub fn fit(moments: &Moments, prior: f64) -> Result<Self, TrainingError> {
+        Self::fit_with(moments, |_| prior)
+    }
+
+    /// Fits with the strength λⱼ = `prior(j)` of the prior of feature j.
     ///
     /// The noise variance is that of largest marginal likelihood,
     /// σ² = (yᵀy − wᵀΦᵀy)/(n − 1).
@@ -103,7 +111,10 @@ impl Ridge {
     /// # Errors
     /// [`TrainingError`] for fewer than two rows or when features depend on
     /// each other and the prior is too weak to decide between them.
-    pub fn fit(moments: &Moments, prior: f64) -> Result<Self, TrainingError> {
+    pub fn fit_with(
+        moments: &Moments,
+        prior: impl Fn(usize) -> f64,
+    ) -> Result<Self, TrainingError> {
         let size = moments.gram.ncols();
         if moments.rows < 2.0 {
             return Err(TrainingError::TooFew {
@@ -113,7 +124,7 @@ impl Ridge {
         }
         let mut matrix = moments.gram.clone();
         for j in 1..size {
-            matrix[(j, j)] += prior * moments.spread(j);
+            matrix[(j, j)] += prior(j) * moments.spread(j);
         }
         // Columns of unit length: features may differ by many orders.
         let scale: Vec<f64> = (0..size)

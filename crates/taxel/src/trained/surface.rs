@@ -1,26 +1,27 @@
-//! Smooth functions of a position, from readings at scattered positions.
+//! Smooth functions of a position and of a depth, from readings at scattered positions.
 //!
-//! f(x, y) = Σ c_ij B(x/h − i) B(y/h − j), uniform cubic B-splines; the
-//! coefficients have the least Σ (f(xₖ, yₖ) − vₖ)² + λ Σ (second differences)²
-//! (P. H. C. Eilers and B. D. Marx, Stat. Sci. 11, 89, 1996).
+//! f(x, y, z) = Σ c_ijk B(x/h − i) B(y/h − j) B(z/h − k), uniform cubic B-splines; the
+//! coefficients have the least Σ (f(pₙ) − vₙ)² + Σ λₐ (second differences along a)²
+//! (P. H. C. Eilers and B. D. Marx, Stat. Sci. 11, 89, 1996). Of presses of one depth the
+//! functions do not depend on z.
 
 use serde::{Deserialize, Serialize};
 
 use super::TrainingError;
 
-/// Several functions on one rectangle.
+/// Several functions on one rectangle, or on one box of positions and depths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Surface {
-    /// Corner of least x and y, m.
-    pub corner: [f64; 2],
-    /// Length of an interval along x and y, m.
-    pub step: [f64; 2],
-    /// Number of intervals along x and y.
-    pub intervals: [usize; 2],
+    /// Corner of least x, y and z, m.
+    pub corner: [f64; 3],
+    /// Length of an interval along x, y and z, m; along z one where depth is none.
+    pub step: [f64; 3],
+    /// Number of intervals along x, y and z; none along z for one depth.
+    pub intervals: [usize; 3],
     /// Number of functions.
     pub width: usize,
-    /// Coefficients: along x, then along y, then the functions.
+    /// Coefficients: along x, then along y, then along z, then the functions.
     pub coefficients: Vec<f64>,
 }
 
@@ -38,35 +39,48 @@ fn basis(u: f64) -> ([f64; 4], [f64; 4]) {
     (weights, slopes)
 }
 
+/// The interval of a position along each axis, the weights of its splines and their slopes
+/// (1/m).
+struct Local {
+    cell: [usize; 3],
+    weights: [[f64; 4]; 3],
+    slopes: [[f64; 4]; 3],
+}
+
 impl Surface {
-    /// Fits `values` (one row of functions each) at `positions` (m), with
-    /// `intervals` along x and y. `smoothing` λ is relative to the number of
-    /// readings for each coefficient.
+    /// Fits `values` (one row of functions each) at `positions` (x, y, z in m), with
+    /// `intervals` along x, y and z (none: one depth). The smoothings λ along the plane and
+    /// along z are relative to the number of readings for each coefficient.
     ///
     /// # Errors
     /// [`TrainingError`] when the positions span no area or leave a function open.
     pub fn fit(
-        positions: &[[f64; 2]],
+        positions: &[[f64; 3]],
         values: &[Vec<f64>],
-        intervals: [usize; 2],
-        smoothing: f64,
+        intervals: [usize; 3],
+        smoothing: [f64; 2],
     ) -> Result<Self, TrainingError> {
         let end = |axis: usize, of: fn(f64, f64) -> f64, start: f64| {
-            positions
-                .iter()
-                .map(|position| position[axis])
-                .fold(start, of)
+            let along = positions.iter().map(|position| position[axis]);
+            along.fold(start, of)
         };
-        let corner = [0, 1].map(|axis| end(axis, f64::min, f64::INFINITY));
-        let far = [0, 1].map(|axis| end(axis, f64::max, f64::NEG_INFINITY));
-        let span = [far[0] - corner[0], far[1] - corner[1]];
+        let corner = [0, 1, 2].map(|axis| end(axis, f64::min, f64::INFINITY));
+        let span = [0, 1, 2].map(|axis| end(axis, f64::max, f64::NEG_INFINITY) - corner[axis]);
         if !(span[0] > 0.0 && span[1] > 0.0) {
             return Err(TrainingError::NoArea(span[0].max(0.0), span[1].max(0.0)));
         }
-        let intervals = intervals.map(|count| count.max(1));
+        let deep = intervals[2] > 0 && span[2] > 0.0;
+        let intervals = [
+            intervals[0].max(1),
+            intervals[1].max(1),
+            if deep { intervals[2] } else { 0 },
+        ];
         let mut surface = Self {
-            corner,
-            step: [0, 1].map(|axis| span[axis] / intervals[axis] as f64),
+            corner: [corner[0], corner[1], if deep { corner[2] } else { 0.0 }],
+            step: [0, 1, 2].map(|axis| match intervals[axis] {
+                0 => 1.0,
+                count => span[axis] / count as f64,
+            }),
             intervals,
             width: values.first().map_or(0, Vec::len),
             coefficients: Vec::new(),
@@ -77,31 +91,30 @@ impl Surface {
 
     fn solve(
         &mut self,
-        positions: &[[f64; 2]],
+        positions: &[[f64; 3]],
         values: &[Vec<f64>],
-        smoothing: f64,
+        smoothing: [f64; 2],
     ) -> Result<(), TrainingError> {
         let unknowns = self.unknowns();
-        let mut system = Banded::new(unknowns, 3 * self.columns() + 3);
+        let [_, columns, layers] = self.counts();
+        let band = 3 * columns * layers + 3 * layers + layers.min(4) - 1;
+        let mut system = Banded::new(unknowns, band);
         let mut right = vec![0.0; unknowns * self.width];
+        let mut terms = Vec::new();
         for (position, value) in positions.iter().zip(values) {
-            let (cell, [wx, wy], _) = self.local(*position);
-            let terms = self.terms(cell);
-            let weight = |k: usize| wx[k / 4] * wy[k % 4];
-            for (k, at) in terms.iter().enumerate() {
-                for (l, other) in terms.iter().enumerate().take(k + 1) {
-                    system.add(*at, *other, weight(k) * weight(l));
+            self.terms(*position, &mut terms);
+            for (k, (at, weight)) in terms.iter().enumerate() {
+                for (other, beside) in &terms[..=k] {
+                    system.add(*at, *other, weight * beside);
                 }
                 let row = &mut right[at * self.width..(at + 1) * self.width];
-                row.iter_mut()
-                    .zip(value)
-                    .for_each(|(r, v)| *r += weight(k) * v);
+                for (sum, value) in row.iter_mut().zip(value) {
+                    *sum += weight * value;
+                }
             }
         }
-        self.penalise(
-            &mut system,
-            smoothing * positions.len() as f64 / unknowns as f64,
-        );
+        let share = positions.len() as f64 / unknowns as f64;
+        self.penalise(&mut system, smoothing.map(|smoothing| smoothing * share));
         if !system.factorise() {
             return Err(TrainingError::Dependent { features: unknowns });
         }
@@ -110,25 +123,28 @@ impl Surface {
         Ok(())
     }
 
-    /// Adds `weight` times the squares of all second differences.
-    fn penalise(&self, system: &mut Banded, weight: f64) {
-        let (rows, columns) = (self.intervals[0] + 3, self.columns());
-        let mut second = |at: [usize; 3]| {
-            for (a, x) in at.iter().zip([1.0, -2.0, 1.0]) {
-                for (b, y) in at.iter().zip([1.0, -2.0, 1.0]) {
-                    if a >= b {
-                        system.add(*a, *b, weight * x * y);
-                    }
+    /// Adds the weights times the squares of all second differences along the plane and
+    /// along z.
+    fn penalise(&self, system: &mut Banded, [plane, along]: [f64; 2]) {
+        let counts = self.counts();
+        let strides = [counts[1] * counts[2], counts[2], 1];
+        let mut second = |first: usize, stride: usize, weight: f64| {
+            for (a, x) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+                for (b, y) in [1.0, -2.0, 1.0].into_iter().enumerate().take(a + 1) {
+                    system.add(first + a * stride, first + b * stride, weight * x * y);
                 }
             }
         };
-        for i in 0..rows {
-            for j in 0..columns {
-                if i + 2 < rows {
-                    second([0, 1, 2].map(|k| (i + k) * columns + j));
-                }
-                if j + 2 < columns {
-                    second([0, 1, 2].map(|k| i * columns + j + k));
+        for i in 0..counts[0] {
+            for j in 0..counts[1] {
+                for k in 0..counts[2] {
+                    let first = i * strides[0] + j * strides[1] + k;
+                    for (axis, at) in [i, j, k].into_iter().enumerate() {
+                        if at + 2 < counts[axis] {
+                            let weight = if axis < 2 { plane } else { along };
+                            second(first, strides[axis], weight);
+                        }
+                    }
                 }
             }
         }
@@ -137,9 +153,9 @@ impl Surface {
     /// True if a surface from a file is one.
     pub(super) fn is_sound(&self) -> bool {
         let most = 1 << 12;
-        self.intervals
-            .iter()
-            .all(|count| (1..=most).contains(count))
+        let counted = |count: &usize| (1..=most).contains(count);
+        self.intervals[..2].iter().all(counted)
+            && self.intervals[2] <= most
             && self.step.iter().all(|step| *step > 0.0 && step.is_finite())
             && self.corner.iter().all(|corner| corner.is_finite())
             && self.width > 0
@@ -147,68 +163,111 @@ impl Surface {
             && self.coefficients.iter().all(|c| c.is_finite())
     }
 
+    /// True if the functions depend on the depth.
+    pub fn is_deep(&self) -> bool {
+        self.intervals[2] > 0
+    }
+
     /// Number of coefficients of one function.
     pub fn unknowns(&self) -> usize {
-        (self.intervals[0] + 3) * self.columns()
+        self.counts().iter().product()
     }
 
-    fn columns(&self) -> usize {
-        self.intervals[1] + 3
+    /// Coefficients along each axis.
+    fn counts(&self) -> [usize; 3] {
+        let [rows, columns, layers] = self.intervals;
+        let layers = if layers == 0 { 1 } else { layers + 3 };
+        [rows + 3, columns + 3, layers]
     }
 
-    /// The interval of a position along x and y, its weights and their slopes (1/m).
-    fn local(&self, position: [f64; 2]) -> ([usize; 2], [[f64; 4]; 2], [[f64; 4]; 2]) {
-        let [x, y] = [0, 1].map(|axis| {
-            let last = self.intervals[axis] - 1;
-            let at = (position[axis] - self.corner[axis]) / self.step[axis];
+    fn local(&self, position: [f64; 3]) -> Local {
+        let mut local = Local {
+            cell: [0; 3],
+            weights: [[1.0, 0.0, 0.0, 0.0]; 3],
+            slopes: [[0.0; 4]; 3],
+        };
+        for (axis, position) in position.into_iter().enumerate() {
+            let Some(last) = self.intervals[axis].checked_sub(1) else {
+                continue;
+            };
+            let at = (position - self.corner[axis]) / self.step[axis];
             let cell = (at.max(0.0) as usize).min(last);
             let (weights, slopes) = basis(at - cell as f64);
-            (cell, weights, slopes.map(|slope| slope / self.step[axis]))
-        });
-        ([x.0, y.0], [x.1, y.1], [x.2, y.2])
+            local.cell[axis] = cell;
+            local.weights[axis] = weights;
+            local.slopes[axis] = slopes.map(|slope| slope / self.step[axis]);
+        }
+        local
     }
 
-    /// Numbers of the sixteen coefficients of an interval.
-    fn terms(&self, cell: [usize; 2]) -> [usize; 16] {
-        std::array::from_fn(|k| (cell[0] + k / 4) * self.columns() + cell[1] + k % 4)
+    /// Numbers of the coefficients that a position needs, with their weights, in rising order.
+    fn terms(&self, position: [f64; 3], terms: &mut Vec<(usize, f64)>) {
+        let local = self.local(position);
+        let [_, columns, layers] = self.counts();
+        let [x, y, z] = &local.weights;
+        terms.clear();
+        for (i, wx) in x.iter().enumerate() {
+            for (j, wy) in y.iter().enumerate() {
+                let line = (local.cell[0] + i) * columns + local.cell[1] + j;
+                for (k, wz) in z.iter().enumerate().take(layers.min(4)) {
+                    terms.push((line * layers + local.cell[2] + k, wx * wy * wz));
+                }
+            }
+        }
     }
 
-    /// The functions at a position, with their slopes along x and y, into rows of
-    /// `width` numbers. Outside of the rectangle the outermost cubics go on.
-    pub fn evaluate(&self, position: [f64; 2], value: &mut [f64], slope: [&mut [f64]; 2]) {
-        let (cell, [wx, wy], [sx, sy]) = self.local(position);
-        let [slope_x, slope_y] = slope;
+    /// The functions at a position, with their slopes along x, y and z, into rows of
+    /// `width` numbers. Outside of the box the outermost cubics go on.
+    pub fn evaluate(&self, position: [f64; 3], value: &mut [f64], slopes: &mut [Vec<f64>; 3]) {
+        let local = self.local(position);
+        let [_, columns, layers] = self.counts();
         value.fill(0.0);
-        slope_x.fill(0.0);
-        slope_y.fill(0.0);
-        for (k, at) in self.terms(cell).into_iter().enumerate() {
-            let (i, j) = (k / 4, k % 4);
-            let (w, x, y) = (wx[i] * wy[j], sx[i] * wy[j], wx[i] * sy[j]);
-            let row = &self.coefficients[at * self.width..(at + 1) * self.width];
-            for (function, c) in row.iter().enumerate() {
-                value[function] += w * c;
-                slope_x[function] += x * c;
-                slope_y[function] += y * c;
+        for slope in slopes.iter_mut() {
+            slope.fill(0.0);
+        }
+        let [slope_x, slope_y, slope_z] = slopes;
+        for i in 0..4 {
+            for j in 0..4 {
+                let line = (local.cell[0] + i) * columns + local.cell[1] + j;
+                let plane = [
+                    local.weights[0][i] * local.weights[1][j],
+                    local.slopes[0][i] * local.weights[1][j],
+                    local.weights[0][i] * local.slopes[1][j],
+                ];
+                for k in 0..layers.min(4) {
+                    let [w, x, y] = plane.map(|share| share * local.weights[2][k]);
+                    let z = plane[0] * local.slopes[2][k];
+                    let at = line * layers + local.cell[2] + k;
+                    let row = &self.coefficients[at * self.width..(at + 1) * self.width];
+                    let sums = value.iter_mut().zip(slope_x.iter_mut());
+                    let sums = sums.zip(slope_y.iter_mut().zip(slope_z.iter_mut()));
+                    for (((value, sx), (sy, sz)), c) in sums.zip(row) {
+                        *value += w * c;
+                        *sx += x * c;
+                        *sy += y * c;
+                        *sz += z * c;
+                    }
+                }
             }
         }
     }
 
     /// The functions at a position.
-    pub fn at(&self, position: [f64; 2]) -> Vec<f64> {
+    pub fn at(&self, position: [f64; 3]) -> Vec<f64> {
         let mut value = vec![0.0; self.width];
-        let (mut x, mut y) = (value.clone(), value.clone());
-        self.evaluate(position, &mut value, [&mut x, &mut y]);
+        let mut slopes = [value.clone(), value.clone(), value.clone()];
+        self.evaluate(position, &mut value, &mut slopes);
         value
     }
 
-    /// Where the rectangle begins and ends along an axis, m.
+    /// Where the box begins and ends along an axis, m.
     pub fn range(&self, axis: usize) -> [f64; 2] {
         let far = self.step[axis] * self.intervals[axis] as f64;
         [self.corner[axis], self.corner[axis] + far]
     }
 
-    /// The position nearest to `position` in the rectangle, m.
-    pub fn clamp(&self, position: [f64; 2]) -> [f64; 2] {
+    /// The position nearest to `position` in the box, m.
+    pub fn clamp(&self, position: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| {
             let [near, far] = self.range(axis);
             position[axis].max(near).min(far)
@@ -305,54 +364,59 @@ fn subtract(row: &mut [f64], other: &[f64], factor: f64) {
 mod tests {
     use super::*;
 
-    fn positions(count: usize) -> Vec<[f64; 2]> {
-        // A sequence that fills the square evenly.
-        let fill = |k: usize| {
-            [
-                (k as f64 * 0.7548776662) % 1.0,
-                (k as f64 * 0.5698402910) % 1.0,
-            ]
-        };
-        let corners = [[0.0, 0.0], [1.0, 1.0]];
+    fn positions(count: usize) -> Vec<[f64; 3]> {
+        // A sequence that fills the cube evenly.
+        let fill =
+            |k: usize| [0.8191725134, 0.6710436067, 0.5497004779].map(|a| k as f64 * a % 1.0);
+        let corners = [[0.0; 3], [1.0; 3]];
         corners.into_iter().chain((1..count).map(fill)).collect()
     }
 
     #[test]
-    fn a_bicubic_function_is_reproduced_with_its_slopes() {
-        let f = |p: &[f64; 2]| {
-            vec![
-                p[0].powi(3) * p[1] - p[1].powi(2),
-                1.0 + p[0] * p[1].powi(3),
-            ]
-        };
-        let positions = positions(400);
-        let values: Vec<_> = positions.iter().map(f).collect();
-        let surface = Surface::fit(&positions, &values, [4, 5], 0.0).unwrap();
-        let (mut v, mut x, mut y) = ([0.0; 2], [0.0; 2], [0.0; 2]);
-        for p in [[0.0, 1.0], [0.31, 0.77], [1.0, 0.5]] {
-            surface.evaluate(p, &mut v, [&mut x, &mut y]);
-            // Rounding, times the condition of splines at the edge.
-            for (a, b) in v.iter().zip(f(&p)) {
-                assert!((a - b).abs() < 1e-10);
+    fn a_cubic_function_is_reproduced_with_its_slopes() {
+        for deep in [false, true] {
+            let depth = |p: &[f64; 3]| if deep { p[2] } else { 0.0 };
+            let f = |p: &[f64; 3]| {
+                vec![
+                    p[0].powi(3) * p[1] - p[1].powi(2) + depth(p) * p[0],
+                    1.0 + p[0] * p[1].powi(3) + depth(p).powi(3),
+                ]
+            };
+            let positions = positions(900);
+            let values: Vec<_> = positions.iter().map(f).collect();
+            let intervals = [4, 5, usize::from(deep) * 2];
+            let surface = Surface::fit(&positions, &values, intervals, [0.0; 2]).unwrap();
+            assert_eq!(surface.is_deep(), deep);
+            let (mut v, mut slopes) = ([0.0; 2], [vec![0.0; 2], vec![0.0; 2], vec![0.0; 2]]);
+            for p in [[0.0, 1.0, 0.2], [0.31, 0.77, 0.9], [1.0, 0.5, 0.0]] {
+                surface.evaluate(p, &mut v, &mut slopes);
+                // Rounding, times the condition of splines at the edge.
+                for (a, b) in v.iter().zip(f(&p)) {
+                    assert!((a - b).abs() < 1e-9, "{a} {b}");
+                }
+                let [x, y, z] = &slopes;
+                assert!((x[0] - 3.0 * p[0].powi(2) * p[1] - depth(&p)).abs() < 1e-8);
+                assert!((y[0] - p[0].powi(3) + 2.0 * p[1]).abs() < 1e-8);
+                let along = if deep { 3.0 * p[2].powi(2) } else { 0.0 };
+                assert!((z[1] - along).abs() < 1e-8);
             }
-            assert!((x[0] - 3.0 * p[0].powi(2) * p[1]).abs() < 1e-9);
-            assert!((y[0] - p[0].powi(3) + 2.0 * p[1]).abs() < 1e-9);
         }
     }
 
     #[test]
     fn strong_smoothing_leaves_a_plane() {
         let positions = positions(300);
-        let plane = |p: &[f64; 2]| vec![2.0 - p[0] + 3.0 * p[1]];
+        let plane = |p: &[f64; 3]| vec![2.0 - p[0] + 3.0 * p[1] + p[2]];
         let values: Vec<_> = positions.iter().map(plane).collect();
-        let surface = Surface::fit(&positions, &values, [9, 9], 1e6).unwrap();
-        assert!((surface.at([0.2, 0.9])[0] - plane(&[0.2, 0.9])[0]).abs() < 1e-6);
+        let surface = Surface::fit(&positions, &values, [9, 9, 2], [1e6; 2]).unwrap();
+        let at = [0.2, 0.9, 0.4];
+        assert!((surface.at(at)[0] - plane(&at)[0]).abs() < 1e-6);
     }
 
     #[test]
     fn presses_along_a_line_are_refused() {
-        let line: Vec<_> = (0..9).map(|i| [f64::from(i), 2.0]).collect();
-        let found = Surface::fit(&line, &vec![vec![0.0]; 9], [3, 3], 1.0);
+        let line: Vec<_> = (0..9).map(|i| [f64::from(i), 2.0, 0.0]).collect();
+        let found = Surface::fit(&line, &vec![vec![0.0]; 9], [3, 3, 0], [1.0; 2]);
         assert_eq!(found, Err(TrainingError::NoArea(8.0, 0.0)));
     }
 }

@@ -6,7 +6,7 @@ use crate::quantity::LENGTH;
 use crate::table::{Cell, Column};
 use crate::trained::{PositionMap, TrainedMaps};
 
-static LOADS: [LoadColumn; 2] = [
+static LOADS: [LoadColumn; 3] = [
     LoadColumn {
         name: "x",
         short: "x",
@@ -21,9 +21,16 @@ static LOADS: [LoadColumn; 2] = [
         required: true,
         about: "position of the press from the middle of the area",
     },
+    LoadColumn {
+        name: "z",
+        short: "z",
+        kind: LoadKind::Quantity(&LENGTH, [-10.0, 10.0]),
+        required: false,
+        about: "depth of the press, as the z of training; without it the middle of the depths",
+    },
 ];
 
-/// Answers the channels of a press of the depth of training, with their
+/// Answers the channels of a press of a depth of training, with their
 /// deviation from press to press.
 #[derive(Debug, Clone)]
 pub struct TrainedPredictor {
@@ -66,9 +73,16 @@ impl Predictor for TrainedPredictor {
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
-        let position = [0, 1].map(|axis| load.number(axis).unwrap_or(0.0));
-        let nearest = self.map.surface.clamp(position);
-        if let Some(column) = (0..2).find(|axis| (nearest[*axis] - position[*axis]).abs() > 1e-9) {
+        let surface = &self.map.surface;
+        let [shallow, deep] = surface.range(2);
+        let middle = [0.0, 0.0, 0.5 * (shallow + deep)];
+        let mut position = [0, 1, 2].map(|axis| load.number(axis).unwrap_or(middle[axis]));
+        if !surface.is_deep() {
+            // Nothing is known of other depths.
+            position[2] = 0.0;
+        }
+        let nearest = surface.clamp(position);
+        if let Some(column) = (0..3).find(|axis| (nearest[*axis] - position[*axis]).abs() > 1e-9) {
             let [low, high] = self.map.surface.range(column).map(|end| end * 1e3);
             return Err(LoadRefused {
                 column,

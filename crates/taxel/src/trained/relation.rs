@@ -1,0 +1,404 @@
+//! How the channels of a device hang together: what each must read beside the others.
+//!
+//! The scaled readings z of all frames of training have a covariance C with the inverse P.
+//! Under a normal law a channel is expected, beside the others, at
+//! ẑᵢ = −Σⱼ Pᵢⱼ zⱼ/Pᵢᵢ with the variance 1/Pᵢᵢ, and the frame as a whole has the misfit
+//! χ² = zᵀPz. Without channel m the inverse is P − p pᵀ/Pₘₘ with p its column m, so χ² falls by
+//! (Pz)ₘ²/Pₘₘ (the sweep operator; A. P. Dempster, *Elements of Continuous Multivariate
+//! Analysis*, 1969). A reading that alone makes a frame unlike training is wrong; a frame that
+//! stays unlike it is another touch.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Standard, TrainingError};
+
+/// A relation of the channels, learned from frames.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Relation {
+    /// True if it is one of readings less those at rest.
+    pub tared: bool,
+    /// Channels and their scale.
+    pub standard: Standard,
+    /// P, rows of the lower triangle one after the other.
+    pub precision: Vec<f64>,
+    /// Standard deviation of each scaled channel about what the others say, of frames that were
+    /// held out.
+    pub deviation: Vec<f64>,
+    /// Largest χ² of a frame that was held out.
+    pub largest_misfit: f64,
+}
+
+/// Channels of a frame that contradict the others, and what they must read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Judged {
+    /// For each channel in use its distance from what the others say, in deviations; `NaN`
+    /// without a reading.
+    pub scores: Vec<f64>,
+    /// For each channel in use whether its reading is wrong or missing.
+    pub left_out: Vec<bool>,
+    /// Standard deviation of the readings that were replaced, in the unit of a channel; zero of
+    /// the others.
+    pub deviation: Vec<f64>,
+}
+
+/// A reading this many deviations from what the others say is suspected; and one that was left
+/// out is taken again below half of it.
+pub const CONTRADICTS: f64 = 8.0;
+/// A frame with less than this many times the largest misfit of training is like training.
+const LIKE: f64 = 2.0;
+/// At most this share of the channels can be wrong beside the others.
+const MOST_WRONG: f64 = 1.0 / 3.0;
+/// Rounds in which several replaced readings settle beside each other, and the change that ends
+/// them, in deviations of a channel.
+const ROUNDS: usize = 200;
+const SETTLED: f64 = 1e-9;
+
+impl Relation {
+    /// Checks that the parts of a relation from a file belong together.
+    ///
+    /// # Errors
+    /// [`TrainingError::Unsound`].
+    pub(super) fn check(&self) -> Result<(), TrainingError> {
+        let width = self.standard.used.len();
+        let positive = |values: &[f64]| values.iter().all(|v| *v > 0.0 && v.is_finite());
+        let diagonal: Vec<f64> = (1..=width)
+            .filter_map(|i| self.precision.get(i * (i + 1) / 2 - 1).copied())
+            .collect();
+        let sound = self.standard.is_sound()
+            && self.precision.len() == width * (width + 1) / 2
+            && self.precision.iter().all(|entry| entry.is_finite())
+            && positive(&diagonal)
+            && self.deviation.len() == width
+            && positive(&self.deviation)
+            && positive(&[self.largest_misfit]);
+        if sound {
+            Ok(())
+        } else {
+            Err(TrainingError::Unsound { table: "relation" })
+        }
+    }
+
+    fn entry(&self, i: usize, j: usize) -> f64 {
+        let (row, column) = if i >= j { (i, j) } else { (j, i) };
+        self.precision[row * (row + 1) / 2 + column]
+    }
+}
+
+/// Judges frame by frame, with what was wrong before.
+#[derive(Debug, Clone)]
+pub struct RelationWatch {
+    relation: Relation,
+    /// P in full, and the work copy without the channels that are left out.
+    full: Vec<f64>,
+    swept: Vec<f64>,
+    scaled: Vec<f64>,
+    product: Vec<f64>,
+    /// Channels that were wrong in the frame before.
+    before: Vec<bool>,
+    /// For how long each of them has agreed again, s.
+    agrees: Vec<f64>,
+    judged: Judged,
+}
+
+/// A channel that was left out is used again when it has agreed with the others for this time, s.
+const RECOVERED: f64 = 2.0;
+
+impl RelationWatch {
+    /// A watch over channels that are all well.
+    ///
+    /// # Errors
+    /// [`TrainingError::Unsound`] for a relation that was changed by hand.
+    pub fn new(relation: Relation) -> Result<Self, TrainingError> {
+        relation.check()?;
+        let width = relation.standard.used.len();
+        let full: Vec<f64> = (0..width * width)
+            .map(|k| relation.entry(k / width, k % width))
+            .collect();
+        Ok(Self {
+            swept: full.clone(),
+            full,
+            scaled: vec![0.0; width],
+            product: vec![0.0; width],
+            before: vec![false; width],
+            agrees: vec![0.0; width],
+            judged: Judged {
+                scores: vec![0.0; width],
+                left_out: vec![false; width],
+                deviation: vec![0.0; width],
+            },
+            relation,
+        })
+    }
+
+    /// The relation.
+    pub fn relation(&self) -> &Relation {
+        &self.relation
+    }
+
+    /// Judges a frame, `elapsed` s after the one before, and replaces the readings that are
+    /// wrong or missing (`NaN`) by what the others say. A frame of which too many readings are
+    /// missing stays as it is. With `missing_only` no reading is called wrong: the rest of the
+    /// device is not known yet.
+    pub fn judge(&mut self, elapsed: f64, frame: &mut [f64], missing_only: bool) -> &Judged {
+        let width = self.scaled.len();
+        let most = (MOST_WRONG * width as f64) as usize;
+        let standard = &self.relation.standard;
+        let mut missing = 0;
+        for (i, channel) in standard.used.iter().enumerate() {
+            let value = frame.get(*channel).copied().unwrap_or(f64::NAN);
+            let scaled = (value - standard.centre[i]) / standard.scale[i];
+            self.judged.left_out[i] = !scaled.is_finite();
+            missing += usize::from(!scaled.is_finite());
+            self.scaled[i] = if scaled.is_finite() { scaled } else { 0.0 };
+        }
+        self.judged.deviation.fill(0.0);
+        self.judged.scores.fill(f64::NAN);
+        if missing > most {
+            return &self.judged;
+        }
+        let absent = self.judged.left_out.clone();
+        // What was wrong is not believed at once.
+        for i in 0..width {
+            self.judged.left_out[i] |= self.before[i];
+        }
+        if missing_only {
+            self.before.fill(false);
+            self.judged.left_out.clone_from(&absent);
+            self.sweep();
+            self.multiply();
+            self.replace(frame);
+            return &self.judged;
+        }
+        if !self.explain(most) {
+            self.judged.left_out.clone_from(&absent);
+        }
+        let mut changed = false;
+        for (i, absent) in absent.into_iter().enumerate() {
+            let score = self.against(i);
+            self.judged.scores[i] = if absent { f64::NAN } else { score };
+            let agrees = !absent && score < 0.5 * CONTRADICTS;
+            self.agrees[i] = if agrees {
+                self.agrees[i] + elapsed
+            } else {
+                0.0
+            };
+            if self.judged.left_out[i] && self.agrees[i] >= RECOVERED {
+                self.judged.left_out[i] = false;
+                changed = true;
+            }
+            self.before[i] = self.judged.left_out[i] && !absent;
+        }
+        if changed {
+            self.sweep();
+        }
+        self.replace(frame);
+        &self.judged
+    }
+
+    /// Leaves out one channel after the other that contradicts the rest; false if the frame
+    /// stays unlike training.
+    fn explain(&mut self, most: usize) -> bool {
+        let limit = LIKE * self.relation.largest_misfit;
+        self.sweep();
+        loop {
+            let misfit = self.multiply();
+            let width = self.scaled.len();
+            let used = (0..width).filter(|i| !self.judged.left_out[*i]);
+            let gain = |i: usize| self.product[i] * self.product[i] / self.swept[i * width + i];
+            let suspect = used.max_by(|a, b| gain(*a).total_cmp(&gain(*b)));
+            let wrong = suspect.filter(|i| self.score(*i) > CONTRADICTS);
+            let Some(wrong) = wrong else {
+                return misfit <= limit;
+            };
+            let left_out = self.judged.left_out.iter().filter(|left_out| **left_out);
+            if left_out.count() >= most {
+                return false;
+            }
+            self.judged.left_out[wrong] = true;
+            self.sweep_one(wrong);
+        }
+    }
+
+    /// The inverse without all channels that are left out.
+    fn sweep(&mut self) {
+        self.swept.copy_from_slice(&self.full);
+        for i in 0..self.scaled.len() {
+            if self.judged.left_out[i] {
+                self.sweep_one(i);
+            }
+        }
+    }
+
+    fn sweep_one(&mut self, m: usize) {
+        let width = self.scaled.len();
+        let pivot = self.swept[m * width + m];
+        let column: Vec<f64> = (0..width).map(|i| self.swept[i * width + m]).collect();
+        for i in 0..width {
+            let factor = column[i] / pivot;
+            let row = &mut self.swept[i * width..(i + 1) * width];
+            for (entry, column) in row.iter_mut().zip(&column) {
+                *entry -= factor * column;
+            }
+        }
+        for i in 0..width {
+            self.swept[i * width + m] = 0.0;
+            self.swept[m * width + i] = 0.0;
+        }
+    }
+
+    /// P z of the channels in use, and χ².
+    fn multiply(&mut self) -> f64 {
+        let width = self.scaled.len();
+        let mut misfit = 0.0;
+        for i in 0..width {
+            let row = &self.swept[i * width..(i + 1) * width];
+            let terms = row.iter().zip(&self.scaled);
+            let sum: f64 = terms.map(|(p, z)| p * z).sum();
+            self.product[i] = sum;
+            misfit += if self.judged.left_out[i] {
+                0.0
+            } else {
+                sum * self.scaled[i]
+            };
+        }
+        misfit
+    }
+
+    /// Distance of a channel in use from what the others say, in deviations.
+    fn score(&self, i: usize) -> f64 {
+        let width = self.scaled.len();
+        (self.product[i] / self.swept[i * width + i]).abs() / self.relation.deviation[i]
+    }
+
+    /// The same of any channel, by the channels in use beside it.
+    fn against(&self, i: usize) -> f64 {
+        if !self.judged.left_out[i] {
+            return self.score(i);
+        }
+        let (expected, _) = self.expected(i);
+        (self.scaled[i] - expected).abs() / self.relation.deviation[i]
+    }
+
+    /// What the channels in use say of one that is left out, and the variance of it over that
+    /// beside all the others.
+    fn expected(&self, wanted: usize) -> (f64, f64) {
+        let width = self.scaled.len();
+        let left_out: Vec<usize> = (0..width).filter(|i| self.judged.left_out[*i]).collect();
+        let at = |i: usize, j: usize| self.full[i * width + j];
+        let outside = |m: usize| -> f64 {
+            let used = (0..width).filter(|j| !self.judged.left_out[*j]);
+            used.map(|j| at(m, j) * self.scaled[j]).sum()
+        };
+        // Σ P_mn z_n over those left out is − Σ P_mj z_j over the others (Gauss and Seidel).
+        let settle = |right: &[f64]| -> Vec<f64> {
+            let mut found = vec![0.0; left_out.len()];
+            for _ in 0..ROUNDS {
+                let mut change: f64 = 0.0;
+                for (k, m) in left_out.iter().enumerate() {
+                    let beside = left_out.iter().zip(&found);
+                    let sum: f64 = beside.map(|(n, z)| at(*m, *n) * z).sum();
+                    let next = found[k] + (right[k] - sum) / at(*m, *m);
+                    change = change.max((next - found[k]).abs());
+                    found[k] = next;
+                }
+                if change < SETTLED {
+                    break;
+                }
+            }
+            found
+        };
+        let place = left_out.iter().position(|m| *m == wanted).unwrap_or(0);
+        let right: Vec<f64> = left_out.iter().map(|m| -outside(*m)).collect();
+        let unit: Vec<f64> = left_out
+            .iter()
+            .map(|m| f64::from(u8::from(*m == wanted)))
+            .collect();
+        let expected = settle(&right).get(place).copied().unwrap_or(0.0);
+        let variance = settle(&unit).get(place).copied().unwrap_or(0.0);
+        (expected, variance * at(wanted, wanted))
+    }
+
+    fn replace(&mut self, frame: &mut [f64]) {
+        for i in 0..self.scaled.len() {
+            if !self.judged.left_out[i] {
+                continue;
+            }
+            let (expected, growth) = self.expected(i);
+            let standard = &self.relation.standard;
+            if let Some(value) = frame.get_mut(standard.used[i]) {
+                *value = standard.centre[i] + standard.scale[i] * expected;
+            }
+            let deviation = self.relation.deviation[i] * growth.max(1.0).sqrt();
+            self.judged.deviation[i] = standard.scale[i] * deviation;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four channels that read twice the same touch: z, z, 2z, 2z with a noise of 0.1.
+    fn watch() -> RelationWatch {
+        let directions = [1.0, 1.0, 2.0, 2.0, 1.5, 1.0];
+        let width = directions.len();
+        // Inverse of 0.01 I + d dᵀ (Sherman and Morrison).
+        let square: f64 = directions.iter().map(|d| d * d).sum();
+        let precision = (0..width).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let precision = precision.map(|(i, j)| {
+            let own = if i == j { 100.0 } else { 0.0 };
+            own - 1e4 * directions[i] * directions[j] / (1.0 + 100.0 * square)
+        });
+        RelationWatch::new(Relation {
+            tared: true,
+            standard: Standard {
+                channels: width,
+                used: (0..width).collect(),
+                centre: vec![0.0; width],
+                scale: vec![1.0; width],
+            },
+            precision: precision.collect(),
+            deviation: vec![0.12; width],
+            largest_misfit: 20.0,
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_wrong_reading_is_replaced_by_what_the_others_say() {
+        let mut watch = watch();
+        for wrong in [30.0, 0.0, f64::NAN] {
+            let mut frame = [3.0, 3.0, 6.0, 6.0, 4.5, 3.0];
+            frame[2] = wrong;
+            let judged = watch.judge(0.01, &mut frame, false).clone();
+            assert_eq!(judged.left_out, [false, false, true, false, false, false]);
+            // The others know z to 0.1 over the root of their squares.
+            assert!((frame[2] - 6.0).abs() < 0.02, "{frame:?}");
+            assert!(judged.deviation[2] > 0.1 && judged.deviation[3] == 0.0);
+        }
+    }
+
+    #[test]
+    fn a_reading_is_believed_again_after_it_has_agreed_for_long() {
+        let mut watch = watch();
+        let sound = [3.0, 3.0, 6.0, 6.0, 4.5, 3.0];
+        let mut frame = sound;
+        frame[0] = 9.0;
+        assert!(watch.judge(0.1, &mut frame, false).left_out[0]);
+        let used = (0..30).position(|_| {
+            let mut frame = sound;
+            !watch.judge(0.1, &mut frame, false).left_out[0]
+        });
+        // Two seconds of frames 0.1 s apart.
+        assert!((18..=21).contains(&used.unwrap()), "{used:?}");
+    }
+
+    #[test]
+    fn a_touch_unlike_training_is_no_fault() {
+        let mut watch = watch();
+        let mut frame = [3.0, -3.0, 6.0, -6.0, 4.5, -3.0];
+        let judged = watch.judge(0.01, &mut frame, false);
+        assert!(judged.left_out.iter().all(|left_out| !left_out));
+    }
+}
