@@ -73,7 +73,7 @@ pub(super) fn train(
         "force, last quarter"
     };
     found.remarks.extend(compared(tested, all, "N", 1.0));
-    found.remarks.push(among(&chosen));
+    found.remarks.push(among(&chosen, runs.len()));
     found.remarks.push(of_runs(&chosen, runs.len()));
     report(&chosen, runs.len(), found);
     let components = trained_components(&chosen.map, &sessions, &chosen.options).map_err(failed)?;
@@ -250,25 +250,26 @@ fn begins_free(run: &Run) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Score of the rows of the last run, or of the last quarter of the only one.
+/// Score of the rows of the last run, or of the last quarter of the only one, of which the last
+/// three fifths are held out.
 fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
     let count = held_out.runs.len();
     let begin = if runs > 1 {
         held_out.runs.partition_point(|run| *run + 1 < runs)
     } else {
-        count * 3 / 4
+        count * 7 / 12
     };
     Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
 }
 
 /// Candidates that the chosen options won against.
-fn among(chosen: &AcrossRuns) -> Remark {
+fn among(chosen: &AcrossRuns, runs: usize) -> Remark {
     let rms = |of: &HeldOutForce| Score::of(&of.errors, &of.deviations).rms;
     let without = chosen.without_memory.as_ref().map_or(0.0, rms);
     let (options, score) = (&chosen.options, chosen.score());
     Remark::whole(format!(
-        "force: products of up to {} {}, creep times {:?} s, prior {} (channels x {}, memory x {}), scale {:.1} s \
-         after the sensor; best of {} candidates by held-out error: live, {:.3} N rms (best without memory {without:.3} N), \
+        "force: products of up to {} {}, creep times {:?} s, products with creep along {} directions, prior {} (channels x {}, memory x {}, its products x {}), scale {:.1} s \
+         after the sensor; best of {} candidates by the error of held-out {}: live, {:.3} N rms (best without memory {without:.3} N), \
          {:.1} % within the 95 % intervals. In {:.0} % of resamplings of the blocks of time no other degree or memory does \
          better. The readings of the training, replayed live, have {:.4} N rms",
         options.polynomial.degree,
@@ -278,11 +279,18 @@ fn among(chosen: &AcrossRuns) -> Remark {
             "channels"
         },
         options.memory.creep_times,
+        options.mixed,
         options.prior,
         options.prior_shares[0],
         options.prior_shares[1],
+        options.prior_shares[2],
         options.offset,
         chosen.tried.len(),
+        if runs > 1 {
+            "runs and blocks"
+        } else {
+            "blocks of time"
+        },
         score.rms,
         100.0 * score.coverage,
         100.0 * chosen.certainty,
@@ -332,7 +340,7 @@ fn report(chosen: &AcrossRuns, runs: usize, found: &mut Outcome) {
     let which = if runs > 1 {
         "each run, from the others"
     } else {
-        "each fifth of the run, from the others"
+        "each of the last three fifths of the run, from what comes before it"
     };
     join(&mut found.held_out, which);
     let rows = format!(

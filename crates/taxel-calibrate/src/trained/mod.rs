@@ -10,10 +10,10 @@ use crate::outcome::{Outcome, Provenance};
 use crate::remark::Remark;
 use crate::toml_tables::{append, rounded};
 use taxel::estimation::rest_at_start;
-use taxel::trained::{Recovery, Relation, Rest, Standard, TrainedMaps, TrainingError};
+use taxel::trained::{Relation, Rest, Standard, TrainedMaps, TrainingError};
 use taxel_recording::InputError;
 
-use crate::training::{CONTACT_SHARE, Compared, REST_FRAMES, Session, trained_relation};
+use crate::training::{Compared, REST_FRAMES, Session, trained_creep, trained_relation};
 
 use readings::Run;
 
@@ -134,15 +134,6 @@ fn relation(runs: &[Run], tared: bool) -> Result<Option<Relation>, TrainingError
     trained_relation(&rows, tared)
 }
 
-/// Share of the frames without a force whose creep stays below what is learned, and how much more
-/// the next contacts may leave than those of training.
-const MOST_CREEP: f64 = 0.99;
-const MORE_CREEP: f64 = 2.0;
-/// Deviations of a reading that are noise, no creep; and how many a channel must have shown
-/// lately to say anything of it.
-const NOISE: f64 = 3.0;
-const SHOWN: f64 = 30.0;
-
 /// Readings without contact over all runs that begin so; each run gets the rest that a capture at
 /// its start takes live.
 fn rest(runs: &mut [Run]) -> Rest {
@@ -161,52 +152,9 @@ fn rest(runs: &mut [Run]) -> Rest {
         step: (0..width)
             .map(|channel| least_step(runs, channel))
             .collect(),
-        unrecovered: unrecovered(runs, &deviation),
+        creep: trained_creep(&sessions(&weighed(runs).collect::<Vec<_>>()), &deviation),
         deviation,
     }
-}
-
-/// Share of what each channel has shown lately that it still shows where the scale reads next to
-/// nothing: creep that the body has not recovered from.
-fn unrecovered(runs: &[Run], deviation: &[f64]) -> Vec<f64> {
-    let width = deviation.len();
-    let mut shares: Vec<Vec<f64>> = vec![Vec::new(); width];
-    for run in weighed(runs) {
-        let session = &run.session;
-        let Some(force) = &session.force else {
-            continue;
-        };
-        let (rest, free) = (session.baseline(), CONTACT_SHARE * session.peak_force());
-        let mut recovery = Recovery::at_rest(width);
-        let mut last = None;
-        for (time, row) in session.sensor.times().iter().zip(session.sensor.rows()) {
-            let tared: Vec<f64> = row.iter().zip(&rest).map(|(x, b)| x - b).collect();
-            recovery.push(time - last.unwrap_or(*time), tared.iter().copied());
-            last = Some(*time);
-            let pressed = force.at(*time, f64::INFINITY);
-            if pressed.is_none_or(|force| force[0] > 0.2 * free) {
-                continue;
-            }
-            let channels = shares.iter_mut().zip(&tared).zip(deviation);
-            for (((shares, tared), noise), lately) in channels.zip(recovery.lately()) {
-                if lately < SHOWN * noise {
-                    continue;
-                }
-                let share = (tared.abs() - NOISE * noise).max(0.0) / lately;
-                shares.extend(share.is_finite().then_some(share.min(1.0)));
-            }
-        }
-    }
-    let most = |mut shares: Vec<f64>| {
-        shares.sort_by(f64::total_cmp);
-        let at = (MOST_CREEP * shares.len() as f64) as usize;
-        let most = shares.get(at.min(shares.len().saturating_sub(1)));
-        most.map_or(0.0, |share| (MORE_CREEP * share).min(1.0))
-    };
-    // A body recovers as one: quiet channels show it as well as they can.
-    let mut most: Vec<f64> = shares.into_iter().map(most).collect();
-    most.sort_by(f64::total_cmp);
-    vec![most.get(width / 2).copied().unwrap_or(0.0); width]
 }
 
 /// Standard deviation of one reading of each channel before the first contact of each run.

@@ -13,18 +13,23 @@ use taxel::trained::{
 };
 
 use super::force::{
-    blocks_of, features_of, intervals_of, moments_of, moments_of_all, trained_force,
+    blocks_of, features_of, intervals_of, known_before, moments_of, moments_of_all, trained_force,
 };
 use super::{ForceOptions, HeldOutForce, Score, Series, Session, blocks_of_time, replayed};
 
 /// Knowledge before any run is held out: deviation of the gain, and that of the offset
 /// over the largest force. The public recordings of a printed lattice, one run under the
-/// best maps of the other, have gains of 1 to 2 % and offsets of 0 to 0.6 N of 32 N.
-const USUAL: [f64; 2] = [0.02, 0.01];
+/// best maps of the other, have gains of 0.1 to 1.3 % and offsets of 0 to 0.25 N of 32 N.
+const USUAL: [f64; 2] = [0.01, 0.003];
 /// As many runs as this knowledge counts for.
 const USUAL_RUNS: f64 = 2.0;
 /// t of 2 to 9 degrees of freedom that 95 % lie within, over that of the normal law.
 const STUDENT: [f64; 8] = [2.195, 1.624, 1.417, 1.312, 1.249, 1.206, 1.177, 1.154];
+
+/// Variance of a run about the mean of so many others, over that of runs about their mean.
+fn of_mean(runs: usize) -> f64 {
+    1.0 + 1.0 / runs.max(1) as f64
+}
 
 /// From offset and gain of each run that was held out; `peak` is the
 /// largest force, N.
@@ -33,8 +38,7 @@ const STUDENT: [f64; 8] = [2.195, 1.624, 1.417, 1.312, 1.249, 1.206, 1.177, 1.15
 /// by s² about their mean lie s² (1 + 1/R) from the mean of R others, and
 /// each of those that were held out from that of one less.
 fn between_runs(lines: &[[f64; 2]], peak: f64, trained: usize) -> BetweenRuns {
-    let from = |runs: usize| 1.0 + 1.0 / runs.max(1) as f64;
-    let share = from(trained) / from(lines.len().saturating_sub(1));
+    let share = of_mean(trained) / of_mean(lines.len().saturating_sub(1));
     let variance = |member: usize, usual: f64| {
         let squares: f64 = lines.iter().map(|line| line[member].powi(2)).sum();
         (USUAL_RUNS * usual * usual + share * squares) / (USUAL_RUNS + lines.len() as f64)
@@ -77,33 +81,58 @@ const NO_WORSE: f64 = 1.05;
 const RESAMPLED: u64 = 400;
 
 impl AcrossRuns {
-    /// The candidate of least error on whole runs that are held out in turn, or
-    /// on blocks of time where there is one run; of its kind the one of the
-    /// strongest prior whose error is within one standard error of that. A weak
-    /// prior that gains next to nothing on a run loses much on the next.
+    /// The candidate of least error on what is held out: blocks of time, and where there are
+    /// several runs whole runs, too, both with the same weight; of its kind the one of the
+    /// strongest prior whose error is within one standard error of that. Few runs say little of
+    /// how runs differ, and blocks nothing; a weak prior that gains next to nothing on a block
+    /// loses much on the next run.
     ///
-    /// Least error is the likelihood with one deviation for all readings. The one
+    /// Least error is the likelihood with one deviation for all readings of a kind. The one
     /// with the deviations of each candidate would not separate them: with few
     /// runs they are mostly what is usual between runs, and wider than the errors.
     ///
     /// # Errors
     /// [`TrainingError`].
     pub fn choose(runs: &[Session], candidates: &[ForceOptions]) -> Result<Self, TrainingError> {
-        let mut trained: Vec<Self> = candidates
+        let found: Vec<(Self, Vec<Vec<f64>>)> = candidates
             .par_iter()
             .map(|options| {
-                let whole_runs = true;
-                let options = ForceOptions {
-                    whole_runs,
-                    ..options.clone()
+                let held = |whole_runs| {
+                    let options = ForceOptions {
+                        whole_runs,
+                        ..options.clone()
+                    };
+                    trained_force(runs, &options).map(|found| (found, options))
                 };
-                let (map, held_out) = trained_force(runs, &options)?;
-                Ok(widened(map, held_out, options, runs.len()))
+                let ((map, held_out), options) = held(true)?;
+                let mut kinds = vec![squares(&held_out)];
+                if runs.len() > 1 {
+                    let ((_, blocks), _) = held(false)?;
+                    kinds.push(squares(&blocks));
+                }
+                Ok((widened(map, held_out, options, runs.len()), kinds))
             })
             .collect::<Result<_, TrainingError>>()?;
+        let (mut trained, kinds): (Vec<Self>, Vec<Vec<Vec<f64>>>) = found.into_iter().unzip();
         let tried = trained.iter().map(|one| (one.options.clone(), one.score()));
         let tried = tried.collect();
-        let parts: Vec<Vec<f64>> = trained.iter().map(Self::squares).collect();
+        // Of each kind in units of the least: near it this is the logarithm of the likelihood.
+        let least_of = |kind: usize| {
+            let all = kinds.iter().map(|kinds| mean(&kinds[kind]));
+            all.fold(f64::INFINITY, f64::min).max(f64::MIN_POSITIVE)
+        };
+        let units: Vec<f64> = (0..kinds.first().map_or(0, Vec::len))
+            .map(least_of)
+            .collect();
+        let parts: Vec<Vec<f64>> = kinds
+            .iter()
+            .map(|kinds| {
+                let scaled = kinds.iter().zip(&units);
+                let scaled =
+                    scaled.flat_map(|(squares, unit)| squares.iter().map(move |s| s / unit));
+                scaled.collect()
+            })
+            .collect();
         let error = |number: usize| mean(&parts[number]);
         let least = |keep: &dyn Fn(usize) -> bool| {
             let kept = (0..parts.len()).filter(|number| keep(*number));
@@ -116,11 +145,6 @@ impl AcrossRuns {
             found: 0,
             needed: 1,
         })?;
-        let form = |number: usize| {
-            let options = &trained[number].options;
-            let shape = (options.polynomial.degree, options.reciprocal);
-            (shape, &options.memory, options.prior_shares)
-        };
         // Within one standard error of the best, part by part, and hardly worse.
         let as_good = |number: usize| {
             let pairs = parts[number].iter().zip(&parts[best]);
@@ -131,20 +155,17 @@ impl AcrossRuns {
             let variance = scatter.sum::<f64>() / (count - 1.0).max(1.0) / count;
             difference <= variance.sqrt() && error(number) <= NO_WORSE * error(best)
         };
-        let firmest = (0..trained.len())
-            .filter(|number| form(*number) == form(best) && as_good(*number))
-            .max_by(|a, b| {
-                let prior = |number: usize| trained[number].options.prior;
-                prior(*a).total_cmp(&prior(*b))
-            });
-        let chosen = firmest.unwrap_or(best);
-        let other = |number: usize| {
-            let (shape, memory, _) = form(number);
-            let (own_shape, own_memory, _) = form(chosen);
-            shape != own_shape || memory != own_memory
+        let options = |number: usize| &trained[number].options;
+        let alike = |number: usize| {
+            let (own, best) = (options(number), options(best));
+            own.same_form(best) && own.prior_shares == best.prior_shares
         };
+        let firmest = (0..trained.len())
+            .filter(|number| alike(*number) && as_good(*number))
+            .max_by(|a, b| options(*a).prior.total_cmp(&options(*b).prior));
+        let chosen = firmest.unwrap_or(best);
         let others: Vec<&Vec<f64>> = (0..trained.len())
-            .filter(|number| other(*number))
+            .filter(|number| !options(*number).same_form(options(chosen)))
             .map(|number| &parts[number])
             .collect();
         let certainty = certainty(&parts[chosen], &others);
@@ -154,23 +175,6 @@ impl AcrossRuns {
             certainty,
             ..trained.swap_remove(chosen)
         })
-    }
-
-    /// Mean squares of the held-out errors of parts of time of each run, N².
-    fn squares(&self) -> Vec<f64> {
-        let (errors, runs) = (&self.held_out.errors, &self.held_out.runs);
-        let mut squares = Vec::new();
-        let mut rest = &errors[..];
-        for run in runs.chunk_by(|a, b| a == b) {
-            let (own, after) = rest.split_at(run.len());
-            rest = after;
-            for part in blocks_of_time(own.len(), PARTS) {
-                let part = &own[part];
-                let sum: f64 = part.iter().map(|error| error * error).sum();
-                squares.push(sum / part.len().max(1) as f64);
-            }
-        }
-        squares
     }
 
     /// The same with the held-out figures of the estimator that runs live, over the frames of
@@ -222,9 +226,12 @@ impl AcrossRuns {
         };
         let found: Vec<HeldOutForce> = blocks
             .par_iter()
-            .zip(&parts)
-            .map(|(block, part)| {
-                let ridge = options.ridge(&all.without(part), map)?;
+            .enumerate()
+            .filter_map(|(number, block)| {
+                Some((block, known_before(&blocks, &parts, &all, number)?))
+            })
+            .map(|(block, known)| {
+                let ridge = options.ridge(&known, map)?;
                 let estimates = played(bare(ridge), block.run)?;
                 let run = &readings[block.run];
                 let mut found = HeldOutForce::default();
@@ -279,7 +286,27 @@ impl AcrossRuns {
     }
 }
 
+/// Mean squares of the held-out errors of parts of time of each run, N².
+fn squares(held_out: &HeldOutForce) -> Vec<f64> {
+    let mut squares = Vec::new();
+    let mut rest = &held_out.errors[..];
+    for run in held_out.runs.chunk_by(|a, b| a == b) {
+        let (own, after) = rest.split_at(run.len());
+        rest = after;
+        for part in blocks_of_time(own.len(), PARTS) {
+            let part = &own[part];
+            let sum: f64 = part.iter().map(|error| error * error).sum();
+            squares.push(sum / part.len().max(1) as f64);
+        }
+    }
+    squares
+}
+
 /// The map with the deviations that runs ask for.
+///
+/// A new body settles in its first run, and none that follows does it again: where there are
+/// several, the errors within a run are those of the later ones. A map of all runs errs by less
+/// than one that has seen one less, as their mean does.
 fn widened(
     mut map: ForceMap,
     mut held_out: HeldOutForce,
@@ -291,7 +318,12 @@ fn widened(
     } else {
         (Vec::new(), held_out.errors.clone())
     };
-    map.intervals = intervals_of(&held_out.estimates, &rest, &held_out.deviations);
+    let later = held_out.runs.partition_point(|run| runs > 1 && *run == 0);
+    map.intervals = intervals_of(
+        &held_out.estimates[later..],
+        &rest[later..],
+        &held_out.deviations[later..],
+    );
     if runs > 1 {
         map.between_runs = between_runs(&lines, map.range[1], runs - 1);
     }
@@ -299,6 +331,11 @@ fn widened(
         *deviation = map.deviation(*estimate, deviation.powi(2));
     }
     map.between_runs = between_runs(&lines, map.range[1], runs);
+    if runs > 1 {
+        let share = (of_mean(runs) / of_mean(runs - 1)).sqrt();
+        let factors = map.intervals.factors.iter_mut();
+        factors.for_each(|factor| *factor *= share);
+    }
     AcrossRuns {
         map,
         options,
@@ -369,43 +406,44 @@ const CREEP: [&[f64]; 5] = [
     &[1.0, 10.0],
     &[1.0, 10.0, 100.0],
     &[1.0, 3.0, 10.0, 30.0, 100.0],
-    &[0.5, 2.0, 8.0, 32.0, 128.0],
+    &[1.0, 3.0, 10.0, 30.0, 100.0, 300.0],
 ];
-/// A prior of the products, and the shares of it of the channels and of the memory.
-type Prior = (f64, [f64; 2]);
-/// Priors of all forms, and those beside them for the best forms. Blocks of one run resemble
+/// Directions of the body whose products with their creep are tried.
+const DIRECTIONS: usize = 3;
+/// A prior of the products, and the shares of it of the channels, of the memory and of the
+/// products with it.
+type Prior = (f64, [f64; 3]);
+/// Prior of all forms, and those beside it for the best forms. Blocks of one run resemble
 /// each other more than the next run does: of one run the weakest would be chosen, and err on
 /// the next.
-const FIRST: [Prior; 2] = [(10.0, [1.0, 1.0]), (10.0, [1.0, 0.1])];
-const OF_ONE: [Prior; 5] = [
-    (1.0, [1.0, 1.0]),
-    (3.0, [1.0, 1.0]),
-    (3.0, [1.0, 0.1]),
-    (30.0, [1.0, 0.1]),
-    (100.0, [1.0, 1.0]),
+const FIRST: Prior = (10.0, [1.0, 1.0, 1.0]);
+const OF_ONE: [Prior; 4] = [
+    (10.0, [1.0, 0.5, 0.5]),
+    (30.0, [1.0, 1.0, 1.0]),
+    (30.0, [1.0, 0.5, 0.5]),
+    (100.0, [1.0, 1.0, 1.0]),
 ];
-const OF_SEVERAL: [Prior; 11] = [
-    (0.1, [1.0, 1.0]),
-    (1.0, [1.0, 1.0]),
-    (100.0, [1.0, 1.0]),
-    (1.0, [1.0, 0.1]),
-    (30.0, [1.0, 0.1]),
-    (100.0, [1.0, 0.1]),
-    (3.0, [3.0, 1.0]),
-    (3.0, [3.0, 0.1]),
-    (10.0, [1.0, 0.03]),
-    (30.0, [0.3, 0.003]),
-    (100.0, [0.3, 0.01]),
+const OF_SEVERAL: [Prior; 8] = [
+    (1.0, [1.0, 1.0, 1.0]),
+    (3.0, [1.0, 1.0, 1.0]),
+    (10.0, [1.0, 0.3, 0.3]),
+    (10.0, [1.0, 0.1, 1.0]),
+    (30.0, [1.0, 1.0, 1.0]),
+    (30.0, [1.0, 0.3, 0.3]),
+    (30.0, [1.0, 0.1, 0.1]),
+    (100.0, [1.0, 1.0, 1.0]),
 ];
 /// Forms whose other priors are tried.
 const BEST_FORMS: usize = 2;
+/// Forms that are compared to the end.
+const KEPT_FORMS: usize = 6;
 /// Another time between scale and sensor than none must leave less than this share of the mean
 /// square error: a map with memory makes up for a scale that is a little late, and its force is
 /// then what the scale shows at the time of the frame.
 const CLEARLY_LATE: f64 = 0.7;
 
-/// Products, creep times and priors that are tried for a force: all forms with two priors, and
-/// the best two forms with more. The scale is taken to show the force of its time, unless a time
+/// Products, creep times and priors that are tried for a force: all forms with one prior, the
+/// best six and the best without memory to the end, and the best two with more priors. The scale is taken to show the force of its time, unless a time
 /// from −0.5 s to 1.5 s after the sensor leaves clearly less error of a map with memory.
 ///
 /// # Errors
@@ -416,7 +454,7 @@ pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingE
         let squares: Vec<f64> = held_out.errors.iter().map(|error| error * error).collect();
         Ok(mean(&squares))
     };
-    let memory = |offset: f64| options(1, CREEP[2], FIRST[0], offset);
+    let memory = |offset: f64| options(1, CREEP[2], FIRST, offset);
     let tried: Vec<(f64, f64)> = (-5..=15)
         .into_par_iter()
         .map(|tenths| {
@@ -435,30 +473,45 @@ pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingE
     } else {
         &[(1, false), (2, false)]
     };
-    let forms: Vec<(u8, bool, &[f64])> = shapes
-        .iter()
-        .flat_map(|(degree, reciprocal)| CREEP.map(|creep| (*degree, *reciprocal, creep)))
-        .collect();
-    let of_form = |(degree, reciprocal, creep): (u8, bool, &[f64]), prior: Prior| ForceOptions {
-        reciprocal,
-        ..options(degree, creep, prior, offset)
-    };
-    let first: Vec<(f64, usize)> = (0..forms.len())
-        .into_par_iter()
-        .map(|form| {
-            let errors = FIRST.map(|prior| error(&of_form(forms[form], prior)));
-            let [one, two] = errors;
-            Ok((one?.min(two?), form))
+    let memories = CREEP.iter().flat_map(|creep| {
+        let directions = [0, if creep.is_empty() { 0 } else { DIRECTIONS }];
+        let count = 1 + usize::from(!creep.is_empty());
+        directions
+            .into_iter()
+            .take(count)
+            .map(move |mixed| (*creep, mixed))
+    });
+    let forms: Vec<ForceOptions> = memories
+        .flat_map(|(creep, mixed)| {
+            shapes.iter().map(move |(degree, reciprocal)| ForceOptions {
+                reciprocal: *reciprocal,
+                mixed,
+                ..options(*degree, creep, FIRST, offset)
+            })
         })
+        .collect();
+    let mut order: Vec<(f64, ForceOptions)> = forms
+        .into_par_iter()
+        .map(|form| Ok((error(&form)?, form)))
         .collect::<Result<_, TrainingError>>()?;
-    let mut order = first;
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
     let more: &[Prior] = if runs.len() > 1 { &OF_SEVERAL } else { &OF_ONE };
+    let memoryless = |form: &ForceOptions| form.memory.creep_times.is_empty();
+    let without = order.iter().position(|(_, form)| memoryless(form));
     let mut all = Vec::new();
     for (rank, (_, form)) in order.into_iter().enumerate() {
+        if rank >= KEPT_FORMS && Some(rank) != without {
+            continue;
+        }
         let more = if rank < BEST_FORMS { more } else { &[] };
-        let priors = FIRST.iter().chain(more);
-        all.extend(priors.map(|prior| of_form(forms[form], *prior)));
+        let others = more.iter().map(|(prior, prior_shares)| ForceOptions {
+            prior: *prior,
+            prior_shares: *prior_shares,
+            ..form.clone()
+        });
+        let others: Vec<ForceOptions> = others.collect();
+        all.push(form);
+        all.extend(others);
     }
     Ok(all)
 }
@@ -505,7 +558,7 @@ mod tests {
     #[test]
     fn two_runs_cover_the_gain_of_a_third() {
         let mut noise = Noise::seeded(1);
-        for (scatter, expected) in [(0.01, 0.999), (0.02, 0.954), (0.03, 0.884), (0.04, 0.836)] {
+        for (scatter, expected) in [(0.005, 0.999), (0.01, 0.954), (0.015, 0.884), (0.02, 0.836)] {
             let trials = 20_000;
             let covered = (0..trials).filter(|_| {
                 let [one, two, third] = [(); 3].map(|()| scatter * noise.normal());

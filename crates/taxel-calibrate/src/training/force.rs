@@ -1,8 +1,9 @@
 //! Training of the map from channels to the force.
 
+use faer::{Mat, Side};
 use taxel::trained::{
-    BetweenRuns, Component, ComponentMap, FeatureStream, ForceMap, Intervals, MemoryLaw, Moments,
-    Polynomial, Ridge, Standard, TrainingError,
+    BetweenRuns, Component, ComponentMap, FeatureStream, ForceMap, Intervals, MemoryLaw, Mixed,
+    Moments, Polynomial, Ridge, Standard, TrainingError,
 };
 
 use super::{Score, Series, Session, blocks_of_time, interval_factor};
@@ -16,14 +17,16 @@ pub struct ForceOptions {
     pub memory: MemoryLaw,
     /// True if the reciprocals of the readings are used; default false.
     pub reciprocal: bool,
+    /// Number of directions whose products with their own creep are features; default none.
+    pub mixed: usize,
     /// Strength λ of the prior (see [`Ridge`]) of products of channels.
     pub prior: f64,
-    /// Strength of the prior of the channels themselves, and of what each did lately, over that
-    /// of the products; default the same for all.
-    pub prior_shares: [f64; 2],
+    /// Strength of the prior of the channels themselves, of what each did lately, and of the
+    /// products of both, over that of the products; default the same for all.
+    pub prior_shares: [f64; 3],
     /// By how much the scale comes after the sensor, s.
     pub offset: f64,
-    /// Blocks of time of each run that are held out in turn.
+    /// Blocks of time of each run; each but the first two is held out in turn.
     pub blocks: usize,
     /// True if whole runs are held out in turn instead, if there are several.
     pub whole_runs: bool,
@@ -38,8 +41,9 @@ impl Default for ForceOptions {
                 play_thresholds: Vec::new(),
             },
             reciprocal: false,
+            mixed: 0,
             prior: 1.0,
-            prior_shares: [1.0; 2],
+            prior_shares: [1.0; 3],
             offset: 0.0,
             blocks: 5,
             whole_runs: false,
@@ -129,6 +133,7 @@ fn untrained(runs: &[Session], options: &ForceOptions) -> Result<ForceMap, Train
         polynomial: options.polynomial,
         memory: options.memory.clone(),
         memory_spread: Vec::new(),
+        mixed: Mixed::default(),
         ridge: Ridge::fit(&Moments::of(&[vec![1.0], vec![1.0]], &[0.0, 0.0])?, 1.0)?,
         intervals: Intervals {
             levels: Vec::new(),
@@ -158,8 +163,40 @@ fn untrained(runs: &[Session], options: &ForceOptions) -> Result<ForceMap, Train
     standard.centre.fill(0.0);
     let longest = runs.iter().map(|run| run.sensor.longest_step());
     map.longest_step = longest.fold(0.0, f64::max);
+    if options.mixed > 0 && !options.memory.creep_times.is_empty() {
+        map.mixed = mixed(&standard, &tared, options);
+    }
     map.standard = standard;
     Ok(map)
+}
+
+/// With more creep times than this every other one is multiplied.
+const ALL_TIMES: usize = 3;
+
+/// The directions in which the tared channels vary most, each with a mean square of one.
+fn mixed(standard: &Standard, tared: &[Vec<f64>], options: &ForceOptions) -> Mixed {
+    let scaled = tared.iter().filter_map(|row| standard.apply(row).ok());
+    let scaled: Vec<Vec<f64>> = scaled.collect();
+    let width = standard.used.len();
+    let rows = Mat::from_fn(scaled.len(), width, |i, j| scaled[i][j]);
+    let moments = rows.transpose() * &rows * faer::Scale(1.0 / scaled.len().max(1) as f64);
+    let Ok(decomposed) = moments.self_adjoint_eigen(Side::Lower) else {
+        return Mixed::default();
+    };
+    let (vectors, values) = (decomposed.U(), decomposed.S());
+    // The largest come last.
+    let largest = (0..width).rev().take(options.mixed);
+    let directions = largest.filter(|at| values[*at] > 0.0).map(|at| {
+        let scale = 1.0 / values[at].sqrt();
+        (0..width).map(|j| scale * vectors[(j, at)]).collect()
+    });
+    let times = options.memory.creep_times.len();
+    Mixed {
+        directions: directions.collect(),
+        times: (0..times)
+            .step_by(1 + usize::from(times > ALL_TIMES))
+            .collect(),
+    }
 }
 
 /// Features of a session at the times of its force readings, brought to
@@ -209,22 +246,34 @@ fn features_at(
 }
 
 impl ForceOptions {
-    /// Strength of the prior of a feature of a map of so many channels and products.
-    fn prior_of(&self, feature: usize, channels: usize, products: usize) -> f64 {
-        let [own, memory] = self.prior_shares;
-        match feature {
-            feature if feature <= channels => self.prior * own,
-            feature if feature < products => self.prior,
-            _ => self.prior * memory,
-        }
+    /// True if the features are the same, whatever the prior.
+    pub(super) fn same_form(&self, other: &Self) -> bool {
+        self.polynomial == other.polynomial
+            && self.reciprocal == other.reciprocal
+            && self.memory == other.memory
+            && self.mixed == other.mixed
+    }
+
+    /// Strength of the prior of a feature, where those of the channels, their products and their
+    /// memory end at `ends`.
+    fn prior_of(&self, feature: usize, ends: [usize; 3]) -> f64 {
+        let [own, memory, mixed] = self.prior_shares;
+        self.prior
+            * match ends.iter().position(|end| feature < *end) {
+                Some(0) => own,
+                Some(1) => 1.0,
+                Some(_) => memory,
+                None => mixed,
+            }
     }
 
     /// The map of the moments of readings.
     pub(super) fn ridge(&self, moments: &Moments, map: &ForceMap) -> Result<Ridge, TrainingError> {
         let (channels, products) = (map.standard.used.len(), map.products());
-        Ridge::fit_with(moments, |feature| {
-            self.prior_of(feature, channels, products)
-        })
+        let law = &map.memory;
+        let memory = channels * (law.creep_times.len() + law.play_thresholds.len());
+        let ends = [channels + 1, products, products + memory];
+        Ridge::fit_with(moments, |feature| self.prior_of(feature, ends))
     }
 }
 
@@ -272,7 +321,30 @@ pub(super) fn moments_of_all(parts: &[Moments]) -> Result<Moments, TrainingError
     Ok(rest.iter().fold(first.clone(), |sum, part| sum.with(part)))
 }
 
-/// Fits the weights, and estimates each block of time without it.
+/// Blocks of a run that are only learned from.
+const LEARNED_FROM: usize = 2;
+
+/// The moments that a block is predicted from: those of all other runs, and of its own run of the
+/// blocks before. A live device comes after its training, too. None for the first blocks of a
+/// run; a run that is one block is predicted from the others.
+pub(super) fn known_before(
+    blocks: &[Block],
+    parts: &[Moments],
+    all: &Moments,
+    number: usize,
+) -> Option<Moments> {
+    let run = blocks[number].run;
+    let own: Vec<usize> = (0..blocks.len())
+        .filter(|at| blocks[*at].run == run)
+        .collect();
+    if own.len() > 1 && own.iter().take(LEARNED_FROM).any(|at| *at == number) {
+        return None;
+    }
+    let unseen = own.into_iter().filter(|at| *at >= number);
+    Some(unseen.fold(all.clone(), |known, at| known.without(&parts[at])))
+}
+
+/// Fits the weights, and estimates the blocks of time that are held out.
 fn fit(
     map: &mut ForceMap,
     runs: &[TrainingRun],
@@ -282,8 +354,11 @@ fn fit(
     let parts = moments_of(runs, &blocks)?;
     let all = moments_of_all(&parts)?;
     let mut held_out = HeldOutForce::default();
-    for (block, part) in blocks.iter().zip(&parts) {
-        map.ridge = options.ridge(&all.without(part), map)?;
+    for (number, block) in blocks.iter().enumerate() {
+        let Some(known) = known_before(&blocks, &parts, &all, number) else {
+            continue;
+        };
+        map.ridge = options.ridge(&known, map)?;
         let run = &runs[block.run];
         for row in block.rows.clone() {
             let (estimate, variance, leverage) = map.raw(&run.features[row]);
@@ -340,8 +415,11 @@ pub fn trained_components(
         let parts = moments_of(&readings, &blocks)?;
         let all = moments_of_all(&parts)?;
         let (mut errors, mut deviations) = (Vec::new(), Vec::new());
-        for (block, part) in blocks.iter().zip(&parts) {
-            let ridge = options.ridge(&all.without(part), map)?;
+        for (number, block) in blocks.iter().enumerate() {
+            let Some(known) = known_before(&blocks, &parts, &all, number) else {
+                continue;
+            };
+            let ridge = options.ridge(&known, map)?;
             let run = &readings[block.run];
             for row in block.rows.clone() {
                 let features = &run.features[row];

@@ -475,16 +475,17 @@ impl ArrayEstimator {
             let rest = &touch.channels.rest;
             let channels = readings.iter().zip(unrecovered).zip(rest).enumerate();
             self.recovered.clear();
-            self.recovered
-                .extend(channels.map(|(channel, ((reading, band), rest))| {
+            self.recovered.extend(
+                channels.map(|(channel, ((reading, [shown, doubt]), rest))| {
                     if self.occupied[channel] {
                         // A contact is held by what it shows.
                         return *reading;
                     }
                     let level = rest + baseline.drift(channel);
-                    let off = reading - level;
-                    level + off.signum() * (off.abs() - band).max(0.0)
-                }));
+                    let off = reading - shown - level;
+                    level + off.signum() * (off.abs() - doubt).max(0.0)
+                }),
+            );
             baseline.push(time_ns, &self.recovered, |channel| self.occupied[channel]);
             return;
         }

@@ -308,10 +308,9 @@ pub trait Reader: Any + Send {
         None
     }
 
-    /// How far the reading of each empty channel may be from its rest because the body has not
-    /// recovered from a contact, SI; none where that leaves no trace. The baseline takes no
-    /// less than this for drift.
-    fn unrecovered(&self) -> Option<&[f64]> {
+    /// What each empty channel still shows of contacts that have gone, and by how much that may be
+    /// wrong, SI; none where they leave no trace. The baseline takes no less than this for drift.
+    fn unrecovered(&self) -> Option<&[[f64; 2]]> {
         None
     }
 

@@ -95,8 +95,8 @@ pub struct TrainedReader {
     /// The last frames: time, s, and readings.
     recent: VecDeque<(f64, Vec<f64>)>,
     recovery: Recovery,
-    /// What each channel may not have recovered from.
-    unrecovered: Vec<f64>,
+    /// What each channel has not recovered from, and by how much that may be wrong.
+    unrecovered: Vec<[f64; 2]>,
     found: Found,
 }
 
@@ -158,7 +158,7 @@ impl TrainedReader {
             rested: false,
             recent: VecDeque::with_capacity(KEPT),
             recovery: Recovery::at_rest(channels),
-            unrecovered: vec![0.0; channels],
+            unrecovered: vec![[0.0; 2]; channels],
             meaning: meaning(&maps, &area, names, reading, full_scale),
             position: maps
                 .position
@@ -277,9 +277,9 @@ impl TrainedReader {
         self.recovery
             .push(elapsed, tared.map(|(value, rest)| value - rest));
         let Some(rest) = &self.maps.rest else { return };
-        let lately = self.recovery.lately().zip(&rest.unrecovered);
-        for (band, (lately, share)) in self.unrecovered.iter_mut().zip(lately) {
-            *band = share * lately;
+        let channels = self.recovery.slow().iter().zip(&rest.creep);
+        for (expected, (slow, creep)) in self.unrecovered.iter_mut().zip(channels) {
+            *expected = creep.expected(slow);
         }
     }
 
@@ -543,7 +543,7 @@ impl Reader for TrainedReader {
         touch.contacts.push(contact);
     }
 
-    fn unrecovered(&self) -> Option<&[f64]> {
+    fn unrecovered(&self) -> Option<&[[f64; 2]]> {
         self.maps.rest.is_some().then_some(&self.unrecovered)
     }
 

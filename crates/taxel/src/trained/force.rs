@@ -6,6 +6,7 @@
 //! frames, so training and live use do the same.
 
 use serde::{Deserialize, Serialize};
+use taxel_numerics::dense::dot;
 
 use super::memory::Memory;
 use super::{Estimate, MemoryLaw, Polynomial, Ridge, Standard, Support, TrainingError};
@@ -106,6 +107,64 @@ pub struct ComponentMap {
     pub interval_factor: f64,
 }
 
+/// Products of what the whole body shows and what it did lately: creep depends on the load.
+///
+/// The directions are those in which the scaled channels of training vary most; a feature is the
+/// product of one of them now, uᵢ = dᵢᵀz, and of the creep along another, dⱼᵀ(z − q).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mixed {
+    /// Directions in the scaled channels, a row each; none: no products.
+    pub directions: Vec<Vec<f64>>,
+    /// Numbers of the creep times that are multiplied.
+    pub times: Vec<usize>,
+}
+
+impl Mixed {
+    /// Number of features.
+    pub fn count(&self) -> usize {
+        self.times.len() * self.directions.len().pow(2)
+    }
+
+    /// Along each direction, what the channels from `first` on show.
+    fn along<'a>(&'a self, linear: &'a [f64], first: usize) -> impl Iterator<Item = f64> + 'a {
+        let of = move |direction: &Vec<f64>| dot(direction, &linear[first..][..direction.len()]);
+        self.directions.iter().map(of)
+    }
+
+    /// Appends the features of channels and memory.
+    fn expand(&self, linear: &[f64], features: &mut Vec<f64>) {
+        let width = self.directions.first().map_or(0, Vec::len);
+        for time in &self.times {
+            for creep in self.along(linear, (time + 1) * width) {
+                features.extend(self.along(linear, 0).map(|now| now * creep));
+            }
+        }
+    }
+
+    /// By how much Σ wₖ fₖ of the features changes with the creep of each channel, into the rows
+    /// of `slopes`, one for each creep time.
+    fn slopes(&self, weights: &[f64], linear: &[f64], slopes: &mut [f64]) {
+        let count = self.directions.len();
+        for (time, weights) in self.times.iter().zip(weights.chunks(count.pow(2).max(1))) {
+            for (direction, weights) in self.directions.iter().zip(weights.chunks(count)) {
+                let now = self.along(linear, 0).zip(weights);
+                let slope: f64 = now.map(|(now, weight)| now * weight).sum();
+                let row = &mut slopes[time * direction.len()..][..direction.len()];
+                let row = row.iter_mut().zip(direction);
+                row.for_each(|(sum, share)| *sum += slope * share);
+            }
+        }
+    }
+
+    fn is_sound(&self, channels: usize, times: usize) -> bool {
+        let whole = |row: &Vec<f64>| row.len() == channels && row.iter().all(|x| x.is_finite());
+        self.directions.len() <= channels
+            && self.directions.iter().all(whole)
+            && self.times.iter().all(|time| *time < times)
+    }
+}
+
 /// A trained map from channels to force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -120,6 +179,8 @@ pub struct ForceMap {
     pub memory: MemoryLaw,
     /// Root mean square of each memory feature of creep over training.
     pub memory_spread: Vec<f64>,
+    /// Products of the body's state and its creep.
+    pub mixed: Mixed,
     /// Force from features, N.
     pub ridge: Ridge,
     /// Factors on its deviation.
@@ -149,6 +210,7 @@ impl ForceMap {
         let degree = (1..=3).contains(&self.polynomial.degree);
         let features = if degree { self.products() } else { 0 };
         let features = features + channels * (times.len() + thresholds.len());
+        let features = features + self.mixed.count();
         let intervals = self.intervals.factors.len() == self.intervals.levels.len() + 1;
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         let positive = |values: &[f64]| finite(values) && values.iter().all(|value| *value >= 0.0);
@@ -161,6 +223,7 @@ impl ForceMap {
                 self.memory_spread.len() == channels * times.len() && positive(&self.memory_spread),
                 "memory_spread",
             ),
+            (self.mixed.is_sound(channels, times.len()), "mixed"),
             (self.ridge.is_sound(features), "ridge"),
             (
                 intervals && finite(&self.intervals.levels) && positive(&self.intervals.factors),
@@ -202,13 +265,23 @@ impl ForceMap {
         features.len()
     }
 
-    /// Products of the channels, then the memory features.
+    /// Products of the channels, then the memory features and their products.
     pub fn complete(&self, linear: &[f64]) -> Vec<f64> {
         let (channels, memory) = linear.split_at(self.standard.used.len());
         let mut features = Vec::new();
         self.polynomial.expand(channels, &mut features);
         features.extend_from_slice(memory);
+        self.mixed.expand(linear, &mut features);
         features
+    }
+
+    /// By how much the estimate changes with each memory feature.
+    fn memory_slopes(&self, linear: &[f64]) -> Vec<f64> {
+        let weights = &self.ridge.weights()[self.products()..];
+        let (memory, mixed) = weights.split_at(weights.len() - self.mixed.count());
+        let mut slopes = memory.to_vec();
+        self.mixed.slopes(mixed, linear, &mut slopes);
+        slopes
     }
 
     /// Estimate, variance without the factors, and leverage.
@@ -345,9 +418,8 @@ impl ForceEstimator {
         let features = self.map.complete(&self.stream.linear);
         let mut estimate = self.map.estimate(&features);
         let unknown = self.stream.memory.unknown(&self.map.memory_spread);
-        let weights = self.map.ridge.weights();
-        let memory = &weights[weights.len() - unknown.len().min(weights.len())..];
-        let terms = unknown.iter().zip(memory).map(|(u, w)| (u * w).powi(2));
+        let memory = self.map.memory_slopes(&self.stream.linear);
+        let terms = unknown.iter().zip(&memory).map(|(u, w)| (u * w).powi(2));
         estimate.deviation = estimate.deviation.hypot(terms.sum::<f64>().sqrt());
         Ok(estimate)
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ForceMap, PositionMap, Relation, TrainingError};
+use super::{Creep, ForceMap, PositionMap, Relation, TrainingError};
 
 /// Maps learned from recordings of a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,9 +31,8 @@ pub struct Rest {
     pub deviation: Vec<f64>,
     /// Least change of the reading of each channel from frame to frame.
     pub step: Vec<f64>,
-    /// Share of what a channel has shown lately that it may still show when the contact has
-    /// gone, because the body has not recovered.
-    pub unrecovered: Vec<f64>,
+    /// How each channel recovers when a contact has gone.
+    pub creep: Vec<Creep>,
 }
 
 impl TrainedMaps {
@@ -56,9 +55,10 @@ impl TrainedMaps {
                 row.len() == self.channels && row.iter().all(|value| value.is_finite())
             };
             let positive = rest.deviation.iter().all(|deviation| *deviation > 0.0);
-            let shares = |row: &Vec<f64>| whole(row) && row.iter().all(|share| *share >= 0.0);
+            let steps = whole(&rest.step) && rest.step.iter().all(|step| *step >= 0.0);
+            let creep = rest.creep.len() == self.channels && rest.creep.iter().all(Creep::is_sound);
             let sound = whole(&rest.mean) && whole(&rest.deviation) && positive;
-            if !(sound && shares(&rest.step) && shares(&rest.unrecovered)) {
+            if !(sound && steps && creep) {
                 return unsound("rest");
             }
         }

@@ -28,7 +28,7 @@ mod ridge;
 mod surface;
 
 pub use force::{
-    BetweenRuns, Component, ComponentMap, FeatureStream, ForceEstimator, ForceMap, Intervals,
+    BetweenRuns, Component, ComponentMap, FeatureStream, ForceEstimator, ForceMap, Intervals, Mixed,
 };
 pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::Play;
@@ -38,7 +38,7 @@ pub use maps::{Rest, TrainedMaps};
 pub use memory::MemoryLaw;
 pub use polynomial::{Polynomial, Standard};
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
-pub use recovery::Recovery;
+pub use recovery::{Creep, Recovery, lately};
 pub use relation::{CONTRADICTS, Judged, Relation, RelationWatch};
 pub use ridge::{Moments, Ridge};
 pub use surface::Surface;

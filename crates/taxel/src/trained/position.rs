@@ -309,21 +309,22 @@ impl PositionEstimator {
         let unknowns = if surface.is_deep() { 3 } else { 2 };
         let freedom = surface.width.saturating_sub(unknowns).max(1) as f64;
         let growth = (misfit / freedom).max(1.0);
-        let mut known = normal.map(|row| row.map(|n| n / growth));
+        let plane = self.map.interval_factor.powi(2);
+        let mut known = normal.map(|row| row.map(|n| n / (growth * plane)));
+        let size = [0, 1, 2].map(|a| surface.step[a] * surface.intervals[a].max(1) as f64);
         for (axis, row) in known.iter_mut().enumerate() {
             // Nothing is known worse than by the size of the box.
-            let size = surface.step[axis] * surface.intervals[axis].max(1) as f64;
-            row[axis] += size.powi(-2);
+            row[axis] += size[axis].powi(-2);
         }
         let covariance = inverse(&known);
         let [x, y, z] = position;
-        let plane = self.map.interval_factor.powi(2);
+        let along = self.map.depth_factor / self.map.interval_factor;
         PositionEstimate {
             position: [x, y],
-            covariance: [0, 1].map(|i| [0, 1].map(|j| plane * covariance[i][j])),
+            covariance: [0, 1].map(|i| [0, 1].map(|j| covariance[i][j])),
             depth: surface
                 .is_deep()
-                .then(|| [z, self.map.depth_factor * covariance[2][2].sqrt()]),
+                .then(|| [z, (along * covariance[2][2].sqrt()).min(size[2])]),
             misfit,
             support: if misfit > self.map.largest_misfit {
                 Support::Outside
