@@ -444,10 +444,15 @@ fn of_equal_maps_the_one_of_the_strongest_prior_is_taken() {
 #[test]
 fn a_late_scale_is_noticed() {
     let found = |delay| usual_candidates(&[cycles(6, delay)]).unwrap()[0].offset;
-    // The creep of the body turns the phase too, by the same time in both.
-    let (prompt, late) = (found(0.0), found(0.4));
-    // One step of the search to either side.
-    assert!((late - prompt - 0.4).abs() < 0.11, "{prompt} and {late}");
+    // A map with memory makes up for a little; of more it notices that the scale is late, and
+    // the creep of the body turns the phase on by up to 0.3 s.
+    for (delay, least) in [(0.0, 0.0), (0.4, 0.0), (1.2, 1.0)] {
+        let found = found(delay);
+        assert!(
+            (least..=1.26 * delay).contains(&found),
+            "{delay} s: {found} s"
+        );
+    }
 }
 
 #[test]

@@ -83,7 +83,7 @@ const RESAMPLED: u64 = 400;
 impl AcrossRuns {
     /// The candidate of least error on what is held out: blocks of time, and where there are
     /// several runs whole runs, too, both with the same weight; of its kind the one of the
-    /// strongest prior whose error is within one standard error of that. Few runs say little of
+    /// strongest prior whose mean square error is no more than 5 % above that. Few runs say little of
     /// how runs differ, and blocks nothing; a weak prior that gains next to nothing on a block
     /// loses much on the next run.
     ///
@@ -145,16 +145,7 @@ impl AcrossRuns {
             found: 0,
             needed: 1,
         })?;
-        // Within one standard error of the best, part by part, and hardly worse.
-        let as_good = |number: usize| {
-            let pairs = parts[number].iter().zip(&parts[best]);
-            let differences: Vec<f64> = pairs.map(|(own, best)| own - best).collect();
-            let difference = mean(&differences);
-            let scatter = differences.iter().map(|one| (one - difference).powi(2));
-            let count = differences.len() as f64;
-            let variance = scatter.sum::<f64>() / (count - 1.0).max(1.0) / count;
-            difference <= variance.sqrt() && error(number) <= NO_WORSE * error(best)
-        };
+        let as_good = |number: usize| error(number) <= NO_WORSE * error(best);
         let options = |number: usize| &trained[number].options;
         let alike = |number: usize| {
             let (own, best) = (options(number), options(best));
@@ -473,13 +464,28 @@ pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingE
     } else {
         &[(1, false), (2, false)]
     };
-    let memories = CREEP.iter().flat_map(|creep| {
+    // What takes longer than a run is not seen in it.
+    let length = |run: &Session| {
+        let times = run.sensor.times();
+        times[times.len() - 1] - times[0]
+    };
+    let longest = runs.iter().map(length).fold(0.0, f64::max);
+    let seen = |creep: &[f64]| -> Vec<f64> {
+        creep
+            .iter()
+            .copied()
+            .filter(|time| *time <= longest)
+            .collect()
+    };
+    let mut creep_times: Vec<Vec<f64>> = CREEP.map(seen).to_vec();
+    creep_times.dedup();
+    let memories = creep_times.iter().flat_map(|creep| {
         let directions = [0, if creep.is_empty() { 0 } else { DIRECTIONS }];
         let count = 1 + usize::from(!creep.is_empty());
         directions
             .into_iter()
             .take(count)
-            .map(move |mixed| (*creep, mixed))
+            .map(move |mixed| (creep, mixed))
     });
     let forms: Vec<ForceOptions> = memories
         .flat_map(|(creep, mixed)| {

@@ -26,7 +26,7 @@ pub struct ForceOptions {
     pub prior_shares: [f64; 3],
     /// By how much the scale comes after the sensor, s.
     pub offset: f64,
-    /// Blocks of time of each run; each but the first two is held out in turn.
+    /// Blocks of time of each run; each but the first two of five is held out in turn.
     pub blocks: usize,
     /// True if whole runs are held out in turn instead, if there are several.
     pub whole_runs: bool,
@@ -321,8 +321,8 @@ pub(super) fn moments_of_all(parts: &[Moments]) -> Result<Moments, TrainingError
     Ok(rest.iter().fold(first.clone(), |sum, part| sum.with(part)))
 }
 
-/// Blocks of a run that are only learned from.
-const LEARNED_FROM: usize = 2;
+/// Share of the blocks of a run that are only learned from.
+const LEARNED_FROM: f64 = 0.4;
 
 /// The moments that a block is predicted from: those of all other runs, and of its own run of the
 /// blocks before. A live device comes after its training, too. None for the first blocks of a
@@ -337,7 +337,8 @@ pub(super) fn known_before(
     let own: Vec<usize> = (0..blocks.len())
         .filter(|at| blocks[*at].run == run)
         .collect();
-    if own.len() > 1 && own.iter().take(LEARNED_FROM).any(|at| *at == number) {
+    let first = (LEARNED_FROM * own.len() as f64) as usize;
+    if own.len() > 1 && own[..first.max(1)].contains(&number) {
         return None;
     }
     let unseen = own.into_iter().filter(|at| *at >= number);

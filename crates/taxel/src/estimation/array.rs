@@ -466,11 +466,11 @@ impl ArrayEstimator {
         let touch = &self.touch;
         let (time_ns, readings) = (touch.time_ns, &touch.channels.readings);
         if let Some(occupied) = self.reader.occupied() {
-            baseline.push(time_ns, readings, |channel| occupied[channel]);
-            return;
+            self.occupied.copy_from_slice(occupied);
+        } else {
+            let wiring = self.reader.meaning().wiring;
+            wiring.mark_touched(&touch.regions, &mut self.occupied);
         }
-        let wiring = self.reader.meaning().wiring;
-        wiring.mark_touched(&touch.regions, &mut self.occupied);
         if let Some(unrecovered) = self.reader.unrecovered() {
             let rest = &touch.channels.rest;
             let channels = readings.iter().zip(unrecovered).zip(rest).enumerate();

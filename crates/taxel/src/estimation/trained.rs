@@ -94,6 +94,9 @@ pub struct TrainedReader {
     rested: bool,
     /// The last frames: time, s, and readings.
     recent: VecDeque<(f64, Vec<f64>)>,
+    /// True for all channels unless nothing touches for sure: a light touch is no drift, nor is
+    /// what is unlike all training.
+    occupied: Vec<bool>,
     recovery: Recovery,
     /// What each channel has not recovered from, and by how much that may be wrong.
     unrecovered: Vec<[f64; 2]>,
@@ -157,6 +160,7 @@ impl TrainedReader {
             watch: maps.relation.clone().map(RelationWatch::new).transpose()?,
             rested: false,
             recent: VecDeque::with_capacity(KEPT),
+            occupied: vec![false; channels],
             recovery: Recovery::at_rest(channels),
             unrecovered: vec![[0.0; 2]; channels],
             meaning: meaning(&maps, &area, names, reading, full_scale),
@@ -474,11 +478,16 @@ impl Reader for TrainedReader {
         // A channel that the maps need has no reading: nothing else can fail.
         let Ok(found) = self.estimate(touch.time_ns as f64 * 1e-9) else {
             self.found = Found::default();
+            self.occupied.fill(true);
             touch.taxels.fill(TaxelTouch::without_value(State::Faulty));
             return;
         };
         self.found = found;
         let found = &self.found;
+        let free =
+            |force: &Estimate| force.support == Support::Trained && force.value < force.deviation;
+        let free = found.force.as_ref().is_some_and(free);
+        self.occupied.fill(!free);
         let (value, deviation) = match found.force {
             Some(force) => (force.value, force.deviation),
             None => (1.0, f64::NAN),
@@ -541,6 +550,10 @@ impl Reader for TrainedReader {
         let contact = self.contact(touch);
         touch.centre_of_pressure = Some((contact.centre, contact.covariance));
         touch.contacts.push(contact);
+    }
+
+    fn occupied(&self) -> Option<&[bool]> {
+        self.maps.rest.is_some().then_some(&self.occupied)
     }
 
     fn unrecovered(&self) -> Option<&[[f64; 2]]> {
