@@ -78,6 +78,16 @@ fn put(text: &mut String, value: &Value) {
             }
             text.push(']');
         }
+        // A table in a list.
+        Value::Object(keys) => {
+            text.push_str("{ ");
+            let values = keys.iter().filter(|(_, value)| !value.is_null());
+            for (index, (key, value)) in values.enumerate() {
+                let _ = write!(text, "{}{key} = ", if index > 0 { ", " } else { "" });
+                put(text, value);
+            }
+            text.push_str(" }");
+        }
         Value::Number(number) if number.is_f64() => {
             let _ = write!(text, "{:e}", nine_digits(number.as_f64().unwrap_or(0.0)));
         }

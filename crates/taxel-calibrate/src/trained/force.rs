@@ -15,7 +15,7 @@ use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, Rest};
 use taxel_recording::InputError;
 
 /// Readings of a scale that determine a map: ten for each fifth that is held out.
-const LEAST_READINGS: usize = 50;
+pub(super) const LEAST_READINGS: usize = 50;
 /// Runs shorter than this show little of how the body creeps, s.
 const SHORT: f64 = 60.0;
 /// Frames this many times farther apart than those of the device have times in

@@ -3,6 +3,7 @@
 
 use std::sync::LazyLock;
 
+use super::force::LEAST_READINGS;
 use crate::options::{CalibrateOptions, ScaleUnit};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
@@ -300,7 +301,12 @@ fn unit_of(
         return Ok(unit);
     }
     let readings = stage.rows().iter().filter_map(|row| row.get(3));
-    let largest = readings.filter(|reading| reading.is_finite());
+    let known: Vec<&f64> = readings.filter(|r| r.is_finite() && **r >= 0.0).collect();
+    // A recording that is too short is refused for that.
+    if known.len() < LEAST_READINGS {
+        return Ok(ScaleUnit::Grams);
+    }
+    let largest = known.into_iter();
     let largest = largest.fold(0.0_f64, |most, reading| most.max(*reading));
     let grams = largest * 1e-3 * STANDARD_GRAVITY;
     let far = grams > 0.0 && grams < full_scale / FAR;

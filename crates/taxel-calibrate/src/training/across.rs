@@ -408,12 +408,7 @@ type Prior = (f64, [f64; 3]);
 /// each other more than the next run does: of one run the weakest would be chosen, and err on
 /// the next.
 const FIRST: Prior = (10.0, [1.0, 1.0, 1.0]);
-const OF_ONE: [Prior; 4] = [
-    (10.0, [1.0, 0.5, 0.5]),
-    (30.0, [1.0, 1.0, 1.0]),
-    (30.0, [1.0, 0.5, 0.5]),
-    (100.0, [1.0, 1.0, 1.0]),
-];
+const OF_ONE: [Prior; 2] = [(30.0, [1.0, 1.0, 1.0]), (100.0, [1.0, 1.0, 1.0])];
 const OF_SEVERAL: [Prior; 8] = [
     (1.0, [1.0, 1.0, 1.0]),
     (3.0, [1.0, 1.0, 1.0]),

@@ -277,13 +277,17 @@ impl TrainedReader {
 
     /// Follows what the body may not have recovered from.
     fn recover(&mut self, elapsed: f64) {
-        let tared = self.values.iter().zip(&self.rest);
-        self.recovery
-            .push(elapsed, tared.map(|(value, rest)| value - rest));
+        // What an empty channel reads is no contact, however far it has drifted.
+        let channels = self.values.iter().zip(&self.rest).zip(&self.occupied);
+        let shown = channels.map(|((value, rest), on)| if *on { value - rest } else { 0.0 });
+        self.recovery.push(elapsed, shown);
         let Some(rest) = &self.maps.rest else { return };
         let channels = self.recovery.slow().iter().zip(&rest.creep);
-        for (expected, (slow, creep)) in self.unrecovered.iter_mut().zip(channels) {
-            *expected = creep.expected(slow);
+        let channels = channels.zip(&rest.deviation);
+        for (expected, ((slow, creep), noise)) in self.unrecovered.iter_mut().zip(channels) {
+            let [shown, doubt] = creep.expected(slow);
+            // Creep that may be more than noise hides any drift.
+            *expected = [shown, if doubt > *noise { f64::INFINITY } else { doubt }];
         }
     }
 
