@@ -44,7 +44,8 @@ pub(crate) fn trained_creep(runs: &[Session], deviation: &[f64]) -> Vec<Creep> {
         })
         .collect();
     // A body recovers as one: quiet channels, which show little of it, may err by as much.
-    let mut left: Vec<f64> = creep.iter().map(|one| one.left).collect();
+    let known = creep.iter().map(|one| one.left).filter(|left| *left > 0.0);
+    let mut left: Vec<f64> = known.collect();
     left.sort_by(f64::total_cmp);
     let usual = left.get(left.len() / 2).copied().unwrap_or(0.0);
     creep
