@@ -48,9 +48,9 @@ pub(crate) fn trained_creep(runs: &[Session], deviation: &[f64]) -> Vec<Creep> {
     let mut left: Vec<f64> = known.collect();
     left.sort_by(f64::total_cmp);
     let usual = left.get(left.len() / 2).copied().unwrap_or(0.0);
-    creep
-        .iter_mut()
-        .for_each(|one| one.left = one.left.max(usual));
+    for one in &mut creep {
+        one.left = one.left.max(usual);
+    }
     creep
 }
 
