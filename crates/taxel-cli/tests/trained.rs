@@ -1,6 +1,6 @@
 //! Arrays without a physical model, from recordings to live touch, at the
 //! boundary of the program.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::too_many_lines)]
 
 mod common;
 
