@@ -971,7 +971,7 @@ fn all_components_of_a_table_are_learned() {
         );
     }
     let bare = lines(text.split_once('\n').unwrap().1, |_, cells| {
-        drop(cells.drain(1..5))
+        drop(cells.drain(1..5));
     });
     fs::write(&frames, bare).unwrap();
     let estimate = [
