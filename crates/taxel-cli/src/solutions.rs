@@ -14,6 +14,7 @@ use taxel::shown;
 use taxel::solutions::{Question, Solutions};
 
 use crate::Stop;
+use crate::files;
 use crate::hash::sha256;
 use crate::outputs::{self, Existing};
 use crate::progress::Progress;
@@ -29,6 +30,8 @@ const TOLD: f64 = 0.5;
 pub(crate) struct Folder {
     /// None where the system names no place for what can be made again.
     path: Option<PathBuf>,
+    /// The folder of the sensor file, to which names of tables are relative.
+    beside: PathBuf,
     /// The solution under way.
     progress: Option<(Progress, Instant)>,
 }
@@ -39,7 +42,16 @@ impl Folder {
     pub(crate) fn of_user() -> Self {
         Self {
             path: of_user(&|name| env::var_os(name).map(PathBuf::from)),
+            beside: PathBuf::new(),
             progress: None,
+        }
+    }
+
+    /// The same for the sensor file `sensor`.
+    pub(crate) fn beside(sensor: &Path) -> Self {
+        Self {
+            beside: sensor.parent().map_or_else(PathBuf::new, Path::to_owned),
+            ..Self::of_user()
         }
     }
 
@@ -102,6 +114,13 @@ impl Solutions for Folder {
             );
         }
         found.map(str::to_owned)
+    }
+
+    fn table(&mut self, name: &str) -> Result<String, String> {
+        match files::text(&self.beside.join(name)) {
+            Ok(text) => Ok(text),
+            Err(Stop::WrongInput(message) | Stop::Failed(message)) => Err(message),
+        }
     }
 
     fn unreadable(&mut self, question: &Question) {

@@ -310,9 +310,10 @@ fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Col
     Ok((Kind::Check(written.quantity.clone()), column, word))
 }
 
-fn predictor_of(device: &dyn Device, mechanics: Mechanics) -> Result<Box<dyn Predictor>, String> {
+fn predictor_of(device: &dyn Device, mechanics: &Mechanics) -> Result<Box<dyn Predictor>, String> {
     match mechanics {
-        Mechanics::ClosedForm => device
+        // A table is read like a closed form.
+        Mechanics::ClosedForm | Mechanics::Table(_) => device
             .predictor()
             .ok_or_else(|| String::from("this element has no model to predict with")),
         Mechanics::Fem => device.field_predictor().map_err(|error| error.to_string()),
@@ -334,7 +335,18 @@ fn prediction(
         message: error.to_string(),
         help: String::new(),
     })?;
-    let predictor = predictor_of(device.as_ref(), mechanics.unwrap_or(sensor.mechanics));
+    let asked = mechanics.as_ref().unwrap_or(&sensor.mechanics);
+    if let (Some(Mechanics::ClosedForm), Mechanics::Table(table)) = (&mechanics, &sensor.mechanics)
+    {
+        return Err(Wrong {
+            key: "mechanics",
+            message: format!(
+                "the sensor file answers by the table {table}, and not by closed forms"
+            ),
+            help: String::from("leave mechanics out here, or in the sensor file"),
+        });
+    }
+    let predictor = predictor_of(device.as_ref(), asked);
     let predictor = predictor.map_err(|message| Wrong {
         key: "of",
         message,
@@ -460,12 +472,12 @@ fn way(over: &str) -> Result<Vec<String>, Wrong> {
 
 impl Prediction {
     fn evaluate(&self, context: &mut Context<'_>, accept: &[String], word: bool) -> Outcome {
-        let mechanics = self.mechanics.unwrap_or(context.sensor.mechanics);
+        let mechanics = self.mechanics.as_ref().unwrap_or(&context.sensor.mechanics);
         let Some(device) = context.device.as_deref() else {
             return Outcome::Outside(String::from("the board cannot read the element"));
         };
         let mut own = None;
-        let predictor: &mut Box<dyn Predictor> = if mechanics == Mechanics::ClosedForm {
+        let predictor: &mut Box<dyn Predictor> = if *mechanics != Mechanics::Fem {
             if context.predictor.is_none() {
                 context.predictor = device.predictor();
             }
