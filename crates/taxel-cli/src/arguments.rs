@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use taxel::quantity::LENGTH;
 use taxel_serve::TouchTable;
 
-use crate::commands::fabricate;
 use crate::outputs::Existing;
 
 /// Version with the commit, as written into every file.
@@ -301,7 +301,7 @@ pub(crate) struct Fabricate {
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
     /// Share by which cast parts shrink, such as "1.5 %": moulds are made larger by 1/(1 - share)
-    #[arg(long, value_name = "SHARE", default_value = "0 %", value_parser = fabricate::shrink)]
+    #[arg(long, value_name = "SHARE", default_value = "0 %", value_parser = shrink)]
     pub(crate) shrink: f64,
     /// Mirror the masks along x, for exposure from behind
     #[arg(long)]
@@ -314,13 +314,37 @@ pub(crate) struct Fabricate {
     pub(crate) marks: bool,
     /// Coordinates of masks are multiples of this length; refused if rounding moves an edge by
     /// more than 0.1 % of the smallest distance between edges of its mask
-    #[arg(long, value_name = "LENGTH", default_value = "1 nm", value_parser = fabricate::grid)]
+    #[arg(long, value_name = "LENGTH", default_value = "1 nm", value_parser = grid)]
     pub(crate) grid: f64,
     /// Format of the summary
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
+}
+
+/// Grids that masks may have, m.
+const GRIDS: [f64; 2] = [1e-12, 1e-4];
+
+/// A share by which cast parts shrink, such as "1.5 %".
+fn shrink(text: &str) -> Result<f64, String> {
+    let percent = text.trim().strip_suffix('%').map(str::trim);
+    percent
+        .and_then(|number| number.parse::<f64>().ok())
+        .filter(|percent| (0.0..=20.0).contains(percent))
+        .map(|percent| percent / 100.0)
+        .ok_or_else(|| String::from("must be a percentage from 0 % to 20 %, such as \"1.5 %\""))
+}
+
+/// The grid of masks, m.
+fn grid(text: &str) -> Result<f64, String> {
+    let grid = LENGTH.parse(text)?;
+    if (GRIDS[0]..=GRIDS[1]).contains(&grid) {
+        return Ok(grid);
+    }
+    Err(String::from(
+        "must be from 1e-3 nm to 100 um, such as \"1 nm\"",
+    ))
 }
 
 /// Polarity of masks as the command line names it.

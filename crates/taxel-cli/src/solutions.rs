@@ -14,7 +14,6 @@ use taxel::shown;
 use taxel::solutions::{Question, Solutions};
 
 use crate::Stop;
-use crate::files;
 use crate::hash::sha256;
 use crate::outputs::{self, Existing};
 use crate::progress::Progress;
@@ -117,10 +116,16 @@ impl Solutions for Folder {
     }
 
     fn table(&mut self, name: &str) -> Result<String, String> {
-        match files::text(&self.beside.join(name)) {
-            Ok(text) => Ok(text),
-            Err(Stop::WrongInput(message) | Stop::Failed(message)) => Err(message),
+        let path = self.beside.join(name);
+        let failed =
+            |error: std::io::Error| format!("{}: cannot be read: {error}", shown::path(&path));
+        if fs::metadata(&path).map_err(failed)?.len() > LARGEST {
+            let path = shown::path(&path);
+            return Err(format!(
+                "{path}: has more than {LARGEST} bytes, which no table has"
+            ));
         }
+        fs::read_to_string(&path).map_err(failed)
     }
 
     fn unreadable(&mut self, question: &Question) {

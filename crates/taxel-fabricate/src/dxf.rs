@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::figures::Drawn;
-use crate::write::ascii;
+use crate::text::ascii;
 
 /// Layer of the notes.
 const NOTES: &str = "NOTES";

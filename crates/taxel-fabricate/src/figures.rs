@@ -1,8 +1,9 @@
 //! The figures of masks on the grid, as both formats take them.
 
 use crate::error::Refused;
+use crate::mask::Mask;
 use crate::options::{Options, Polarity};
-use crate::plan::{Mask, Plan};
+use crate::plan::Plan;
 use crate::rectangle::{Rectangle, lines};
 
 /// Largest way of an edge over the smallest distance between edges of its mask.

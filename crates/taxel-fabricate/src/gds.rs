@@ -1,7 +1,7 @@
 //! GDSII stream format: boundaries in one structure, one layer for each mask.
 
 use crate::figures::Drawn;
-use crate::write::ascii;
+use crate::text::ascii;
 
 /// Layer of the notes.
 const NOTES: i16 = 63;

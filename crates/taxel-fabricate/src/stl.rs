@@ -1,7 +1,7 @@
 //! Binary STL in mm.
 
 use crate::relief::Mesh;
-use crate::write::ascii;
+use crate::text::ascii;
 
 /// The file; `head` says what wrote it.
 pub(crate) fn stl(mesh: &Mesh, head: &str) -> Vec<u8> {

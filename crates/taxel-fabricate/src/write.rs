@@ -71,13 +71,3 @@ fn notes(plan: &Plan, options: &Options, origin: &str) -> Vec<String> {
     notes.extend(plan.missing.iter().map(|what| format!("- {what}")));
     notes
 }
-
-/// A text of printable ASCII characters: the formats of masks have no others.
-pub(crate) fn ascii(text: &str) -> String {
-    let plain = |letter: char| match letter {
-        'µ' | 'μ' => 'u',
-        letter if letter.is_ascii_graphic() || letter == ' ' => letter,
-        _ => '?',
-    };
-    text.chars().map(plain).collect()
-}

@@ -3,15 +3,11 @@
 use std::fs;
 
 use serde_json::{Map, Value};
-use taxel::quantity::LENGTH;
 use taxel::table::{self, Cell, Column};
 use taxel_fabricate::{Options, Plan, files};
 
 use crate::arguments::{COMMIT, Fabricate, VERSION};
 use crate::{Done, Stop, outputs};
-
-/// Grids that masks may have, m.
-const GRIDS: [f64; 2] = [1e-12, 1e-4];
 
 pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     let options = Options {
@@ -117,25 +113,4 @@ fn summary(plan: &Plan) -> (Vec<Column>, Vec<Vec<Cell>>) {
     ];
     let rows = masks.chain(moulds).chain([layers, drawing]).collect();
     (columns, rows)
-}
-
-/// A share by which cast parts shrink, such as "1.5 %".
-pub(crate) fn shrink(text: &str) -> Result<f64, String> {
-    let percent = text.trim().strip_suffix('%').map(str::trim);
-    percent
-        .and_then(|number| number.parse::<f64>().ok())
-        .filter(|percent| (0.0..=20.0).contains(percent))
-        .map(|percent| percent / 100.0)
-        .ok_or_else(|| String::from("must be a percentage from 0 % to 20 %, such as \"1.5 %\""))
-}
-
-/// The grid of masks, m.
-pub(crate) fn grid(text: &str) -> Result<f64, String> {
-    let grid = LENGTH.parse(text)?;
-    if (GRIDS[0]..=GRIDS[1]).contains(&grid) {
-        return Ok(grid);
-    }
-    Err(String::from(
-        "must be from 1e-3 nm to 100 um, such as \"1 nm\"",
-    ))
 }

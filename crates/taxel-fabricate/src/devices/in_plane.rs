@@ -5,7 +5,7 @@ use taxel::sensor::InPlaneCapacitor;
 use super::array::{Array, FLOOR, WALL, own_choice, plate};
 use super::parts::Parts;
 use crate::bill::Layer;
-use crate::plan::{Mask, Mould};
+use crate::mask::{Mask, Mould};
 use crate::rectangle::Rectangle;
 
 pub(crate) fn parts(array: &Array, element: &InPlaneCapacitor) -> Parts {

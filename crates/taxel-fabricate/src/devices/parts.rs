@@ -1,7 +1,7 @@
 //! What a device adds to a plan.
 
 use crate::bill::Layer;
-use crate::plan::{Mask, Mould};
+use crate::mask::{Mask, Mould};
 
 /// Masks, moulds, layers, and what is missing.
 #[derive(Debug, Default)]

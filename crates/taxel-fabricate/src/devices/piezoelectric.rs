@@ -5,7 +5,7 @@ use taxel::sensor::Piezoelectric;
 use super::array::{Array, frame, own_choice};
 use super::parts::Parts;
 use crate::bill::Layer;
-use crate::plan::{Mask, Mould};
+use crate::mask::{Mask, Mould};
 
 pub(crate) fn parts(array: &Array, element: &Piezoelectric) -> Parts {
     let (ceramic, cover) = (&element.ceramic, &element.cover);

@@ -5,7 +5,7 @@ use taxel::sensor::ThreeAxisCapacitor;
 use super::array::{Array, FLOOR, own_choice};
 use super::parts::Parts;
 use crate::bill::Layer;
-use crate::plan::{Mask, Mould};
+use crate::mask::{Mask, Mould};
 use crate::rectangle::{Rectangle, complement, line_at, lines};
 use crate::relief::Relief;
 

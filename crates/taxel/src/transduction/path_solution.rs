@@ -9,6 +9,7 @@ use super::path_table::{DrawnTable, PathTable, State, WrongTable};
 use super::section_solution::{as_drawn, statement};
 use crate::mechanics::LARGEST_COMPRESSION;
 use crate::solutions::digits;
+use taxel_numerics::roots;
 
 /// Intervals of the first table; half of its solved loads are not used.
 const FEWEST: usize = 8;
@@ -55,7 +56,7 @@ pub enum NoTable {
 }
 
 impl PathTable {
-    /// Solves the way of `model` by finite elements as far as it goes, with nodes added until the
+    /// Solves the way of `model` by finite elements as far as it can be read back, with nodes added until the
     /// interpolation error is within the tolerance; `progress` hears the fraction.
     ///
     /// # Errors
@@ -70,7 +71,7 @@ impl PathTable {
         let whole = SolvedInPlane::solve(&body, LARGEST_COMPRESSION, &|_| false, &mut |part| {
             progress(0.1 * part);
         })?;
-        let reached = whole.last().compression;
+        let reached = invertible(&whole);
         let mut intervals = FEWEST;
         loop {
             let states = way(FieldStudy::new(&body)?, reached, 2 * intervals)?;
@@ -111,6 +112,14 @@ impl InPlaneModel {
         self.table = Some(Arc::new(table));
         Ok(())
     }
+}
+
+/// Compression up to which a change of capacitance belongs to one compression: beyond, nothing reads
+/// the sensor back.
+fn invertible(way: &SolvedInPlane) -> f64 {
+    let rest = way.rest().capacitance;
+    let change = |e: f64| way.at(e).map_or(f64::NAN, |state| rest - state.capacitance);
+    roots::one_to_one(way.last().compression, change).end
 }
 
 /// All that a table follows from.
