@@ -19,7 +19,7 @@ const CROSS_AWAY: f64 = 0.05;
 pub(crate) struct Drawn {
     pub(crate) name: &'static str,
     /// Number of its layer, from 1 on.
-    pub(crate) layer: u16,
+    pub(crate) layer: i16,
     /// Corners of its figures, counterclockwise, in grids.
     pub(crate) figures: Vec<[[i32; 2]; 4]>,
     /// Those of its marks.
@@ -57,7 +57,7 @@ pub(crate) fn drawn(plan: &Plan, options: &Options) -> Result<Vec<Drawn>, Refuse
         };
         Ok(Drawn {
             name: mask.name,
-            layer: number as u16 + 1,
+            layer: 1 + i16::try_from(number).unwrap_or(i16::MAX - 1),
             figures: corners(&mask.figures)?,
             marks: corners(&marks)?,
         })
@@ -129,7 +129,9 @@ fn rounded(figure: &Rectangle, options: &Options) -> Result<[[i32; 2]; 4], Refus
         .corners()
         .map(|corner| corner.map(|coordinate| (coordinate / options.grid).round() as i32));
     if options.mirror {
-        corners.iter_mut().for_each(|corner| corner[0] = -corner[0]);
+        for corner in &mut corners {
+            corner[0] = -corner[0];
+        }
         corners.reverse();
     }
     Ok(corners)

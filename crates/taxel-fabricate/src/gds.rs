@@ -33,7 +33,7 @@ pub(crate) fn gds(
         for (kind, figures) in TYPES.into_iter().zip([&mask.figures, &mask.marks]) {
             for figure in figures {
                 stream.record(0x0800, &[]);
-                stream.short(0x0D02, &[mask.layer as i16]);
+                stream.short(0x0D02, &[mask.layer]);
                 stream.short(0x0E02, &[kind]);
                 let closed = figure.iter().chain([&figure[0]]);
                 stream.long(0x1003, closed.flatten().copied());

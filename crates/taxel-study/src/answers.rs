@@ -320,6 +320,23 @@ fn predictor_of(device: &dyn Device, mechanics: &Mechanics) -> Result<Box<dyn Pr
     }
 }
 
+/// The mechanics of an answer, or else that of the sensor file; a table is not left for closed forms.
+fn mechanics_of<'m>(
+    written: Option<&'m Mechanics>,
+    sensor: &'m Sensor,
+) -> Result<&'m Mechanics, Wrong> {
+    match (written, &sensor.mechanics) {
+        (Some(Mechanics::ClosedForm), Mechanics::Table(table)) => Err(Wrong {
+            key: "mechanics",
+            message: format!(
+                "the sensor file answers by the table {table}, and not by closed forms"
+            ),
+            help: String::from("leave mechanics out here, or in the sensor file"),
+        }),
+        (written, of_file) => Ok(written.unwrap_or(of_file)),
+    }
+}
+
 fn prediction(
     name: &str,
     written: &AnswerFile,
@@ -335,17 +352,7 @@ fn prediction(
         message: error.to_string(),
         help: String::new(),
     })?;
-    let asked = mechanics.as_ref().unwrap_or(&sensor.mechanics);
-    if let (Some(Mechanics::ClosedForm), Mechanics::Table(table)) = (&mechanics, &sensor.mechanics)
-    {
-        return Err(Wrong {
-            key: "mechanics",
-            message: format!(
-                "the sensor file answers by the table {table}, and not by closed forms"
-            ),
-            help: String::from("leave mechanics out here, or in the sensor file"),
-        });
-    }
+    let asked = mechanics_of(mechanics.as_ref(), sensor)?;
     let predictor = predictor_of(device.as_ref(), asked);
     let predictor = predictor.map_err(|message| Wrong {
         key: "of",
@@ -477,18 +484,18 @@ impl Prediction {
             return Outcome::Outside(String::from("the board cannot read the element"));
         };
         let mut own = None;
-        let predictor: &mut Box<dyn Predictor> = if *mechanics != Mechanics::Fem {
+        let predictor: &mut Box<dyn Predictor> = if *mechanics == Mechanics::Fem {
+            match predictor_of(device, mechanics) {
+                Ok(predictor) => own.insert(predictor),
+                Err(why) => return Outcome::Outside(why),
+            }
+        } else {
             if context.predictor.is_none() {
                 context.predictor = device.predictor();
             }
             match &mut context.predictor {
                 Some(predictor) => predictor,
                 None => return Outcome::Outside(String::from("has no model")),
-            }
-        } else {
-            match predictor_of(device, mechanics) {
-                Ok(predictor) => own.insert(predictor),
-                Err(why) => return Outcome::Outside(why),
             }
         };
         let mut best: Option<f64> = None;

@@ -1,5 +1,6 @@
 //! `taxel fabricate`: masks, moulds, drawing and bill of layers of a sensor.
 
+use std::fmt::Write as _;
 use std::fs;
 
 use serde_json::{Map, Value};
@@ -37,8 +38,7 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     fs::create_dir_all(folder).map_err(|error| outputs::cannot_write(folder, &error))?;
     for (file, path) in written.iter().zip(&paths) {
         outputs::write_file(path, existing, |target| {
-            use std::io::Write as _;
-            let written = target.write_all(&file.bytes);
+            let written = std::io::Write::write_all(target, &file.bytes);
             written.map_err(|error| outputs::cannot_write(path, &error))
         })?;
     }
@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     if arguments.format == crate::arguments::Format::Table {
         text.push_str("\nNot in the sensor file, and so not drawn:\n");
         for what in &plan.missing {
-            text.push_str(&format!("- {what}\n"));
+            let _ = writeln!(text, "- {what}");
         }
     }
     outputs::print(&text)
