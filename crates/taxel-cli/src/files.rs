@@ -39,7 +39,7 @@ pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
 
 /// The sensor that a text describes.
 pub(crate) fn sensor_of_text(name: &str, text: String) -> Result<NamedSensor, Stop> {
-    let sensor = Sensor::parse_with(name, &text, &mut Folder::of_user())?;
+    let sensor = Sensor::parse_with(name, &text, &mut Folder::beside(Path::new(name)))?;
     let hash = sha256(text.as_bytes());
     Ok(NamedSensor {
         name: name.to_owned(),

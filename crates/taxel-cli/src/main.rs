@@ -26,6 +26,7 @@ mod solutions;
 use std::io::Write as _;
 use std::process::ExitCode;
 
+use anstyle::{AnsiColor, Style};
 use clap::Parser;
 
 use arguments::{Arguments, Command};
@@ -72,6 +73,9 @@ fn main() -> ExitCode {
         Command::Solve(solve) => commands::solve::run(solve),
         Command::Optimize(optimize) => commands::optimize::run(optimize),
         Command::Tolerance(tolerance) => commands::tolerance::run(tolerance),
+        Command::Fabricate(fabricate) => commands::fabricate::run(fabricate),
+        Command::Tabulate(tabulate) => commands::tabulate::run(tabulate),
+        Command::Export(export) => commands::export::run(export),
         Command::Calibrate(calibrate) => commands::calibrate::run(calibrate),
         Command::Twin(twin) => commands::twin::run(twin),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
@@ -82,6 +86,8 @@ fn main() -> ExitCode {
         Command::Device(device) => commands::device::run(device),
         Command::Devices(devices) => commands::devices::run(devices),
         Command::Schema(schema) => commands::schema::run(schema),
+        Command::Completions(completions) => commands::completions::run(completions),
+        Command::Man(pages) => commands::completions::man(pages),
     };
     match result {
         Ok(Done::Complete) => ExitCode::SUCCESS,
@@ -96,10 +102,30 @@ fn report(message: &str, code: u8) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// Writes `message` to the standard error.
+/// Writes `message` to the standard error, with the words that begin its lines in colour where a
+/// terminal shows it and NO_COLOR is not set.
 fn tell(message: &str) {
     // Nobody may be there to read it.
-    let _ = writeln!(std::io::stderr(), "{}", visible(message));
+    let _ = writeln!(anstream::stderr(), "{}", painted(&visible(message)));
+}
+
+/// Words that begin lines, with their colours: those that clap gives its own messages.
+const PAINTED: [(&str, Style); 3] = [
+    ("error:", AnsiColor::Red.on_default().bold()),
+    ("help:", AnsiColor::Green.on_default()),
+    ("note:", AnsiColor::Cyan.on_default()),
+];
+
+/// `message` with the word that begins each line in its colour.
+fn painted(message: &str) -> String {
+    let line = |line: &str| {
+        let word = PAINTED.iter().find(|(word, _)| line.starts_with(word));
+        match word {
+            Some((word, style)) => format!("{style}{word}{style:#}{}", &line[word.len()..]),
+            None => line.to_owned(),
+        }
+    };
+    message.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// A message of several lines as a terminal may show it: what it quotes of files and names must

@@ -29,6 +29,8 @@ const TOLD: f64 = 0.5;
 pub(crate) struct Folder {
     /// None where the system names no place for what can be made again.
     path: Option<PathBuf>,
+    /// The folder of the sensor file, to which names of tables are relative.
+    beside: PathBuf,
     /// The solution under way.
     progress: Option<(Progress, Instant)>,
 }
@@ -39,7 +41,16 @@ impl Folder {
     pub(crate) fn of_user() -> Self {
         Self {
             path: of_user(&|name| env::var_os(name).map(PathBuf::from)),
+            beside: PathBuf::new(),
             progress: None,
+        }
+    }
+
+    /// The same for the sensor file `sensor`.
+    pub(crate) fn beside(sensor: &Path) -> Self {
+        Self {
+            beside: sensor.parent().map_or_else(PathBuf::new, Path::to_owned),
+            ..Self::of_user()
         }
     }
 
@@ -102,6 +113,19 @@ impl Solutions for Folder {
             );
         }
         found.map(str::to_owned)
+    }
+
+    fn table(&mut self, name: &str) -> Result<String, String> {
+        let path = self.beside.join(name);
+        let failed =
+            |error: std::io::Error| format!("{}: cannot be read: {error}", shown::path(&path));
+        if fs::metadata(&path).map_err(failed)?.len() > LARGEST {
+            let path = shown::path(&path);
+            return Err(format!(
+                "{path}: has more than {LARGEST} bytes, which no table has"
+            ));
+        }
+        fs::read_to_string(&path).map_err(failed)
     }
 
     fn unreadable(&mut self, question: &Question) {

@@ -81,8 +81,9 @@ pub(crate) fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
         name: &head.sensor,
         text: &text,
     };
+    let beside = path.clone();
     let solutions =
-        Box::new(|| Box::new(Folder::of_user()) as Box<dyn taxel::solutions::Solutions>);
+        Box::new(move || Box::new(Folder::beside(&beside)) as Box<dyn taxel::solutions::Solutions>);
     Ok((
         Study::parse(&study.name, &study.text, &sensor, solutions)?,
         path,
