@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Files outside the folder of one device that name a variant of `Element`, with how
 /// often: a new kind of element adds arms to the first three, and none to the others,
 /// which ask for one kind alone.
-const NAMED: [(&str, usize); 8] = [
+const NAMED: [(&str, usize); 9] = [
     // Two arms for each kind: its usual script, its key; and the two that are solved.
     ("taxel/src/sensor/mod.rs", 14),
     // Two for each kind: its device, its typed array.
@@ -23,6 +23,8 @@ const NAMED: [(&str, usize); 8] = [
     ("taxel-cli/src/commands/live.rs", 1),
     // The sweep of cross-sections.
     ("taxel-cli/src/commands/sweep.rs", 1),
+    // As the command.
+    ("taxel-python/src/calibration.rs", 1),
     // Axes of measured forces.
     ("taxel/src/sensor/checks.rs", 1),
 ];

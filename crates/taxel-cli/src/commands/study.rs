@@ -157,6 +157,7 @@ pub(crate) fn running<T>(
         stop: &stop,
         progress: &tell,
         computed: 0,
+        elsewhere: None,
     };
     let result = work(&mut runner);
     if let Ok(mut progress) = progress.lock() {

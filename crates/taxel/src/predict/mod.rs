@@ -9,7 +9,7 @@ use crate::quantity::Dimension;
 use crate::table::{Cell, Column};
 
 pub use batch::{Answers, Refusal};
-pub use loads::{Given, Loads};
+pub use loads::{Given, GivenValues, Loads};
 
 /// Predicts the response of one kind of device to one kind of load.
 pub trait Predictor: Send + Sync {
