@@ -24,8 +24,8 @@ mod progress;
 mod run_files;
 mod solutions;
 
-use std::io::Write as _;
 use std::ffi::OsString;
+use std::io::Write as _;
 use std::sync::OnceLock;
 
 use clap::Parser;
@@ -46,7 +46,9 @@ pub(crate) enum Done {
 pub mod shared {
     pub use crate::arguments::{COMMIT, VERSION};
     pub use crate::commands::calibrate::{applied_text, propagated_text, today};
-    pub use crate::commands::study::{StudyText, sensor_text as study_sensor_text, slow, text as study_text};
+    pub use crate::commands::study::{
+        StudyText, sensor_text as study_sensor_text, slow, text as study_text,
+    };
     pub use crate::files::{NamedSensor, recordings, sensor_of_text, sensor_text, sha256, text};
     pub use crate::outputs::replace as write;
     pub use crate::solutions::Folder;

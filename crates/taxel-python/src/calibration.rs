@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use taxel::sensor::Element;
 use taxel::shown;
 use taxel_calibrate::{
-    CalibrateOptions, CalibrationFile, HoldOut, Provenance, ReadingTable, SyntheticOptions, calibrator, train,
+    CalibrateOptions, CalibrationFile, HoldOut, Provenance, ReadingTable, SyntheticOptions,
+    calibrator, train,
 };
 use taxel_cli::shared::{self, COMMIT, NamedSensor, VERSION};
 
@@ -63,7 +64,14 @@ impl Calibration {
         parameters
             .map(|one| {
                 let (unit, status) = (one.unit.clone(), one.status.clone());
-                (one.name.clone(), one.value, one.deviation, one.interval, unit, status)
+                (
+                    one.name.clone(),
+                    one.value,
+                    one.deviation,
+                    one.interval,
+                    unit,
+                    status,
+                )
             })
             .collect()
     }
@@ -89,10 +97,15 @@ pub(crate) fn calibrate(
     robust: bool,
 ) -> PyResult<(String, String, String, String)> {
     let named: Vec<NamedSensor> = std::iter::once(NamedSensor::clone(&sensor.named))
-        .chain(beside.iter().map(|sensor| NamedSensor::clone(&sensor.named)))
+        .chain(
+            beside
+                .iter()
+                .map(|sensor| NamedSensor::clone(&sensor.named)),
+        )
         .collect();
     let options = CalibrateOptions {
-        hold_out: HoldOut::parse(hold_out).map_err(|message| Fault::Wrong(format!("hold_out: {message}")))?,
+        hold_out: HoldOut::parse(hold_out)
+            .map_err(|message| Fault::Wrong(format!("hold_out: {message}")))?,
         model,
         profile,
         robust,
@@ -100,32 +113,65 @@ pub(crate) fn calibrate(
     pool::run(py, move |_| {
         let sensors = described(&named);
         let (version, date) = (format!("{VERSION} {COMMIT}"), shared::today());
-        let names = data.iter().map(|path| shown::path(path)).collect::<Vec<_>>().join(", ");
+        let names = data
+            .iter()
+            .map(|path| shown::path(path))
+            .collect::<Vec<_>>()
+            .join(", ");
         let about = |hash: &str| -> (String, String) { (names.clone(), hash.to_owned()) };
         if let [one] = sensors.as_slice()
             && matches!(one.sensor.element, Element::Trained(_))
         {
             let groups = shared::recordings(&data)?;
-            let texts: Vec<&str> = groups.iter().flatten().map(|file| file.text.as_str()).collect();
+            let texts: Vec<&str> = groups
+                .iter()
+                .flatten()
+                .map(|file| file.text.as_str())
+                .collect();
             let hash = shared::sha256(texts.concat().as_bytes());
             let maps = train(one, &groups, &options)?;
             let (data, data_hash) = about(&hash);
-            let about = Provenance { version: &version, date: &date, data: &data, data_hash: &data_hash };
+            let about = Provenance {
+                version: &version,
+                date: &date,
+                data: &data,
+                data_hash: &data_hash,
+            };
             let outcome = &maps.outcome;
-            return Ok((maps.to_toml(&about), outcome.html(&about), outcome.json(&about).to_string(), outcome.text()));
+            return Ok((
+                maps.to_toml(&about),
+                outcome.html(&about),
+                outcome.json(&about).to_string(),
+                outcome.text(),
+            ));
         }
         let calibrator = calibrator(&sensors).map_err(|error| Fault::Wrong(error.to_string()))?;
         let (mut tables, mut texts) = (Vec::new(), String::new());
         for path in &data {
             let text = shared::text(path)?;
-            let table = ReadingTable::parse(&shown::path(path), &text, calibrator.columns(), calibrator.group())?;
+            let table = ReadingTable::parse(
+                &shown::path(path),
+                &text,
+                calibrator.columns(),
+                calibrator.group(),
+            )?;
             tables.push(table);
             texts.push_str(&text);
         }
         let outcome = calibrator.calibrate_all(&tables, &options)?;
         let (data, data_hash) = about(&shared::sha256(texts.as_bytes()));
-        let about = Provenance { version: &version, date: &date, data: &data, data_hash: &data_hash };
-        Ok((outcome.to_toml(&about), outcome.html(&about), outcome.json(&about).to_string(), outcome.text()))
+        let about = Provenance {
+            version: &version,
+            date: &date,
+            data: &data,
+            data_hash: &data_hash,
+        };
+        Ok((
+            outcome.to_toml(&about),
+            outcome.html(&about),
+            outcome.json(&about).to_string(),
+            outcome.text(),
+        ))
     })
 }
 
@@ -140,7 +186,11 @@ pub(crate) fn synthetic(
     noise: f64,
 ) -> PyResult<String> {
     let named: Vec<NamedSensor> = std::iter::once(NamedSensor::clone(&sensor.named))
-        .chain(beside.iter().map(|sensor| NamedSensor::clone(&sensor.named)))
+        .chain(
+            beside
+                .iter()
+                .map(|sensor| NamedSensor::clone(&sensor.named)),
+        )
         .collect();
     if !(1..=1_000_000).contains(&readings) || !(0.0..=1.0).contains(&noise) {
         let message = "calibration data: readings must be from 1 to 1000000, noise from 0 to 1";
@@ -149,6 +199,11 @@ pub(crate) fn synthetic(
     pool::run(py, move |_| {
         let sensors = described(&named);
         let calibrator = calibrator(&sensors).map_err(|error| Fault::Wrong(error.to_string()))?;
-        Ok(calibrator.synthetic(&SyntheticOptions { seed, readings, noise, ..SyntheticOptions::default() }))
+        Ok(calibrator.synthetic(&SyntheticOptions {
+            seed,
+            readings,
+            noise,
+            ..SyntheticOptions::default()
+        }))
     })
 }

@@ -2,8 +2,8 @@
 
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyType};
 use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyString, PyType};
 use taxel::InputError;
 use taxel::estimation::FrameError;
 use taxel_cli::Stop;
@@ -83,7 +83,9 @@ impl From<Fault> for PyErr {
 fn exception(py: Python<'_>, fault: Fault) -> PyResult<PyErr> {
     let of = |class: &PyOnceLock<Py<PyType>>, name: &str, message: &str| {
         let class = class.import(py, "taxel._errors", name)?;
-        Ok(PyErr::from_value(class.call1((PyString::new(py, message),))?))
+        Ok(PyErr::from_value(
+            class.call1((PyString::new(py, message),))?,
+        ))
     };
     match fault {
         Fault::Input(error) => {

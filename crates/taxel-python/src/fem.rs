@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use numpy::ndarray::{Array1, Array2};
 use numpy::IntoPyArray;
+use numpy::ndarray::{Array1, Array2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use taxel::mechanics::microchannel_cell::{Closure, Filling, VoidStudy as Posed, WallContact};
@@ -23,10 +23,24 @@ pub(crate) struct VoidStudy {
 impl VoidStudy {
     #[new]
     #[pyo3(signature = (lengths, constants, gas = None, sealed = false))]
-    fn new(py: Python<'_>, lengths: [f64; 6], constants: [f64; 2], gas: Option<f64>, sealed: bool) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        lengths: [f64; 6],
+        constants: [f64; 2],
+        gas: Option<f64>,
+        sealed: bool,
+    ) -> PyResult<Self> {
         let [width, height, cover, base, pitch, fillet] = lengths;
         let [c10, c01] = constants;
-        let cell = VoidCell { width, height, cover, base, pitch, fillet, division: CornerDivision::default() };
+        let cell = VoidCell {
+            width,
+            height,
+            cover,
+            base,
+            pitch,
+            fillet,
+            division: CornerDivision::default(),
+        };
         let law = Law::MooneyRivlin { c10, c01 };
         let material = Material::new(law, Volumetric::Incompressible)
             .map_err(|error| value_error(error.to_string()))?;
@@ -39,7 +53,9 @@ impl VoidStudy {
         };
         pool::run(py, |_| {
             let posed = Posed::new(&cell, material, &filling, WallContact::default());
-            Ok(Self { posed: Mutex::new(posed?) })
+            Ok(Self {
+                posed: Mutex::new(posed?),
+            })
         })
     }
 
@@ -67,9 +83,18 @@ impl VoidStudy {
     /// Displacement of each point: points x 3.
     fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
         let posed = self.posed.lock().unwrap_or_else(PoisonError::into_inner);
-        let found: Vec<f64> = posed.solver.state().displacement.iter().flatten().copied().collect();
+        let found: Vec<f64> = posed
+            .solver
+            .state()
+            .displacement
+            .iter()
+            .flatten()
+            .copied()
+            .collect();
         let found = Array2::from_shape_vec((found.len() / 3, 3), found);
-        Ok(found.map_err(|error| Fault::Solve(error.to_string()))?.into_pyarray(py))
+        Ok(found
+            .map_err(|error| Fault::Solve(error.to_string()))?
+            .into_pyarray(py))
     }
 }
 
@@ -77,7 +102,11 @@ impl VoidStudy {
     fn moved<'py>(
         &self,
         py: Python<'py>,
-        work: impl FnOnce(&mut Posed, &mut dyn FnMut() -> bool) -> Result<Closure, taxel_fem::solver::failure::Failure> + Send,
+        work: impl FnOnce(
+            &mut Posed,
+            &mut dyn FnMut() -> bool,
+        ) -> Result<Closure, taxel_fem::solver::failure::Failure>
+        + Send,
     ) -> PyResult<Bound<'py, PyDict>> {
         let found = pool::run(py, |request| {
             let mut posed = self.posed.lock().unwrap_or_else(PoisonError::into_inner);
@@ -110,18 +139,34 @@ fn meshed<'py>(py: Python<'py>, mesh: &Mesh) -> PyResult<Bound<'py, PyDict>> {
         // The node in the middle has no place in a tetrahedron of ten nodes.
         (CellShape::Tet15, "tetra15", 15),
     ] {
-        let of_shape: Vec<usize> = (0..mesh.cell_count()).filter(|cell| mesh.shape(*cell) == shape).collect();
+        let of_shape: Vec<usize> = (0..mesh.cell_count())
+            .filter(|cell| mesh.shape(*cell) == shape)
+            .collect();
         if of_shape.is_empty() {
             continue;
         }
-        let nodes: Vec<i64> = of_shape.iter().flat_map(|cell| mesh.cell(*cell)).map(|node| i64::from(*node)).collect();
+        let nodes: Vec<i64> = of_shape
+            .iter()
+            .flat_map(|cell| mesh.cell(*cell))
+            .map(|node| i64::from(*node))
+            .collect();
         let nodes = Array2::from_shape_vec((of_shape.len(), kept), nodes);
-        let nodes = nodes.map_err(|error| Fault::Solve(error.to_string()))?.into_pyarray(py);
-        let regions: Array1<i64> = of_shape.iter().map(|cell| mesh.region_of(*cell) as i64).collect();
+        let nodes = nodes
+            .map_err(|error| Fault::Solve(error.to_string()))?
+            .into_pyarray(py);
+        let regions: Array1<i64> = of_shape
+            .iter()
+            .map(|cell| mesh.region_of(*cell) as i64)
+            .collect();
         cells.append((name, nodes, regions.into_pyarray(py)))?;
     }
     let found = PyDict::new(py);
-    found.set_item("points", points.map_err(|error| Fault::Solve(error.to_string()))?.into_pyarray(py))?;
+    found.set_item(
+        "points",
+        points
+            .map_err(|error| Fault::Solve(error.to_string()))?
+            .into_pyarray(py),
+    )?;
     found.set_item("cells", cells)?;
     found.set_item("regions", mesh.regions.clone())?;
     Ok(found)

@@ -24,10 +24,17 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Number, device time and values of frames as arrays.
-fn arrays<'py>(py: Python<'py>, frames: Vec<Frame>, channels: usize) -> PyResult<Bound<'py, PyDict>> {
+fn arrays<'py>(
+    py: Python<'py>,
+    frames: Vec<Frame>,
+    channels: usize,
+) -> PyResult<Bound<'py, PyDict>> {
     let count = frames.len();
     let sequence: Array1<u64> = frames.iter().map(|frame| frame.sequence).collect();
-    let time: Array1<i64> = frames.iter().map(|frame| frame.time_ns.cast_signed()).collect();
+    let time: Array1<i64> = frames
+        .iter()
+        .map(|frame| frame.time_ns.cast_signed())
+        .collect();
     let mut values = Vec::with_capacity(count * channels);
     for frame in frames {
         values.extend_from_slice(&frame.values);
@@ -64,7 +71,13 @@ pub(crate) struct Twin {
 impl Twin {
     /// `script` is a shipped name or a file; None plays the usual one.
     #[new]
-    fn new(py: Python<'_>, sensor: &Sensor, script: Option<String>, text: Option<String>, seed: u64) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        sensor: &Sensor,
+        script: Option<String>,
+        text: Option<String>,
+        seed: u64,
+    ) -> PyResult<Self> {
         let named = &sensor.named;
         let name = script.unwrap_or_else(|| named.sensor.element.usual_script().to_owned());
         pool::run(py, move |_| {
@@ -85,8 +98,11 @@ impl Twin {
 
     /// The next frames. Those that the script loses are missing in their number.
     fn frames<'py>(&self, py: Python<'py>, count: i64) -> PyResult<Bound<'py, PyDict>> {
-        let count = usize::try_from(count).ok().filter(|count| *count <= MOST_FRAMES);
-        let count = count.ok_or_else(|| value_error(format!("frames: must be from 0 to {MOST_FRAMES}")))?;
+        let count = usize::try_from(count)
+            .ok()
+            .filter(|count| *count <= MOST_FRAMES);
+        let count =
+            count.ok_or_else(|| value_error(format!("frames: must be from 0 to {MOST_FRAMES}")))?;
         let frames = pool::run(py, |request: Request<'_>| {
             let mut simulation = lock(&self.simulation);
             let mut frames = Vec::with_capacity(count);
@@ -106,7 +122,11 @@ impl Twin {
         py: Python<'py>,
         time_ns: PyArrayLike1<'py, i64, AllowTypeChange>,
     ) -> PyResult<Bound<'py, numpy::PyArray3<f64>>> {
-        let times: Vec<u64> = time_ns.as_array().iter().map(|time| u64::try_from(*time).unwrap_or(0)).collect();
+        let times: Vec<u64> = time_ns
+            .as_array()
+            .iter()
+            .map(|time| u64::try_from(*time).unwrap_or(0))
+            .collect();
         let taxels = self.stream.rows * self.stream.columns;
         let count = times.len();
         let forces = pool::run(py, |_| {
@@ -181,10 +201,19 @@ impl Gathered {
         self.total_deviation.extend(touch.total_deviation());
         self.moment.extend(touch.total.moment);
         self.sum.push(touch.sum);
-        self.centre.extend(touch.centre_of_pressure.map_or([f64::NAN; 2], |(centre, _)| centre));
+        self.centre.extend(
+            touch
+                .centre_of_pressure
+                .map_or([f64::NAN; 2], |(centre, _)| centre),
+        );
         self.clipped.push(touch.clipped as i64);
         let (sequence, time) = (touch.sequence, touch.time_ns.cast_signed());
-        self.contacts.extend(touch.contacts.iter().map(|contact| (sequence, time, *contact)));
+        self.contacts.extend(
+            touch
+                .contacts
+                .iter()
+                .map(|contact| (sequence, time, *contact)),
+        );
     }
 }
 
@@ -193,10 +222,17 @@ impl Estimator {
     /// The estimator of the frames of a sensor, calibrated as drawn or by a calibration.
     #[new]
     #[pyo3(signature = (sensor, calibration = None))]
-    fn new(py: Python<'_>, sensor: &Sensor, calibration: Option<(String, String)>) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        sensor: &Sensor,
+        calibration: Option<(String, String)>,
+    ) -> PyResult<Self> {
         pool::run(py, |_| {
             let named = sensor.calibrated(calibration.as_ref())?;
-            let device = named.sensor.device().map_err(|error| Fault::Wrong(error.to_string()))?;
+            let device = named
+                .sensor
+                .device()
+                .map_err(|error| Fault::Wrong(error.to_string()))?;
             let stream = stream_of(&named.sensor)?;
             let session = device.session(&stream).map_err(|error| match error {
                 FrameError::Untrained | FrameError::TrainedWithMasked { .. } => Fault::Wrong(format!(
@@ -244,7 +280,9 @@ impl Estimator {
             return Err(Fault::from(error).into());
         }
         if let Some(time) = times.iter().find(|time| **time < 0) {
-            return Err(Fault::Frame(format!("a frame has the time {time} ns; times begin at 0")).into());
+            return Err(
+                Fault::Frame(format!("a frame has the time {time} ns; times begin at 0")).into(),
+            );
         }
         let (gathered, taxels, shape) = pool::run(py, |request: Request<'_>| {
             let mut inner = lock(&self.inner);
@@ -271,7 +309,9 @@ impl Estimator {
                 }
                 let observed = inner.session.push(&frame)?;
                 let captured = observed.captured;
-                found.events.extend(observed.events.iter().map(|event| (*number, *event)));
+                found
+                    .events
+                    .extend(observed.events.iter().map(|event| (*number, *event)));
                 if let Some(captured) = captured {
                     inner.captured = Some(captured.map_err(|why| why.to_string()));
                 }
@@ -285,8 +325,11 @@ impl Estimator {
 
     /// Begins a rest capture over the next frames.
     fn begin_rest_capture(&self, frames: i64) -> PyResult<()> {
-        let frames = usize::try_from(frames).ok().filter(|frames| (1..=MOST_FRAMES).contains(frames));
-        let frames = frames.ok_or_else(|| value_error(format!("tare: must be from 1 to {MOST_FRAMES} frames")))?;
+        let frames = usize::try_from(frames)
+            .ok()
+            .filter(|frames| (1..=MOST_FRAMES).contains(frames));
+        let frames = frames
+            .ok_or_else(|| value_error(format!("tare: must be from 1 to {MOST_FRAMES} frames")))?;
         let mut inner = lock(&self.inner);
         inner.captured = None;
         inner.session.begin_rest_capture(frames);
@@ -325,26 +368,45 @@ impl Estimator {
     /// Frames that were accepted, lost, late, twice and sent again.
     fn counts(&self) -> (u64, u64, u64, u64, u64) {
         let counts = &lock(&self.inner).continuity;
-        (counts.accepted, counts.lost, counts.late, counts.duplicate, counts.repeated)
+        (
+            counts.accepted,
+            counts.lost,
+            counts.late,
+            counts.duplicate,
+            counts.repeated,
+        )
     }
 }
 
 /// Meaning of the frames of a sensor's own board.
 fn stream_of(sensor: &taxel::sensor::Sensor) -> Result<Stream, Fault> {
-    let device = sensor.device().map_err(|error| Fault::Wrong(error.to_string()))?;
+    let device = sensor
+        .device()
+        .map_err(|error| Fault::Wrong(error.to_string()))?;
     if let Some(piece) = device.simulated() {
         return Ok(piece.stream());
     }
     // Bodies without a model have no twin: their frames are what their board delivers.
-    let body = sensor.trained().map_err(|error| Fault::Wrong(error.to_string()))?;
+    let body = sensor
+        .trained()
+        .map_err(|error| Fault::Wrong(error.to_string()))?;
     Ok(body.stream())
 }
 
-fn shaped<D: numpy::ndarray::Dimension>(values: Vec<f64>, shape: impl Into<numpy::ndarray::StrideShape<D>>) -> Result<Array<f64, D>, Fault> {
-    Array::from_shape_vec(shape, values).map_err(|error| Fault::Solve(format!("shape of a result: {error}")))
+fn shaped<D: numpy::ndarray::Dimension>(
+    values: Vec<f64>,
+    shape: impl Into<numpy::ndarray::StrideShape<D>>,
+) -> Result<Array<f64, D>, Fault> {
+    Array::from_shape_vec(shape, values)
+        .map_err(|error| Fault::Solve(format!("shape of a result: {error}")))
 }
 
-fn handed_over<'py>(py: Python<'py>, found: Gathered, taxels: usize, [rows, columns]: [usize; 2]) -> PyResult<Bound<'py, PyDict>> {
+fn handed_over<'py>(
+    py: Python<'py>,
+    found: Gathered,
+    taxels: usize,
+    [rows, columns]: [usize; 2],
+) -> PyResult<Bound<'py, PyDict>> {
     let count = found.sequence.len();
     debug_assert_eq!(found.state.len(), count * taxels);
     let four = |values| -> Result<Array4<f64>, Fault> { shaped(values, (count, rows, columns, 3)) };
@@ -378,10 +440,15 @@ fn handed_over<'py>(py: Python<'py>, found: Gathered, taxels: usize, [rows, colu
         .contacts
         .into_iter()
         .map(|(sequence, time, one)| {
-            let deviation: [f64; 3] = std::array::from_fn(|axis| one.force_covariance[axis][axis].sqrt());
+            let deviation: [f64; 3] =
+                std::array::from_fn(|axis| one.force_covariance[axis][axis].sqrt());
             let bound = one.bound.map_or(-1, |state| state as i16);
             let head = (sequence, time, one.id, one.taxels, one.peak_taxel, bound);
-            (head, (one.area, one.centre, one.covariance, one.velocity), (one.force, deviation, one.torsion, one.peak))
+            (
+                head,
+                (one.area, one.centre, one.covariance, one.velocity),
+                (one.force, deviation, one.torsion, one.peak),
+            )
         })
         .collect();
     given.set_item("contacts", contacts)?;
@@ -389,7 +456,14 @@ fn handed_over<'py>(py: Python<'py>, found: Gathered, taxels: usize, [rows, colu
         .events
         .into_iter()
         .map(|(sequence, one)| {
-            (sequence, one.time_ns.cast_signed(), one.contact, one.kind.name(), one.value, one.deviation)
+            (
+                sequence,
+                one.time_ns.cast_signed(),
+                one.contact,
+                one.kind.name(),
+                one.value,
+                one.deviation,
+            )
         })
         .collect();
     given.set_item("events", events)?;
@@ -399,7 +473,12 @@ fn handed_over<'py>(py: Python<'py>, found: Gathered, taxels: usize, [rows, colu
 /// The frames of a recording with what it says of them.
 #[pyfunction]
 #[pyo3(signature = (path, part = None, bare = false))]
-pub(crate) fn read_recording(py: Python<'_>, path: PathBuf, part: Option<String>, bare: bool) -> PyResult<Bound<'_, PyDict>> {
+pub(crate) fn read_recording(
+    py: Python<'_>,
+    path: PathBuf,
+    part: Option<String>,
+    bare: bool,
+) -> PyResult<Bound<'_, PyDict>> {
     let (frames, stream, parts, cut) = pool::run(py, |request| {
         let options = ReplayOptions { bare, part };
         let wrong = |error: taxel_serve::SourceError| Fault::Wrong(error.to_string());
@@ -420,7 +499,12 @@ pub(crate) fn read_recording(py: Python<'_>, path: PathBuf, part: Option<String>
                 Err(error) => return Err(wrong(error)),
             }
         }
-        Ok((frames, source.stream().clone(), source.parts().to_vec(), cut))
+        Ok((
+            frames,
+            source.stream().clone(),
+            source.parts().to_vec(),
+            cut,
+        ))
     })?;
     let found = arrays(py, frames, stream.channels())?;
     found.set_item("about", described(py, &stream)?)?;

@@ -54,7 +54,9 @@ mod _taxel {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("VERSION", taxel_cli::shared::VERSION)?;
         module.add("COMMIT", taxel_cli::shared::COMMIT)?;
-        let names: Vec<_> = taxel::estimation::State::ALL.map(|state| state.name()).into();
+        let names: Vec<_> = taxel::estimation::State::ALL
+            .map(|state| state.name())
+            .into();
         module.add("STATES", names)?;
         taxel_cli::listen_to_notes(warn);
         Ok(())
@@ -99,9 +101,17 @@ fn reproduce(py: Python<'_>, papers: Vec<String>) -> PyResult<String> {
         }
     }
     pool::run(py, |_| {
-        let wanted = |paper: &Paper| papers.is_empty() || papers.iter().any(|name| name == paper.name());
-        let ledgers: Vec<_> = Paper::ALL.into_iter().filter(wanted).map(Paper::ledger).collect();
-        let about = [("version", taxel_cli::shared::VERSION), ("commit", taxel_cli::shared::COMMIT)];
+        let wanted =
+            |paper: &Paper| papers.is_empty() || papers.iter().any(|name| name == paper.name());
+        let ledgers: Vec<_> = Paper::ALL
+            .into_iter()
+            .filter(wanted)
+            .map(Paper::ledger)
+            .collect();
+        let about = [
+            ("version", taxel_cli::shared::VERSION),
+            ("commit", taxel_cli::shared::COMMIT),
+        ];
         Ok(taxel_papers::json(&ledgers, &about).to_string())
     })
 }

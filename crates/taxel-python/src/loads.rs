@@ -50,7 +50,10 @@ fn read(key: &str, value: &Bound<'_, PyAny>) -> Result<Option<Owned>, Fault> {
         return Ok(Some(Owned::Text(text.to_string())));
     }
     let several = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
-    if several && let Ok(texts) = value.extract::<Vec<String>>() && !texts.is_empty() {
+    if several
+        && let Ok(texts) = value.extract::<Vec<String>>()
+        && !texts.is_empty()
+    {
         return Ok(Some(Owned::Texts(texts)));
     }
     if !several && let Ok(number) = value.extract::<f64>() {
@@ -60,7 +63,10 @@ fn read(key: &str, value: &Bound<'_, PyAny>) -> Result<Option<Owned>, Fault> {
         let help = "give a number in SI, a text with its unit, or an array of one dimension";
         Fault::from(InputError::whole(LOAD, message).key(key).help(help))
     };
-    let kind = value.get_type().name().map_or_else(|_| String::new(), |name| name.to_string());
+    let kind = value
+        .get_type()
+        .name()
+        .map_or_else(|_| String::new(), |name| name.to_string());
     let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value
         .extract()
         .map_err(|_| wrong(format!("a {kind} is no load")))?;

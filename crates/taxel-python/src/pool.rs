@@ -37,7 +37,9 @@ static POOL: Mutex<Pool> = Mutex::new(Pool {
 #[pyo3(signature = (number = None))]
 pub(crate) fn threads(number: Option<i64>) -> PyResult<usize> {
     if let Some(number) = number {
-        let number = usize::try_from(number).ok().filter(|number| *number <= 1024);
+        let number = usize::try_from(number)
+            .ok()
+            .filter(|number| *number <= 1024);
         let number = number.ok_or_else(|| value_error("threads: must be from 0 to 1024"))?;
         let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
         pool.asked = number;
@@ -66,7 +68,9 @@ fn current() -> Result<Arc<ThreadPool>, Fault> {
     if let Some(threads) = &pool.threads {
         return Ok(Arc::clone(threads));
     }
-    let made = rayon::ThreadPoolBuilder::new().num_threads(pool.asked).build();
+    let made = rayon::ThreadPoolBuilder::new()
+        .num_threads(pool.asked)
+        .build();
     let made = made.map_err(|error| Fault::Solve(format!("no threads for the work: {error}")))?;
     let made = Arc::new(made);
     pool.threads = Some(Arc::clone(&made));
@@ -75,7 +79,7 @@ fn current() -> Result<Arc<ThreadPool>, Fault> {
 
 /// Request of the user to stop.
 #[derive(Clone, Copy)]
-pub(crate) struct Request<'a>(&'a AtomicBool);
+pub(crate) struct Request<'a>(&'a Arc<AtomicBool>);
 
 /// What unwinds work that the user has stopped.
 struct Stopped;
@@ -84,6 +88,11 @@ impl Request<'_> {
     /// True once the user wants to stop.
     pub(crate) fn asked(self) -> bool {
         self.0.load(Ordering::Relaxed)
+    }
+
+    /// The request for who outlives it.
+    pub(crate) fn flag(self) -> Arc<AtomicBool> {
+        Arc::clone(self.0)
     }
 
     /// Leaves work that has no other way to end, if the user wants to stop.
@@ -104,7 +113,7 @@ pub(crate) fn run<T: Send>(
     work: impl FnOnce(Request<'_>) -> Result<T, Fault> + Send,
 ) -> PyResult<T> {
     let pool = current()?;
-    let stop = AtomicBool::new(false);
+    let stop = Arc::new(AtomicBool::new(false));
     let mut raised = None;
     let result = py.detach(|| {
         let (done, heard) = mpsc::channel();

@@ -50,7 +50,9 @@ pub(crate) fn shipped(kind: &str) -> PyResult<Vec<&'static str>> {
         "sensor" => Ok(taxel::sensor::Sensor::shipped_names().collect()),
         "stimulus" => Ok(taxel::acquisition::Stimulus::shipped_names().collect()),
         "study" => Ok(taxel_study::shipped_names().collect()),
-        _ => Err(value_error("shipped: give \"sensor\", \"stimulus\" or \"study\"")),
+        _ => Err(value_error(
+            "shipped: give \"sensor\", \"stimulus\" or \"study\"",
+        )),
     }
 }
 
@@ -71,7 +73,10 @@ impl Sensor {
     }
 
     /// The sensor with the values of a calibration: its name and text.
-    pub(crate) fn calibrated(&self, calibration: Option<&(String, String)>) -> Result<NamedSensor, Fault> {
+    pub(crate) fn calibrated(
+        &self,
+        calibration: Option<&(String, String)>,
+    ) -> Result<NamedSensor, Fault> {
         let named = NamedSensor::clone(&self.named);
         Ok(match calibration {
             Some((name, text)) => shared::applied_text(named, name, text)?,
@@ -93,8 +98,13 @@ impl Sensor {
     }
 }
 
-fn by(mechanics: Option<Mechanics>, sensor: &taxel::sensor::Sensor) -> Result<Box<dyn Predictor>, Fault> {
-    let device = sensor.device().map_err(|error| Fault::Wrong(error.to_string()))?;
+fn by(
+    mechanics: Option<Mechanics>,
+    sensor: &taxel::sensor::Sensor,
+) -> Result<Box<dyn Predictor>, Fault> {
+    let device = sensor
+        .device()
+        .map_err(|error| Fault::Wrong(error.to_string()))?;
     match mechanics.unwrap_or(sensor.mechanics) {
         Mechanics::ClosedForm => device.predictor().ok_or_else(|| {
             let element = sensor.element.key();
@@ -126,7 +136,14 @@ impl Given<'_, '_> {
     }
 
     /// A load without meaning, at its place.
-    fn refused(&self, row: usize, count: usize, line: usize, why: &LoadRefused, columns: &[LoadColumn]) -> Fault {
+    fn refused(
+        &self,
+        row: usize,
+        count: usize,
+        line: usize,
+        why: &LoadRefused,
+        columns: &[LoadColumn],
+    ) -> Fault {
         let key = columns.get(why.column).map_or("", |column| column.name);
         let (file, message) = match self {
             Self::File(path) => (shown::path(path), format!("line {line}: {}", why.message)),
@@ -134,12 +151,20 @@ impl Given<'_, '_> {
             Self::Values(_) if count > 1 => (LOAD.into(), format!("value {row}: {}", why.message)),
             Self::Values(_) => (LOAD.into(), why.message.clone()),
         };
-        InputError::whole(&file, message).key(key).help(&why.help).into()
+        InputError::whole(&file, message)
+            .key(key)
+            .help(&why.help)
+            .into()
     }
 }
 
 /// Answers to loads in columns.
-fn answers(predictor: &dyn Predictor, loads: &Loads, given: &Given<'_, '_>, py: Python<'_>) -> PyResult<Table> {
+fn answers(
+    predictor: &dyn Predictor,
+    loads: &Loads,
+    given: &Given<'_, '_>,
+    py: Python<'_>,
+) -> PyResult<Table> {
     let others: Vec<Column> = loads.given.others.iter().map(Column::plain).collect();
     let passed = others.len();
     let columns: Vec<Column> = others.into_iter().chain(predictor.columns()).collect();
@@ -150,7 +175,9 @@ fn answers(predictor: &dyn Predictor, loads: &Loads, given: &Given<'_, '_>, py: 
         for index in from..to {
             row.clear();
             row.extend(loads.others(index).iter().cloned().map(Cell::from));
-            predictor.answer(&loads.load(index), &mut row).map_err(|why| (index, why))?;
+            predictor
+                .answer(&loads.load(index), &mut row)
+                .map_err(|why| (index, why))?;
             for (values, cell) in values.iter_mut().zip(&row) {
                 values.push(cell);
             }
@@ -174,7 +201,10 @@ fn answers(predictor: &dyn Predictor, loads: &Loads, given: &Given<'_, '_>, py: 
             let mut all: Vec<Values> = (0..width).map(|_| Values::Nothing).collect();
             for piece in pieces {
                 match piece {
-                    Ok(piece) => all.iter_mut().zip(piece).for_each(|(all, more)| all.append(more)),
+                    Ok(piece) => all
+                        .iter_mut()
+                        .zip(piece)
+                        .for_each(|(all, more)| all.append(more)),
                     Err(refused) => return Ok(Err(refused)),
                 }
             }
@@ -182,7 +212,13 @@ fn answers(predictor: &dyn Predictor, loads: &Loads, given: &Given<'_, '_>, py: 
         })?
     };
     let found = found.map_err(|(index, why)| {
-        given.refused(index, count, loads.line(index), &why, predictor.load_columns())
+        given.refused(
+            index,
+            count,
+            loads.line(index),
+            &why,
+            predictor.load_columns(),
+        )
     })?;
     Ok(Table::new(columns, found, count))
 }
@@ -204,7 +240,9 @@ fn mechanics_of(name: Option<&str>) -> PyResult<Option<Mechanics>> {
 impl Sensor {
     #[new]
     fn new(py: Python<'_>, name: String, text: String) -> PyResult<Self> {
-        pool::run(py, move |_| Ok(Self::of(shared::sensor_of_text(&name, text)?)))
+        pool::run(py, move |_| {
+            Ok(Self::of(shared::sensor_of_text(&name, text)?))
+        })
     }
 
     #[getter]
@@ -241,7 +279,11 @@ impl Sensor {
     /// Position and normal of each taxel, m: lists of (x, y, z).
     fn poses(&self) -> Vec<([f64; 3], [f64; 3])> {
         let layout = self.named.sensor.layout();
-        layout.frames.iter().map(|frame| (frame.position, frame.normal)).collect()
+        layout
+            .frames
+            .iter()
+            .map(|frame| (frame.position, frame.normal))
+            .collect()
     }
 
     /// Group, name, value, SI unit and source of each number that follows.
@@ -251,7 +293,12 @@ impl Sensor {
         for fact in facts {
             let head = (fact.group, fact.name);
             match fact.value {
-                Value::Number { si, key, unit, scale } => {
+                Value::Number {
+                    si,
+                    key,
+                    unit,
+                    scale,
+                } => {
                     let column = Column::new("", unit, scale, key, 0);
                     list.append((head.0, head.1, si, si_symbol(&column), fact.source))?;
                 }
@@ -269,7 +316,9 @@ impl Sensor {
     }
 
     /// Name, short name, SI unit and meaning of each load that the device takes.
-    fn load_columns(&self) -> PyResult<Vec<(&'static str, &'static str, &'static str, &'static str)>> {
+    fn load_columns(
+        &self,
+    ) -> PyResult<Vec<(&'static str, &'static str, &'static str, &'static str)>> {
         let predictor = by(None, &self.named.sensor)?;
         let unit = |column: &LoadColumn| match column.kind {
             LoadKind::Quantity(dimension, _) => dimension.si,
@@ -296,7 +345,11 @@ impl Sensor {
             (_, None, Some(file)) => Given::File(file),
             (_, Some(spec), None) => Given::Words(spec),
             (Some(values), None, None) => Given::Values(values),
-            _ => return Err(value_error("give loads in one way: by name, load= or loads=")),
+            _ => {
+                return Err(value_error(
+                    "give loads in one way: by name, load= or loads=",
+                ));
+            }
         };
         let mechanics = mechanics_of(mechanics)?;
         let fem = mechanics.unwrap_or(self.named.sensor.mechanics) == Mechanics::Fem;
@@ -339,7 +392,9 @@ impl Sensor {
         radius: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let sensor = &self.named.sensor;
-        let device = sensor.device().map_err(|error| Fault::Wrong(error.to_string()))?;
+        let device = sensor
+            .device()
+            .map_err(|error| Fault::Wrong(error.to_string()))?;
         let columns = device.information_loads();
         let loads = match (&values, spec) {
             (_, Some(spec)) => Loads::one(spec, columns).map_err(Fault::from)?,
@@ -351,11 +406,17 @@ impl Sensor {
             .transpose()?;
         let radius = match radius {
             None => RadiusKnowledge::Known,
-            Some(word) if word.extract::<&str>().is_ok_and(|word| word == "known") => RadiusKnowledge::Known,
-            Some(word) if word.extract::<&str>().is_ok_and(|word| word == "unknown") => RadiusKnowledge::Unknown,
+            Some(word) if word.extract::<&str>().is_ok_and(|word| word == "known") => {
+                RadiusKnowledge::Known
+            }
+            Some(word) if word.extract::<&str>().is_ok_and(|word| word == "unknown") => {
+                RadiusKnowledge::Unknown
+            }
             Some(ends) => {
                 let ends: [Bound<'_, PyAny>; 2] = ends.extract().map_err(|_| {
-                    value_error("radius: give \"known\", \"unknown\" or the least and the greatest length")
+                    value_error(
+                        "radius: give \"known\", \"unknown\" or the least and the greatest length",
+                    )
                 })?;
                 let [least, greatest] = ends.map(|end| sized(&end, "radius", &quantity::LENGTH));
                 RadiusKnowledge::Between([least?, greatest?])
@@ -377,7 +438,10 @@ impl Sensor {
                     row.set_item("d_criterion", found.d_criterion())?;
                     row.set_item("e_criterion", found.e_criterion())?;
                     row.set_item("place_deviation", found.place_deviation())?;
-                    let names = found.unknowns.iter().map(|one| (one.name, one.dimension.si, one.beside));
+                    let names = found
+                        .unknowns
+                        .iter()
+                        .map(|one| (one.name, one.dimension.si, one.beside));
                     row.set_item("unknowns", names.collect::<Vec<_>>())?;
                     row
                 }
@@ -397,9 +461,11 @@ fn sized(value: &Bound<'_, PyAny>, key: &str, dimension: &quantity::Dimension) -
     let number = match value.extract::<f64>() {
         Ok(number) => number,
         Err(_) => {
-            let text: String = value
-                .extract()
-                .map_err(|_| wrong(String::from("must be a number in SI or a text with its unit")))?;
+            let text: String = value.extract().map_err(|_| {
+                wrong(String::from(
+                    "must be a number in SI or a text with its unit",
+                ))
+            })?;
             dimension.parse(&text).map_err(wrong)?
         }
     };

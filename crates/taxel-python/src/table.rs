@@ -32,12 +32,16 @@ impl Values {
             Self::Empty(count) => vec![Cell::from(""); count],
             Self::Numbers(numbers) => numbers.into_iter().map(Cell::Number).collect(),
             Self::Whole(numbers) => {
-                let whole = numbers.into_iter().map(|number| Cell::Whole(number.cast_unsigned()));
+                let whole = numbers
+                    .into_iter()
+                    .map(|number| Cell::Whole(number.cast_unsigned()));
                 whole.collect()
             }
             Self::Words(words, places) => {
                 let places = places.into_iter();
-                places.map(|place| Cell::from(words[place as usize].clone())).collect()
+                places
+                    .map(|place| Cell::from(words[place as usize].clone()))
+                    .collect()
             }
             Self::Mixed(cells) => cells,
         }
@@ -73,7 +77,8 @@ impl Values {
                 *self = Self::Words(vec![String::new()], vec![0; *count]);
                 self.push(cell);
             }
-            (Self::Whole(numbers), cell) if !matches!(cell, Cell::Text(text) if !text.is_empty()) => {
+            (Self::Whole(numbers), cell) if !matches!(cell, Cell::Text(text) if !text.is_empty()) =>
+            {
                 *self = Self::Numbers(numbers.iter().map(|number| *number as f64).collect());
                 self.push(cell);
             }
@@ -110,7 +115,9 @@ impl Values {
 
     fn given(self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         Ok(match self {
-            Self::Nothing => PyArray1::from_vec(py, Vec::<f64>::new()).into_any().unbind(),
+            Self::Nothing => PyArray1::from_vec(py, Vec::<f64>::new())
+                .into_any()
+                .unbind(),
             Self::Given(array) => array,
             Self::Numbers(numbers) => numbers.into_pyarray(py).into_any().unbind(),
             Self::Whole(numbers) => numbers.into_pyarray(py).into_any().unbind(),
@@ -133,7 +140,9 @@ impl Values {
 
 /// An array of texts.
 fn texts(py: Python<'_>, words: &[String], places: Vec<u32>) -> PyResult<Py<PyAny>> {
-    let words = py.import("numpy")?.call_method1("array", (words.to_vec(),))?;
+    let words = py
+        .import("numpy")?
+        .call_method1("array", (words.to_vec(),))?;
     let places = places.into_pyarray(py);
     Ok(words.call_method1("__getitem__", (places,))?.unbind())
 }
@@ -192,7 +201,9 @@ impl Table {
     fn column(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
         let place = self.columns.iter().position(|column| column.name == name);
         let place = place.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
-        let mut values = self.values[place].lock().unwrap_or_else(PoisonError::into_inner);
+        let mut values = self.values[place]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let array = std::mem::take(&mut *values).given(py)?;
         *values = Values::Given(array.clone_ref(py));
         Ok(array)

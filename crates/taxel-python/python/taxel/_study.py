@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor, Future
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future, wait
 from dataclasses import dataclass
 from typing import Any
 
@@ -306,16 +306,18 @@ class Study:
             return None
         folder = _path(store)
 
-        def submit(points: list[list[float]]) -> list[Any]:
+        def submit(points: list[list[float]], stopped: Callable[[], bool]) -> list[Any]:
             share = max(_LEAST, min(_MOST, -(-len(points) // 64)))
             parts = [points[start : start + share] for start in range(0, len(points), share)]
             work: list[Future[list[Any]]] = [executor.submit(_worked, self, part, folder) for part in parts]
-            try:
+            waiting = set(work)
+            while waiting and not stopped():
+                waiting = wait(waiting, timeout=0.1).not_done
+            if not waiting:
                 return [row for future in work for row in future.result()]
-            except BaseException:
-                for future in work:
-                    future.cancel()
-                raise
+            for future in work:
+                future.cancel()
+            return [None] * len(points)
 
         return submit
 
