@@ -11,9 +11,9 @@ use taxel_serve::TouchTable;
 use crate::outputs::Existing;
 
 /// Version with the commit, as written into every file.
-pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Commit of this build.
-pub(crate) const COMMIT: &str = env!("TAXEL_COMMIT");
+pub const COMMIT: &str = env!("TAXEL_COMMIT");
 
 /// From the drawing of a soft tactile sensor to live touch.
 ///

@@ -26,7 +26,7 @@ const LARGEST: u64 = 1 << 24;
 const TOLD: f64 = 0.5;
 
 /// Solutions in a folder.
-pub(crate) struct Folder {
+pub struct Folder {
     /// None where the system names no place for what can be made again.
     path: Option<PathBuf>,
     /// The folder of the sensor file, to which names of tables are relative.
@@ -38,7 +38,7 @@ pub(crate) struct Folder {
 impl Folder {
     /// The folder of this user: `TAXEL_CACHE`, or `taxel` in that for what can be made
     /// again.
-    pub(crate) fn of_user() -> Self {
+    pub fn of_user() -> Self {
         Self {
             path: of_user(&|name| env::var_os(name).map(PathBuf::from)),
             beside: PathBuf::new(),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Files outside the folder of one device that name a variant of `Element`, with how
 /// often: a new kind of element adds arms to the first three, and none to the others,
 /// which ask for one kind alone.
-const NAMED: [(&str, usize); 9] = [
+const NAMED: [(&str, usize); 10] = [
     // Two arms for each kind: its usual script, its key; the two that are solved; and the one
     // that takes a table.
     ("taxel/src/sensor/mod.rs", 16),
@@ -26,6 +26,8 @@ const NAMED: [(&str, usize); 9] = [
     ("taxel-fabricate/src/plan.rs", 6),
     // The sweep of cross-sections.
     ("taxel-cli/src/commands/sweep.rs", 1),
+    // As the command.
+    ("taxel-python/src/calibration.rs", 1),
     // Axes of measured forces.
     ("taxel/src/sensor/checks.rs", 1),
 ];

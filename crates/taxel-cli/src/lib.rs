@@ -1,4 +1,5 @@
-//! The command `taxel`: from the drawing of a soft tactile sensor to live touch.
+//! The command `taxel`, and what the Python package shares with it: files by their names, the
+//! folder of solutions, sensors with a calibration.
 
 // Printing is what a command line is for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -23,8 +24,9 @@ mod progress;
 mod run_files;
 mod solutions;
 
+use std::ffi::OsString;
 use std::io::Write as _;
-use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use anstyle::{AnsiColor, Style};
 use clap::Parser;
@@ -41,13 +43,32 @@ pub(crate) enum Done {
     WithLosses,
 }
 
+/// What the Python package shares with the command.
+pub mod shared {
+    pub use crate::arguments::{COMMIT, VERSION};
+    pub use crate::commands::calibrate::{applied_text, propagated_text, today};
+    pub use crate::commands::study::{
+        StudyText, sensor_text as study_sensor_text, slow, text as study_text,
+    };
+    pub use crate::files::{NamedSensor, recordings, sensor_of_text, sensor_text, sha256, text};
+    pub use crate::outputs::replace as write;
+    pub use crate::solutions::Folder;
+}
+
 /// Why a command did nothing or stopped.
 #[derive(Debug)]
-pub(crate) enum Stop {
+pub enum Stop {
     /// 2: the input is wrong; nothing was written.
     WrongInput(String),
     /// 1: it failed.
     Failed(String),
+}
+
+impl std::fmt::Display for Stop {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (Self::WrongInput(message) | Self::Failed(message)) = self;
+        formatter.write_str(message)
+    }
 }
 
 impl From<taxel::InputError> for Stop {
@@ -56,14 +77,15 @@ impl From<taxel::InputError> for Stop {
     }
 }
 
-fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+/// Runs the command with its arguments, the name of the program first; the exit code.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             // clap's own codes are ours: 0 for help, 2 for wrong usage. A
             // closed pipe is no reason to panic.
             let _ = error.print();
-            return ExitCode::from(u8::from(error.use_stderr()) * 2);
+            return u8::from(error.use_stderr()) * 2;
         }
     };
     let result = match &arguments.command {
@@ -90,21 +112,34 @@ fn main() -> ExitCode {
         Command::Man(pages) => commands::completions::man(pages),
     };
     match result {
-        Ok(Done::Complete) => ExitCode::SUCCESS,
-        Ok(Done::WithLosses) => ExitCode::from(3),
+        Ok(Done::Complete) => 0,
+        Ok(Done::WithLosses) => 3,
         Err(Stop::WrongInput(message)) => report(&message, 2),
         Err(Stop::Failed(message)) => report(&message, 1),
     }
 }
 
-fn report(message: &str, code: u8) -> ExitCode {
+fn report(message: &str, code: u8) -> u8 {
     note!("error: {message}");
-    ExitCode::from(code)
+    code
 }
 
-/// Writes `message` to the standard error, with the words that begin its lines in colour where a
-/// terminal shows it and NO_COLOR is not set.
+/// Who hears notes in the place of the standard error; true if it was heard.
+static LISTENER: OnceLock<fn(&str) -> bool> = OnceLock::new();
+
+/// From now on `listener` hears the notes; where it answers false they go to the standard error.
+/// The first listener stays.
+pub fn listen_to_notes(listener: fn(&str) -> bool) {
+    // A second module of the same process has the same listener.
+    let _ = LISTENER.set(listener);
+}
+
+/// Gives `message` to who listens, or writes it to the standard error, with the words that begin
+/// its lines in colour where a terminal shows it and NO_COLOR is not set.
 fn tell(message: &str) {
+    if LISTENER.get().is_some_and(|listener| listener(message)) {
+        return;
+    }
     // Nobody may be there to read it.
     let _ = writeln!(anstream::stderr(), "{}", painted(&visible(message)));
 }
