@@ -373,7 +373,7 @@ pub(crate) struct Tabulate {
     #[arg(short, long, value_name = "TABLE")]
     pub(crate) output: PathBuf,
     /// Nodes are added until the interpolation error is below this share of full scale
-    #[arg(long, value_name = "SHARE", default_value = "1e-4", value_parser = tolerance)]
+    #[arg(long, value_name = "SHARE", default_value = "1e-3", value_parser = tolerance)]
     pub(crate) tolerance: f64,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,

@@ -15,7 +15,7 @@ pub enum Refused {
     },
     /// Rounding to the grid moves an edge too far.
     #[error(
-        "--grid {grid:e} m moves an edge of the mask {mask} by {moved:e} m; at most {allowed:e} m is allowed, 0.1 % of its \
+        "--grid {grid:e} m moves an edge of the mask {mask} by {moved:.1e} m; at most {allowed:.1e} m is allowed, 0.1 % of its \
          smallest distance between edges\n\
          help: give a finer grid"
     )]

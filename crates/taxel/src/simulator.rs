@@ -28,7 +28,7 @@ const THICKNESS: f64 = 0.25;
 /// ```
 /// let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
 /// let model = taxel::simulator::mjcf(&sensor, 1.0);
-/// assert_eq!(model.matches("<body name=\"taxel_").count(), 64);
+/// assert_eq!(model.matches("<site name=\"taxel_").count(), 64);
 /// ```
 pub fn mjcf(sensor: &Sensor, friction: f64) -> String {
     let layout = sensor.layout();

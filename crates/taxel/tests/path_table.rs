@@ -8,6 +8,11 @@ use taxel::sensor::Sensor;
 use taxel::solutions::{Question, Solutions};
 use taxel::transduction::{PathTable, SolvedInPlane, TableOptions};
 
+const OPTIONS: TableOptions = TableOptions {
+    tolerance: 1e-3,
+    most_intervals: 64,
+};
+
 /// One table, here.
 struct Here<'t>(&'t str);
 
@@ -30,9 +35,7 @@ fn table() -> &'static PathTable {
     TABLE.get_or_init(|| {
         let sensor = Sensor::shipped("in-plane-50um").unwrap();
         let device = sensor.device().unwrap();
-        device
-            .tabulate(&TableOptions::default(), "test", &mut |_| {})
-            .unwrap()
+        device.tabulate(&OPTIONS, "test", &mut |_| {}).unwrap()
     })
 }
 
@@ -58,7 +61,7 @@ fn with_table() -> Sensor {
 }
 
 #[test]
-fn stated_errors_hold_at_loads_that_the_table_has_not_seen() {
+fn the_tolerance_holds_at_loads_that_the_table_has_not_seen() {
     let table = table();
     assert!(
         table.interpolation.loads >= 8 && table.mesh.loads == 5,
@@ -66,7 +69,10 @@ fn stated_errors_hold_at_loads_that_the_table_has_not_seen() {
         table.mesh
     );
     let stated = [table.interpolation.force, table.interpolation.change];
-    assert!(stated.iter().all(|error| *error <= 1e-4), "{stated:?}");
+    assert!(
+        stated.iter().all(|error| *error <= OPTIONS.tolerance),
+        "{stated:?}"
+    );
     let drawn = Sensor::shipped("in-plane-50um").unwrap();
     let sensor = with_table();
     let (model, solved) = (
@@ -90,20 +96,16 @@ fn stated_errors_hold_at_loads_that_the_table_has_not_seen() {
                 (found.layer.force - force).abs() / end.layer.force,
                 (found.change - change).abs() / end.change,
             ];
-            // Ways of other steps differ by 2e-5 of themselves where the side face touches down.
-            for (error, stated) in errors.iter().zip(stated) {
-                assert!(
-                    *error <= stated + 2e-5,
-                    "{} {errors:?} {stated:?}",
-                    state.compression
-                );
-            }
+            assert!(
+                errors.iter().all(|error| *error <= OPTIONS.tolerance),
+                "{} {errors:?}",
+                state.compression
+            );
             // What an estimator reads of the solved capacitance is the solved force.
             if change <= inverse.last().change {
                 let bias = (inverse.force_from_change(change) - force).abs();
                 let slope = model.sensitivity(state.compression).unwrap();
-                let allowed =
-                    (stated[0] + 2e-5) * end.layer.force + (stated[1] + 2e-5) * end.change / slope;
+                let allowed = OPTIONS.tolerance * (end.layer.force + end.change / slope);
                 assert!(bias <= allowed, "{force} N: {bias} above {allowed}");
             }
             seen += 1;
@@ -124,13 +126,10 @@ fn a_table_takes_the_place_of_the_closed_form_everywhere() {
         let compression = model.compression_from_force(10.0).unwrap();
         model.respond(compression).unwrap().change
     };
-    // 108.1 fF by the closed form, 101.28 fF by finite elements of all of the way.
+    // 108.1 fF by the closed form, 101.28 fF by finite elements of all of the way; the table is within
+    // its tolerance, a share of the whole change of some 500 fF.
     assert!((at(&closed) - 108.1e-15).abs() < 0.1e-15, "{}", at(&closed));
-    assert!(
-        (at(&table) - 101.284e-15).abs() < 0.01e-15,
-        "{}",
-        at(&table)
-    );
+    assert!((at(&table) - 101.284e-15).abs() < 0.5e-15, "{}", at(&table));
     // A made gap scatters as it does in the closed form.
     let gap = |mut model: taxel::transduction::InPlaneModel, by: f64| {
         model.electrodes.gap += by;

@@ -19,7 +19,7 @@ const COMPARED: usize = 5;
 /// How a table is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableOptions {
-    /// Largest interpolation error, as a share of full scale; default 1e-4.
+    /// Largest interpolation error, as a share of full scale; default 1e-3.
     pub tolerance: f64,
     /// Most intervals between nodes; default 128.
     pub most_intervals: usize,
@@ -28,7 +28,7 @@ pub struct TableOptions {
 impl Default for TableOptions {
     fn default() -> Self {
         Self {
-            tolerance: 1e-4,
+            tolerance: 1e-3,
             most_intervals: 128,
         }
     }
