@@ -137,7 +137,8 @@ def test_frames_of_another_device_are_refused(frames: object, times: object, sai
         estimator.push(frames, times)  # type: ignore[arg-type]
     assert said in str(caught.value)
     # It is as it was.
-    assert len(estimator.push(np.full((2, 256), 1000.0), np.arange(2) * 16_666_667)) == 2
+    readings = 1000.0 + np.arange(512.0).reshape(2, 256)
+    assert len(estimator.push(readings, np.arange(2) * 16_666_667)) == 2
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300, -1.0])
