@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import _taxel
 
 if TYPE_CHECKING:
-    import pandas
+    import pandas  # type: ignore[import-untyped, unused-ignore]
     from matplotlib.axes import Axes
 
 
