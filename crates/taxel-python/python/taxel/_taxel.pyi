@@ -5,7 +5,29 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__: list[str]
+__all__ = [
+    "Calibration",
+    "calibrate",
+    "synthetic",
+    "VoidStudy",
+    "Estimator",
+    "Twin",
+    "read_recording",
+    "threads",
+    "Sensor",
+    "read_text",
+    "sensor_text",
+    "shipped",
+    "write_text",
+    "Study",
+    "study_text",
+    "Table",
+    "command",
+    "reproduce",
+    "VERSION",
+    "COMMIT",
+    "STATES",
+]
 VERSION: str
 COMMIT: str
 STATES: list[str]
