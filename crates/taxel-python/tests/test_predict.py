@@ -222,7 +222,7 @@ def test_a_wrong_load_is_refused_in_words(given: dict[str, object], said: str) -
 
 def test_a_key_that_does_not_exist_is_answered_with_the_nearest() -> None:
     sensor = taxel.Sensor("in-plane-50um")
-    with pytest.raises(taxel.InputError, match="electrodes.gap"):
+    with pytest.raises(taxel.InputError, match="expected one of `gap`"):
         sensor.replace({"element.in_plane_capacitor.electrodes.gab": "40 um"})
     with pytest.raises(taxel.InputError):
         # A rule between keys: the scatter of the gap would be too large for it.
@@ -258,7 +258,7 @@ def test_a_saved_sensor_is_read_again(tmp_path: Path) -> None:
     sensor = taxel.Sensor("piezo-1.5mm")
     sensor.save(tmp_path / "mine.toml")
     assert taxel.Sensor(tmp_path / "mine.toml").text == sensor.text
-    with pytest.raises(OSError, match="cannot be written"):
+    with pytest.raises(taxel.InputError, match="there is no folder"):
         sensor.save(tmp_path / "none" / "mine.toml")
 
 

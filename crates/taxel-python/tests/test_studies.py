@@ -39,6 +39,7 @@ def small() -> taxel.Study:
     return taxel.Study(taxel.Sensor("in-plane-50um"), **SMALL)  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 def test_a_study_of_python_is_that_of_the_command(tmp_path: Path) -> None:
     study = small()
     result = study.run()
@@ -62,6 +63,7 @@ def test_a_study_pickles_copies_compares_and_shows_itself(name: str) -> None:
     assert "<table>" in study._repr_html_()
 
 
+@pytest.mark.long
 def test_the_optimum_is_the_same_again_from_a_store_and_saved(tmp_path: Path) -> None:
     study = small()
     result = study.optimize(store=tmp_path / "store")
@@ -81,6 +83,7 @@ def test_the_optimum_is_the_same_again_from_a_store_and_saved(tmp_path: Path) ->
         _ = study.run().best
 
 
+@pytest.mark.long
 def test_other_optimisers_ask_and_tell(tmp_path: Path) -> None:
     study = small()
     for gap in (50e-6, 80e-6):
@@ -107,6 +110,7 @@ def _dies(study: taxel.Study, points: list[Any], store: str) -> list[Any]:
     return done
 
 
+@pytest.mark.long
 def test_executors_give_the_same_designs_and_lose_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = small()
     alone = study.run()
@@ -181,7 +185,7 @@ def test_mistakes_of_calibration_data_are_at_their_place(tmp_path: Path) -> None
     file.write_text(text.replace("force_z [N]", "force_z [mm]"))
     with pytest.raises(taxel.InputError) as caught:
         taxel.calibrate("in-plane-50um", file)
-    assert caught.value.file == str(file) and caught.value.line == 1
+    assert caught.value.file == str(file) and caught.value.line == 3
     told = command("calibrate", "in-plane-50um", str(file), code=2).stderr
     assert told.rstrip("\n") == f"error: {caught.value}"
 

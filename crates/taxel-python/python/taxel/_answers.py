@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from . import _taxel
 
 if TYPE_CHECKING:
-    import pandas
     from matplotlib.axes import Axes
+    from pandas import DataFrame as _DataFrame  # type: ignore[import-untyped, unused-ignore]
 
 
 class _Arrays:
@@ -75,7 +75,7 @@ class Answers(Mapping[str, NDArray[Any]]):
         """One row: names to values."""
         return {name: self[name][index] for name in self}
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """The table as a ``pandas.DataFrame``, SI; units stand in ``.attrs["units"]``.
 
         Needs pandas: ``pip install pandas``.

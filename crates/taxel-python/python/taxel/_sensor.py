@@ -194,7 +194,11 @@ class Sensor:
                 take; a rule between keys that does not hold any more.
         """
         lines = [f"{toml_value(key)} = {toml_value(value)}" for key, value in changes.items()]
-        text = '\n'.join(['schema = 2', 'name = "replace"', 'sensor = "this"', '[set]', *lines, ''])
+        # A study asks something of each design; what it is does not matter here.
+        asked = next(name for _, name, value, _, _ in self._core.facts() if isinstance(value, float))
+        question = ["[answers.it]", 'of = "check"', f"quantity = {toml_value(asked)}"]
+        head = ["schema = 2", 'name = "replace"', 'sensor = "this"', "[set]"]
+        text = "\n".join([*head, *lines, *question, ""])
         study = _taxel.Study("replace", text, (self.file, self.text))
         return Sensor(name or self.file, text=study.sensor_of([]))
 

@@ -5,6 +5,29 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "Calibration",
+    "calibrate",
+    "synthetic",
+    "VoidStudy",
+    "Estimator",
+    "Twin",
+    "read_recording",
+    "threads",
+    "Sensor",
+    "read_text",
+    "sensor_text",
+    "shipped",
+    "write_text",
+    "Study",
+    "study_text",
+    "Table",
+    "command",
+    "reproduce",
+    "VERSION",
+    "COMMIT",
+    "STATES",
+]
 VERSION: str
 COMMIT: str
 STATES: list[str]
@@ -96,6 +119,7 @@ class Study:
     def answers(self) -> list[str]: ...
     def words(self) -> list[list[str] | None]: ...
     def nominal(self) -> list[float]: ...
+    def again(self) -> Study: ...
     def sensor_of(self, point: list[float]) -> str: ...
     def evaluate(self, points: ArrayLike, store: str | None = None) -> list[_Row | None]: ...
     def keep(self, rows: list[_Row], store: str) -> None: ...

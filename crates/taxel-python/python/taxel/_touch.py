@@ -208,7 +208,7 @@ class Touch(_Equal):
                 f"<figure style='display:inline-block'><svg width='{20 * columns}' viewBox='0 0 {10 * columns} {10 * rows}'>"
                 f"{''.join(cells)}</svg><figcaption>{'xyz'[axis]}, to {size:.3g} {self.unit}</figcaption></figure>"
             )
-        return "".join(images)
+        return "".join(images) or repr(self).replace("<", "&lt;")
 
 
 class Twin:
@@ -316,7 +316,7 @@ class Estimator:
         )
 
     def tare(self, frames: int = 60) -> None:
-        """Takes the next ``frames`` frames as rest; no contact is reported meanwhile."""
+        """Takes the next ``frames`` frames as rest; contacts have no number meanwhile."""
         self._core.begin_rest_capture(frames)
 
     @property

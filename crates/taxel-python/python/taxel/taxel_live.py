@@ -25,7 +25,7 @@ from collections import deque
 try:
     import numpy
 except ImportError:
-    numpy = None
+    numpy = None  # type: ignore[assignment, unused-ignore]
 
 PROTOCOL = 4
 MAGIC = 0x344C5854
