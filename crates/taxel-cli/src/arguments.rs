@@ -47,7 +47,7 @@ pub(crate) enum Command {
     Tolerance(Tolerance),
     /// Masks, moulds, a bill of layers and a dimensioned drawing, for the workshop
     Fabricate(Fabricate),
-    /// Solve the way of a sensor by finite elements once, as a table that its file may name
+    /// Solve the load path of a sensor by finite elements once, as a table that its file may name
     Tabulate(Tabulate),
     /// A sensor for simulators of robots: MJCF of MuJoCo, or the places of its taxels as JSON
     Export(ExportSensor),

@@ -1,4 +1,4 @@
-//! The table of a solved way: its stated errors hold where it was not made, it is read like a closed
+//! The table of a solved load path: its stated errors hold where it was not made, it is read like a closed
 //! form, and only by its own drawing.
 #![allow(clippy::unwrap_used)]
 

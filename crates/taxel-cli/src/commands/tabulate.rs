@@ -1,4 +1,4 @@
-//! `taxel tabulate`: the way of a sensor by finite elements as a table.
+//! `taxel tabulate`: the load path of a sensor by finite elements as a table.
 
 use taxel::device::NotTabulated;
 use taxel::table::{self, Cell, Column};
@@ -19,7 +19,7 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
         ..TableOptions::default()
     };
     let program = format!("taxel {VERSION} {COMMIT}");
-    let mut progress = Progress::new("solving the way");
+    let mut progress = Progress::new("solving the load path");
     interrupt::leave_nothing_unfinished();
     let table = device.tabulate(&options, &program, &mut |fraction| progress.at(fraction));
     progress.end();

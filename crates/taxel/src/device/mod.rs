@@ -64,7 +64,7 @@ pub enum NotSolvable {
     Calibrated,
 }
 
-/// Why the solved way of a device is not tabulated.
+/// Why the solved load path of a device is not tabulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NotTabulated {
     /// Its closed form is what a table would have.

@@ -1,4 +1,4 @@
-//! Solving the way of an in-plane sensor for its table.
+//! Solving the load path of an in-plane sensor for its table.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -56,7 +56,7 @@ pub enum NoTable {
 }
 
 impl PathTable {
-    /// Solves the way of `model` by finite elements as far as it can be read back, with nodes added until the
+    /// Solves the load path of `model` by finite elements as far as it can be read back, with nodes added until the
     /// interpolation error is within the tolerance; `progress` hears the fraction.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
-//! The solved way of an in-plane sensor as a table: found once by finite elements, read like a
+//! The solved load path of an in-plane sensor as a table: found once by finite elements, read like a
 //! closed form.
 //!
 //! Between nodes lie cubics that are monotone where the nodes are: contact of the side face makes
-//! kinks that one polynomial over the whole way would carry everywhere.
+//! kinks that one polynomial over the whole path would carry everywhere.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ pub(super) const NUMBERS: usize = 5;
 /// Places of these numbers.
 const STRESS: usize = 0;
 const CAPACITANCE: usize = 4;
-/// Observed errors, as shares of full scale: that of the whole way. They are no bounds: for contact
+/// Observed errors, as shares of full scale: that of the whole path. They are no bounds: for contact
 /// at finite strain there is none that is proven.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -31,7 +31,7 @@ pub struct TableErrors {
 /// A solved state: its compression and its numbers.
 pub(super) type State = (f64, [f64; NUMBERS]);
 
-/// The solved way of one drawing from rest on.
+/// The solved load path of one drawing from rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathTable {
@@ -153,7 +153,7 @@ impl PathTable {
         self.compressions.len()
     }
 
-    /// Stress at the end of the way, Pa.
+    /// Stress at the end of the path, Pa.
     fn largest_stress(&self) -> f64 {
         self.values[self.values.len() - 1][STRESS]
     }

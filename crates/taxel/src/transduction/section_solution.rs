@@ -164,7 +164,7 @@ fn has_room(model: &InPlaneModel) -> bool {
         || half <= ROOM * model.layer.contact_half_length
 }
 
-/// Numbers of one solved way at the compressions of its states.
+/// Numbers of one solved load path at the compressions of its states.
 fn numbers(model: &InPlaneModel, way: &SolvedInPlane, of_force: bool) -> Vec<[f64; NUMBERS]> {
     let electrodes = &model.electrodes;
     let scale = VACUUM_PERMITTIVITY * electrodes.depth;
