@@ -103,12 +103,15 @@ pub(crate) fn calibrate(
                 .map(|sensor| NamedSensor::clone(&sensor.named)),
         )
         .collect();
+    // What the package has no argument for stays as by default.
+    #[allow(clippy::needless_update)]
     let options = CalibrateOptions {
         hold_out: HoldOut::parse(hold_out)
             .map_err(|message| Fault::Wrong(format!("hold_out: {message}")))?,
         model,
         profile,
         robust,
+        ..CalibrateOptions::default()
     };
     pool::run(py, move |_| {
         let sensors = described(&named);

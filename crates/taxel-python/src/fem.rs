@@ -156,7 +156,7 @@ fn meshed<'py>(py: Python<'py>, mesh: &Mesh) -> PyResult<Bound<'py, PyDict>> {
             .into_pyarray(py);
         let regions: Array1<i64> = of_shape
             .iter()
-            .map(|cell| mesh.region_of(*cell) as i64)
+            .map(|cell| i64::try_from(mesh.region_of(*cell)).unwrap_or(i64::MAX))
             .collect();
         cells.append((name, nodes, regions.into_pyarray(py)))?;
     }

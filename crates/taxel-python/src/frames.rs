@@ -24,11 +24,7 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Number, device time and values of frames as arrays.
-fn arrays<'py>(
-    py: Python<'py>,
-    frames: Vec<Frame>,
-    channels: usize,
-) -> PyResult<Bound<'py, PyDict>> {
+fn arrays(py: Python<'_>, frames: Vec<Frame>, channels: usize) -> PyResult<Bound<'_, PyDict>> {
     let count = frames.len();
     let sequence: Array1<u64> = frames.iter().map(|frame| frame.sequence).collect();
     let time: Array1<i64> = frames
@@ -206,7 +202,8 @@ impl Gathered {
                 .centre_of_pressure
                 .map_or([f64::NAN; 2], |(centre, _)| centre),
         );
-        self.clipped.push(touch.clipped as i64);
+        self.clipped
+            .push(i64::try_from(touch.clipped).unwrap_or(i64::MAX));
         let (sequence, time) = (touch.sequence, touch.time_ns.cast_signed());
         self.contacts.extend(
             touch
@@ -401,12 +398,12 @@ fn shaped<D: numpy::ndarray::Dimension>(
         .map_err(|error| Fault::Solve(format!("shape of a result: {error}")))
 }
 
-fn handed_over<'py>(
-    py: Python<'py>,
+fn handed_over(
+    py: Python<'_>,
     found: Gathered,
     taxels: usize,
     [rows, columns]: [usize; 2],
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'_, PyDict>> {
     let count = found.sequence.len();
     debug_assert_eq!(found.state.len(), count * taxels);
     let four = |values| -> Result<Array4<f64>, Fault> { shaped(values, (count, rows, columns, 3)) };

@@ -48,14 +48,14 @@ mod _taxel {
     #[pymodule_export]
     use super::{command, reproduce};
 
-    use super::*;
+    use super::{Bound, PyModule, PyModuleMethods, PyResult, warn};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("VERSION", taxel_cli::shared::VERSION)?;
         module.add("COMMIT", taxel_cli::shared::COMMIT)?;
         let names: Vec<_> = taxel::estimation::State::ALL
-            .map(|state| state.name())
+            .map(taxel::estimation::State::name)
             .into();
         module.add("STATES", names)?;
         taxel_cli::listen_to_notes(warn);

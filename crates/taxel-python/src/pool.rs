@@ -124,9 +124,10 @@ pub(crate) fn run<T: Send>(
                 let _done: mpsc::Sender<()> = done;
                 pool.install(|| work(Request(stop)))
             });
+            let look = |py: Python<'_>| py.check_signals();
             while heard.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
                 if raised.is_none()
-                    && let Err(error) = Python::attach(|py| py.check_signals())
+                    && let Err(error) = Python::attach(look)
                 {
                     raised = Some(error);
                     stop.store(true, Ordering::Relaxed);

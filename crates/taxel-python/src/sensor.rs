@@ -89,7 +89,7 @@ impl Sensor {
         mechanics: Option<Mechanics>,
         calibration: Option<&(String, String)>,
     ) -> Result<Box<dyn Predictor>, Fault> {
-        let of = |sensor: &taxel::sensor::Sensor| by(mechanics, sensor);
+        let of = |sensor: &taxel::sensor::Sensor| by(mechanics.as_ref(), sensor);
         let Some((name, text)) = calibration else {
             return of(&self.named.sensor);
         };
@@ -99,14 +99,18 @@ impl Sensor {
 }
 
 fn by(
-    mechanics: Option<Mechanics>,
+    mechanics: Option<&Mechanics>,
     sensor: &taxel::sensor::Sensor,
 ) -> Result<Box<dyn Predictor>, Fault> {
     let device = sensor
         .device()
         .map_err(|error| Fault::Wrong(error.to_string()))?;
-    match mechanics.unwrap_or(sensor.mechanics) {
-        Mechanics::ClosedForm => device.predictor().ok_or_else(|| {
+    if let (Some(Mechanics::ClosedForm), Mechanics::Table(_)) = (mechanics, &sensor.mechanics) {
+        let closed = sensor.by_closed_forms(&mut shared::Folder::of_user());
+        return by(mechanics, &closed.map_err(Fault::Wrong)?);
+    }
+    match mechanics.unwrap_or(&sensor.mechanics) {
+        Mechanics::ClosedForm | Mechanics::Table(_) => device.predictor().ok_or_else(|| {
             let element = sensor.element.key();
             Fault::Wrong(NoModel { element }.to_string())
         }),
@@ -352,14 +356,13 @@ impl Sensor {
             }
         };
         let mechanics = mechanics_of(mechanics)?;
-        let fem = mechanics.unwrap_or(self.named.sensor.mechanics) == Mechanics::Fem;
+        let fem = *mechanics.as_ref().unwrap_or(&self.named.sensor.mechanics) == Mechanics::Fem;
         if mechanics.is_none() && calibration.is_none() && !fem {
-            let predictor = match self.predictor.get() {
-                Some(predictor) => predictor,
-                None => {
-                    let made = by(None, &self.named.sensor)?;
-                    self.predictor.get_or_init(|| made)
-                }
+            let predictor = if let Some(predictor) = self.predictor.get() {
+                predictor
+            } else {
+                let made = by(None, &self.named.sensor)?;
+                self.predictor.get_or_init(|| made)
             };
             let loads = given.read(predictor.load_columns())?;
             checked(predictor.as_ref(), &loads)?;
@@ -458,16 +461,15 @@ impl Sensor {
 /// A number in SI, or a text with its unit.
 fn sized(value: &Bound<'_, PyAny>, key: &str, dimension: &quantity::Dimension) -> PyResult<f64> {
     let wrong = |message: String| PyErr::from(Fault::Wrong(format!("{key}: {message}")));
-    let number = match value.extract::<f64>() {
-        Ok(number) => number,
-        Err(_) => {
-            let text: String = value.extract().map_err(|_| {
-                wrong(String::from(
-                    "must be a number in SI or a text with its unit",
-                ))
-            })?;
-            dimension.parse(&text).map_err(wrong)?
-        }
+    let number = if let Ok(number) = value.extract::<f64>() {
+        number
+    } else {
+        let text: String = value.extract().map_err(|_| {
+            wrong(String::from(
+                "must be a number in SI or a text with its unit",
+            ))
+        })?;
+        dimension.parse(&text).map_err(wrong)?
     };
     let [least, greatest] = dimension.sizes;
     if (least..=greatest).contains(&number) {

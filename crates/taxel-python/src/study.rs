@@ -227,12 +227,11 @@ impl Study {
                 let message = "a study of schema 1 is only swept";
                 return Err(InputError::whole(&file, message).help(help).into());
             }
-            let (name, sensor) = match sensor {
-                Some(sensor) => sensor,
-                None => {
-                    let text = shared::study_sensor_text(&file, Path::new(&head.sensor))?;
-                    (head.sensor, text)
-                }
+            let (name, sensor) = if let Some(sensor) = sensor {
+                sensor
+            } else {
+                let text = shared::study_sensor_text(&file, Path::new(&head.sensor))?;
+                (head.sensor, text)
             };
             let solutions =
                 Box::new(|| Box::new(Folder::of_user()) as Box<dyn taxel::solutions::Solutions>);
