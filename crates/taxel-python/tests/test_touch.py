@@ -12,6 +12,10 @@ import taxel
 from conftest import ROOT, command
 
 TWINS = ["three-axis-8x8", "in-plane-50um", "piezo-1.5mm", "liquid-metal-2x4", "force-4x4"]
+# A thousand frames a second take their time in the build of the tests.
+FRAMES_OF = [
+    pytest.param(name, marks=pytest.mark.long) if name.startswith("piezo") else name for name in TWINS
+]
 
 
 def test_the_examples_of_the_overview_run() -> None:
@@ -34,7 +38,7 @@ def test_the_examples_of_the_overview_run() -> None:
     assert np.corrcoef(pressing, touch.total_force[:, 2])[0, 1] > 0.9
 
 
-@pytest.mark.parametrize("name", TWINS)
+@pytest.mark.parametrize("name", FRAMES_OF)
 def test_blocks_of_any_size_give_the_same_touches(name: str) -> None:
     sensor = taxel.Sensor(name)
     frames = sensor.twin(seed=3).frames(210)
@@ -51,7 +55,7 @@ def test_blocks_of_any_size_give_the_same_touches(name: str) -> None:
             assert joined.tobytes() == getattr(whole, field).tobytes(), (size, field)
 
 
-@pytest.mark.parametrize("name", TWINS)
+@pytest.mark.parametrize("name", FRAMES_OF)
 def test_touches_are_those_of_the_command(name: str, tmp_path: Path) -> None:
     frames = 130
     saved, table = tmp_path / "run.csv", tmp_path / "touch.csv"
@@ -73,7 +77,7 @@ def test_touches_are_those_of_the_command(name: str, tmp_path: Path) -> None:
         assert np.allclose(printed, ours.total_force[:, 2], rtol=1e-5, atol=1e-7, equal_nan=True)
 
 
-@pytest.mark.parametrize("name", TWINS)
+@pytest.mark.parametrize("name", FRAMES_OF)
 def test_a_twin_is_reproducible_and_pickles_where_it_stands(name: str) -> None:
     twin = taxel.Sensor(name).twin(seed=11)
     other = taxel.Sensor(name).twin(seed=11)
