@@ -3,6 +3,7 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use serde_json::{Map, Value};
 use taxel::InputError;
 use taxel::device::Device;
 use taxel::sensor::Sensor;
@@ -10,6 +11,7 @@ use taxel::shown;
 use taxel_calibrate::TrainingFile;
 
 use crate::Stop;
+use crate::arguments::{COMMIT, VERSION};
 pub use crate::hash::sha256;
 use crate::solutions::Folder;
 
@@ -27,6 +29,26 @@ pub struct NamedSensor {
     pub hash: String,
     /// Text of the file.
     pub text: String,
+}
+
+impl NamedSensor {
+    /// What heads a JSON document about it.
+    pub(crate) fn about(&self) -> Map<String, Value> {
+        [
+            ("sensor", self.sensor.name.as_str()),
+            ("sensor_hash", self.hash.as_str()),
+            ("version", VERSION),
+            ("commit", COMMIT),
+        ]
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), Value::from(value)))
+        .collect()
+    }
+
+    /// What a file that is made of it says of where it comes from.
+    pub(crate) fn origin(&self) -> String {
+        format!("taxel {VERSION} {COMMIT}, sensor file sha256 {}", self.hash)
+    }
 }
 
 /// Reads a sensor file, or a shipped one when no such file exists.

@@ -24,7 +24,7 @@ impl Solutions for Here<'_> {
     fn keep(&mut self, _: &Question, _: &str) {}
 
     fn table(&mut self, name: &str) -> Result<String, String> {
-        (name == "way.json")
+        (name == "path.json")
             .then(|| self.0.to_owned())
             .ok_or_else(|| format!("no {name}"))
     }
@@ -46,7 +46,7 @@ fn text(old: &str, new: &str) -> String {
     let text = text.replacen(old, new, 1);
     text.replacen(
         "\n[array]",
-        "\nmechanics = { table = \"way.json\" }\n\n[array]",
+        "\nmechanics = { table = \"path.json\" }\n\n[array]",
         1,
     )
 }
@@ -211,7 +211,7 @@ fn damaged_tables_and_wrong_devices_are_refused() {
     let other = Sensor::shipped_text("piezo-1.5mm").unwrap();
     let other = other.replacen(
         "\n[array]",
-        "\nmechanics = { table = \"way.json\" }\n\n[array]",
+        "\nmechanics = { table = \"path.json\" }\n\n[array]",
         1,
     );
     let error = Sensor::parse_with("other.toml", &other, &mut Here(&whole)).unwrap_err();

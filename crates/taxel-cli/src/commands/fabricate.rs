@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 use taxel::table::{self, Cell, Column};
 use taxel_fabricate::{Options, Plan, files};
 
-use crate::arguments::{COMMIT, Fabricate, VERSION};
+use crate::arguments::Fabricate;
 use crate::{Done, Stop, outputs};
 
 pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
@@ -22,11 +22,7 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     let wrong =
         |error: taxel_fabricate::Refused| Stop::WrongInput(format!("{}: {error}", named.name));
     let plan = Plan::of(&named.sensor).map_err(wrong)?;
-    let origin = format!(
-        "taxel {VERSION} {COMMIT}, sensor file sha256 {}",
-        named.hash
-    );
-    let written = files(&plan, &options, &origin).map_err(wrong)?;
+    let written = files(&plan, &options, &named.origin()).map_err(wrong)?;
 
     let existing = arguments.overwrite.existing();
     let folder = &arguments.output;
@@ -43,15 +39,7 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
         })?;
     }
 
-    let mut about = Map::new();
-    for (key, value) in [
-        ("sensor", named.sensor.name.as_str()),
-        ("sensor_hash", named.hash.as_str()),
-        ("version", VERSION),
-        ("commit", COMMIT),
-    ] {
-        about.insert(key.into(), Value::from(value));
-    }
+    let mut about = named.about();
     let missing = plan.missing.iter().map(String::as_str).map(Value::from);
     about.insert("not_in_the_sensor_file".into(), missing.collect());
     let (columns, rows) = summary(&plan);

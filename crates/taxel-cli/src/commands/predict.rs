@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value};
 use taxel::InputError;
 use taxel::device::Device;
 use taxel::mechanics::{Mechanics, SolvedBody};
@@ -13,7 +12,7 @@ use taxel::sensor::Sensor;
 use taxel::shown;
 use taxel_study::made::{DEVICES, MadeDevices};
 
-use crate::arguments::{COMMIT, Predict, VERSION};
+use crate::arguments::Predict;
 use crate::commands::calibrate;
 use crate::interrupt;
 use crate::outputs::{self, Existing};
@@ -44,15 +43,7 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     let refused = |index: usize, refused: &LoadRefused| {
         refusal(arguments, loads.line(index), refused, predictor.as_ref())
     };
-    let mut about = Map::new();
-    for (key, value) in [
-        ("sensor", named.sensor.name.as_str()),
-        ("sensor_hash", named.hash.as_str()),
-        ("version", VERSION),
-        ("commit", COMMIT),
-    ] {
-        about.insert(key.into(), Value::from(value));
-    }
+    let about = named.about();
     let figure = match &arguments.plot {
         Some(path) => Some((
             path,

@@ -68,15 +68,23 @@ pub(super) fn holding_95(
     covariance: [f64; 3],
     possible: impl Iterator<Item = ([f64; 2], f64)>,
 ) -> [f64; 3] {
-    let far = |(off, weight)| (distance_in(covariance, off), weight);
-    let mut all: Vec<(f64, f64)> = possible.map(far).collect();
-    all.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
-    let mut outside = 0.05 * all.iter().map(|(_, weight)| weight).sum::<f64>();
-    let last = all.iter().find(|(_, weight)| {
+    let mut all = 0.0;
+    // Only what the ellipse does not hold can widen it: few of many.
+    let mut beyond: Vec<(f64, f64)> = Vec::new();
+    for (off, weight) in possible {
+        all += weight;
+        let far = distance_in(covariance, off);
+        if far > ELLIPSE_95 {
+            beyond.push((far, weight));
+        }
+    }
+    beyond.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
+    let mut outside = 0.05 * all;
+    let last = beyond.iter().find(|(_, weight)| {
         outside -= weight;
         outside < 0.0
     });
-    let wider = last.map_or(1.0, |(far, _)| (far / ELLIPSE_95).max(1.0));
+    let wider = last.map_or(1.0, |(far, _)| far / ELLIPSE_95);
     covariance.map(|entry| wider * entry)
 }
 

@@ -44,7 +44,7 @@ pub struct InPlaneCapacitor {
     #[serde(skip)]
     #[schemars(skip)]
     pub(crate) solved: OfDrawing<Arc<SolvedSection>>,
-    /// Its way by finite elements, where `mechanics` names a table.
+    /// Its load path by finite elements, where `mechanics` names a table.
     #[serde(skip)]
     #[schemars(skip)]
     pub(crate) table: OfDrawing<Arc<DrawnTable>>,

@@ -279,7 +279,7 @@ impl Sensor {
         .and_then(|()| self.check_mechanics())
     }
 
-    /// A table is of an element whose way can be tabulated.
+    /// A table is of an element whose load path can be tabulated.
     fn check_mechanics(&self) -> Result<(), Broken> {
         require(
             !matches!(self.mechanics, Mechanics::Table(_))

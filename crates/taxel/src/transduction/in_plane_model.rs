@@ -98,7 +98,7 @@ pub struct InPlaneModel {
     pub stray_capacitance: f64,
     /// Its cross-section solved, where no table has it.
     pub solved: Option<Arc<SolvedSection>>,
-    /// Its way by finite elements as a table, in the place of the closed forms.
+    /// Its load path by finite elements as a table, in the place of the closed forms.
     pub table: Option<Arc<DrawnTable>>,
 }
 
