@@ -68,13 +68,16 @@ def test_touches_are_those_of_the_command(name: str, tmp_path: Path) -> None:
     recording = taxel.read(saved)
     ours = sensor.estimator().push(recording.frames)
     head, *lines = [line.split(",") for line in table.read_text().splitlines() if not line.startswith("#")]
-    numbers = np.array([[float(field) if field else np.nan for field in (line[head.index("sequence")],)] for line in lines])
-    assert np.array_equal(np.unique(numbers).astype(np.uint64), np.unique(ours.sequence))
-    columns = [index for index, title in enumerate(head) if title.startswith("total_force_z")]
-    if columns:
-        printed = np.array([float(line[columns[0]] or "nan") for line in lines])
-        # The table prints totals with six digits and more.
-        assert np.allclose(printed, ours.total_force[:, 2], rtol=1e-5, atol=1e-7, equal_nan=True)
+
+    def column(title: str) -> np.ndarray:
+        at = head.index(title)
+        return np.array([float(line[at] or "nan") for line in lines])
+
+    assert np.array_equal(column("sequence").astype(np.uint64), ours.sequence)
+    contacts = [np.count_nonzero(ours.contacts["sequence"] == number) for number in ours.sequence]
+    assert np.array_equal(column("contacts"), contacts)
+    for axis, letter in enumerate("xyz"):
+        assert np.array_equal(column(f"force_{letter} [N]"), ours.total_force[:, axis], equal_nan=True), letter
 
 
 @pytest.mark.parametrize("name", FRAMES_OF)
