@@ -43,7 +43,7 @@ fn main() {
     };
     let hours = number(0).unwrap_or(8.0);
     println!(
-        "{:16} {:11} {:>4} {:>8} {:>6} {:>6} {:>9} {:>7} {:>6} {:>9} {:>9} {:>7} {:>7} {:>7}",
+        "{:16} {:11} {:>4} {:>8} {:>6} {:>6} {:>9} {:>7} {:>6} {:>9} {:>9} {:>7} {:>7} {:>9} {:>7} {:>7}",
         "device",
         "drift",
         "hour",
@@ -56,6 +56,8 @@ fn main() {
         "sd rest",
         "sd held",
         "95% rest",
+        "held",
+        "rms/sd r.",
         "held",
         "MB"
     );
@@ -102,12 +104,14 @@ fn device(
             let [touches, found] = interval.touches;
             let [touch, release, other] = interval.events;
             print!(
-                "{device:16} {name:11} {hour:>4} {touches:>8} {found:>6} {:>6} {touch:>9} {release:>7} {other:>6} {:>9.3} {:>9.3} {:>7.1} {:>7.1} {:>7.1}",
+                "{device:16} {name:11} {hour:>4} {touches:>8} {found:>6} {:>6} {touch:>9} {release:>7} {other:>6} {:>9.3} {:>9.3} {:>7.1} {:>7.1} {:>9.3} {:>7.3} {:>7.1}",
                 interval.empty[1],
                 1e3 * interval.stated[0],
                 1e3 * interval.stated[1],
                 100.0 * interval.within[0],
                 100.0 * interval.within[1],
+                interval.ratio[0],
+                interval.ratio[1],
                 interval.memory
             );
             match interval.overloads {

@@ -3,13 +3,16 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use serde_json::{Map, Value};
+use taxel::InputError;
 use taxel::device::Device;
 use taxel::sensor::Sensor;
 use taxel::shown;
 use taxel_calibrate::TrainingFile;
 
 use crate::Stop;
-pub(crate) use crate::hash::sha256;
+use crate::arguments::{COMMIT, VERSION};
+pub use crate::hash::sha256;
 use crate::solutions::Folder;
 
 /// Largest description or table that is read, bytes.
@@ -17,29 +20,63 @@ const LARGEST: u64 = 1 << 28;
 
 /// A sensor with what is said of it in files.
 #[derive(Clone)]
-pub(crate) struct NamedSensor {
+pub struct NamedSensor {
     /// Name of the file, or of a shipped sensor.
-    pub(crate) name: String,
-    pub(crate) sensor: Sensor,
+    pub name: String,
+    /// What the text describes.
+    pub sensor: Sensor,
     /// SHA-256 of the text.
-    pub(crate) hash: String,
-    pub(crate) text: String,
+    pub hash: String,
+    /// Text of the file.
+    pub text: String,
+}
+
+impl NamedSensor {
+    /// What heads a JSON document about it.
+    pub(crate) fn about(&self) -> Map<String, Value> {
+        [
+            ("sensor", self.sensor.name.as_str()),
+            ("sensor_hash", self.hash.as_str()),
+            ("version", VERSION),
+            ("commit", COMMIT),
+        ]
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), Value::from(value)))
+        .collect()
+    }
+
+    /// What a file that is made of it says of where it comes from.
+    pub(crate) fn origin(&self) -> String {
+        format!("taxel {VERSION} {COMMIT}, sensor file sha256 {}", self.hash)
+    }
 }
 
 /// Reads a sensor file, or a shipped one when no such file exists.
 pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
+    let (name, text) = sensor_text(path)?;
+    Ok(sensor_of_text(&name, text)?)
+}
+
+/// Name and text of a sensor file, or of a shipped one when no such file exists.
+///
+/// # Errors
+/// A file that cannot be read, with the names of the shipped ones where it is not there.
+pub fn sensor_text(path: &Path) -> Result<(String, String), Stop> {
     let name = shown::path(path);
     let text = match Sensor::shipped_text(&name) {
         Some(text) if !path.exists() => text.to_owned(),
         _ => text(path)
             .map_err(|stop| with_shipped_names(stop, path, "sensor", Sensor::shipped_names()))?,
     };
-    sensor_of_text(&name, text)
+    Ok((name, text))
 }
 
 /// The sensor that a text describes.
-pub(crate) fn sensor_of_text(name: &str, text: String) -> Result<NamedSensor, Stop> {
-    let sensor = Sensor::parse_with(name, &text, &mut Folder::of_user())?;
+///
+/// # Errors
+/// The first mistake.
+pub fn sensor_of_text(name: &str, text: String) -> Result<NamedSensor, InputError> {
+    let sensor = Sensor::parse_with(name, &text, &mut Folder::beside(Path::new(name)))?;
     let hash = sha256(text.as_bytes());
     Ok(NamedSensor {
         name: name.to_owned(),
@@ -51,7 +88,7 @@ pub(crate) fn sensor_of_text(name: &str, text: String) -> Result<NamedSensor, St
 
 impl NamedSensor {
     /// The sensor as calibrations take it.
-    pub(crate) fn described(&self) -> taxel_calibrate::NamedSensor<'_> {
+    pub fn described(&self) -> taxel_calibrate::NamedSensor<'_> {
         taxel_calibrate::NamedSensor {
             name: &self.name,
             text: &self.text,
@@ -87,7 +124,10 @@ pub(crate) fn with_shipped_names<'n>(
 }
 
 /// Reads a text file; `-` is the standard input.
-pub(crate) fn text(path: &Path) -> Result<String, Stop> {
+///
+/// # Errors
+/// A file that cannot be read, or is no text.
+pub fn text(path: &Path) -> Result<String, Stop> {
     taxel_recording::text_of(bytes(path)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
@@ -137,7 +177,10 @@ fn is_handed_over(path: &Path) -> bool {
 
 /// The recordings below `paths`: the CSV files of each folder lie together, and
 /// so do the files that are named themselves.
-pub(crate) fn recordings(paths: &[PathBuf]) -> Result<Vec<Vec<TrainingFile>>, Stop> {
+///
+/// # Errors
+/// A file that cannot be read, or none.
+pub fn recordings(paths: &[PathBuf]) -> Result<Vec<Vec<TrainingFile>>, Stop> {
     let mut groups = Vec::new();
     let mut named = Vec::new();
     for path in paths {

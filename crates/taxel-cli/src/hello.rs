@@ -81,13 +81,26 @@ pub(crate) fn recorded(named: NamedBoard, path: &Path) -> Result<NamedBoard, Sto
         return Ok(named);
     };
     let mut bytes = Vec::new();
-    if !named.board.says_hello() || file.take(SEARCHED).read_to_end(&mut bytes).is_err() {
-        return Ok(named);
+    let read = file.take(SEARCHED).read_to_end(&mut bytes);
+    let mut piece = read.is_ok().then_some(bytes);
+    in_pieces(named, &path.to_string_lossy(), || Ok(piece.take()))
+}
+
+/// The same of bytes that come in pieces, of which no more are asked for than needed.
+pub(crate) fn in_pieces(
+    named: NamedBoard,
+    source: &str,
+    mut next: impl FnMut() -> Result<Option<Vec<u8>>, Stop>,
+) -> Result<NamedBoard, Stop> {
+    let (mut finder, mut left) = (HelloFinder::default(), SEARCHED);
+    while named.board.says_hello() && left > 0 {
+        let Some(bytes) = next()? else { break };
+        left = left.saturating_sub(bytes.len() as u64);
+        if let Some(hello) = finder.push(&bytes) {
+            return as_said(named, &hello, source);
+        }
     }
-    match HelloFinder::default().push(&bytes) {
-        Some(hello) => as_said(named, &hello, &path.to_string_lossy()),
-        None => Ok(named),
-    }
+    Ok(named)
 }
 
 /// The board that `hello` describes, with the link of `asked`.

@@ -199,6 +199,14 @@ pub(crate) fn write(output: Option<&Path>, existing: Existing, text: &str) -> Re
     write_pieces(output, existing, |sink| sink(text)).map(|()| Done::Complete)
 }
 
+/// Writes `text` to a file, also in the place of another one: all of it or nothing.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn replace(path: &Path, text: &str) -> Result<(), Stop> {
+    write(Some(path), Existing::Replaced, text).map(drop)
+}
+
 /// Where pieces of a result go.
 pub(crate) type Sink<'a> = &'a mut dyn FnMut(&str) -> Result<(), Stop>;
 

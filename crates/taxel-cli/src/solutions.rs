@@ -26,9 +26,11 @@ const LARGEST: u64 = 1 << 24;
 const TOLD: f64 = 0.5;
 
 /// Solutions in a folder.
-pub(crate) struct Folder {
+pub struct Folder {
     /// None where the system names no place for what can be made again.
     path: Option<PathBuf>,
+    /// The folder of the sensor file, to which names of tables are relative.
+    beside: PathBuf,
     /// The solution under way.
     progress: Option<(Progress, Instant)>,
 }
@@ -36,10 +38,19 @@ pub(crate) struct Folder {
 impl Folder {
     /// The folder of this user: `TAXEL_CACHE`, or `taxel` in that for what can be made
     /// again.
-    pub(crate) fn of_user() -> Self {
+    pub fn of_user() -> Self {
         Self {
             path: of_user(&|name| env::var_os(name).map(PathBuf::from)),
+            beside: PathBuf::new(),
             progress: None,
+        }
+    }
+
+    /// The same for the sensor file `sensor`.
+    pub(crate) fn beside(sensor: &Path) -> Self {
+        Self {
+            beside: sensor.parent().map_or_else(PathBuf::new, Path::to_owned),
+            ..Self::of_user()
         }
     }
 
@@ -102,6 +113,19 @@ impl Solutions for Folder {
             );
         }
         found.map(str::to_owned)
+    }
+
+    fn table(&mut self, name: &str) -> Result<String, String> {
+        let path = self.beside.join(name);
+        let failed =
+            |error: std::io::Error| format!("{}: cannot be read: {error}", shown::path(&path));
+        if fs::metadata(&path).map_err(failed)?.len() > LARGEST {
+            let path = shown::path(&path);
+            return Err(format!(
+                "{path}: has more than {LARGEST} bytes, which no table has"
+            ));
+        }
+        fs::read_to_string(&path).map_err(failed)
     }
 
     fn unreadable(&mut self, question: &Question) {

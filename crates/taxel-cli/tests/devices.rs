@@ -2,19 +2,14 @@
 //! and exit code 2, or a state with its limit; never a number that is none.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use common::{refused_with, taxel};
 use serde_json::Value;
 use taxel::sensor::Sensor;
-
-fn taxel(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
 
 /// The one row that answers `load`, as JSON; no output may say NaN.
 #[track_caller]
@@ -32,18 +27,6 @@ fn row(sensor: &str, load: &str) -> Value {
     answer["rows"][0].clone()
 }
 
-#[track_caller]
-fn refused(arguments: &[&str], parts: &[&str]) {
-    let output = taxel(arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(output.stdout.is_empty(), "something was written");
-    assert_eq!(message.matches("error:").count(), 1, "{message}");
-    for part in parts {
-        assert!(message.contains(part), "{part}: {message}");
-    }
-}
-
 /// A shipped sensor file with one text replaced, in a folder of its own.
 fn changed(test: &str, name: &str, from: &str, to: &str) -> String {
     let shipped = Sensor::shipped_text(name).unwrap();
@@ -59,7 +42,7 @@ fn changed(test: &str, name: &str, from: &str, to: &str) -> String {
 fn a_layer_cannot_be_pressed_to_nothing() {
     for load in ["compression=1.2", "e=1", "e=-0.1", "u=2 mm"] {
         let arguments = ["predict", "in-plane-50um", "--load", load];
-        refused(&arguments, &["0", "1"]);
+        refused_with(&arguments, &["0", "1"]);
     }
 }
 
@@ -159,8 +142,8 @@ fn a_file_that_cannot_work_is_refused_with_what_would() {
         ),
     ] {
         let file = changed(test, name, from, to);
-        refused(&["check", &file], &parts);
-        refused(&["live", &file, "--headless", "--frames", "1"], &parts);
+        refused_with(&["check", &file], &parts);
+        refused_with(&["live", &file, "--headless", "--frames", "1"], &parts);
     }
 }
 
@@ -172,10 +155,10 @@ fn a_load_word_of_another_device_is_answered_with_ours() {
         ("piezo-1.5mm", "p=1 kPa", "profile (how the load runs)"),
         ("liquid-metal-2x4", "e=0.1", "area (area under the force)"),
     ] {
-        refused(&["predict", sensor, "--load", load], &["names:", names]);
+        refused_with(&["predict", sensor, "--load", load], &["names:", names]);
     }
     let force = ["predict", "liquid-metal-2x4", "--load", "fz=10 N"];
-    refused(&force, &["give the area too"]);
+    refused_with(&force, &["give the area too"]);
 }
 
 #[test]
@@ -285,12 +268,12 @@ fn the_zero_is_where_the_operator_says() {
         ("1", &["2 to 100000 frames, or a recording"]),
     ] {
         let arguments = live(rest);
-        refused(&arguments.each_ref().map(String::as_str), parts);
+        refused_with(&arguments.each_ref().map(String::as_str), parts);
     }
     let arguments = live(&rest);
     let arguments = arguments.each_ref().map(String::as_str);
-    refused(&[&arguments[..], &["--no-tare"]].concat(), &["--no-tare"]);
-    refused(
+    refused_with(&[&arguments[..], &["--no-tare"]].concat(), &["--no-tare"]);
+    refused_with(
         &[
             "live",
             "in-plane-50um",

@@ -189,6 +189,17 @@ fn a_board_that_says_hello_needs_no_board_file() {
             "{place}"
         );
         assert_eq!(found["link"]["wire"]["damaged"], 0);
+        // What the board said stands among the bytes.
+        let decoded = folder.path(&format!("{}.csv", &place[..3]));
+        let board = ["--board", "taxel-wire-1"];
+        done(
+            &[
+                &["recording", "decode", &recording, "-o", &decoded][..],
+                &board,
+            ]
+            .concat(),
+        );
+        assert!(rows(&decoded).len() > 100, "{place}");
         let named = summary(&[
             "--board",
             "taxel-wire-1",

@@ -310,12 +310,30 @@ fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Col
     Ok((Kind::Check(written.quantity.clone()), column, word))
 }
 
-fn predictor_of(device: &dyn Device, mechanics: Mechanics) -> Result<Box<dyn Predictor>, String> {
+fn predictor_of(device: &dyn Device, mechanics: &Mechanics) -> Result<Box<dyn Predictor>, String> {
     match mechanics {
-        Mechanics::ClosedForm => device
+        // A table is read like a closed form.
+        Mechanics::ClosedForm | Mechanics::Table(_) => device
             .predictor()
             .ok_or_else(|| String::from("this element has no model to predict with")),
         Mechanics::Fem => device.field_predictor().map_err(|error| error.to_string()),
+    }
+}
+
+/// The mechanics of an answer, or else that of the sensor file; a table is not left for closed forms.
+fn mechanics_of<'m>(
+    written: Option<&'m Mechanics>,
+    sensor: &'m Sensor,
+) -> Result<&'m Mechanics, Wrong> {
+    match (written, &sensor.mechanics) {
+        (Some(Mechanics::ClosedForm), Mechanics::Table(table)) => Err(Wrong {
+            key: "mechanics",
+            message: format!(
+                "the sensor file answers by the table {table}, and not by closed forms"
+            ),
+            help: String::from("leave mechanics out here, or in the sensor file"),
+        }),
+        (written, of_file) => Ok(written.unwrap_or(of_file)),
     }
 }
 
@@ -334,7 +352,8 @@ fn prediction(
         message: error.to_string(),
         help: String::new(),
     })?;
-    let predictor = predictor_of(device.as_ref(), mechanics.unwrap_or(sensor.mechanics));
+    let asked = mechanics_of(mechanics.as_ref(), sensor)?;
+    let predictor = predictor_of(device.as_ref(), asked);
     let predictor = predictor.map_err(|message| Wrong {
         key: "of",
         message,
@@ -460,23 +479,23 @@ fn way(over: &str) -> Result<Vec<String>, Wrong> {
 
 impl Prediction {
     fn evaluate(&self, context: &mut Context<'_>, accept: &[String], word: bool) -> Outcome {
-        let mechanics = self.mechanics.unwrap_or(context.sensor.mechanics);
+        let mechanics = self.mechanics.as_ref().unwrap_or(&context.sensor.mechanics);
         let Some(device) = context.device.as_deref() else {
             return Outcome::Outside(String::from("the board cannot read the element"));
         };
         let mut own = None;
-        let predictor: &mut Box<dyn Predictor> = if mechanics == Mechanics::ClosedForm {
+        let predictor: &mut Box<dyn Predictor> = if *mechanics == Mechanics::Fem {
+            match predictor_of(device, mechanics) {
+                Ok(predictor) => own.insert(predictor),
+                Err(why) => return Outcome::Outside(why),
+            }
+        } else {
             if context.predictor.is_none() {
                 context.predictor = device.predictor();
             }
             match &mut context.predictor {
                 Some(predictor) => predictor,
                 None => return Outcome::Outside(String::from("has no model")),
-            }
-        } else {
-            match predictor_of(device, mechanics) {
-                Ok(predictor) => own.insert(predictor),
-                Err(why) => return Outcome::Outside(why),
             }
         };
         let mut best: Option<f64> = None;

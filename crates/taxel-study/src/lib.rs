@@ -3,7 +3,7 @@
 //! A study file ([`mod@file`]) names a sensor, its variables and what is asked of each design.
 //! [`study`] reads it and evaluates designs; [`run`] does so on all cores and with what is kept
 //! in a [`store`]. [`sweep`] computes a plan, [`optimise`] looks for the best design,
-//! [`tolerance`] asks what made devices do, [`place`] where elements tell most.
+//! [`tolerance`] asks what made devices do, [`made`] puts it beside a prediction, [`place`] where elements tell most.
 
 pub mod answers;
 pub mod exponents;
@@ -11,6 +11,7 @@ pub mod expression;
 pub mod figures;
 pub mod file;
 pub mod keys;
+pub mod made;
 pub mod optimise;
 pub mod place;
 pub mod plans;

@@ -5,6 +5,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
 use rand_chacha::ChaCha12Rng;
+use taxel::InputError;
 
 use crate::plans::{draw, latin_hypercube, seeded};
 use crate::run::Runner;
@@ -203,6 +204,26 @@ fn selected(population: Vec<Candidate>, size: usize) -> Vec<Candidate> {
     keep.into_iter()
         .filter_map(|index| population[index].take())
         .collect()
+}
+
+/// Refuses a study that cannot be optimised; `file` is its name for messages.
+///
+/// # Errors
+/// A study without an objective, or with a variable that varies nothing.
+pub fn possible(study: &Study, file: &str) -> Result<(), InputError> {
+    let wrong = |message: &str, help: &str| Err(InputError::whole(file, message).help(help));
+    if study.objectives.is_empty() {
+        let help = "add [objectives] with minimise or maximise";
+        return wrong("no objective is given", help);
+    }
+    if study.variables.is_empty() || study.variables.iter().any(|one| !one.values.varies()) {
+        let help = "add range = [least, greatest]";
+        return wrong(
+            "every variable of an optimisation needs a range or values",
+            help,
+        );
+    }
+    Ok(())
 }
 
 /// Optimises the objectives of the study of `runner`.

@@ -19,7 +19,13 @@ pub struct Runner<'a> {
     pub progress: &'a (dyn Fn(usize) + Sync),
     /// Designs that were computed, not found.
     pub computed: usize,
+    /// Who computes designs in the place of this process, and keeps them in the store.
+    pub elsewhere: Option<&'a Elsewhere<'a>>,
 }
+
+/// Computes designs in other processes: their rows in the order asked, none for those that were
+/// not begun before a stop.
+pub type Elsewhere<'a> = dyn Fn(&[Vec<f64>]) -> Result<Vec<Option<Row>>, StoreError> + 'a;
 
 /// Designs between two looks at the store where there is none.
 const WITHOUT_STORE: usize = 4096;
@@ -33,6 +39,7 @@ impl<'a> Runner<'a> {
             stop: &|| false,
             progress: &|_| {},
             computed: 0,
+            elsewhere: None,
         }
     }
 
@@ -53,10 +60,10 @@ impl<'a> Runner<'a> {
         points: &[Vec<f64>],
         wanted: &dyn Fn(usize) -> bool,
     ) -> Result<Vec<Option<Row>>, StoreError> {
-        let size = self
-            .store
-            .as_ref()
-            .map_or(WITHOUT_STORE, |store| store.block);
+        let size = match &self.store {
+            Some(store) if self.elsewhere.is_none() => store.block,
+            _ => WITHOUT_STORE,
+        };
         let mut rows = Vec::with_capacity(points.len());
         for (number, block) in points.chunks(size).enumerate() {
             rows.extend(self.block(block, wanted(number))?);
@@ -90,6 +97,15 @@ impl<'a> Runner<'a> {
             .filter(|index| rows[*index].is_none())
             .collect();
         if !compute || missing.is_empty() {
+            return Ok(rows);
+        }
+        if let Some(elsewhere) = self.elsewhere {
+            let points: Vec<_> = missing.iter().map(|index| points[*index].clone()).collect();
+            for (index, row) in missing.into_iter().zip(elsewhere(&points)?) {
+                self.computed += usize::from(row.is_some());
+                rows[index] = row;
+            }
+            (self.progress)(self.computed);
             return Ok(rows);
         }
         let (stop, progress) = (self.stop, self.progress);

@@ -157,6 +157,11 @@ impl Store {
         self.known.get(key)
     }
 
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Number of designs that are kept.
     pub fn len(&self) -> usize {
         self.known.len()

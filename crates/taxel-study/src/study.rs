@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use sha2::{Digest, Sha256};
+use taxel::mechanics::Mechanics;
 use taxel::sensor::Sensor;
 use taxel::solutions::Solutions;
 use taxel::{InputError, toml_input};
@@ -62,6 +63,8 @@ pub struct Study {
     /// The sensor file with `[set]` applied.
     base: DocumentMut,
     links: Vec<Link>,
+    /// SHA-256 of the table that the sensor file names.
+    table_hash: Option<String>,
     solutions: SolutionsMaker,
 }
 
@@ -390,6 +393,10 @@ impl Study {
         };
         // The sensor file as it is: its own mistakes are told first.
         let drawn = Sensor::parse_with(sensor.name, sensor.text, solutions().as_mut())?;
+        let table_hash = match &drawn.mechanics {
+            Mechanics::Table(name) => solutions().table(name).ok().map(|table| sha256(&table)),
+            Mechanics::ClosedForm | Mechanics::Fem => None,
+        };
         let mut base = parsed(sensor.name, sensor.text)?;
         reader.apply_set(&mut base)?;
         let variables = reader.variables(&base)?;
@@ -410,6 +417,7 @@ impl Study {
             place: reader.written.place.clone(),
             base,
             links,
+            table_hash,
             solutions,
         };
         reader.check_keys(&study)?;
@@ -578,8 +586,8 @@ impl Study {
         self.objectives.iter().map(value).collect()
     }
 
-    /// What the result of a design follows from, beside the library: the sensor in SI and the
-    /// answers asked.
+    /// What the result of a design follows from, beside the library: the sensor in SI, the
+    /// contents of the table that it names, and the answers asked.
     pub fn content(&self, point: &[f64]) -> String {
         let (text, _) = self.text_of(point);
         let resolved = text
@@ -592,7 +600,11 @@ impl Study {
             .iter()
             .map(|one| one.statement.as_str())
             .collect();
-        serde_json::json!({"answers": answers, "sensor": resolved}).to_string()
+        let mut content = serde_json::json!({"answers": answers, "sensor": resolved});
+        if let Some(hash) = &self.table_hash {
+            content["table"] = serde_json::Value::from(hash.as_str());
+        }
+        content.to_string()
     }
 }
 

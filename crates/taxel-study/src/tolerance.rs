@@ -6,6 +6,7 @@
 //! only then do Wilson's and the bootstrap intervals mean what they say.
 
 use rayon::prelude::*;
+use taxel::table::{Cell, Column};
 use taxel_numerics::dense::cholesky;
 
 use crate::file::AfterFile;
@@ -422,7 +423,7 @@ fn tightened(
 }
 
 /// Quantile of sorted values, between neighbours.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
+pub(crate) fn quantile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
     };
@@ -496,6 +497,80 @@ pub fn after_name(after: AfterFile) -> &'static str {
         AfterFile::Rest => "rest",
         AfterFile::Bench => "bench",
     }
+}
+
+/// One row for each number: of which answer, what, of which spread, with its interval.
+pub fn table(study: &Study, found: &Tolerance) -> (Vec<Column>, Vec<Vec<Cell>>) {
+    let number = |name: &str| Column::new(name, "", 1.0, "", 6);
+    let columns = vec![
+        Column::plain("answer"),
+        Column::plain("quantity"),
+        Column::plain("of"),
+        number("value"),
+        Column::plain("unit"),
+        number("standard_error"),
+        number("low_95"),
+        number("high_95"),
+    ];
+    let mut rows = Vec::new();
+    let none = || Cell::from("");
+    let mut estimate = |answer: &str, what: &str, of: &str, found: &Estimate| {
+        rows.push(vec![
+            Cell::from(answer.to_owned()),
+            Cell::from(what.to_owned()),
+            Cell::from(of.to_owned()),
+            Cell::Number(found.value),
+            none(),
+            Cell::Number(found.error),
+            Cell::Number(found.interval[0]),
+            Cell::Number(found.interval[1]),
+        ]);
+    };
+    if let Some(yields) = &found.yields {
+        estimate("all limits", "yield", "", yields);
+    }
+    for one in &found.tightened {
+        estimate(
+            "all limits",
+            "yield_with_spread_halved",
+            &one.variable,
+            &one.yields,
+        );
+    }
+    for one in &found.answers {
+        let name = &study.answers[one.answer].name;
+        if let Some(yields) = &one.yields {
+            estimate(name, "yield", "", yields);
+        }
+        for share in &one.shares {
+            estimate(name, "first_order_share", &share.variable, &share.first);
+            estimate(name, "total_share", &share.variable, &share.total);
+        }
+    }
+    for one in &found.answers {
+        let column = &study.answers[one.answer].column;
+        let quantiles = [("quantile_5", 0), ("median", 1), ("quantile_95", 2)];
+        let values = [
+            ("nominal", one.nominal),
+            ("mean", one.mean),
+            ("deviation", one.deviation),
+        ]
+        .into_iter()
+        .chain(quantiles.map(|(name, index)| (name, one.quantiles[index])));
+        for (what, value) in values {
+            rows.push(vec![
+                Cell::from(column.name.clone()),
+                Cell::from(what),
+                none(),
+                Cell::Number(value / column.scale),
+                Cell::from(column.unit),
+                none(),
+                none(),
+                none(),
+            ]);
+        }
+    }
+    (columns, rows)
 }
 
 #[cfg(test)]

@@ -140,6 +140,18 @@ impl Dimension {
     }
 }
 
+impl Dimension {
+    /// The same with the standard deviation of made devices, m, such as `D 50 um, σ 1 um`; nothing
+    /// for one of 0.
+    #[must_use]
+    pub fn made_within(mut self, deviation: f64) -> Self {
+        if deviation > 0.0 {
+            self.text = format!("{}, σ {}", self.text, length_text(deviation));
+        }
+        self
+    }
+}
+
 /// A length for people: in mm from 1 mm on, below in um.
 pub(crate) fn length_text(length: f64) -> String {
     let rounded = |value: f64| (value * 1e3).round() / 1e3;

@@ -7,6 +7,7 @@
 
 pub mod acquisition;
 pub mod calibration;
+pub mod contacts;
 pub mod design;
 pub mod device;
 pub mod drawing;
@@ -23,6 +24,7 @@ pub mod schema;
 pub mod sensor;
 pub mod shown;
 pub mod signal;
+pub mod simulator;
 pub mod solutions;
 mod solved_table;
 pub mod summary;

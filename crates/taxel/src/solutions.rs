@@ -46,6 +46,16 @@ pub trait Solutions {
     /// Hears the fraction of a solution under way, the last time 1.
     fn progress(&mut self, _question: &Question, _fraction: f64) {}
 
+    /// The text of a table that a sensor file names.
+    ///
+    /// # Errors
+    /// A sentence when there is none, or none can be opened here.
+    fn table(&mut self, name: &str) -> Result<String, String> {
+        Err(format!(
+            "the table \"{name}\" cannot be opened here: use the command `taxel`, or Sensor::parse_with"
+        ))
+    }
+
     /// True if what is not kept may be solved.
     fn may_solve(&self) -> bool {
         true

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 /// Files outside the folder of one device that name a variant of `Element`, with how
 /// often: a new kind of element adds arms to the first three, and none to the others,
 /// which ask for one kind alone.
-const NAMED: [(&str, usize); 8] = [
-    // Two arms for each kind: its usual script, its key; and the two that are solved.
-    ("taxel/src/sensor/mod.rs", 14),
+const NAMED: [(&str, usize); 10] = [
+    // Two arms for each kind: its usual script, its key; the two that are solved; and the one
+    // that takes a table.
+    ("taxel/src/sensor/mod.rs", 16),
     // Two for each kind: its device, its typed array.
     ("taxel/src/device/of_sensor.rs", 12),
     // Three for each kind: its calibrator, its constants, its uncertain columns; and
@@ -21,8 +22,12 @@ const NAMED: [(&str, usize); 8] = [
     ("taxel-calibrate/src/file.rs", 2),
     ("taxel-cli/src/commands/calibrate.rs", 1),
     ("taxel-cli/src/commands/live.rs", 1),
+    // One for each kind: what it is made of.
+    ("taxel-fabricate/src/plan.rs", 6),
     // The sweep of cross-sections.
     ("taxel-cli/src/commands/sweep.rs", 1),
+    // As the command.
+    ("taxel-python/src/calibration.rs", 1),
     // Axes of measured forces.
     ("taxel/src/sensor/checks.rs", 1),
 ];

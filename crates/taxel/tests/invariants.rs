@@ -157,6 +157,7 @@ fn no_unsafe_code_anywhere() {
         "taxel-fem",
         "taxel",
         "taxel-study",
+        "taxel-fabricate",
         "taxel-serve",
         "taxel-cli",
     ] {

@@ -51,6 +51,7 @@ fn device(gap: f64, [rate, scale, exponent]: [f64; 3], law: CapacitanceLaw) -> I
         law,
         stray_capacitance: 0.0,
         solved: None,
+        table: None,
     }
 }
 

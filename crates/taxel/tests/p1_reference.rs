@@ -67,6 +67,7 @@ fn device(gap: f64, modulus_ratio: f64, surroundings: Surroundings) -> InPlaneMo
         law: CapacitanceLaw::Mechanics,
         stray_capacitance: 0.0,
         solved: None,
+        table: None,
     }
 }
 

@@ -3,6 +3,8 @@
 //!
 //! The whole table, some ten minutes:
 //! `cargo test --release -p taxel-calibrate --test intervals -- --ignored --nocapture`
+//! More benches of one kind settle whether a share is low by chance: `TAXEL_BENCHES=2000` and
+//! `TAXEL_CASE="P3, lone"`, the beginning of its name.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 #![allow(clippy::print_stdout, reason = "the long form prints its table")]
 
@@ -45,9 +47,13 @@ fn short_of(case: &Case, benches: u64, print: bool) -> Vec<String> {
 #[test]
 #[ignore = "ten minutes: the documented long form"]
 fn the_table_of_all_intervals() {
+    let benches = std::env::var("TAXEL_BENCHES");
+    let benches = benches.map_or(BENCHES, |count| count.parse().unwrap());
+    let only = std::env::var("TAXEL_CASE").unwrap_or_default();
     println!("| bench | number | held | |\n|---|---|---|---|");
     let wrong: Vec<String> = cases()
-        .flat_map(|case| short_of(&case, BENCHES, true))
+        .filter(|case| case.name.starts_with(&only))
+        .flat_map(|case| short_of(&case, benches, true))
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -102,6 +102,7 @@ static LARGE: LazyLock<Arc<ProfileFit>> = LazyLock::new(|| fit(Some([4, 6])));
 
 pub(crate) fn all() -> Vec<Case> {
     let mut all: Vec<Case> = RADII.map(lone).into();
+    all.push(any_size());
     all.extend(PAIRS.map(|pair| two("P3, pair on 2 x 4 elements", true, &SHIPPED, pair)));
     all.extend(PAIRS.map(|pair| two("P3, pair on 4 x 6 elements", false, &LARGE, pair)));
     all
@@ -109,21 +110,10 @@ pub(crate) fn all() -> Vec<Case> {
 
 fn lone(radius: f64) -> Case {
     let array = LazyLock::new(move || Array::new(&SHIPPED, radius));
+    let name = format!("ellipse, radius {:.1} mm", radius * 1e3);
     let run = move |seed: u64| -> Vec<Printed> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let at = array.anywhere(&mut random);
-        let found = array.found(&[(at, 1.0)], &mut random);
-        let [
-            Located {
-                position: Some(position),
-                ..
-            },
-        ] = &found[..]
-        else {
-            return Vec::new();
-        };
-        let name = format!("ellipse, radius {:.1} mm", radius * 1e3);
-        vec![(name, position.distance(at) < ELLIPSE_95)]
+        one(&array, &name, &mut random).into_iter().collect()
     };
     Case {
         name: "P3, lone contact",
@@ -131,6 +121,35 @@ fn lone(radius: f64) -> Case {
         reached: REACHED,
         run: Box::new(run),
     }
+}
+
+/// A contact of the sizes that are expected: as likely on a logarithmic scale from the smallest
+/// to the largest.
+fn any_size() -> Case {
+    let run = move |seed: u64| -> Vec<Printed> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let radii = &SHIPPED.model().radii;
+        let (least, most) = (radii[0], radii[radii.len() - 1]);
+        let radius = least * (most / least).powf(random.random::<f64>());
+        let array = Array::new(&SHIPPED, radius);
+        one(&array, "ellipse, any radius", &mut random)
+            .into_iter()
+            .collect()
+    };
+    Case {
+        name: "P3, lone contact of any size",
+        short: false,
+        reached: 1.0,
+        run: Box::new(run),
+    }
+}
+
+/// Whether the ellipse of one contact holds it, where it has one.
+fn one(array: &Array, name: &str, random: &mut ChaCha8Rng) -> Option<Printed> {
+    let at = array.anywhere(random);
+    let found = array.found(&[(at, 1.0)], random);
+    let [located] = &found[..] else { return None };
+    Some((name.to_owned(), located.position?.distance(at) < ELLIPSE_95))
 }
 
 /// Contacts of 0.5 and 1 N, as far as they are found as two, each against the one that it

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use taxel::InputError;
 use taxel::predict::Predictor;
 use taxel::sensor::{Element, Sensor};
 use taxel::shown;
@@ -133,21 +134,10 @@ pub(crate) fn read_sensors(
     paths.map(files::sensor).collect()
 }
 
-fn today() -> String {
+/// The date of this day, such as `2026-02-03`.
+pub fn today() -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     civil_date(now.map_or(0, |now| now.as_secs()))
-}
-
-/// A calibration that was asked for, with its name for messages.
-struct Read {
-    name: String,
-    file: CalibrationFile,
-}
-
-fn read(path: &Path) -> Result<Read, Stop> {
-    let name = shown::path(path);
-    let file = CalibrationFile::parse(&name, &files::text(path)?)?;
-    Ok(Read { name, file })
 }
 
 /// The sensor with its calibrated values, if a calibration is given.
@@ -159,15 +149,18 @@ pub(crate) fn applied(
         return Ok(named);
     };
     let name = shown::path(path);
-    applied_text(named, &name, &files::text(path)?)
+    Ok(applied_text(named, &name, &files::text(path)?)?)
 }
 
 /// The sensor with the values of a calibration.
-pub(crate) fn applied_text(
+///
+/// # Errors
+/// A mistake of the calibration, or one of another sensor.
+pub fn applied_text(
     named: files::NamedSensor,
     name: &str,
     text: &str,
-) -> Result<files::NamedSensor, Stop> {
+) -> Result<files::NamedSensor, InputError> {
     let file = CalibrationFile::parse(name, text)?;
     let sensor = file.apply(name, &named.described())?;
     Ok(files::NamedSensor { sensor, ..named })
@@ -181,13 +174,26 @@ pub(crate) fn propagated(
     calibration: &Path,
     make: impl Fn(&Sensor) -> Result<Box<dyn Predictor>, Stop>,
 ) -> Result<Box<dyn Predictor>, Stop> {
-    let read = read(calibration)?;
-    let sides = read
-        .file
-        .spread(&read.name, &drawn.described())?
+    let text = files::text(calibration)?;
+    propagated_text(predictor, drawn, &shown::path(calibration), &text, make)
+}
+
+/// The same of the text of a calibration.
+///
+/// # Errors
+/// A mistake of the calibration, or what `make` refuses.
+pub fn propagated_text<E: From<InputError>>(
+    predictor: Box<dyn Predictor>,
+    drawn: &files::NamedSensor,
+    name: &str,
+    text: &str,
+    make: impl Fn(&Sensor) -> Result<Box<dyn Predictor>, E>,
+) -> Result<Box<dyn Predictor>, E> {
+    let sides = CalibrationFile::parse(name, text)?
+        .spread(name, &drawn.described())?
         .iter()
         .map(|[below, above]| Ok([make(below)?, make(above)?]))
-        .collect::<Result<_, Stop>>()?;
+        .collect::<Result<_, E>>()?;
     let names = CalibrationFile::uncertain_columns(&drawn.sensor);
     Ok(Box::new(Propagated::new(predictor, sides, names)))
 }

@@ -2,9 +2,12 @@
 
 pub(crate) mod calibrate;
 pub(crate) mod check;
+pub(crate) mod completions;
 pub(crate) mod device;
 pub(crate) mod devices;
 pub(crate) mod estimate;
+pub(crate) mod export;
+pub(crate) mod fabricate;
 pub(crate) mod live;
 pub(crate) mod optimize;
 pub(crate) mod predict;
@@ -14,6 +17,7 @@ pub(crate) mod schema;
 pub(crate) mod solve;
 pub(crate) mod study;
 pub(crate) mod sweep;
+pub(crate) mod tabulate;
 pub(crate) mod tolerance;
 pub(crate) mod twin;
 pub(crate) mod verify;

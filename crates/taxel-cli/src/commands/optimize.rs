@@ -33,18 +33,7 @@ pub(crate) fn run(arguments: &Optimize) -> Result<Done, Stop> {
 }
 
 fn designs(arguments: &Optimize, read: &Study, text: &str) -> Result<Done, Stop> {
-    let wrong = |message: &str| {
-        let file = shown::path(&arguments.study);
-        Err(Stop::WrongInput(format!("{file}: {message}")))
-    };
-    if read.objectives.is_empty() {
-        return wrong("no objective is given\nhelp: add [objectives] with minimise or maximise");
-    }
-    if read.variables.is_empty() || read.variables.iter().any(|one| !one.values.varies()) {
-        return wrong(
-            "every variable of an optimisation needs a range or values\nhelp: add range = [least, greatest]",
-        );
-    }
+    optimise::possible(read, &shown::path(&arguments.study))?;
     let existing = arguments.overwrite.existing();
     let store = match &arguments.store {
         None => None,

@@ -3,20 +3,25 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value};
 use taxel::InputError;
+use taxel::device::Device;
 use taxel::mechanics::{Mechanics, SolvedBody};
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
 use taxel::sensor::NoModel;
 use taxel::sensor::Sensor;
 use taxel::shown;
+use taxel_study::made::{DEVICES, MadeDevices};
 
-use crate::arguments::{COMMIT, Predict, VERSION};
+use crate::arguments::Predict;
 use crate::commands::calibrate;
 use crate::interrupt;
 use crate::outputs::{self, Existing};
 use crate::progress::Progress;
+use crate::solutions::Folder;
 use crate::{Done, Stop, files};
+
+/// Seed of the devices of `--spread`: the same answer each time.
+const SEED: u64 = 1;
 
 pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     let tables = arguments.loads.iter().chain(&arguments.calibration);
@@ -38,15 +43,7 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     let refused = |index: usize, refused: &LoadRefused| {
         refusal(arguments, loads.line(index), refused, predictor.as_ref())
     };
-    let mut about = Map::new();
-    for (key, value) in [
-        ("sensor", named.sensor.name.as_str()),
-        ("sensor_hash", named.hash.as_str()),
-        ("version", VERSION),
-        ("commit", COMMIT),
-    ] {
-        about.insert(key.into(), Value::from(value));
-    }
+    let about = named.about();
     let figure = match &arguments.plot {
         Some(path) => Some((
             path,
@@ -121,18 +118,46 @@ fn predictor(arguments: &Predict, named: &files::NamedSensor) -> Result<Box<dyn 
 
 fn mechanics(arguments: &Predict, sensor: &Sensor) -> Result<Box<dyn Predictor>, Stop> {
     let device = files::device(sensor)?;
-    let mechanics = arguments
-        .mechanics
-        .map_or(sensor.mechanics, Mechanics::from);
-    match mechanics {
-        Mechanics::ClosedForm => device.predictor().ok_or_else(|| {
-            let element = sensor.element.key();
-            Stop::WrongInput(NoModel { element }.to_string())
-        }),
+    let asked = arguments.mechanics.map(Mechanics::from);
+    if let (Some(Mechanics::ClosedForm), Mechanics::Table(_)) = (&asked, &sensor.mechanics) {
+        let closed = sensor.by_closed_forms(&mut Folder::of_user());
+        return mechanics(arguments, &closed.map_err(Stop::WrongInput)?);
+    }
+    match asked.as_ref().unwrap_or(&sensor.mechanics) {
+        Mechanics::ClosedForm | Mechanics::Table(_) => {
+            let drawn = device.predictor().ok_or_else(|| {
+                let element = sensor.element.key();
+                Stop::WrongInput(NoModel { element }.to_string())
+            })?;
+            if arguments.spread {
+                return spread(device.as_ref(), drawn, sensor);
+            }
+            Ok(drawn)
+        }
+        Mechanics::Fem if arguments.spread => Err(Stop::WrongInput(String::from(
+            "--spread asks a thousand devices, and --mechanics fem takes seconds for each\nhelp: leave one of them out, \
+             or tabulate the drawing: taxel tabulate",
+        ))),
         Mechanics::Fem => device
             .field_predictor()
             .map_err(|reason| Stop::WrongInput(reason.to_string())),
     }
+}
+
+/// The same with the interval that the deviations of the sensor file leave.
+fn spread(
+    device: &dyn Device,
+    drawn: Box<dyn Predictor>,
+    sensor: &Sensor,
+) -> Result<Box<dyn Predictor>, Stop> {
+    let made = MadeDevices::new(device, drawn, DEVICES, SEED);
+    let made = made.ok_or_else(|| {
+        Stop::WrongInput(format!(
+            "--spread: a sensor of the element `{}` states no deviation of made devices\nhelp: leave it out",
+            sensor.element.key()
+        ))
+    })?;
+    Ok(Box::new(made))
 }
 
 /// Solves what takes long, with its progress on the standard error.

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
-use taxel::sensor::Sensor;
 use taxel::shown;
 use taxel::table;
 use taxel_study::run::Runner;
@@ -17,13 +16,18 @@ use crate::solutions::Folder;
 use crate::{Stop, files};
 
 /// A study file with its text.
-pub(crate) struct StudyText {
-    pub(crate) name: String,
-    pub(crate) text: String,
+pub struct StudyText {
+    /// Name for messages.
+    pub name: String,
+    /// Text of the file.
+    pub text: String,
 }
 
 /// The text of a study file, or of a shipped one.
-pub(crate) fn text(path: &Path) -> Result<StudyText, Stop> {
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn text(path: &Path) -> Result<StudyText, Stop> {
     let name = shown::path(path);
     let shipped = taxel_study::shipped_text(&name).or(taxel::design::Study::shipped_text(&name));
     let text = match shipped {
@@ -65,28 +69,39 @@ pub(crate) fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
         )));
     }
     let path = PathBuf::from(&head.sensor);
-    let text = match Sensor::shipped_text(&head.sensor) {
-        Some(text) if !path.exists() => text.to_owned(),
-        _ => files::text(&path).map_err(|stop| {
-            let stop = files::with_shipped_names(stop, &path, "sensor", Sensor::shipped_names());
-            match stop {
-                Stop::WrongInput(message) => {
-                    Stop::WrongInput(format!("{}: sensor: {message}", study.name))
-                }
-                stop @ Stop::Failed(_) => stop,
-            }
-        })?,
-    };
+    let text = sensor_text(&study.name, &path)?;
     let sensor = SensorText {
         name: &head.sensor,
         text: &text,
     };
+    let beside = path.clone();
     let solutions =
-        Box::new(|| Box::new(Folder::of_user()) as Box<dyn taxel::solutions::Solutions>);
+        Box::new(move || Box::new(Folder::beside(&beside)) as Box<dyn taxel::solutions::Solutions>);
     Ok((
         Study::parse(&study.name, &study.text, &sensor, solutions)?,
         path,
     ))
+}
+
+/// The text of the sensor that the study called `study` names.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn sensor_text(study: &str, sensor: &Path) -> Result<String, Stop> {
+    let (_, text) = files::sensor_text(sensor).map_err(|stop| match stop {
+        Stop::WrongInput(message) => Stop::WrongInput(format!("{study}: sensor: {message}")),
+        stop @ Stop::Failed(_) => stop,
+    })?;
+    Ok(text)
+}
+
+/// True if one design of a study takes long.
+pub fn slow(study: &Study, text: &str) -> bool {
+    text.contains("\"fem\"") || text.contains("channel_section") || {
+        // A sensor file may ask for finite elements itself.
+        let (text, _) = study.text_of(&study.nominal());
+        text.contains("mechanics = \"fem\"")
+    }
 }
 
 /// The store in a folder: of designs that take long one in each block.
@@ -96,13 +111,8 @@ pub(crate) fn store(
     text: &str,
     designs: usize,
 ) -> Result<Store, Stop> {
-    let slow = text.contains("\"fem\"") || text.contains("channel_section") || {
-        // A sensor file may ask for finite elements itself.
-        let (text, _) = study.text_of(&study.nominal());
-        text.contains("mechanics = \"fem\"")
-    };
     // A plan has some 64 blocks, so that shards have work.
-    let block = if slow {
+    let block = if slow(study, text) {
         1
     } else {
         designs.div_ceil(64).clamp(1, MOST_IN_BLOCK)
@@ -148,6 +158,7 @@ pub(crate) fn running<T>(
         stop: &stop,
         progress: &tell,
         computed: 0,
+        elsewhere: None,
     };
     let result = work(&mut runner);
     if let Ok(mut progress) = progress.lock() {

@@ -14,7 +14,7 @@ use taxel_study::store::Store;
 use taxel_study::study::{Row, Status, header};
 use taxel_study::{figures, sweep};
 
-use crate::arguments::{COMMIT, Format, Sweep, VERSION};
+use crate::arguments::{Format, Sweep};
 use crate::commands::study::{self, StudyText};
 use crate::interrupt::Interrupt;
 use crate::outputs;
@@ -259,16 +259,8 @@ fn sections(arguments: &Sweep, name: &str, text: &str) -> Result<Done, Stop> {
 }
 
 fn about(study: &Study, named: &files::NamedSensor) -> Map<String, Value> {
-    [
-        ("study", study.name.as_str()),
-        ("sensor", named.sensor.name.as_str()),
-        ("sensor_hash", named.hash.as_str()),
-        ("version", VERSION),
-        ("commit", COMMIT),
-    ]
-    .into_iter()
-    .map(|(key, value)| (key.to_owned(), Value::from(value)))
-    .collect()
+    let own = ("study".to_owned(), Value::from(study.name.as_str()));
+    std::iter::once(own).chain(named.about()).collect()
 }
 
 /// Pause between two looks at whether the user wants to stop.

@@ -1,9 +1,8 @@
 //! `taxel tolerance`: what becomes of the answers of devices that are not made as drawn.
 
-use taxel::table::{self, Cell, Column};
+use taxel::table;
 use taxel_study::figures;
-use taxel_study::study::Study;
-use taxel_study::tolerance::{self, NoTolerance, Tolerance};
+use taxel_study::tolerance::{self, NoTolerance};
 
 use crate::arguments::{Format, Tolerance as Arguments};
 use crate::commands::study;
@@ -49,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Done, Stop> {
     about.insert("after".into(), after.into());
     about.insert("devices".into(), found.devices.into());
     about.insert("failed".into(), found.failed.into());
-    let (columns, rows) = table_of(&read, &found);
+    let (columns, rows) = tolerance::table(&read, &found);
     let answer = table::render(arguments.format.into(), &about, &columns, &rows);
     outputs::write(arguments.output.as_deref(), existing, &answer)?;
     study::plot(
@@ -85,78 +84,4 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Done, Stop> {
         return Err(Stop::Failed(String::from("every made device failed")));
     }
     Ok(Done::Complete)
-}
-
-/// One row for each number: of which answer, what, of which spread, with its interval.
-fn table_of(read: &Study, found: &Tolerance) -> (Vec<Column>, Vec<Vec<Cell>>) {
-    let number = |name: &str| Column::new(name, "", 1.0, "", 6);
-    let columns = vec![
-        Column::plain("answer"),
-        Column::plain("quantity"),
-        Column::plain("of"),
-        number("value"),
-        Column::plain("unit"),
-        number("standard_error"),
-        number("low_95"),
-        number("high_95"),
-    ];
-    let mut rows = Vec::new();
-    let none = || Cell::from("");
-    let mut estimate = |answer: &str, what: &str, of: &str, found: &tolerance::Estimate| {
-        rows.push(vec![
-            Cell::from(answer.to_owned()),
-            Cell::from(what.to_owned()),
-            Cell::from(of.to_owned()),
-            Cell::Number(found.value),
-            none(),
-            Cell::Number(found.error),
-            Cell::Number(found.interval[0]),
-            Cell::Number(found.interval[1]),
-        ]);
-    };
-    if let Some(yields) = &found.yields {
-        estimate("all limits", "yield", "", yields);
-    }
-    for one in &found.tightened {
-        estimate(
-            "all limits",
-            "yield_with_spread_halved",
-            &one.variable,
-            &one.yields,
-        );
-    }
-    for one in &found.answers {
-        let name = &read.answers[one.answer].name;
-        if let Some(yields) = &one.yields {
-            estimate(name, "yield", "", yields);
-        }
-        for share in &one.shares {
-            estimate(name, "first_order_share", &share.variable, &share.first);
-            estimate(name, "total_share", &share.variable, &share.total);
-        }
-    }
-    for one in &found.answers {
-        let column = &read.answers[one.answer].column;
-        let quantiles = [("quantile_5", 0), ("median", 1), ("quantile_95", 2)];
-        let values = [
-            ("nominal", one.nominal),
-            ("mean", one.mean),
-            ("deviation", one.deviation),
-        ]
-        .into_iter()
-        .chain(quantiles.map(|(name, index)| (name, one.quantiles[index])));
-        for (what, value) in values {
-            rows.push(vec![
-                Cell::from(column.name.clone()),
-                Cell::from(what),
-                none(),
-                Cell::Number(value / column.scale),
-                Cell::from(column.unit),
-                none(),
-                none(),
-                none(),
-            ]);
-        }
-    }
-    (columns, rows)
 }

@@ -29,7 +29,7 @@ pub enum MeshError {
         end: f64,
     },
     /// A number lies outside its range.
-    #[error("{quantity} is {value}, allowed is {low} to {high}")]
+    #[error("{quantity} is {value}, allowed is {}", allowed([*.low, *.high]))]
     OutOfRange {
         /// Quantity that the number is.
         quantity: &'static str,
@@ -229,5 +229,40 @@ pub(super) fn in_range(
             low,
             high,
         })
+    }
+}
+
+/// A range in words: without the ends of what a number can be.
+fn allowed([low, high]: [f64; 2]) -> String {
+    match (low == f64::MIN_POSITIVE, high == f64::MAX) {
+        (true, true) => "a number above 0".to_owned(),
+        (true, false) => format!("a number above 0, up to {high}"),
+        (false, true) => format!("a number from {low} on"),
+        (false, false) => format!("{low} to {high}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_names_no_end_of_what_a_number_can_be() {
+        let said = |low, high| {
+            let quantity = "height";
+            let value = f64::NAN;
+            MeshError::OutOfRange {
+                quantity,
+                value,
+                low,
+                high,
+            }
+            .to_string()
+        };
+        let positive = said(f64::MIN_POSITIVE, f64::MAX);
+        assert_eq!(positive, "height is NaN, allowed is a number above 0");
+        assert!(said(f64::MIN_POSITIVE, 2.5).ends_with("a number above 0, up to 2.5"));
+        assert!(said(1.0, f64::MAX).ends_with("a number from 1 on"));
+        assert!(said(1.0, 2.5).ends_with("1 to 2.5"));
     }
 }

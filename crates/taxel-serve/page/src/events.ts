@@ -56,8 +56,11 @@ export class EventList {
 function row(event: TouchEvent): HTMLTableRowElement {
   const { time_ns: time, contact, value, deviation, unit } = event;
   const what = eventInWords(event);
-  const cells = [seconds(time), contact === 0 ? "" : String(contact), what, eventValue(value, deviation, unit)];
-  const line = create("tr", {}, ...cells.map((text) => create("td", {}, text)));
+  const cells = [seconds(time), contact === 0 ? "" : String(contact), what];
+  // Where there is no room for both, the deviation stands below the value.
+  const [shown = "", spread] = eventValue(value, deviation, unit).split(" ± ");
+  const last = spread === undefined ? [shown] : [`${shown} `, create("span", { class: "spread" }, `± ${spread}`)];
+  const line = create("tr", {}, ...cells.map((text) => create("td", {}, text)), create("td", {}, ...last));
   if (contact !== 0) line.title = `contact ${contact}: ${what}`;
   return line;
 }

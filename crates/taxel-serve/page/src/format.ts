@@ -44,10 +44,11 @@ export function decimalsFor(size: number, digits = 4): number {
   return Math.min(6, Math.max(0, digits - 1 - Math.floor(Math.log10(size))));
 }
 
-/** Newtons, or millinewtons below one newton: number and unit. */
-export function newtons(force: number, deviation: number): [string, string] {
-  if (Math.abs(force) >= 1) return [withDeviation(force, deviation, 3), "N"];
-  return [withDeviation(1e3 * force, 1e3 * deviation, 2), "mN"];
+/** Newtons, or millinewtons below one newton: number and unit; at least one digit of the deviation if `all` is true. */
+export function newtons(force: number, deviation: number, all = false): [string, string] {
+  const [per, symbol, least] = Math.abs(force) >= 1 ? [1, "N", 3] : [1e-3, "mN", 2];
+  const decimals = all ? Math.max(least, decimalsFor(deviation / per, 1)) : least;
+  return [withDeviation(force / per, deviation / per, decimals), symbol];
 }
 
 /** A value of an event with its deviation and unit, in units that people read. */
@@ -55,7 +56,7 @@ export function eventValue(value: number | null, deviation: number | null, unit:
   if (value === null) return NONE;
   const known = deviation ?? Number.NaN;
   if (unit === "N") {
-    const [text, symbol] = newtons(value, known);
+    const [text, symbol] = newtons(value, known, true);
     return Number.isFinite(known) ? `${text} ${symbol}` : `${text.split(" ")[0]} ${symbol}`;
   }
   const per = unit === "m/s" ? 1e-3 : 1;

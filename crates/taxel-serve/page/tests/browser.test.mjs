@@ -796,6 +796,20 @@ test("one component in grey: black is nothing, white the full scale of either si
   assert.match(await byTestId(tab, "strip-note").innerText(), /^mV, last 10 s$/);
   assert.match(await byTestId(tab, "channels").innerText(), /sensel 8\s+[\u2212\d.]+\s+[\u2212\d.]+ mV/);
   await tab.screenshot({ path: join(screenshots, "one-component-grey.png") });
+  // Beside a list of channels there is little room for events: what happened and its value are read whole.
+  await tab.setViewportSize({ width: 1024, height: 768 });
+  await byTestId(tab, "events").locator("tr").first().waitFor();
+  const cut = await tab.evaluate(() =>
+    [...document.querySelectorAll("[data-testid=events] td, [data-testid=channels] td")]
+      .filter((cell) => {
+        const { right, width } = cell.getBoundingClientRect();
+        const place = cell.closest(".scroll").getBoundingClientRect();
+        return right > place.right + 0.5 || cell.scrollWidth > width + 1;
+      })
+      .map((cell) => `${cell.textContent}: ${cell.scrollWidth} px in ${cell.getBoundingClientRect().width}`),
+  );
+  assert.deepEqual(cut, []);
+  await tab.screenshot({ path: join(screenshots, "one-component-low.png") });
   assert.deepEqual(complaints, []);
 });
 

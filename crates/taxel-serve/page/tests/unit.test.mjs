@@ -433,6 +433,7 @@ test("an event is reported in words and with its value, deviation and unit", () 
   assert.equal(eventInWords({ kind: "slip", direction: [0, -1] }), "slip ↓");
   assert.equal(eventInWords({ kind: "slip", direction: [-1, 0], score: 0.7 }), "slip ← along the row, score 0.70");
   assert.equal(eventValue(0.0053, 0.00046, "N"), "5.30 ± 0.46 mN");
+  assert.equal(eventValue(0.00399, 1.7e-6, "N"), "3.990 ± 0.002 mN");
   assert.equal(eventValue(5.3, null, "N"), "5.300 N");
   assert.equal(eventValue(0.02, 0.0004, "m/s"), "20.00 ± 0.40 mm/s");
   assert.equal(eventValue(2.857, 0.01, "Hz"), "2.857 ± 0.010 Hz");

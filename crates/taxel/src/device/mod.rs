@@ -24,6 +24,7 @@ use crate::quantity::{CAPACITANCE, Dimension, FORCE};
 use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number};
 use crate::table::{Cell, Column};
+use crate::transduction::{NoTable, PathTable, TableOptions};
 
 pub use in_plane_capacitor::{
     InPlaneArray, InPlaneFieldPrediction, InPlaneFieldPredictor, InPlaneLoadState,
@@ -61,6 +62,36 @@ pub enum NotSolvable {
          or leave the calibration out"
     )]
     Calibrated,
+}
+
+/// Why the solved load path of a device is not tabulated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NotTabulated {
+    /// Its closed form is what a table would have.
+    #[error(
+        "the closed form of this kind of device needs no table: there is no way to solve beforehand\n\
+         help: leave mechanics out of the sensor file"
+    )]
+    ClosedForm,
+    /// Its table is a key of the sensor file.
+    #[error(
+        "the closing curves of microchannels are keys of the sensor file: closing.plane_strain_cell is solved once and kept, \
+         and closing.points and thinnest take a curve of your own\n\
+         help: predict with --mechanics fem, and write area ratios and thinnest sections as points"
+    )]
+    Points,
+    /// The solver.
+    #[error(transparent)]
+    NoTable(#[from] NoTable),
+}
+
+/// A soft cover over square elements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElementCover {
+    /// Thickness of the cover above the elements, m.
+    pub thickness: f64,
+    /// Side of an element, m.
+    pub side: f64,
 }
 
 /// One kind of device, made from its sensor file ([`crate::sensor::Sensor::device`]).
@@ -116,6 +147,35 @@ pub trait Device {
     ) -> Result<Information, NoInformation> {
         let _ = (load, options);
         Err(NoInformation::Kind)
+    }
+
+    /// Predictor of a device that was not made as drawn: each length or gain whose standard
+    /// deviation the table `fabrication` of the sensor file states is off by that times a number
+    /// of `normal`. None for a device without such a table.
+    fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
+        let _ = normal;
+        None
+    }
+
+    /// The way by finite elements of the drawing as a table; `program` is what makes it, `progress`
+    /// hears the fraction.
+    ///
+    /// # Errors
+    /// [`NotTabulated`] for a device that needs or has no such table, and what stops the solver.
+    fn tabulate(
+        &self,
+        options: &TableOptions,
+        program: &str,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<PathTable, NotTabulated> {
+        let _ = (options, program, progress);
+        Err(NotTabulated::ClosedForm)
+    }
+
+    /// Soft cover that spreads a contact over the elements; none for a device whose contacts press
+    /// the taxel below them.
+    fn cover(&self) -> Option<ElementCover> {
+        None
     }
 
     /// One piece of fabrication for the simulated twin; none without a

@@ -56,6 +56,38 @@ pub struct ContactPosition {
 /// coordinates lie.
 pub const ELLIPSE_95: f64 = 5.991;
 
+/// Square of the distance of a point from a middle, in the deviations of a covariance xx, xy, yy.
+fn distance_in([xx, xy, yy]: [f64; 3], [x, y]: [f64; 2]) -> f64 {
+    (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+}
+
+/// A covariance xx, xy, yy about the mean of all that a position may be, at least as wide as
+/// its ellipse of 95 % must be to hold 95 % of it, which may lie along a bend: of each, the
+/// offset from the mean and how likely it is.
+pub(super) fn holding_95(
+    covariance: [f64; 3],
+    possible: impl Iterator<Item = ([f64; 2], f64)>,
+) -> [f64; 3] {
+    let mut all = 0.0;
+    // Only what the ellipse does not hold can widen it: few of many.
+    let mut beyond: Vec<(f64, f64)> = Vec::new();
+    for (off, weight) in possible {
+        all += weight;
+        let far = distance_in(covariance, off);
+        if far > ELLIPSE_95 {
+            beyond.push((far, weight));
+        }
+    }
+    beyond.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
+    let mut outside = 0.05 * all;
+    let last = beyond.iter().find(|(_, weight)| {
+        outside -= weight;
+        outside < 0.0
+    });
+    let wider = last.map_or(1.0, |(far, _)| far / ELLIPSE_95);
+    covariance.map(|entry| wider * entry)
+}
+
 impl ContactPosition {
     /// True if it is known better than to half of this pitch x, y, m.
     pub(super) fn is_known(&self, pitch: [f64; 2]) -> bool {
@@ -65,9 +97,8 @@ impl ContactPosition {
 
     /// Square of its distance from `truth`, m, in its deviations.
     pub fn distance(&self, truth: [f64; 2]) -> f64 {
-        let [x, y] = [0, 1].map(|axis| self.centre[axis] - truth[axis]);
-        let [xx, xy, yy] = self.covariance;
-        (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+        let off = [0, 1].map(|axis| self.centre[axis] - truth[axis]);
+        distance_in(self.covariance, off)
     }
 
     /// The same with this factor on its deviations.

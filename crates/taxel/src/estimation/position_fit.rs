@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::localisation::{ContactPosition, Method, ProfileModel, flat_position, peak};
+use super::localisation::{ContactPosition, Method, ProfileModel, flat_position, holding_95, peak};
 
 /// Position, size and force of a contact by least squares on the profile of the
 /// soft cover, averaged by how well each position and size of a grid fits.
@@ -345,9 +345,13 @@ impl ProfileFit {
             .model
             .pitch
             .map(|pitch| (pitch / steps as f64).powi(2) / 12.0);
+        let covariance = [xx - x * x + step[0], xy - x * y, yy - y * y + step[1]];
+        let possible = candidates
+            .iter()
+            .map(|one| ([at(one, 0) - x, at(one, 1) - y], weight(one, most)));
         let position = ContactPosition {
             centre: [x, y],
-            covariance: [xx - x * x + step[0], xy - x * y, yy - y * y + step[1]],
+            covariance: holding_95(covariance, possible),
             force,
             radius: Some(radius),
             misfit: silent - most,

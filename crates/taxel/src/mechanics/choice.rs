@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Method that computes deformations.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Mechanics {
     /// Closed forms and tables; answers at once.
@@ -12,4 +12,7 @@ pub enum Mechanics {
     ClosedForm,
     /// Finite elements of the drawing; seconds to minutes.
     Fem,
+    /// The way by finite elements that `taxel tabulate` solved before, in this file beside the
+    /// sensor file; read like a closed form, by twin, estimation and studies too.
+    Table(String),
 }

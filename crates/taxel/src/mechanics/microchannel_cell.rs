@@ -175,8 +175,20 @@ impl VoidStudy {
     /// # Errors
     /// When the solution fails on the way.
     pub fn press(&mut self, pressure: f64) -> Result<Closure, Failure> {
+        self.press_while(pressure, &mut || true)
+    }
+
+    /// The same as long as `go_on` says so, which is asked after each step.
+    ///
+    /// # Errors
+    /// As [`Self::press`].
+    pub fn press_while(
+        &mut self,
+        pressure: f64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Closure, Failure> {
         self.control(Rule::Given)?;
-        self.load_to(pressure)
+        self.load_to(pressure, go_on)
     }
 
     /// Finds the pressure on the top that brings an area ratio.
@@ -184,8 +196,20 @@ impl VoidStudy {
     /// # Errors
     /// When the solution fails on the way.
     pub fn close(&mut self, area_ratio: f64) -> Result<Closure, Failure> {
+        self.close_while(area_ratio, &mut || true)
+    }
+
+    /// The same as long as `go_on` says so, which is asked after each step.
+    ///
+    /// # Errors
+    /// As [`Self::close`].
+    pub fn close_while(
+        &mut self,
+        area_ratio: f64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Closure, Failure> {
         self.control(Rule::Prescribes(Quantity::Volume(0)))?;
-        self.load_to(area_ratio * self.rest)
+        self.load_to(area_ratio * self.rest, go_on)
     }
 
     fn control(&mut self, rule: Rule) -> Result<(), Failure> {
@@ -195,10 +219,20 @@ impl VoidStudy {
         self.solver.set_rule(self.top, rule)
     }
 
-    fn load_to(&mut self, target: f64) -> Result<Closure, Failure> {
+    fn load_to(
+        &mut self,
+        target: f64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Closure, Failure> {
         let mut targets = self.solver.targets().to_vec();
         targets[self.top.0] = target;
-        self.solver.load_to(&targets, |_, _| Continue::Yes)?;
+        self.solver.load_to(&targets, |_, _| {
+            if go_on() {
+                Continue::Yes
+            } else {
+                Continue::Stop
+            }
+        })?;
         self.closure()
     }
 

@@ -110,6 +110,85 @@ impl Loads {
         })
     }
 
+    /// Loads that a program gives, by the names of their columns; `name` stands for a file in
+    /// messages. Values that are given once hold for all loads.
+    ///
+    /// # Errors
+    /// The first mistake: a name or value that the device does not take, or columns of different
+    /// lengths.
+    ///
+    /// # Example
+    /// ```
+    /// use taxel::predict::{GivenValues, Loads};
+    /// # let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
+    /// let predictor = sensor.device().unwrap().predictor().unwrap();
+    /// let given = [("fx", GivenValues::Text("1 mN")), ("fz", GivenValues::Numbers(&[0.0, 5e-3]))];
+    /// let loads = Loads::of_values("load", &given, predictor.load_columns())?;
+    /// assert_eq!(loads.len(), 2);
+    /// assert_eq!(loads.load(1).number(0), Some(1e-3));
+    /// # Ok::<(), taxel::InputError>(())
+    /// ```
+    pub fn of_values(
+        name: &str,
+        given: &[(&str, GivenValues<'_>)],
+        columns: &[LoadColumn],
+    ) -> Result<Self, InputError> {
+        let wrong = |key: &str, message: String, help: &str| {
+            Err(InputError::whole(name, message).key(key).help(help))
+        };
+        let mut count = None;
+        for (key, values) in given {
+            match (values.len(), count) {
+                (None, _) => {}
+                (Some(0), _) => return wrong(key, "has no loads".into(), "give at least one"),
+                (Some(length), Some((first, of))) if length != of => {
+                    let message = format!("has {length} values; {first} has {of}");
+                    return wrong(key, message, "give the same number of each, or one for all");
+                }
+                (Some(length), _) => count = Some((*key, length)),
+            }
+        }
+        let count = count.map_or(1, |(_, count)| count);
+        let width = columns.len();
+        let mut loads = Self {
+            given: Given {
+                columns: vec![false; width],
+                others: Vec::new(),
+            },
+            lines: (1..=count).collect(),
+            values: vec![None; count * width],
+            others: Vec::new(),
+        };
+        for (key, values) in given {
+            let found = columns
+                .iter()
+                .position(|column| column.name == *key || column.short == *key);
+            let Some(index) = found else {
+                let message = format!("\"{key}\" is no load of this device");
+                return wrong(key, message, &format!("names: {}", names(columns)));
+            };
+            if std::mem::replace(&mut loads.given.columns[index], true) {
+                let message = format!("{} is given twice", columns[index].name);
+                return wrong(key, message, "leave one of them out");
+            }
+            let kind = columns[index].kind;
+            for row in 0..count {
+                let value = values.read(row, kind).map_err(|message| {
+                    let (message, help) = message.split_once(HELP).unwrap_or((&message, ""));
+                    let place = match values.len() {
+                        Some(_) => format!("value {row}: "),
+                        None => String::new(),
+                    };
+                    InputError::whole(name, format!("{place}{}", message.trim_end()))
+                        .key(*key)
+                        .help(help.trim())
+                })?;
+                loads.values[row * width + index] = Some(value);
+            }
+        }
+        Ok(loads)
+    }
+
     /// Number of loads.
     pub fn len(&self) -> usize {
         self.lines.len()
@@ -135,6 +214,56 @@ impl Loads {
     /// Line of a load in its file, from 1.
     pub fn line(&self, index: usize) -> usize {
         self.lines[index]
+    }
+}
+
+/// Values of one column of loads that a program gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GivenValues<'a> {
+    /// A quantity with its unit, or a word, for all loads.
+    Text(&'a str),
+    /// The same, one for each load.
+    Texts(&'a [String]),
+    /// A number for all loads, SI.
+    Number(f64),
+    /// A number for each load, SI.
+    Numbers(&'a [f64]),
+}
+
+impl GivenValues<'_> {
+    /// Number of values; none of one that holds for all loads.
+    fn len(&self) -> Option<usize> {
+        match self {
+            Self::Text(_) | Self::Number(_) => None,
+            Self::Texts(texts) => Some(texts.len()),
+            Self::Numbers(numbers) => Some(numbers.len()),
+        }
+    }
+
+    fn read(&self, row: usize, kind: LoadKind) -> Result<LoadValue, String> {
+        let number = match self {
+            Self::Text(text) => return parse(kind, text.trim(), None),
+            Self::Texts(texts) => return parse(kind, texts[row].trim(), None),
+            Self::Number(number) => *number,
+            Self::Numbers(numbers) => numbers[row],
+        };
+        let ([low, high], unit) = match kind {
+            LoadKind::Quantity(dimension, range) => (range, dimension.si),
+            LoadKind::Number(range) => (range, ""),
+            // It says which words there are.
+            LoadKind::Word(_) => return parse(kind, &number.to_string(), None),
+        };
+        if (low..=high).contains(&number) {
+            return Ok(LoadValue::Number(number));
+        }
+        let unit = if unit.is_empty() {
+            String::new()
+        } else {
+            format!(" {unit}")
+        };
+        Err(format!(
+            "{number} is out of range: must be from {low} to {high}{unit}{HELP}correct or remove it"
+        ))
     }
 }
 

@@ -9,10 +9,10 @@ use crate::quantity::Dimension;
 use crate::table::{Cell, Column};
 
 pub use batch::{Answers, Refusal};
-pub use loads::{Given, Loads};
+pub use loads::{Given, GivenValues, Loads};
 
 /// Predicts the response of one kind of device to one kind of load.
-pub trait Predictor: Sync {
+pub trait Predictor: Send + Sync {
     /// Does what takes long, once for all of these loads; `progress` hears how
     /// far it is, from 0 to 1. The answer is a remark for the user, such as
     /// where a solution ends.

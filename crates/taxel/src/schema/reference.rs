@@ -298,8 +298,11 @@ fn kind(shape: &Value) -> Option<&str> {
         .find(|kind| *kind != "null")
 }
 
-/// A small table, written in braces.
+/// A small table, written in braces; a text in its quotes.
 fn braces(table: &Value) -> String {
+    if kind(table) == Some("string") {
+        return String::from("\"…\"");
+    }
     let keys: Vec<_> = properties(table)
         .map(|(name, _)| format!("{name} = …"))
         .collect();

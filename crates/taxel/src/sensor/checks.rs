@@ -14,6 +14,12 @@ pub struct Broken {
     help: String,
 }
 
+impl std::fmt::Display for Broken {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}: {}", self.path.join("."), self.message)
+    }
+}
+
 impl Broken {
     /// A rule broken at the key `path`.
     pub(crate) fn new(path: &str, message: String, help: &str) -> Self {

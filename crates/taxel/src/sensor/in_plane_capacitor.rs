@@ -9,7 +9,9 @@ use super::checks::{Broken, SAME_LENGTH, micrometres, require, rounded_down};
 use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
 use crate::solutions::{OfDrawing, Solutions};
-use crate::transduction::{CapacitanceLaw, Dielectric, InPlaneModel, PublishedFit, SolvedSection};
+use crate::transduction::{
+    CapacitanceLaw, Dielectric, DrawnTable, InPlaneModel, PublishedFit, SolvedSection,
+};
 use taxel_numerics::Noise;
 
 /// Two electrodes side by side in a soft layer (P1).
@@ -42,6 +44,10 @@ pub struct InPlaneCapacitor {
     #[serde(skip)]
     #[schemars(skip)]
     pub(crate) solved: OfDrawing<Arc<SolvedSection>>,
+    /// Its load path by finite elements, where `mechanics` names a table.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub(crate) table: OfDrawing<Arc<DrawnTable>>,
 }
 
 /// Scatter of the made gap about its drawing.
@@ -70,7 +76,37 @@ impl InPlaneCapacitor {
             law: self.law,
             stray_capacitance: self.stray_capacitance,
             solved: self.solved.0.clone(),
+            table: self.table.0.clone(),
         }
+    }
+
+    /// Takes the text of the table that the sensor file names.
+    ///
+    /// # Errors
+    /// A law that no table has, a text that is none, and the table of another drawing.
+    pub(super) fn take_table(&mut self, name: &str, text: &str) -> Result<(), Broken> {
+        require(
+            self.law == CapacitanceLaw::Mechanics,
+            &key("law"),
+            || "the published law has its own thinning and fringe, and takes no table".into(),
+            "write law = \"mechanics\", or leave mechanics = { table = … } out",
+        )?;
+        self.table = OfDrawing(None);
+        let mut model = self.model();
+        model.take_table(text).map_err(|wrong| {
+            Broken::new(
+                "mechanics.table",
+                format!("{name}: {wrong}"),
+                "make the table of this drawing: taxel tabulate SENSOR -o TABLE",
+            )
+        })?;
+        self.table = OfDrawing(model.table);
+        Ok(())
+    }
+
+    /// Goes back to closed forms.
+    pub(super) fn leave_table(&mut self) {
+        self.table = OfDrawing(None);
     }
 
     /// Solves the cross-section if a table that it needs does not have it.

@@ -263,10 +263,53 @@ impl Sensor {
             }
             Element::InPlaneCapacitor(element) => {
                 element.check(pitch)?;
-                element.solve(solutions)
+                match &self.mechanics {
+                    Mechanics::Table(name) => {
+                        let text = solutions.table(name).map_err(|message| {
+                            let help = "give a file that taxel tabulate wrote; its name is relative to the sensor file";
+                            Broken::new("mechanics.table", message, help)
+                        })?;
+                        element.take_table(name, &text)
+                    }
+                    Mechanics::ClosedForm | Mechanics::Fem => element.solve(solutions),
+                }
             }
             _ => Ok(()),
         }
+        .and_then(|()| self.check_mechanics())
+    }
+
+    /// A table is of an element whose load path can be tabulated.
+    fn check_mechanics(&self) -> Result<(), Broken> {
+        require(
+            !matches!(self.mechanics, Mechanics::Table(_))
+                || matches!(self.element, Element::InPlaneCapacitor(_)),
+            "mechanics.table",
+            || {
+                format!(
+                    "an array with the element `{}` takes no table",
+                    self.element.key()
+                )
+            },
+            "leave mechanics out: tables are of an in_plane_capacitor",
+        )
+    }
+
+    /// The same sensor by closed forms where its file names a table; what they need of the drawing
+    /// comes from `solutions`.
+    ///
+    /// # Errors
+    /// A sentence when the closed forms do not have the drawing.
+    pub fn by_closed_forms(&self, solutions: &mut dyn Solutions) -> Result<Self, String> {
+        let mut sensor = self.clone();
+        sensor.mechanics = Mechanics::ClosedForm;
+        if let Element::InPlaneCapacitor(element) = &mut sensor.element {
+            element.leave_table();
+        }
+        sensor
+            .solve(solutions)
+            .map_err(|broken| broken.to_string())?;
+        Ok(sensor)
     }
 
     /// Names of the shipped sensor files.

@@ -166,6 +166,14 @@ impl FieldStudy {
         Self::of_body(model, layer, bar)
     }
 
+    /// The same with cells half as large at the electrodes, and smaller elsewhere.
+    pub(crate) fn fine(model: &InPlaneModel) -> Result<Self, NoField> {
+        let (mut layer, bar) = body(model)?;
+        layer.division.at_bar /= 2.0;
+        layer.division.largest /= 1.5;
+        Self::of_body(model, layer, bar)
+    }
+
     fn of_body(model: &InPlaneModel, layer: Layer, bar: Bar) -> Result<Self, NoField> {
         let modulus = match model.electrodes.stiffness {
             ElectrodeStiffness::AsLayer => model.layer.youngs_modulus,

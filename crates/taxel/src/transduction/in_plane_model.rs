@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::coplanar_capacitor::{Dielectric, PublishedFringe, facing_sides};
+use super::path_table::DrawnTable;
 use super::solved_section::SolvedSection;
 use crate::mechanics::{
     CompressedLayer, DeformedElectrodes, Electrodes, EndCondition, LARGEST_COMPRESSION, LayerError,
@@ -97,6 +98,8 @@ pub struct InPlaneModel {
     pub stray_capacitance: f64,
     /// Its cross-section solved, where no table has it.
     pub solved: Option<Arc<SolvedSection>>,
+    /// Its load path by finite elements as a table, in the place of the closed forms.
+    pub table: Option<Arc<DrawnTable>>,
 }
 
 /// State of the sensor under a compression.
@@ -161,6 +164,9 @@ impl InPlaneModel {
     /// # Errors
     /// The error of the first thing that is missing.
     pub fn check(&self) -> Result<(), InPlaneError> {
+        if self.table.is_some() {
+            return self.respond(0.0).map(drop);
+        }
         if let Some(solved) = &self.solved {
             solved.check(self.electrodes.gap)?;
             return self.respond(0.0).map(drop);
@@ -182,6 +188,9 @@ impl InPlaneModel {
     }
 
     fn largest_mechanical(&self) -> f64 {
+        if let Some(table) = &self.table {
+            return table.largest_compression();
+        }
         if let Some(solved) = &self.solved {
             return solved.largest_compression();
         }
@@ -217,6 +226,18 @@ impl InPlaneModel {
     /// Those of [`CompressedLayer::compress`]; of a solved cross-section also beyond its
     /// end.
     pub fn compress(&self, compression: f64) -> Result<LayerState, InPlaneError> {
+        if let Some(table) = &self.table {
+            let mut state = self.closed_layer().compress(compression)?;
+            let limit = table.largest_compression();
+            state.mean_stress = table.stress(compression, state.mean_stress);
+            state.force = self.layer.contact_area() * state.mean_stress;
+            state.range = if compression <= limit * (1.0 + 1e-12) {
+                LayerRange::Within
+            } else {
+                LayerRange::CompressionAbove { limit }
+            };
+            return Ok(state);
+        }
         let Some(solved) = &self.solved else {
             return Ok(self.layer.compress(compression)?);
         };
@@ -241,10 +262,11 @@ impl InPlaneModel {
     /// # Errors
     /// [`LayerError::Force`] for a pull or a force above the range of the models.
     pub fn compression_from_force(&self, force: f64) -> Result<f64, InPlaneError> {
-        let Some(solved) = &self.solved else {
-            return Ok(self.layer.compression_from_force(force)?);
+        let most = match (&self.table, &self.solved) {
+            (Some(table), _) => table.largest_compression(),
+            (None, Some(solved)) => solved.largest_compression(),
+            (None, None) => return Ok(self.layer.compression_from_force(force)?),
         };
-        let most = solved.largest_compression();
         let limit = self.compress(most)?.force;
         if !(0.0..=limit).contains(&force) {
             return Err(LayerError::Force { force, limit }.into());
@@ -255,6 +277,9 @@ impl InPlaneModel {
 
     /// Largest known error of the force at a compression, as a share of it.
     pub fn force_error(&self, compression: f64) -> Option<f64> {
+        if let Some(table) = &self.table {
+            return table.force_error(compression);
+        }
         let solved = self.solved.as_ref().map(|solved| solved.errors().force);
         match solved {
             // A calibrated end factor belongs to a device, not to a drawing.
@@ -315,9 +340,10 @@ impl InPlaneModel {
         let compression = layer.kinematics.compression();
         let range = [0.0, self.largest_mechanical()];
         OutsideTable::check("the capacitance model", "compression", compression, range)?;
-        let electrodes = match &self.solved {
-            Some(solved) => solved.deform(&self.electrodes.at_rest(), compression),
-            None => self.electrodes.deform(&self.layer, &layer.kinematics)?,
+        let electrodes = match (&self.table, &self.solved) {
+            (Some(table), _) => table.deform(&self.electrodes.at_rest(), compression),
+            (None, Some(solved)) => solved.deform(&self.electrodes.at_rest(), compression),
+            (None, None) => self.electrodes.deform(&self.layer, &layer.kinematics)?,
         };
         let capacitance = self.mechanical_capacitance(&electrodes, compression);
         Ok((electrodes, self.rest_capacitance() - capacitance))
@@ -327,6 +353,12 @@ impl InPlaneModel {
         let depth = self.electrodes.depth;
         let gap = self.electrodes.gap;
         let surroundings = self.dielectric.surroundings;
+        if let Some(table) = &self.table {
+            // A made gap differs from the drawn one as their closed forms do.
+            let by_closed_form = |shape| self.dielectric.uniform(shape, depth);
+            let made = by_closed_form(electrodes) - by_closed_form(&table.drawn(compression));
+            return self.stray_capacitance + table.capacitance(compression) + made;
+        }
         let beside = match &self.solved {
             Some(solved) => solved.offset(gap, compression, depth),
             None => surroundings.offset(gap / self.electrodes.thickness, compression, depth),

@@ -31,6 +31,8 @@ impl StudyParameter {
     /// The device with this parameter set to `value`.
     pub fn applied(self, base: &InPlaneModel, value: f64) -> InPlaneModel {
         let mut model = base.clone();
+        // A table belongs to one drawing.
+        model.table = None;
         if self != Self::Gap {
             // Another cross-section than the one that was solved.
             model.solved = None;

@@ -6,6 +6,8 @@ mod in_plane_field;
 mod in_plane_model;
 mod in_plane_study;
 mod microchannel;
+mod path_solution;
+mod path_table;
 mod piezoelectric;
 mod section_solution;
 mod solved_section;
@@ -24,6 +26,8 @@ pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
+pub use path_solution::{NoTable, TableOptions};
+pub use path_table::{DrawnTable, PathTable, TableErrors, WrongTable};
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
 };

@@ -139,14 +139,21 @@ fn has_body(end: EndCondition) -> bool {
 /// The body whose electrodes are solved: free ends on a wider base where the end condition
 /// is a factor, which the middle of the layer hardly feels.
 fn body(model: &InPlaneModel) -> InPlaneModel {
-    let mut body = model.clone();
-    body.solved = None;
-    body.stray_capacitance = 0.0;
-    body.layer.end_scale = 1.0;
+    let mut body = as_drawn(model);
     if !has_body(body.layer.end_condition) {
         body.layer.end_condition = EndCondition::ShortLayer;
     }
     body
+}
+
+/// The model without what was solved of it and without what only a calibration gives.
+pub(super) fn as_drawn(model: &InPlaneModel) -> InPlaneModel {
+    let mut drawn = model.clone();
+    drawn.solved = None;
+    drawn.table = None;
+    drawn.stray_capacitance = 0.0;
+    drawn.layer.end_scale = 1.0;
+    drawn
 }
 
 /// True if gap and electrodes lie in the layer.
@@ -157,7 +164,7 @@ fn has_room(model: &InPlaneModel) -> bool {
         || half <= ROOM * model.layer.contact_half_length
 }
 
-/// Numbers of one solved way at the compressions of its states.
+/// Numbers of one solved load path at the compressions of its states.
 fn numbers(model: &InPlaneModel, way: &SolvedInPlane, of_force: bool) -> Vec<[f64; NUMBERS]> {
     let electrodes = &model.electrodes;
     let scale = VACUUM_PERMITTIVITY * electrodes.depth;
@@ -266,16 +273,23 @@ fn errors(
 
 /// All that the solution follows from.
 fn question(model: &InPlaneModel) -> Question {
+    Question {
+        what: String::from("cross-section of the in-plane sensor"),
+        statement: statement(model),
+    }
+}
+
+/// The cross-section as `key = value`, one on each line; lengths are over the thickness of the
+/// layer.
+pub(super) fn statement(model: &InPlaneModel) -> String {
     let (layer, electrodes) = (&model.layer, &model.electrodes);
     let over_layer = |length: f64| digits(length / layer.thickness);
     let stiffness = match electrodes.stiffness {
         ElectrodeStiffness::AsLayer => 1.0,
         ElectrodeStiffness::Modulus(stiff) => stiff.youngs_modulus / layer.youngs_modulus,
     };
-    Question {
-        what: String::from("cross-section of the in-plane sensor"),
-        statement: format!(
-            "solution = cross-section of a layer with two bars\n\
+    format!(
+        "solution = cross-section of a layer with two bars\n\
              solver = taxel-fem {} method {METHOD}\n\
              material = incompressible, stresses over the shear modulus of the layer\n\
              half_length_over_thickness = {}\n\
@@ -288,18 +302,17 @@ fn question(model: &InPlaneModel) -> Question {
              ends = {:?}\n\
              permittivity = {}\n\
              surroundings = {:?}\n",
-            taxel_fem::VERSION,
-            over_layer(layer.contact_half_length),
-            over_layer(electrodes.gap),
-            over_layer(electrodes.width),
-            over_layer(electrodes.thickness),
-            over_layer(electrodes.height),
-            digits(stiffness),
-            layer.top,
-            // A factor as it is: the force keeps it.
-            layer.end_condition,
-            digits(model.dielectric.permittivity),
-            model.dielectric.surroundings,
-        ),
-    }
+        taxel_fem::VERSION,
+        over_layer(layer.contact_half_length),
+        over_layer(electrodes.gap),
+        over_layer(electrodes.width),
+        over_layer(electrodes.thickness),
+        over_layer(electrodes.height),
+        digits(stiffness),
+        layer.top,
+        // A factor as it is: the force keeps it.
+        layer.end_condition,
+        digits(model.dielectric.permittivity),
+        model.dielectric.surroundings,
+    )
 }

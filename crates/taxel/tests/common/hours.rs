@@ -62,6 +62,9 @@ pub(crate) struct Interval {
     pub(crate) stated: [f64; 2],
     /// Share of the true forces within the 95 % intervals, empty and touched.
     pub(crate) within: [f64; 2],
+    /// Root mean square of the errors over their stated deviations, empty and touched: one where
+    /// the deviations are those of the errors, whatever the shape of their distribution.
+    pub(crate) ratio: [f64; 2],
     /// Resident memory near its end, MB.
     pub(crate) memory: f64,
     sums: [Sums; 2],
@@ -73,6 +76,7 @@ struct Sums {
     forces: f64,
     within: f64,
     stated: f64,
+    squares: f64,
 }
 
 /// A touch of the script: taxel, force, time from which and to which it is held.
@@ -217,6 +221,7 @@ impl Interval {
         for (index, sums) in self.sums.iter().enumerate() {
             self.stated[index] = sums.stated / sums.forces;
             self.within[index] = sums.within / sums.forces;
+            self.ratio[index] = (sums.squares / sums.forces).sqrt();
         }
     }
 }
@@ -225,7 +230,9 @@ impl Sums {
     fn take(&mut self, [force, deviation]: [f64; 2], truth: f64) {
         self.forces += 1.0;
         self.stated += deviation;
-        self.within += f64::from(u8::from((force - truth).abs() <= 1.96 * deviation));
+        let ratio = (force - truth) / deviation;
+        self.within += f64::from(u8::from(ratio.abs() <= 1.96));
+        self.squares += ratio * ratio;
     }
 }
 

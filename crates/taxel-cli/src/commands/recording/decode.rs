@@ -7,7 +7,7 @@ use taxel::shown;
 use taxel_board::{Begin, Counts, Decoder};
 use taxel_recording::ChannelWriter;
 use taxel_recording::mcap::{
-    Findings, LinkMessage, MAGIC, Message as _, RECONNECTED, Topic, WireMessage,
+    Findings, LinkMessage, MAGIC, McapReader, Message as _, RECONNECTED, Topic, WireMessage,
 };
 use taxel_serve::begin;
 use taxel_serve::link::LinkAddress;
@@ -15,7 +15,7 @@ use taxel_serve::link::LinkAddress;
 use super::{check_new, known, open, reader, unreadable};
 use crate::arguments::{COMMIT, DecodeWire, VERSION};
 use crate::outputs::{self, cannot_write};
-use crate::{Done, Stop, boards};
+use crate::{Done, Stop, boards, hello};
 
 /// Bytes of a capture that are decoded at a time.
 const PIECE: usize = 1 << 16;
@@ -28,6 +28,14 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     check_new(&arguments.board, output, existing)?;
     let mut magic = [0; MAGIC.len()];
     let recorded = open(file)?.read_exact(&mut magic).is_ok() && magic == MAGIC;
+    let named = if recorded {
+        let mut messages = reader(file)?;
+        hello::in_pieces(named, &shown::path(file), || {
+            next_bytes(file, &mut messages)
+        })?
+    } else {
+        hello::recorded(named, file)?
+    };
     let begin = if recorded {
         let mut messages = reader(file)?;
         // What is said of the run stands before its first message.
@@ -73,6 +81,21 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     } else {
         Done::WithLosses
     })
+}
+
+/// The next bytes of the wire in a recording.
+fn next_bytes<R: std::io::Read>(
+    file: &Path,
+    messages: &mut McapReader<R>,
+) -> Result<Option<Vec<u8>>, Stop> {
+    while let Some(entry) = messages.next().map_err(|error| unreadable(file, &error))? {
+        if entry.topic == Topic::Wire
+            && let Some(wire) = WireMessage::decode(entry.bytes)
+        {
+            return Ok(Some(wire.bytes));
+        }
+    }
+    Ok(None)
 }
 
 /// How the bytes of the link began whose run is recorded.

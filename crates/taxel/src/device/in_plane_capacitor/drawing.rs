@@ -110,7 +110,8 @@ fn gap(array: &InPlaneArray<'_>) -> View {
             Shape::rectangle(Part::Electrode, [near, 0.0], [wide, thick]),
         ],
         dimensions: vec![
-            Dimension::new([-near, thick], [near, thick], 14.0, "D"),
+            Dimension::new([-near, thick], [near, thick], 14.0, "D")
+                .made_within(array.element.fabrication.gap_deviation),
             Dimension::new([wide, 0.0], [wide, thick], 14.0, "T"),
         ],
         labels: Vec::new(),

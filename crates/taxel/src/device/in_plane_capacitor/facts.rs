@@ -5,7 +5,7 @@ use crate::device::capacitor_board;
 use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
 use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
-use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel};
+use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel, PathTable};
 
 /// Compression at which a sensitivity is stated where there is none at rest.
 const REFERENCE: f64 = 0.01;
@@ -57,6 +57,7 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
         model.solved.as_ref().map(|solved| solved.errors().force),
         model.electrodes.stiffness,
     ) {
+        _ if model.table.is_some() => "a table of finite elements",
         (Some(Some(_)), _) => "the solved cross-section, with its electrodes as stiff as they are",
         (_, ElectrodeStiffness::AsLayer) => "end condition and aspect",
         (_, ElectrodeStiffness::Modulus(_)) => {
@@ -171,6 +172,9 @@ fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
 
 /// Where shape and capacitance of the electrodes come from, and how good they are.
 fn origin(model: &InPlaneModel) -> Vec<Fact> {
+    if let Some(drawn) = &model.table {
+        return of_table(&drawn.table);
+    }
     let Some(solved) = &model.solved else {
         return vec![
             fact(
@@ -219,6 +223,38 @@ fn origin(model: &InPlaneModel) -> Vec<Fact> {
             "change_error",
             percent(errors.change),
             of_mesh,
+        ),
+    ]
+}
+
+/// What a table says of itself.
+fn of_table(table: &PathTable) -> Vec<Fact> {
+    let percent = |share: f64| number(share, "share", "%", 1e-2);
+    let place = "a table of finite elements";
+    vec![
+        fact(
+            "transduction",
+            "electrodes_and_capacitance",
+            text(&place),
+            "mechanics.table",
+        ),
+        fact(
+            "transduction",
+            "table_nodes",
+            text(&table.nodes()),
+            "loads that were solved",
+        ),
+        fact(
+            "transduction",
+            "table_interpolation_error",
+            percent(table.interpolation.change),
+            "observed between the nodes, of the change at the end of the table",
+        ),
+        fact(
+            "transduction",
+            "table_mesh_error",
+            percent(table.mesh.change),
+            "difference of a finer mesh, of the change at the end of the table",
         ),
     ]
 }

@@ -42,7 +42,7 @@ pub struct InPlaneFieldPredictor {
     solved: OnceLock<Result<Solved, String>>,
 }
 
-/// The solved way with the part of it that can be read back.
+/// The solved load path with the part of it that can be read back.
 #[derive(Debug, Clone)]
 struct Solved {
     way: SolvedInPlane,

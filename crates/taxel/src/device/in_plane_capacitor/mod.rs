@@ -7,7 +7,7 @@ mod field;
 mod predict;
 mod simulated;
 
-use super::{Device, NotSolvable, fits};
+use super::{Device, NotSolvable, NotTabulated, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::InPlaneCalibration;
 use crate::drawing::Drawing;
@@ -19,7 +19,7 @@ use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::FORCE;
 use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::{InPlaneError, InPlaneModel};
+use crate::transduction::{InPlaneError, InPlaneModel, PathTable, TableOptions};
 
 pub use field::{InPlaneFieldPrediction, InPlaneFieldPredictor};
 pub use predict::{InPlaneLoadState, InPlanePrediction, InPlanePredictor};
@@ -139,6 +139,21 @@ impl Device for InPlaneArray<'_> {
         let compression = predict::compression_of(&self.model(), load)
             .map_err(|error| NoInformation::Beyond(error.to_string()))?;
         self.information_at(compression, options.noise)
+    }
+
+    fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
+        let mut model = self.model();
+        model.electrodes.gap += self.element.fabrication.gap_deviation * normal();
+        Some(Box::new(InPlanePredictor::of(model, self.board.clone())))
+    }
+
+    fn tabulate(
+        &self,
+        options: &TableOptions,
+        program: &str,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<PathTable, NotTabulated> {
+        Ok(PathTable::solve(&self.model(), options, program, progress)?)
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {

@@ -74,7 +74,11 @@ pub struct InPlanePredictor {
 impl InPlanePredictor {
     /// A predictor for the sensors of `array`.
     pub fn new(array: &InPlaneArray<'_>) -> Self {
-        let model = array.model();
+        Self::of(array.model(), array.board.clone())
+    }
+
+    /// A predictor for one sensor with its board.
+    pub(super) fn of(model: InPlaneModel, board: FrontEnd) -> Self {
         Self {
             inverse: model.inverse().ok(),
             largest_force: match model.compression_from_force(f64::MAX) {
@@ -82,7 +86,7 @@ impl InPlanePredictor {
                 _ => None,
             },
             model,
-            board: array.board.clone(),
+            board,
         }
     }
 

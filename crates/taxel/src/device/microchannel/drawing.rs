@@ -108,7 +108,9 @@ fn section(array: &MicrochannelArray<'_>) -> View {
         ],
         labels: vec![Label {
             at: [0.5 * reach, 0.5 * element.base],
-            text: format!("channels {} high", crate::drawing::length_text(height)),
+            text: Dimension::new([0.0, 0.0], [0.0, height], 0.0, "channels, high")
+                .made_within(element.fabrication.height_deviation)
+                .text,
         }],
     }
 }

@@ -9,7 +9,7 @@ mod local;
 mod predict;
 mod simulated;
 
-use super::{Device, NotSolvable, carries};
+use super::{Device, NotSolvable, NotTabulated, carries};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::{ChannelScale, MicrochannelCalibration, MicrochannelModel};
 use crate::drawing::Drawing;
@@ -24,7 +24,7 @@ use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, RESISTANCE, STRESS, VOLTAGE};
 use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors, micrometres};
 use crate::summary::Fact;
-use crate::transduction::MicrochannelLayer;
+use crate::transduction::{MicrochannelLayer, PathTable, TableOptions};
 
 pub use field::MicrochannelFieldPredictor;
 pub use predict::{LayerAnswer, LayerState, MicrochannelPrediction, MicrochannelPredictor};
@@ -210,6 +210,22 @@ impl Device for MicrochannelArray<'_> {
 
     fn facts(&self) -> Vec<Fact> {
         facts::facts(self)
+    }
+
+    fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
+        let deviation = self.element.fabrication.height_deviation;
+        let mut predictor = MicrochannelPredictor::new(self);
+        predictor.heighten([(); 2].map(|()| deviation * normal()));
+        Some(Box::new(predictor))
+    }
+
+    fn tabulate(
+        &self,
+        _options: &TableOptions,
+        _program: &str,
+        _progress: &mut dyn FnMut(f64),
+    ) -> Result<PathTable, NotTabulated> {
+        Err(NotTabulated::Points)
     }
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {

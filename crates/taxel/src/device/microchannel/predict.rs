@@ -108,6 +108,14 @@ impl MicrochannelPredictor {
         }
     }
 
+    /// Makes the channels of both layers higher by these lengths, m, and with them nothing but
+    /// their resistance, as [`crate::sensor::Microchannel::fabricate`] does.
+    pub(super) fn heighten(&mut self, by: [f64; 2]) {
+        for (layer, by) in self.layers.iter_mut().zip(by) {
+            layer.conductor.section.height += by;
+        }
+    }
+
     /// The same with the closing of both layers solved by finite elements of the
     /// crossing cell, the whole top pressed.
     pub fn by_finite_elements(array: &MicrochannelArray<'_>) -> Self {

@@ -8,7 +8,7 @@ mod simulated;
 
 use std::sync::Arc;
 
-use super::{Device, carries, fits};
+use super::{Device, ElementCover, carries, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::{ChargeBoard, Readout};
@@ -23,7 +23,7 @@ use crate::layout::Layout;
 use crate::mechanics::{Base, Contact, PreloadError, ShareSlopeTable, SoftCover};
 use crate::predict::{Load, LoadColumn, LoadKind, Predictor};
 use crate::quantity::{Dimension, FORCE, LENGTH};
-use crate::sensor::{Broken, Piezoelectric, Sensor, masked_capacitors};
+use crate::sensor::{Broken, Element, Piezoelectric, Sensor, masked_capacitors};
 use crate::summary::Fact;
 use crate::transduction::{PiezoelectricElement, SiliconePath};
 use taxel_numerics::linear_chain::Transfer;
@@ -336,6 +336,29 @@ impl Device for PiezoelectricArray<'_> {
 
     fn facts(&self) -> Vec<Fact> {
         facts::facts(self)
+    }
+
+    fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
+        // The signal of an element is proportional to its charge.
+        let gain = 1.0 + self.description.fabrication.gain_deviation * normal();
+        let mut sensor = self.sensor.clone();
+        let Element::Piezoelectric(made) = &mut sensor.element else {
+            return None;
+        };
+        made.ceramic.charge_per_force *= gain;
+        if let Some(transverse) = &mut made.ceramic.charge_per_force_transverse {
+            *transverse *= gain;
+        }
+        let array = sensor.piezoelectric().ok()?;
+        Some(Box::new(PiezoelectricPredictor::new(&array)))
+    }
+
+    fn cover(&self) -> Option<ElementCover> {
+        Some(ElementCover {
+            thickness: self.description.depth(),
+            side: self.description.ceramic.side,
+        })
+        .filter(|cover| cover.thickness > 0.0)
     }
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {

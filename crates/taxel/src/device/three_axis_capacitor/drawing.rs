@@ -168,7 +168,8 @@ fn gap(array: &ThreeAxisArray<'_>) -> View {
             band(Part::Electrode, layer, layer + thick, edge),
         ],
         dimensions: vec![
-            Dimension::new([wide, insulation], [wide, layer], 14.0, "air gap"),
+            Dimension::new([wide, insulation], [wide, layer], 14.0, "air gap")
+                .made_within(array.element.fabrication.air_gap_deviation),
             Dimension::new([0.0, 0.0], [0.0, insulation], -14.0, "insulation"),
             Dimension::new([wide, layer], [wide, layer + thick], 14.0, "electrode"),
         ],

@@ -144,6 +144,13 @@ impl Device for ThreeAxisArray<'_> {
         facts::facts(self)
     }
 
+    fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
+        let deviation = self.element.fabrication.air_gap_deviation;
+        let mut predictor = ThreeAxisPredictor::new(self);
+        predictor.open([(); 4].map(|()| deviation * normal()));
+        Some(Box::new(predictor))
+    }
+
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(ThreeAxisPredictor::new(self)))
     }

@@ -112,6 +112,13 @@ impl ThreeAxisPredictor {
         }
     }
 
+    /// Makes the four air gaps larger by these lengths, m.
+    pub(super) fn open(&mut self, by: [f64; 4]) {
+        for (air, by) in self.unit.plates.air_gap.iter_mut().zip(by) {
+            *air += by;
+        }
+    }
+
     /// The same whose stiffness is solved by finite elements.
     ///
     /// # Errors

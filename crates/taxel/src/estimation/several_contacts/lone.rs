@@ -1,7 +1,7 @@
 //! One contact whose position is known better than the steps of the grid: size by size, a
 //! normal law about the best position.
 
-use super::super::localisation::ContactPosition;
+use super::super::localisation::{ContactPosition, holding_95};
 use super::population::Spread;
 use super::{OFFSETS, Scene, Shape};
 
@@ -22,6 +22,25 @@ struct Best {
     misfit: f64,
     covariance: [f64; 3],
     volume: f64,
+}
+
+/// Directions and, in deviations, distances of the points that stand for a normal law of two
+/// coordinates: the medians of its thirds by distance.
+const DIRECTIONS: usize = 6;
+const DISTANCES: [f64; 3] = [0.604, 1.177, 1.893];
+
+/// Points that stand for a normal law of this covariance xx, xy, yy about a middle.
+fn around([x, y]: [f64; 2], [xx, xy, yy]: [f64; 3]) -> impl Iterator<Item = [f64; 2]> {
+    let along = xx.sqrt();
+    let across = (yy - xy * xy / xx).max(0.0).sqrt();
+    (0..DIRECTIONS).flat_map(move |direction| {
+        let turn = std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64;
+        let (sine, cosine) = turn.sin_cos();
+        DISTANCES.map(|far| {
+            let [a, b] = [far * cosine, far * sine];
+            [x + along * a, y + xy / along * a + across * b]
+        })
+    })
 }
 
 /// Adds what is not there yet.
@@ -98,6 +117,12 @@ impl Scene<'_> {
                 worse * one.covariance[entry] + off * other
             })
         });
+        let possible = all.iter().flat_map(|one| {
+            let off = [0, 1].map(|axis| one.shape.at[axis] - at[axis]);
+            let law = one.covariance.map(|entry| worse * entry);
+            around(off, law).map(move |off| (off, weight(one)))
+        });
+        let covariance = holding_95(covariance, possible);
         let mean = Shape {
             at,
             size: mean(&|one| one.shape.size),

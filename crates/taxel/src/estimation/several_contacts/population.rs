@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::super::localisation::ELLIPSE_95;
+use super::super::localisation::holding_95;
 use super::{Fitted, OWN, Scene, Shape};
 use taxel_numerics::dense::{cholesky, cholesky_solve, dot, solve_transposed};
 
@@ -197,21 +197,16 @@ impl Population {
                 self.mean(|one| (one[k].at[p] - at[p]) * (one[k].at[q] - at[q]))
             };
             let [xx, xy, yy] = [product(0, 0), product(0, 1), product(1, 1)];
-            let distance = |one: &Vec<Shape>| {
-                let [x, y] = [0, 1].map(|axis| one[k].at[axis] - at[axis]);
-                (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
-            };
-            let mut distances: Vec<f64> = self.members.iter().map(distance).collect();
-            let rank = distances.len() * 19 / 20;
-            let (_, far, _) = distances.select_nth_unstable_by(rank, f64::total_cmp);
-            let wider = WIDER * WIDER * (*far / ELLIPSE_95).max(1.0);
+            let off = |one: &Vec<Shape>| [0, 1].map(|axis| one[k].at[axis] - at[axis]);
+            let members = self.members.iter().map(|one| (off(one), 1.0));
+            let covariance = holding_95([xx, xy, yy], members);
             Spread {
                 mean: Shape {
                     at,
                     size: self.mean(|one| one[k].size),
                     force: self.mean(|one| one[k].force),
                 },
-                covariance: [xx, xy, yy].map(|entry| wider * entry),
+                covariance: covariance.map(|entry| WIDER * WIDER * entry),
             }
         };
         (0..self.contacts()).map(spread).collect()

@@ -1,0 +1,212 @@
+//! Calibration: from measurements to the constants of a sensor.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use taxel::sensor::Element;
+use taxel::shown;
+use taxel_calibrate::{
+    CalibrateOptions, CalibrationFile, HoldOut, Provenance, ReadingTable, SyntheticOptions,
+    calibrator, train,
+};
+use taxel_cli::shared::{self, COMMIT, NamedSensor, VERSION};
+
+use crate::fault::Fault;
+use crate::pool;
+use crate::sensor::Sensor;
+
+/// A calibration as its file describes it.
+#[pyclass(frozen, module = "taxel._taxel")]
+pub(crate) struct Calibration {
+    name: String,
+    text: String,
+    file: CalibrationFile,
+}
+
+#[pymethods]
+impl Calibration {
+    #[new]
+    fn new(py: Python<'_>, name: String, text: String) -> PyResult<Self> {
+        pool::run(py, move |_| {
+            let file = CalibrationFile::parse(&name, &text)?;
+            Ok(Self { name, text, file })
+        })
+    }
+
+    #[getter]
+    fn file(&self) -> &str {
+        &self.name
+    }
+
+    #[getter]
+    fn text(&self) -> &str {
+        &self.text
+    }
+
+    #[getter]
+    fn model(&self) -> &str {
+        &self.file.model
+    }
+
+    #[getter]
+    fn element(&self) -> &str {
+        &self.file.element
+    }
+
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.file.remarks.clone()
+    }
+
+    /// Name, value, deviation, interval, unit and verdict of each parameter.
+    fn parameters(&self) -> Vec<(String, f64, f64, [f64; 2], String, String)> {
+        let parameters = self.file.parameter.iter();
+        parameters
+            .map(|one| {
+                let (unit, status) = (one.unit.clone(), one.status.clone());
+                (
+                    one.name.clone(),
+                    one.value,
+                    one.deviation,
+                    one.interval,
+                    unit,
+                    status,
+                )
+            })
+            .collect()
+    }
+}
+
+/// The sensors of a calibration as the library takes them.
+fn described(named: &[NamedSensor]) -> Vec<taxel_calibrate::NamedSensor<'_>> {
+    named.iter().map(NamedSensor::described).collect()
+}
+
+/// Calibration file, report and JSON of a calibration.
+#[pyfunction]
+#[pyo3(signature = (sensor, beside, data, hold_out, model = None, profile = false, robust = false))]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn calibrate(
+    py: Python<'_>,
+    sensor: &Sensor,
+    beside: Vec<PyRef<'_, Sensor>>,
+    data: Vec<PathBuf>,
+    hold_out: &str,
+    model: Option<String>,
+    profile: bool,
+    robust: bool,
+) -> PyResult<(String, String, String, String)> {
+    let named: Vec<NamedSensor> = std::iter::once(NamedSensor::clone(&sensor.named))
+        .chain(
+            beside
+                .iter()
+                .map(|sensor| NamedSensor::clone(&sensor.named)),
+        )
+        .collect();
+    // What the package has no argument for stays as by default.
+    #[allow(clippy::needless_update)]
+    let options = CalibrateOptions {
+        hold_out: HoldOut::parse(hold_out)
+            .map_err(|message| Fault::Wrong(format!("hold_out: {message}")))?,
+        model,
+        profile,
+        robust,
+        ..CalibrateOptions::default()
+    };
+    pool::run(py, move |_| {
+        let sensors = described(&named);
+        let (version, date) = (format!("{VERSION} {COMMIT}"), shared::today());
+        let names = data
+            .iter()
+            .map(|path| shown::path(path))
+            .collect::<Vec<_>>()
+            .join(", ");
+        let about = |hash: &str| -> (String, String) { (names.clone(), hash.to_owned()) };
+        if let [one] = sensors.as_slice()
+            && matches!(one.sensor.element, Element::Trained(_))
+        {
+            let groups = shared::recordings(&data)?;
+            let texts: Vec<&str> = groups
+                .iter()
+                .flatten()
+                .map(|file| file.text.as_str())
+                .collect();
+            let hash = shared::sha256(texts.concat().as_bytes());
+            let maps = train(one, &groups, &options)?;
+            let (data, data_hash) = about(&hash);
+            let about = Provenance {
+                version: &version,
+                date: &date,
+                data: &data,
+                data_hash: &data_hash,
+            };
+            let outcome = &maps.outcome;
+            return Ok((
+                maps.to_toml(&about),
+                outcome.html(&about),
+                outcome.json(&about).to_string(),
+                outcome.text(),
+            ));
+        }
+        let calibrator = calibrator(&sensors).map_err(|error| Fault::Wrong(error.to_string()))?;
+        let (mut tables, mut texts) = (Vec::new(), String::new());
+        for path in &data {
+            let text = shared::text(path)?;
+            let table = ReadingTable::parse(
+                &shown::path(path),
+                &text,
+                calibrator.columns(),
+                calibrator.group(),
+            )?;
+            tables.push(table);
+            texts.push_str(&text);
+        }
+        let outcome = calibrator.calibrate_all(&tables, &options)?;
+        let (data, data_hash) = about(&shared::sha256(texts.as_bytes()));
+        let about = Provenance {
+            version: &version,
+            date: &date,
+            data: &data,
+            data_hash: &data_hash,
+        };
+        Ok((
+            outcome.to_toml(&about),
+            outcome.html(&about),
+            outcome.json(&about).to_string(),
+            outcome.text(),
+        ))
+    })
+}
+
+/// Synthetic calibration data of sensors, CSV.
+#[pyfunction]
+pub(crate) fn synthetic(
+    py: Python<'_>,
+    sensor: &Sensor,
+    beside: Vec<PyRef<'_, Sensor>>,
+    seed: u64,
+    readings: usize,
+    noise: f64,
+) -> PyResult<String> {
+    let named: Vec<NamedSensor> = std::iter::once(NamedSensor::clone(&sensor.named))
+        .chain(
+            beside
+                .iter()
+                .map(|sensor| NamedSensor::clone(&sensor.named)),
+        )
+        .collect();
+    if !(1..=1_000_000).contains(&readings) || !(0.0..=1.0).contains(&noise) {
+        let message = "calibration data: readings must be from 1 to 1000000, noise from 0 to 1";
+        return Err(Fault::Wrong(message.into()).into());
+    }
+    pool::run(py, move |_| {
+        let sensors = described(&named);
+        let calibrator = calibrator(&sensors).map_err(|error| Fault::Wrong(error.to_string()))?;
+        Ok(calibrator.synthetic(&SyntheticOptions {
+            seed,
+            readings,
+            noise,
+            ..SyntheticOptions::default()
+        }))
+    })
+}

@@ -1,0 +1,117 @@
+//! The part of the Python package `taxel` that is written in Rust: handles of the library's
+//! nouns, with arrays in and out. What users see is in `python/taxel`.
+//!
+//! Without the feature `extension` this library is empty, so that Cargo builds and tests the
+//! workspace where no Python is.
+
+#![cfg(feature = "extension")]
+// The signatures are those of Python: arguments come by value, and what a method cannot do it
+// says by an exception.
+#![allow(clippy::needless_pass_by_value, clippy::missing_errors_doc)]
+
+mod calibration;
+mod fault;
+mod fem;
+mod frames;
+mod loads;
+mod pool;
+mod sensor;
+mod study;
+mod table;
+
+use std::ffi::CString;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use pyo3::prelude::*;
+use pyo3::types::PyModule;
+
+/// True while the command runs: its notes go to the standard error.
+static COMMAND: AtomicBool = AtomicBool::new(false);
+
+/// The part of the package `taxel` that is written in Rust.
+#[pymodule]
+mod _taxel {
+    #[pymodule_export]
+    use super::calibration::{Calibration, calibrate, synthetic};
+    #[pymodule_export]
+    use super::fem::VoidStudy;
+    #[pymodule_export]
+    use super::frames::{Estimator, Twin, read_recording};
+    #[pymodule_export]
+    use super::pool::threads;
+    #[pymodule_export]
+    use super::sensor::{Sensor, read_text, sensor_text, shipped, write_text};
+    #[pymodule_export]
+    use super::study::{Study, study_text};
+    #[pymodule_export]
+    use super::table::Table;
+    #[pymodule_export]
+    use super::{command, reproduce};
+
+    use super::{Bound, PyModule, PyModuleMethods, PyResult, warn};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("VERSION", taxel_cli::shared::VERSION)?;
+        module.add("COMMIT", taxel_cli::shared::COMMIT)?;
+        let names: Vec<_> = taxel::estimation::State::ALL
+            .map(taxel::estimation::State::name)
+            .into();
+        module.add("STATES", names)?;
+        taxel_cli::listen_to_notes(warn);
+        Ok(())
+    }
+}
+
+/// Makes a Python warning of a note; false where the command is to print it.
+fn warn(note: &str) -> bool {
+    if COMMAND.load(Ordering::Relaxed) {
+        return false;
+    }
+    let text = note.strip_prefix("note: ").unwrap_or(note);
+    let Ok(text) = CString::new(text) else {
+        return false;
+    };
+    Python::attach(|py| {
+        let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
+        // A warning that is made an error is no error of the work: it is told, not raised.
+        if let Err(error) = PyErr::warn(py, &category, &text, 2) {
+            error.write_unraisable(py, None);
+        }
+    });
+    true
+}
+
+/// Runs the command `taxel` with its arguments, the name of the program first; the exit code.
+#[pyfunction]
+fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
+    COMMAND.store(true, Ordering::Relaxed);
+    py.detach(|| taxel_cli::run(arguments))
+}
+
+/// The ledgers of the papers of these names as JSON.
+#[pyfunction]
+fn reproduce(py: Python<'_>, papers: Vec<String>) -> PyResult<String> {
+    use taxel_papers::Paper;
+    for name in &papers {
+        if !Paper::ALL.iter().any(|paper| paper.name() == name) {
+            let names = Paper::ALL.map(Paper::name).join(", ");
+            let message = format!("\"{name}\" is no paper\nhelp: use one of: {names}");
+            return Err(fault::Fault::Wrong(message).into());
+        }
+    }
+    pool::run(py, |_| {
+        let wanted =
+            |paper: &Paper| papers.is_empty() || papers.iter().any(|name| name == paper.name());
+        let ledgers: Vec<_> = Paper::ALL
+            .into_iter()
+            .filter(wanted)
+            .map(Paper::ledger)
+            .collect();
+        let about = [
+            ("version", taxel_cli::shared::VERSION),
+            ("commit", taxel_cli::shared::COMMIT),
+        ];
+        Ok(taxel_papers::json(&ledgers, &about).to_string())
+    })
+}

@@ -1,0 +1,211 @@
+//! Tables of results: columns that become NumPy arrays when they are asked for.
+
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+use taxel::quantity::dimensions;
+use taxel::table::{Cell, Column};
+
+/// Values of a column while it is gathered.
+#[derive(Debug, Default)]
+pub(crate) enum Values {
+    /// Nothing yet, or only empty cells: their number.
+    #[default]
+    Nothing,
+    Empty(usize),
+    Numbers(Vec<f64>),
+    Whole(Vec<i64>),
+    /// Different words and the index of that of each row.
+    Words(Vec<String>, Vec<u32>),
+    Mixed(Vec<Cell>),
+    /// What Python was given.
+    Given(Py<PyAny>),
+}
+
+impl Values {
+    fn cells(self) -> Vec<Cell> {
+        match self {
+            Self::Nothing | Self::Given(_) => Vec::new(),
+            Self::Empty(count) => vec![Cell::from(""); count],
+            Self::Numbers(numbers) => numbers.into_iter().map(Cell::Number).collect(),
+            Self::Whole(numbers) => {
+                let whole = numbers
+                    .into_iter()
+                    .map(|number| Cell::Whole(number.cast_unsigned()));
+                whole.collect()
+            }
+            Self::Words(words, places) => {
+                let places = places.into_iter();
+                places
+                    .map(|place| Cell::from(words[place as usize].clone()))
+                    .collect()
+            }
+            Self::Mixed(cells) => cells,
+        }
+    }
+
+    pub(crate) fn push(&mut self, cell: &Cell) {
+        match (&mut *self, cell) {
+            (Self::Numbers(numbers), Cell::Number(number)) => numbers.push(*number),
+            (Self::Numbers(numbers), Cell::Whole(whole)) => numbers.push(*whole as f64),
+            (Self::Numbers(numbers), Cell::Text(text)) if text.is_empty() => numbers.push(f64::NAN),
+            (Self::Whole(numbers), Cell::Whole(whole)) => numbers.push(whole.cast_signed()),
+            (Self::Words(words, places), Cell::Text(text)) => {
+                let known = words.iter().rposition(|word| word == text);
+                let place = known.unwrap_or_else(|| {
+                    words.push(text.clone().into_owned());
+                    words.len() - 1
+                });
+                places.push(place as u32);
+            }
+            (Self::Empty(count), Cell::Text(text)) if text.is_empty() => *count += 1,
+            (Self::Mixed(cells), cell) => cells.push(cell.clone()),
+            (Self::Nothing, Cell::Text(text)) if text.is_empty() => *self = Self::Empty(1),
+            (Self::Nothing, Cell::Number(number)) => *self = Self::Numbers(vec![*number]),
+            (Self::Nothing, Cell::Whole(whole)) => *self = Self::Whole(vec![whole.cast_signed()]),
+            (Self::Nothing, Cell::Text(text)) => {
+                *self = Self::Words(vec![text.clone().into_owned()], vec![0]);
+            }
+            (Self::Empty(count), Cell::Number(_) | Cell::Whole(_)) => {
+                *self = Self::Numbers(vec![f64::NAN; *count]);
+                self.push(cell);
+            }
+            (Self::Empty(count), Cell::Text(_)) => {
+                *self = Self::Words(vec![String::new()], vec![0; *count]);
+                self.push(cell);
+            }
+            (Self::Whole(numbers), cell) if !matches!(cell, Cell::Text(text) if !text.is_empty()) =>
+            {
+                *self = Self::Numbers(numbers.iter().map(|number| *number as f64).collect());
+                self.push(cell);
+            }
+            _ => {
+                let mut cells = std::mem::take(self).cells();
+                cells.push(cell.clone());
+                *self = Self::Mixed(cells);
+            }
+        }
+    }
+
+    /// These values and `other` behind them.
+    pub(crate) fn append(&mut self, other: Self) {
+        match (&mut *self, other) {
+            (Self::Nothing, other) => *self = other,
+            (Self::Numbers(numbers), Self::Numbers(more)) => numbers.extend(more),
+            (Self::Whole(numbers), Self::Whole(more)) => numbers.extend(more),
+            (Self::Words(words, places), Self::Words(others, more)) => {
+                let moved: Vec<u32> = others
+                    .into_iter()
+                    .map(|word| {
+                        let known = words.iter().position(|one| *one == word);
+                        known.unwrap_or_else(|| {
+                            words.push(word);
+                            words.len() - 1
+                        }) as u32
+                    })
+                    .collect();
+                places.extend(more.into_iter().map(|place| moved[place as usize]));
+            }
+            (_, other) => other.cells().iter().for_each(|cell| self.push(cell)),
+        }
+    }
+
+    fn given(self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        Ok(match self {
+            Self::Nothing => PyArray1::from_vec(py, Vec::<f64>::new())
+                .into_any()
+                .unbind(),
+            Self::Given(array) => array,
+            Self::Numbers(numbers) => numbers.into_pyarray(py).into_any().unbind(),
+            Self::Whole(numbers) => numbers.into_pyarray(py).into_any().unbind(),
+            Self::Empty(count) => texts(py, &[String::new()], vec![0; count])?,
+            Self::Words(words, places) => texts(py, &words, places)?,
+            Self::Mixed(cells) => {
+                let values = cells.into_iter().map(|cell| match cell {
+                    Cell::Number(number) => number.into_pyobject(py).map(Bound::into_any),
+                    Cell::Whole(whole) => (whole as f64).into_pyobject(py).map(Bound::into_any),
+                    Cell::Text(text) => Ok(text.into_pyobject(py)?.into_any()),
+                });
+                let values = values.collect::<Result<Vec<_>, _>>()?;
+                let list = PyList::new(py, values)?;
+                let numpy = py.import("numpy")?;
+                numpy.call_method1("array", (list, "O"))?.unbind()
+            }
+        })
+    }
+}
+
+/// An array of texts.
+fn texts(py: Python<'_>, words: &[String], places: Vec<u32>) -> PyResult<Py<PyAny>> {
+    let words = py
+        .import("numpy")?
+        .call_method1("array", (words.to_vec(),))?;
+    let places = places.into_pyarray(py);
+    Ok(words.call_method1("__getitem__", (places,))?.unbind())
+}
+
+/// Columns of results.
+#[pyclass(frozen, module = "taxel._taxel")]
+pub(crate) struct Table {
+    columns: Vec<Column>,
+    values: Vec<Mutex<Values>>,
+    rows: usize,
+}
+
+impl Table {
+    pub(crate) fn new(columns: Vec<Column>, values: Vec<Values>, rows: usize) -> Self {
+        Self {
+            columns,
+            values: values.into_iter().map(Mutex::new).collect(),
+            rows,
+        }
+    }
+
+    /// The table of `rows` of cells.
+    pub(crate) fn of_rows(columns: Vec<Column>, rows: &[Vec<Cell>]) -> Self {
+        let mut values: Vec<Values> = columns.iter().map(|_| Values::Nothing).collect();
+        for row in rows {
+            for (values, cell) in values.iter_mut().zip(row) {
+                values.push(cell);
+            }
+        }
+        Self::new(columns, values, rows.len())
+    }
+}
+
+/// Symbol of the SI unit of a column.
+pub(crate) fn si_symbol(column: &Column) -> &'static str {
+    let unit = column.unit;
+    let known = dimensions().find(|one| !unit.is_empty() && one.unit(unit) == Some(column.scale));
+    known.map_or(column.si, |dimension| dimension.si)
+}
+
+#[pymethods]
+impl Table {
+    fn __len__(&self) -> usize {
+        self.rows
+    }
+
+    /// Name, SI unit, unit for people and its SI value of each column.
+    fn columns(&self) -> Vec<(String, &'static str, &'static str, f64)> {
+        let columns = self.columns.iter();
+        columns
+            .map(|one| (one.name.clone(), si_symbol(one), one.unit, one.scale))
+            .collect()
+    }
+
+    /// The array of a column.
+    fn column(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
+        let place = self.columns.iter().position(|column| column.name == name);
+        let place = place.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
+        let mut values = self.values[place]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let array = std::mem::take(&mut *values).given(py)?;
+        *values = Values::Given(array.clone_ref(py));
+        Ok(array)
+    }
+}
