@@ -13,7 +13,7 @@ use taxel::estimation::rest_at_start;
 use taxel::trained::{Relation, Rest, Standard, TrainedMaps, TrainingError};
 use taxel_recording::InputError;
 
-use crate::training::{Compared, REST_FRAMES, Session, trained_creep, trained_relation};
+use crate::training::{Compared, REST_FRAMES, Session, trained_relation};
 
 use readings::Run;
 
@@ -28,6 +28,11 @@ pub struct TrainedOutcome {
     /// The maps as the file keeps them, numbers of nine digits.
     pub maps: TrainedMaps,
 }
+
+/// The scale reads nothing below this share of its peak.
+const NOTHING: f64 = 2e-3;
+/// Readings of the empty body over those that training showed at most.
+const MORE: f64 = 1.5;
 
 /// Trains the maps that the recordings determine: positions on an area give a map of
 /// the position, readings of a scale one of the force. Files of one group lie
@@ -152,9 +157,30 @@ fn rest(runs: &mut [Run]) -> Rest {
         step: (0..width)
             .map(|channel| least_step(runs, channel))
             .collect(),
-        creep: trained_creep(&sessions(&weighed(runs).collect::<Vec<_>>()), &deviation),
+        empty: (0..width).map(|channel| empty(runs, channel)).collect(),
         deviation,
     }
+}
+
+/// Least and greatest reading of a channel where the scale reads nothing, less that at rest, with
+/// half as much again: the next contacts may leave more.
+fn empty(runs: &[Run], channel: usize) -> [f64; 2] {
+    let (mut least, mut most) = (0.0_f64, 0.0_f64);
+    for run in weighed(runs) {
+        let session = &run.session;
+        let (rest, nothing) = (session.baseline(), NOTHING * session.peak_force());
+        let Some(force) = &session.force else {
+            continue;
+        };
+        for (time, row) in session.sensor.times().iter().zip(session.sensor.rows()) {
+            let pressed = force.at(*time, f64::INFINITY);
+            if pressed.is_some_and(|force| force[0] <= nothing) && row[channel].is_finite() {
+                let shown = row[channel] - rest[channel];
+                (least, most) = (least.min(shown), most.max(shown));
+            }
+        }
+    }
+    [MORE * least, MORE * most]
 }
 
 /// Standard deviation of one reading of each channel before the first contact of each run.

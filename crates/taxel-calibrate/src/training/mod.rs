@@ -8,7 +8,6 @@
 mod across;
 mod blocks;
 mod compare;
-mod creep;
 mod force;
 mod nearest;
 mod network;
@@ -21,7 +20,6 @@ mod session;
 pub use across::{AcrossRuns, usual_candidates};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
 pub use compare::{Compared, compared_forces, compared_places};
-pub(crate) use creep::trained_creep;
 pub use force::{
     ForceOptions, HeldOutForce, TrainedComponent, TrainingRun, features_of, train_force,
     trained_components,

@@ -91,8 +91,8 @@ pub struct ArrayEstimator {
     cells: Vec<Cell>,
     /// True if a contact is on each channel.
     occupied: Vec<bool>,
-    /// Readings without what the body may not have recovered from.
-    recovered: Vec<f64>,
+    /// The baseline with what of the readings is beyond those of the empty device.
+    beyond: Vec<f64>,
     touch: Touch,
     last_time_ns: Option<u64>,
 }
@@ -116,7 +116,7 @@ impl ArrayEstimator {
             ),
             touch: Touch::new(channels, cells.len()),
             cells,
-            recovered: Vec::new(),
+            beyond: Vec::new(),
             occupied: vec![false; channels],
             rules,
             baseline: (rules.drift != Drift::None).then(|| {
@@ -471,25 +471,24 @@ impl ArrayEstimator {
             let wiring = self.reader.meaning().wiring;
             wiring.mark_touched(&touch.regions, &mut self.occupied);
         }
-        if let Some(unrecovered) = self.reader.unrecovered() {
-            let rest = &touch.channels.rest;
-            let channels = readings.iter().zip(unrecovered).zip(rest).enumerate();
-            self.recovered.clear();
-            self.recovered.extend(
-                channels.map(|(channel, ((reading, [shown, doubt]), rest))| {
-                    if self.occupied[channel] {
-                        // A contact is held by what it shows.
-                        return *reading;
-                    }
-                    let level = rest + baseline.drift(channel);
-                    let off = reading - shown - level;
-                    level + off.signum() * (off.abs() - doubt).max(0.0)
-                }),
-            );
-            baseline.push(time_ns, &self.recovered, |channel| self.occupied[channel]);
+        let Some(empty) = self.reader.empty() else {
+            baseline.push(time_ns, readings, |channel| self.occupied[channel]);
             return;
-        }
-        baseline.push(time_ns, readings, |channel| self.occupied[channel]);
+        };
+        let channels = readings.iter().zip(&touch.channels.rest).zip(empty);
+        let channels = channels.zip(&self.occupied).enumerate();
+        let beyond = channels.map(|(channel, (((reading, rest), [least, most]), occupied))| {
+            if *occupied {
+                // A contact is held by what it shows.
+                return *reading;
+            }
+            let level = rest + baseline.drift(channel);
+            let off = reading - level;
+            level + off - off.clamp(*least, *most)
+        });
+        self.beyond.clear();
+        self.beyond.extend(beyond);
+        baseline.push(time_ns, &self.beyond, |channel| self.occupied[channel]);
     }
 }
 

@@ -635,7 +635,9 @@ impl Channel {
         }
         let hidden = options.fastest_drift * deviation * held.age;
         let drifted = hidden + fastest * options.follow + noise;
-        let came_down = self.average.abs() < drifted.min(GONE * held.most.abs());
+        // Beside a contact that is known for sure a channel may come back to where it was.
+        let may_be_gone = !(occupied && options.contacts_known);
+        let came_down = may_be_gone && self.average.abs() < drifted.min(GONE * held.most.abs());
         let gone = came_down || !occupied && (!leaves || held.unseen);
         held.gone = if gone { held.gone + elapsed } else { 0.0 };
         if held.gone < SETTLED * options.smoothing {

@@ -308,9 +308,10 @@ pub trait Reader: Any + Send {
         None
     }
 
-    /// What each empty channel still shows of contacts that have gone, and by how much that may be
-    /// wrong, SI; none where they leave no trace. The baseline takes no less than this for drift.
-    fn unrecovered(&self) -> Option<&[[f64; 2]]> {
+    /// Least and greatest reading less that at rest, SI, that each empty channel shows without a
+    /// drift, as after a contact that has gone; none where nothing leaves a trace. Only what is
+    /// beyond them is drift.
+    fn empty(&self) -> Option<&[[f64; 2]]> {
         None
     }
 

@@ -14,7 +14,7 @@ use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
 use crate::trained::{
     CONTRADICTS, Component, Estimate, ForceEstimator, PositionEstimate, PositionEstimator,
-    Recovery, RelationWatch, Support, TrainedMaps, TrainingError,
+    RelationWatch, Support, TrainedMaps, TrainingError,
 };
 
 /// The area that can be touched, in cells; its middle is the origin.
@@ -57,6 +57,8 @@ impl TrainedArea {
 const CONTACT_DEVIATIONS: f64 = 3.0;
 /// A cell is of the contact from this share of it on.
 const CELL_SHARE: f64 = 0.05;
+/// Readings this far apart have noise of their own, s.
+const INDEPENDENT: f64 = 0.1;
 /// Frames that are kept, so that new rest values make the memory of the force from them: those
 /// of a rest capture at the start.
 const KEPT: usize = 64;
@@ -97,9 +99,6 @@ pub struct TrainedReader {
     /// True for all channels unless nothing touches for sure: a light touch is no drift, nor is
     /// what is unlike all training.
     occupied: Vec<bool>,
-    recovery: Recovery,
-    /// What each channel has not recovered from, and by how much that may be wrong.
-    unrecovered: Vec<[f64; 2]>,
     found: Found,
 }
 
@@ -161,8 +160,6 @@ impl TrainedReader {
             rested: false,
             recent: VecDeque::with_capacity(KEPT),
             occupied: vec![false; channels],
-            recovery: Recovery::at_rest(channels),
-            unrecovered: vec![[0.0; 2]; channels],
             meaning: meaning(&maps, &area, names, reading, full_scale),
             position: maps
                 .position
@@ -273,22 +270,6 @@ impl TrainedReader {
         slot.0 = time;
         slot.1.clone_from(&self.values);
         self.recent.push_back(slot);
-    }
-
-    /// Follows what the body may not have recovered from.
-    fn recover(&mut self, elapsed: f64) {
-        // What an empty channel reads is no contact, however far it has drifted.
-        let channels = self.values.iter().zip(&self.rest).zip(&self.occupied);
-        let shown = channels.map(|((value, rest), on)| if *on { value - rest } else { 0.0 });
-        self.recovery.push(elapsed, shown);
-        let Some(rest) = &self.maps.rest else { return };
-        let channels = self.recovery.slow().iter().zip(&rest.creep);
-        let channels = channels.zip(&rest.deviation);
-        for (expected, ((slow, creep), noise)) in self.unrecovered.iter_mut().zip(channels) {
-            let [shown, doubt] = creep.expected(slow);
-            // Creep that may be more than noise hides any drift.
-            *expected = [shown, if doubt > *noise { f64::INFINITY } else { doubt }];
-        }
     }
 
     fn estimate(&mut self, time: f64) -> Result<Found, TrainingError> {
@@ -419,7 +400,9 @@ impl Reader for TrainedReader {
             // The force is that of the contact, not the sum of the cells.
             total: Total::Unknown,
             drift: if self.maps.rest.is_some() {
-                Drift::Followed
+                Drift::WithoutContact {
+                    period: INDEPENDENT,
+                }
             } else {
                 Drift::None
             },
@@ -477,7 +460,6 @@ impl Reader for TrainedReader {
         self.watch(known, channels);
         if self.force.is_some() {
             self.remember(touch.time_ns as f64 * 1e-9);
-            self.recover(known.elapsed.unwrap_or(0.0));
         }
         // A channel that the maps need has no reading: nothing else can fail.
         let Ok(found) = self.estimate(touch.time_ns as f64 * 1e-9) else {
@@ -560,8 +542,8 @@ impl Reader for TrainedReader {
         self.maps.rest.is_some().then_some(&self.occupied)
     }
 
-    fn unrecovered(&self) -> Option<&[[f64; 2]]> {
-        self.maps.rest.is_some().then_some(&self.unrecovered)
+    fn empty(&self) -> Option<&[[f64; 2]]> {
+        self.maps.rest.as_ref().map(|rest| &rest.empty[..])
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
@@ -576,20 +558,12 @@ impl Reader for TrainedReader {
         if let Ok(force) = force_estimator(&self.maps, Some(self.rest.clone())) {
             self.force = force;
         }
-        self.recovery = Recovery::at_rest(self.rest.len());
         // The memory of the force begins with the first frame of the capture.
-        let mut last = None;
         for (time, values) in &self.recent {
             if let Some(force) = &mut self.force {
                 // A frame without a reading was left out before, too.
                 let _ = force.push(*time, values);
             }
-            let tared = values
-                .iter()
-                .zip(&self.rest)
-                .map(|(value, rest)| value - rest);
-            self.recovery.push(time - last.unwrap_or(*time), tared);
-            last = Some(*time);
         }
     }
 }

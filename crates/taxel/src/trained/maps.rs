@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Creep, ForceMap, PositionMap, Relation, TrainingError};
+use super::{ForceMap, PositionMap, Relation, TrainingError};
 
 /// Maps learned from recordings of a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,8 +31,9 @@ pub struct Rest {
     pub deviation: Vec<f64>,
     /// Least change of the reading of each channel from frame to frame.
     pub step: Vec<f64>,
-    /// How each channel recovers when a contact has gone.
-    pub creep: Vec<Creep>,
+    /// Least and greatest reading of each channel of the empty body, less that at rest: a body that
+    /// was pressed creeps back, and the map of the force knows what it then shows.
+    pub empty: Vec<[f64; 2]>,
 }
 
 impl TrainedMaps {
@@ -56,9 +57,12 @@ impl TrainedMaps {
             };
             let positive = rest.deviation.iter().all(|deviation| *deviation > 0.0);
             let steps = whole(&rest.step) && rest.step.iter().all(|step| *step >= 0.0);
-            let creep = rest.creep.len() == self.channels && rest.creep.iter().all(Creep::is_sound);
+            let range = |[least, most]: &[f64; 2]| *least <= 0.0 && *most >= 0.0;
+            let finite = |range: &[f64; 2]| range.iter().all(|end| end.is_finite());
+            let empty = rest.empty.len() == self.channels
+                && rest.empty.iter().all(|one| range(one) && finite(one));
             let sound = whole(&rest.mean) && whole(&rest.deviation) && positive;
-            if !(sound && steps && creep) {
+            if !(sound && steps && empty) {
                 return unsound("rest");
             }
         }
