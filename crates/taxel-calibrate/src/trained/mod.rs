@@ -29,10 +29,12 @@ pub struct TrainedOutcome {
     pub maps: TrainedMaps,
 }
 
-/// The scale reads nothing below this share of its peak.
-const NOTHING: f64 = 2e-3;
-/// Readings of the empty body over those that training showed at most.
-const MORE: f64 = 1.5;
+/// Frames of the empty body that are averaged, and deviations of their mean that are noise.
+const BLOCK: usize = 25;
+const SURELY: f64 = 4.0;
+/// Time in which what a body shows of a contact that has gone falls to 1/e at the latest, s. The
+/// public recordings of a printed lattice halve it in less than a minute.
+const CREEP_FADES: f64 = 300.0;
 
 /// Trains the maps that the recordings determine: positions on an area give a map of
 /// the position, readings of a scale one of the force. Files of one group lie
@@ -157,30 +159,44 @@ fn rest(runs: &mut [Run]) -> Rest {
         step: (0..width)
             .map(|channel| least_step(runs, channel))
             .collect(),
-        empty: (0..width).map(|channel| empty(runs, channel)).collect(),
+        recovery: recovery(runs, &deviation),
         deviation,
     }
 }
 
-/// Least and greatest reading of a channel where the scale reads nothing, less that at rest, with
-/// half as much again: the next contacts may leave more.
-fn empty(runs: &[Run], channel: usize) -> [f64; 2] {
-    let (mut least, mut most) = (0.0_f64, 0.0_f64);
+/// Time after a contact until what the body shows of it is less than the noise of a reading, s.
+fn recovery(runs: &[Run], deviation: &[f64]) -> f64 {
+    let shown = |(channel, deviation): (usize, &f64)| creep(runs, channel, *deviation) / deviation;
+    let most = deviation.iter().enumerate().map(shown).fold(0.0, f64::max);
+    CREEP_FADES * most.max(1.0).ln()
+}
+
+/// What a channel shows of contacts that have gone at most: the mean of a block of frames in which
+/// the scale reads nothing, less the reading at rest, beyond the noise of the mean.
+fn creep(runs: &[Run], channel: usize, deviation: f64) -> f64 {
+    let mut most = 0.0_f64;
     for run in weighed(runs) {
         let session = &run.session;
-        let (rest, nothing) = (session.baseline(), NOTHING * session.peak_force());
+        let (rest, nothing) = (session.baseline(), session.no_force());
         let Some(force) = &session.force else {
             continue;
         };
-        for (time, row) in session.sensor.times().iter().zip(session.sensor.rows()) {
-            let pressed = force.at(*time, f64::INFINITY);
-            if pressed.is_some_and(|force| force[0] <= nothing) && row[channel].is_finite() {
-                let shown = row[channel] - rest[channel];
-                (least, most) = (least.min(shown), most.max(shown));
-            }
+        let empty = |time: f64| {
+            let pressed = force.at(time, f64::INFINITY);
+            pressed.is_some_and(|force| force[0] <= nothing)
+        };
+        let frames = session.sensor.times().iter().zip(session.sensor.rows());
+        let shown: Vec<f64> = frames
+            .filter(|(time, row)| row[channel].is_finite() && empty(**time))
+            .map(|(_, row)| row[channel] - rest[channel])
+            .collect();
+        for block in shown.chunks(BLOCK) {
+            let count = block.len() as f64;
+            let mean = block.iter().sum::<f64>() / count;
+            most = most.max(mean.abs() - SURELY * deviation / count.sqrt());
         }
     }
-    [MORE * least, MORE * most]
+    most
 }
 
 /// Standard deviation of one reading of each channel before the first contact of each run.

@@ -133,7 +133,11 @@ impl AcrossRuns {
                 scaled.collect()
             })
             .collect();
-        let error = |number: usize| mean(&parts[number]);
+        let weak = |number: usize| runs.len() == 1 && trained[number].options.prior < FIRST.0;
+        let error = |number: usize| {
+            let share = if weak(number) { CLEARLY_LESS } else { 1.0 };
+            mean(&parts[number]) / share
+        };
         let least = |keep: &dyn Fn(usize) -> bool| {
             let kept = (0..parts.len()).filter(|number| keep(*number));
             kept.min_by(|a, b| error(*a).total_cmp(&error(*b)))
@@ -408,7 +412,15 @@ type Prior = (f64, [f64; 3]);
 /// each other more than the next run does: of one run the weakest would be chosen, and err on
 /// the next.
 const FIRST: Prior = (10.0, [1.0, 1.0, 1.0]);
-const OF_ONE: [Prior; 2] = [(30.0, [1.0, 1.0, 1.0]), (100.0, [1.0, 1.0, 1.0])];
+const OF_ONE: [Prior; 4] = [
+    (0.1, [1.0, 1.0, 1.0]),
+    (1.0, [1.0, 1.0, 1.0]),
+    (30.0, [1.0, 1.0, 1.0]),
+    (100.0, [1.0, 1.0, 1.0]),
+];
+/// A prior of one run that is weaker than the first must leave less than this share of the mean
+/// square error: then the body is as simple as the map, and the prior is what errs.
+const CLEARLY_LESS: f64 = 0.5;
 const OF_SEVERAL: [Prior; 8] = [
     (1.0, [1.0, 1.0, 1.0]),
     (3.0, [1.0, 1.0, 1.0]),
@@ -429,8 +441,8 @@ const KEPT_FORMS: usize = 6;
 const CLEARLY_LATE: f64 = 0.7;
 
 /// Products, creep times and priors that are tried for a force: all forms with one prior, the
-/// best six and the best without memory to the end, and the best two with more priors. The scale is taken to show the force of its time, unless a time
-/// from −0.5 s to 1.5 s after the sensor leaves clearly less error of a map with memory.
+/// best six and the best without memory to the end, and the best two with more priors. The scale is
+/// taken to show the force of its time, unless a time from −0.5 s to 1.5 s after the sensor leaves clearly less error of a map with memory.
 ///
 /// # Errors
 /// [`TrainingError`].
@@ -440,7 +452,7 @@ pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingE
         let squares: Vec<f64> = held_out.errors.iter().map(|error| error * error).collect();
         Ok(mean(&squares))
     };
-    let memory = |offset: f64| options(1, CREEP[2], FIRST, offset);
+    let memory = |offset: f64| options(1, CREEP[2], OF_ONE[0], offset);
     let tried: Vec<(f64, f64)> = (-5..=15)
         .into_par_iter()
         .map(|tenths| {

@@ -138,6 +138,15 @@ impl Session {
         readings.map(|row| row[0]).fold(0.0, f64::max)
     }
 
+    /// Largest reading of the scale in the first half of the time before contact, N: of nothing.
+    pub(crate) fn no_force(&self) -> f64 {
+        let Some(force) = &self.force else { return 0.0 };
+        let begin = self.first_force().unwrap_or(f64::INFINITY);
+        let before = force.times().partition_point(|time| *time < begin);
+        let rows = &force.rows()[..before.div_ceil(2)];
+        rows.iter().fold(0.0, |most, row| row[0].max(most))
+    }
+
     /// When the force first shows a contact, s.
     fn first_force(&self) -> Option<f64> {
         let force = self.force.as_ref()?;

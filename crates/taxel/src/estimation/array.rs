@@ -91,8 +91,6 @@ pub struct ArrayEstimator {
     cells: Vec<Cell>,
     /// True if a contact is on each channel.
     occupied: Vec<bool>,
-    /// The baseline with what of the readings is beyond those of the empty device.
-    beyond: Vec<f64>,
     touch: Touch,
     last_time_ns: Option<u64>,
 }
@@ -116,7 +114,6 @@ impl ArrayEstimator {
             ),
             touch: Touch::new(channels, cells.len()),
             cells,
-            beyond: Vec::new(),
             occupied: vec![false; channels],
             rules,
             baseline: (rules.drift != Drift::None).then(|| {
@@ -127,7 +124,11 @@ impl ArrayEstimator {
                         period,
                         ..usual
                     },
-                    _ => usual,
+                    Drift::HeldByContact => BaselineOptions {
+                        held_by_contact: true,
+                        ..usual
+                    },
+                    Drift::Followed | Drift::None => usual,
                 })
             }),
             captured: vec![None; channels],
@@ -471,24 +472,7 @@ impl ArrayEstimator {
             let wiring = self.reader.meaning().wiring;
             wiring.mark_touched(&touch.regions, &mut self.occupied);
         }
-        let Some(empty) = self.reader.empty() else {
-            baseline.push(time_ns, readings, |channel| self.occupied[channel]);
-            return;
-        };
-        let channels = readings.iter().zip(&touch.channels.rest).zip(empty);
-        let channels = channels.zip(&self.occupied).enumerate();
-        let beyond = channels.map(|(channel, (((reading, rest), [least, most]), occupied))| {
-            if *occupied {
-                // A contact is held by what it shows.
-                return *reading;
-            }
-            let level = rest + baseline.drift(channel);
-            let off = reading - level;
-            level + off - off.clamp(*least, *most)
-        });
-        self.beyond.clear();
-        self.beyond.extend(beyond);
-        baseline.push(time_ns, &self.beyond, |channel| self.occupied[channel]);
+        baseline.push(time_ns, readings, |channel| self.occupied[channel]);
     }
 }
 

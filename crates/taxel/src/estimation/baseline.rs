@@ -28,6 +28,9 @@ pub struct BaselineOptions {
     /// the baseline, and the baseline comes after it at no more than the fastest drift;
     /// default false.
     pub contacts_known: bool,
+    /// True if a channel stays held as long as a contact is known there, also where it comes back
+    /// to where it was; default false.
+    pub held_by_contact: bool,
     /// Time between readings whose noise is independent, s, 0.1 at most: the level is an
     /// average of so many; default 0.1, of frames that may be slow.
     pub period: f64,
@@ -44,6 +47,7 @@ impl BaselineOptions {
             settling: 0.25,
             longest_pause: 1.0,
             contacts_known: false,
+            held_by_contact: false,
             period: LONGEST_STEP,
         }
     }
@@ -635,8 +639,7 @@ impl Channel {
         }
         let hidden = options.fastest_drift * deviation * held.age;
         let drifted = hidden + fastest * options.follow + noise;
-        // Beside a contact that is known for sure a channel may come back to where it was.
-        let may_be_gone = !(occupied && options.contacts_known);
+        let may_be_gone = !(occupied && options.held_by_contact);
         let came_down = may_be_gone && self.average.abs() < drifted.min(GONE * held.most.abs());
         let gone = came_down || !occupied && (!leaves || held.unseen);
         held.gone = if gone { held.gone + elapsed } else { 0.0 };

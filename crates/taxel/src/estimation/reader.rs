@@ -195,6 +195,9 @@ pub enum Drift {
     None,
     /// They do, and are followed: a reading that leaves its baseline may be a contact.
     Followed,
+    /// The same, but a contact that the reader knows ([`Reader::occupied`]) holds a channel that
+    /// comes back to where it was.
+    HeldByContact,
     /// They are followed wherever no contact is, which the reader knows
     /// ([`Reader::occupied`]).
     WithoutContact {
@@ -305,13 +308,6 @@ pub trait Reader: Any + Send {
 
     /// True if a contact may be on each channel, where the taxels do not say it.
     fn occupied(&self) -> Option<&[bool]> {
-        None
-    }
-
-    /// Least and greatest reading less that at rest, SI, that each empty channel shows without a
-    /// drift, as after a contact that has gone; none where nothing leaves a trace. Only what is
-    /// beyond them is drift.
-    fn empty(&self) -> Option<&[[f64; 2]]> {
         None
     }
 

@@ -57,8 +57,6 @@ impl TrainedArea {
 const CONTACT_DEVIATIONS: f64 = 3.0;
 /// A cell is of the contact from this share of it on.
 const CELL_SHARE: f64 = 0.05;
-/// Readings this far apart have noise of their own, s.
-const INDEPENDENT: f64 = 0.1;
 /// Frames that are kept, so that new rest values make the memory of the force from them: those
 /// of a rest capture at the start.
 const KEPT: usize = 64;
@@ -94,10 +92,12 @@ pub struct TrainedReader {
     watch: Option<RelationWatch>,
     /// True once the rest of the device was captured.
     rested: bool,
+    /// For how long nothing has touched for sure, s.
+    free_for: f64,
     /// The last frames: time, s, and readings.
     recent: VecDeque<(f64, Vec<f64>)>,
-    /// True for all channels unless nothing touches for sure: a light touch is no drift, nor is
-    /// what is unlike all training.
+    /// True for all channels unless nothing touches for sure, and has not for long: a light touch
+    /// is no drift, nor is creep, nor what is unlike all training.
     occupied: Vec<bool>,
     found: Found,
 }
@@ -158,6 +158,7 @@ impl TrainedReader {
             replaced: vec![0.0; channels],
             watch: maps.relation.clone().map(RelationWatch::new).transpose()?,
             rested: false,
+            free_for: 0.0,
             recent: VecDeque::with_capacity(KEPT),
             occupied: vec![false; channels],
             meaning: meaning(&maps, &area, names, reading, full_scale),
@@ -400,9 +401,7 @@ impl Reader for TrainedReader {
             // The force is that of the contact, not the sum of the cells.
             total: Total::Unknown,
             drift: if self.maps.rest.is_some() {
-                Drift::WithoutContact {
-                    period: INDEPENDENT,
-                }
+                Drift::HeldByContact
             } else {
                 Drift::None
             },
@@ -470,10 +469,18 @@ impl Reader for TrainedReader {
         };
         self.found = found;
         let found = &self.found;
+        let mut components = found.components.iter();
+        let still =
+            components.all(|(_, [value, deviation])| value.abs() < CONTACT_DEVIATIONS * deviation);
+        let trained = |force: &Estimate| force.support == Support::Trained;
         let free =
-            |force: &Estimate| force.support == Support::Trained && force.value < force.deviation;
-        let free = found.force.as_ref().is_some_and(free);
-        self.occupied.fill(!free);
+            still && found.contact == Some(false) && found.force.as_ref().is_some_and(trained);
+        self.free_for = match known.elapsed {
+            Some(elapsed) if free => self.free_for + elapsed,
+            _ => 0.0,
+        };
+        let recovery = self.maps.rest.as_ref().map_or(0.0, |rest| rest.recovery);
+        self.occupied.fill(!free || self.free_for < recovery);
         let (value, deviation) = match found.force {
             Some(force) => (force.value, force.deviation),
             None => (1.0, f64::NAN),
@@ -540,10 +547,6 @@ impl Reader for TrainedReader {
 
     fn occupied(&self) -> Option<&[bool]> {
         self.maps.rest.is_some().then_some(&self.occupied)
-    }
-
-    fn empty(&self) -> Option<&[[f64; 2]]> {
-        self.maps.rest.as_ref().map(|rest| &rest.empty[..])
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {

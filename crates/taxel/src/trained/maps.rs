@@ -31,9 +31,9 @@ pub struct Rest {
     pub deviation: Vec<f64>,
     /// Least change of the reading of each channel from frame to frame.
     pub step: Vec<f64>,
-    /// Least and greatest reading of each channel of the empty body, less that at rest: a body that
-    /// was pressed creeps back, and the map of the force knows what it then shows.
-    pub empty: Vec<[f64; 2]>,
+    /// Time after a contact in which creep may hide a drift, s: the map of the force knows what the
+    /// body then shows, and the baseline is held.
+    pub recovery: f64,
 }
 
 impl TrainedMaps {
@@ -57,12 +57,9 @@ impl TrainedMaps {
             };
             let positive = rest.deviation.iter().all(|deviation| *deviation > 0.0);
             let steps = whole(&rest.step) && rest.step.iter().all(|step| *step >= 0.0);
-            let range = |[least, most]: &[f64; 2]| *least <= 0.0 && *most >= 0.0;
-            let finite = |range: &[f64; 2]| range.iter().all(|end| end.is_finite());
-            let empty = rest.empty.len() == self.channels
-                && rest.empty.iter().all(|one| range(one) && finite(one));
+            let recovery = rest.recovery >= 0.0 && rest.recovery.is_finite();
             let sound = whole(&rest.mean) && whole(&rest.deviation) && positive;
-            if !(sound && steps && empty) {
+            if !(sound && steps && recovery) {
                 return unsound("rest");
             }
         }
