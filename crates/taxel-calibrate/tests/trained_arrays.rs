@@ -465,3 +465,197 @@ fn a_body_read_in_millivolts_gives_the_forces_of_its_counts() {
     assert_eq!(touch.channels.states[0], ChannelState::Saturated);
     assert_eq!(touch.taxels[0].state, State::Faulty);
 }
+
+/// A body that creeps: what is pressed goes on by 5 % with a time of 30 s, and comes back so.
+struct Creeping {
+    slow: f64,
+    noise: Noise,
+}
+
+impl Creeping {
+    const STEP: f64 = 0.04;
+
+    fn new(seed: u64) -> Self {
+        Self {
+            slow: 0.0,
+            noise: Noise::seeded(seed),
+        }
+    }
+
+    /// Readings under a force, N, one frame later.
+    fn frame(&mut self, force: f64) -> Vec<f64> {
+        let press = ((16.0 + 12.0 * force).sqrt() - 4.0) / 6.0;
+        self.slow += Self::STEP / 30.0 * (press - self.slow);
+        let shown = press + 0.05 * self.slow;
+        let channel = |c: usize| {
+            let c = c as f64;
+            200.0 * c + shown * (80.0 - 9.0 * c) + shown * shown * 12.0 * c
+        };
+        (0..CHANNELS)
+            .map(|c| channel(c) + 0.3 * self.noise.normal())
+            .collect()
+    }
+}
+
+/// Forces, N, of touches of 1 to 4 s with 0.5 to 6.5 N, one every 2 to 30 s, after a rest of 4 s.
+struct Touches {
+    noise: Noise,
+    left: f64,
+    force: f64,
+    touches: u64,
+    time: f64,
+}
+
+impl Touches {
+    fn new(seed: u64) -> Self {
+        Self {
+            noise: Noise::seeded(seed),
+            left: 4.0,
+            force: 0.0,
+            touches: 0,
+            time: 0.0,
+        }
+    }
+
+    fn share(&mut self) -> f64 {
+        // The rank of a draw need not be exact.
+        let draw = self.noise.normal();
+        0.5 + 0.5 * (1.6 * draw / (1.0 + 0.35 * draw.abs())).tanh()
+    }
+
+    /// The force a frame later, how long the touch has lasted, s, and its number.
+    fn next(&mut self) -> (f64, f64, u64) {
+        self.left -= Creeping::STEP;
+        self.time += Creeping::STEP;
+        if self.left <= 0.0 {
+            let [share, other] = [self.share(), self.share()];
+            self.time = 0.0;
+            if self.force > 0.0 {
+                (self.force, self.left) = (0.0, 1.0 + 25.0 * share);
+            } else {
+                self.touches += 1;
+                (self.force, self.left) = (0.5 + 6.0 * other, 1.0 + 3.0 * share);
+            }
+        }
+        (self.force, self.time, self.touches)
+    }
+}
+
+/// Figures of a span of time.
+#[derive(Debug, Default, Clone, Copy)]
+struct Span {
+    touches: u64,
+    found: u64,
+    without: u64,
+    squares: f64,
+    deviations: f64,
+    held: f64,
+    frames: f64,
+}
+
+/// Spans of `minutes` of a device that is touched all the time, `count` of them.
+fn spans(minutes: f64, count: usize) -> Vec<Span> {
+    let sensor = sensor();
+    let mut groups = Vec::new();
+    for run in 0..2 {
+        let mut text = String::from("time [s],force_z [N]");
+        (1..=CHANNELS).for_each(|c| write!(text, ",channel_{c}").unwrap());
+        text.push('\n');
+        let (mut body, mut touches) = (Creeping::new(40 + run), Touches::new(50 + run));
+        for k in 0..6000 {
+            let (force, ..) = touches.next();
+            write!(text, "{},{force}", Creeping::STEP * f64::from(k)).unwrap();
+            for reading in body.frame(force) {
+                write!(text, ",{reading}").unwrap();
+            }
+            text.push('\n');
+        }
+        let name = format!("run{run}.csv");
+        groups.push(vec![TrainingFile { name, text }]);
+    }
+    let named = NamedSensor {
+        name: "six.toml",
+        text: "",
+        sensor: &sensor,
+    };
+    let outcome = train(&named, &groups, &CalibrateOptions::default()).unwrap();
+    // The body shows 5 % of some 100 counts after a touch, and the noise is 0.3.
+    let recovery = outcome.maps.rest.as_ref().unwrap().recovery;
+    assert!((200.0..1200.0).contains(&recovery), "{recovery} s");
+    let mut estimator = estimator(&calibrated(&sensor, &outcome));
+    estimator.begin_unasked_rest_capture(50);
+    let (mut body, mut touches) = (Creeping::new(7), Touches::new(8));
+    let mut sequence = 0;
+    let frames = (60.0 * minutes / Creeping::STEP) as u64;
+    let mut found = vec![Span::default(); count];
+    for span in &mut found {
+        let before = touches.touches;
+        let mut last = 0;
+        for _ in 0..frames {
+            let (force, since, number) = touches.next();
+            let frame = Frame {
+                sequence,
+                time_ns: sequence * 40_000_000,
+                values: body.frame(force),
+                ..Frame::default()
+            };
+            sequence += 1;
+            let (touch, _) = estimator.push(&frame).unwrap();
+            let [value, deviation] = touch.pressing_force().unwrap();
+            let contact = !touch.contacts.is_empty();
+            if contact && force > 0.0 && number != last {
+                (span.found, last) = (span.found + 1, number);
+            }
+            span.without += u64::from(contact && force == 0.0);
+            // Not within a frame of a step.
+            if since > 2.0 * Creeping::STEP && sequence > 100 {
+                span.squares += (value - force).powi(2);
+                span.deviations += deviation * deviation;
+                span.held += f64::from(u8::from((value - force).abs() < 1.96 * deviation));
+                span.frames += 1.0;
+            }
+        }
+        span.touches = touches.touches - before;
+    }
+    found
+}
+
+fn as_at_first(spans: &[Span]) {
+    let rms = |sum: f64, span: &Span| (sum / span.frames).sqrt();
+    for (number, span) in spans.iter().enumerate() {
+        println!(
+            "span {}: found {} of {}, {} frames of contact without a touch, {:.4} N rms, stated {:.4} N, held {:.1} %",
+            number + 1,
+            span.found,
+            span.touches,
+            span.without,
+            rms(span.squares, span),
+            rms(span.deviations, span),
+            100.0 * span.held / span.frames
+        );
+    }
+    let first = spans[0];
+    for span in spans {
+        // The touch at either end of a span may be counted in the other.
+        assert!(span.found + 1 >= span.touches, "{span:?}");
+        assert!(span.without as f64 <= 0.001 * span.frames, "{span:?}");
+        let ratio = rms(span.squares, span) / rms(first.squares, &first);
+        assert!((0.8..1.25).contains(&ratio), "{first:?} {span:?}");
+        let ratio = rms(span.deviations, span) / rms(first.deviations, &first);
+        assert!((0.9..1.1).contains(&ratio), "{first:?} {span:?}");
+        assert!(span.held / span.frames > 0.93, "{span:?}");
+    }
+}
+
+/// Half an hour of touches on a body that creeps: the last ten minutes are as the first.
+#[test]
+fn a_body_that_creeps_is_read_as_at_first_after_half_an_hour() {
+    as_at_first(&spans(10.0, 3));
+}
+
+/// Eight hours of them: `cargo test --release -p taxel-calibrate --test trained_arrays -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes"]
+fn a_body_that_creeps_is_read_as_at_first_after_eight_hours() {
+    as_at_first(&spans(60.0, 8));
+}
