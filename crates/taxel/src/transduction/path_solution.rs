@@ -5,21 +5,23 @@ use std::sync::Arc;
 
 use super::in_plane_field::{FieldState, FieldStudy, NoField, SolvedInPlane};
 use super::in_plane_model::InPlaneModel;
-use super::path_table::{DrawnTable, PathTable, State, WrongTable};
+use super::path_table::{DrawnTable, PathTable, State, TableErrors, WrongTable};
 use super::section_solution::{as_drawn, statement};
 use crate::mechanics::LARGEST_COMPRESSION;
 use crate::solutions::digits;
 use taxel_numerics::roots;
 
-/// Intervals of the first table; half of its solved loads are not used.
+/// Intervals of the first table.
 const FEWEST: usize = 8;
+/// Solved loads between two nodes that are not used: at the quarters.
+const BETWEEN: usize = 3;
 /// Loads that are solved on the finer mesh.
 const COMPARED: usize = 5;
 
 /// How a table is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableOptions {
-    /// Largest interpolation error, as a share of full scale; default 1e-3.
+    /// Largest interpolation error, as a share of full scale; default 1e-4.
     pub tolerance: f64,
     /// Most intervals between nodes; default 128.
     pub most_intervals: usize,
@@ -28,7 +30,7 @@ pub struct TableOptions {
 impl Default for TableOptions {
     fn default() -> Self {
         Self {
-            tolerance: 1e-3,
+            tolerance: 1e-4,
             most_intervals: 128,
         }
     }
@@ -72,17 +74,21 @@ impl PathTable {
             progress(0.1 * part);
         })?;
         let reached = invertible(&whole);
-        let mut intervals = FEWEST;
+        let mut pieces = Pieces::first(&body, reached)?;
         loop {
-            let states = way(FieldStudy::new(&body)?, reached, 2 * intervals)?;
-            let nodes: Vec<_> = states.iter().step_by(2).copied().collect();
-            let between: Vec<_> = states.iter().skip(1).step_by(2).copied().collect();
+            let nodes: Vec<_> = pieces.nodes.clone();
+            let intervals = nodes.len() - 1;
             let mut table = Self::through(&nodes);
-            table.interpolation = table.differ(&between, table.rest_capacitance());
-            progress(0.1 + 0.5 * intervals as f64 / options.most_intervals as f64);
+            let errors: Vec<_> = pieces
+                .between
+                .iter()
+                .map(|solved| table.between(solved))
+                .collect();
+            table.interpolation = worst(&errors);
+            progress(0.1 + 0.7 * intervals as f64 / options.most_intervals as f64);
             let error = table.interpolation.force.max(table.interpolation.change);
             if error <= options.tolerance {
-                let finer = way(FieldStudy::fine(&body)?, reached, COMPARED)?;
+                let finer = equal_steps(FieldStudy::fine(&body)?, reached, COMPARED)?;
                 table.mesh = table.differ(&finer[1..], rest_of(&finer));
                 table.drawing = drawing(model);
                 program.clone_into(&mut table.program);
@@ -90,15 +96,75 @@ impl PathTable {
                 progress(1.0);
                 return Ok(table);
             }
-            if 2 * intervals > options.most_intervals {
+            let halved: Vec<_> = errors
+                .iter()
+                .map(|error| error.force.max(error.change) > options.tolerance)
+                .collect();
+            let more = halved.iter().filter(|halved| **halved).count();
+            if intervals + more > options.most_intervals {
                 return Err(NoTable::Tolerance {
                     intervals,
                     error,
                     tolerance: options.tolerance,
                 });
             }
-            intervals *= 2;
+            pieces = pieces.halved(&body, &halved)?;
         }
+    }
+}
+
+/// The solved states of a path: nodes, and between two of them those that are not used.
+struct Pieces {
+    nodes: Vec<State>,
+    between: Vec<[State; BETWEEN]>,
+}
+
+impl Pieces {
+    fn first(body: &InPlaneModel, reached: f64) -> Result<Self, NoField> {
+        let states = equal_steps(FieldStudy::new(body)?, reached, FEWEST * (BETWEEN + 1))?;
+        let inside = states.chunks(BETWEEN + 1).take(FEWEST);
+        Ok(Self {
+            between: inside.map(|piece| [piece[1], piece[2], piece[3]]).collect(),
+            nodes: states.iter().step_by(BETWEEN + 1).copied().collect(),
+        })
+    }
+
+    /// The pieces with some of them halved. One more path solves what their halves lack and passes
+    /// by what is known.
+    fn halved(&self, body: &InPlaneModel, halved: &[bool]) -> Result<Self, NoField> {
+        let mut study = FieldStudy::new(body)?;
+        let mut found = Self {
+            nodes: vec![self.nodes[0]],
+            between: Vec::new(),
+        };
+        for (piece, halved) in halved.iter().enumerate() {
+            let [first, middle, third] = self.between[piece];
+            let end = self.nodes[piece + 1];
+            if *halved {
+                let known = [self.nodes[piece], first, middle, third, end];
+                let mut eighth = |place: usize| -> Result<State, NoField> {
+                    let compression = 0.5 * (known[place].0 + known[place + 1].0);
+                    Ok(numbers(&study.press(compression)?))
+                };
+                found.between.push([eighth(0)?, first, eighth(1)?]);
+                found.between.push([eighth(2)?, third, eighth(3)?]);
+                found.nodes.extend([middle, end]);
+            } else {
+                found.between.push(self.between[piece]);
+                found.nodes.push(end);
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The largest of the errors of the pieces.
+fn worst(errors: &[TableErrors]) -> TableErrors {
+    let greatest = |of: fn(&TableErrors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
+    TableErrors {
+        force: greatest(|error| error.force),
+        change: greatest(|error| error.change),
+        loads: errors.iter().map(|error| error.loads).sum(),
     }
 }
 
@@ -138,7 +204,7 @@ fn drawing(model: &InPlaneModel) -> Vec<String> {
 }
 
 /// States at equal steps of compression, the first at rest.
-fn way(mut study: FieldStudy, reached: f64, steps: usize) -> Result<Vec<State>, NoField> {
+fn equal_steps(mut study: FieldStudy, reached: f64, steps: usize) -> Result<Vec<State>, NoField> {
     (0..=steps)
         .map(|step| {
             let state = study.press(reached * step as f64 / steps as f64)?;

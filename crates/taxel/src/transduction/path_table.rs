@@ -138,6 +138,11 @@ impl PathTable {
         found
     }
 
+    /// Largest differences between two nodes, by the states that were solved there.
+    pub(super) fn between(&self, solved: &[State]) -> TableErrors {
+        self.differ(solved, self.rest_capacitance())
+    }
+
     /// Capacitance at rest, F.
     pub fn rest_capacitance(&self) -> f64 {
         self.values[0][CAPACITANCE]
