@@ -266,6 +266,9 @@ pub(crate) struct Tolerance {
     /// What is corrected on each made device, in the place of what the study says
     #[arg(long, value_enum)]
     pub(crate) after: Option<After>,
+    /// Keep finished devices in this folder, and take from it those that are there
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) store: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }
@@ -373,7 +376,7 @@ pub(crate) struct Tabulate {
     #[arg(short, long, value_name = "TABLE")]
     pub(crate) output: PathBuf,
     /// Nodes are added until the interpolation error is below this share of full scale
-    #[arg(long, value_name = "SHARE", default_value = "1e-3", value_parser = tolerance)]
+    #[arg(long, value_name = "SHARE", default_value = "1e-4", value_parser = tolerance)]
     pub(crate) tolerance: f64,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,

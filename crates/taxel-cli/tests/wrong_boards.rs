@@ -288,7 +288,9 @@ fn captured_frames_of_which_nothing_tells_the_time_are_told() {
     );
     assert!(!fs::exists(&recording).unwrap());
     let source = format!("replay:{csv}");
-    let record = ["--source", &source, "--speed", "max", "--record", &recording];
+    let record = [
+        "--source", &source, "--speed", "max", "--record", &recording,
+    ];
     let (found, errors) = live(&record);
     assert_eq!(found["frames"], 150, "{errors}");
     let told = done(&["recording", "inspect", &recording]);

@@ -1054,7 +1054,8 @@ impl Estimate {
             return Outcome::Outside(String::from("the board cannot read the element"));
         };
         if self.what == Estimated::Bandwidth {
-            let outside = || Outcome::Outside(String::from("nothing limits the band of this design"));
+            let outside =
+                || Outcome::Outside(String::from("nothing limits the band of this design"));
             return device
                 .band()
                 .map_or_else(outside, |[low, high]| finite(high - low));
@@ -1195,7 +1196,8 @@ fn off_line(values: &[f64]) -> Option<f64> {
         values.iter().enumerate().map(at).fold(0.0, f64::max)
     };
     // The greatest distance is convex in the slope: thirds of an interval that holds the best one.
-    let secant = |(step, value): (usize, &f64)| (value - first) / (last - first) * steps / step as f64;
+    let secant =
+        |(step, value): (usize, &f64)| (value - first) / (last - first) * steps / step as f64;
     let slopes = values.iter().enumerate().skip(1).map(secant);
     let mut low = slopes.clone().fold(f64::INFINITY, f64::min);
     let mut high = slopes.fold(f64::NEG_INFINITY, f64::max);

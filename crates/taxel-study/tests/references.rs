@@ -300,7 +300,11 @@ fn places_by_noisy_elements_spread_as_information_says() {
     };
     let tables = PlaceInformation::new(&array, radius, 20e-3, noise, RadiusKnowledge::Known);
     // Between elements, near one, and off the middle of four.
-    for (place, force) in [([0.7e-3, 0.4e-3], 0.1), ([3.5e-3, -1.1e-3], 0.2), ([-2.8e-3, 1.2e-3], 0.05)] {
+    for (place, force) in [
+        ([0.7e-3, 0.4e-3], 0.1),
+        ([3.5e-3, -1.1e-3], 0.2),
+        ([-2.8e-3, 1.2e-3], 0.05),
+    ] {
         let information = tables.at(&places, &PlacedContact { place, force });
         let exact = share(place);
         let slopes: Vec<[f64; 3]> = {

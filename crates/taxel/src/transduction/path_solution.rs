@@ -13,8 +13,13 @@ use taxel_numerics::roots;
 
 /// Intervals of the first table.
 const FEWEST: usize = 8;
-/// Solved loads between two nodes that are not used: at the quarters.
-const BETWEEN: usize = 3;
+/// Places between two nodes whose loads are solved and not used: those by which nodes are added ...
+const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
+/// ... and those that are looked at when they suffice.
+const EIGHTHS: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
+/// What a stated error is above the largest difference observed: a load in between may differ a
+/// little more.
+const ABOVE: f64 = 1.1;
 /// Loads that are solved on the finer mesh.
 const COMPARED: usize = 5;
 
@@ -23,7 +28,7 @@ const COMPARED: usize = 5;
 pub struct TableOptions {
     /// Largest interpolation error, as a share of full scale; default 1e-4.
     pub tolerance: f64,
-    /// Most intervals between nodes; default 128.
+    /// Most intervals that the path is cut into where it needs the closest nodes; default 128.
     pub most_intervals: usize,
 }
 
@@ -44,12 +49,15 @@ pub enum NoTable {
     Field(#[from] NoField),
     /// The nodes do not suffice.
     #[error(
-        "{intervals} intervals leave an interpolation error of {error:.1e} of full scale, above the tolerance of {tolerance:.1e}\n\
+        "between nodes at compressions of {from:.4} and {to:.4} an interpolation error of {error:.1e} of full scale is left, \
+         above the tolerance of {tolerance:.1e}\n\
          help: give a larger --tolerance"
     )]
     Tolerance {
-        /// Most intervals.
-        intervals: usize,
+        /// Compressions at the ends of the first of the closest intervals that does not keep to it.
+        from: f64,
+        /// See `from`.
+        to: f64,
         /// Error that is left.
         error: f64,
         /// Tolerance.
@@ -58,8 +66,8 @@ pub enum NoTable {
 }
 
 impl PathTable {
-    /// Solves the load path of `model` by finite elements as far as it can be read back, with nodes added until the
-    /// interpolation error is within the tolerance; `progress` hears the fraction.
+    /// Solves the load path of `model` by finite elements as far as it can be read back, with nodes added where the
+    /// interpolation error is above the tolerance: seven loads are compared between each two nodes; `progress` hears the fraction.
     ///
     /// # Errors
     /// [`NoTable`].
@@ -74,91 +82,77 @@ impl PathTable {
             progress(0.1 * part);
         })?;
         let reached = invertible(&whole);
-        let mut pieces = Pieces::first(&body, reached)?;
+        let mut nodes: Vec<f64> = (0..=FEWEST)
+            .map(|node| reached * node as f64 / FEWEST as f64)
+            .collect();
         loop {
-            let nodes: Vec<_> = pieces.nodes.clone();
-            let intervals = nodes.len() - 1;
-            let mut table = Self::through(&nodes);
-            let errors: Vec<_> = pieces
-                .between
-                .iter()
-                .map(|solved| table.between(solved))
-                .collect();
-            table.interpolation = worst(&errors);
-            progress(0.1 + 0.7 * intervals as f64 / options.most_intervals as f64);
-            let error = table.interpolation.force.max(table.interpolation.change);
+            // One path for all of them: what a far leap finds depends on the leap.
+            let states = path(FieldStudy::new(&body)?, &with_between(&nodes, &QUARTERS))?;
+            let pieces: Vec<_> = states.chunks(QUARTERS.len() + 1).collect();
+            let solved: Vec<_> = pieces.iter().map(|piece| piece[0]).collect();
+            let mut table = Self::through(&solved);
+            let error = |piece: &&[State]| table.between(&piece[1..]);
+            let mut errors: Vec<_> = pieces[..nodes.len() - 1].iter().map(error).collect();
+            if largest(&errors) <= options.tolerance {
+                let loads = with_between(&nodes, &EIGHTHS);
+                let states = path(FieldStudy::new(&body)?, &loads)?;
+                let pieces = states.chunks(EIGHTHS.len() + 1);
+                for (known, piece) in errors.iter_mut().zip(pieces) {
+                    *known = worst(&[*known, table.between(&piece[1..])]);
+                }
+            }
+            let closest = nodes.windows(2).map(|ends| ends[1] - ends[0]);
+            let closest = reached / closest.fold(f64::INFINITY, f64::min);
+            progress(0.1 + 0.7 * (closest / options.most_intervals as f64).min(1.0));
+            let error = largest(&errors);
             if error <= options.tolerance {
-                let finer = equal_steps(FieldStudy::fine(&body)?, reached, COMPARED)?;
+                let fine: Vec<f64> = (0..=COMPARED)
+                    .map(|load| reached * load as f64 / COMPARED as f64)
+                    .collect();
+                let finer = path(FieldStudy::fine(&body)?, &fine)?;
                 table.mesh = table.differ(&finer[1..], rest_of(&finer));
+                table.interpolation = stated(worst(&errors));
                 table.drawing = drawing(model);
                 program.clone_into(&mut table.program);
                 table.ended.clone_from(&whole.ended);
                 progress(1.0);
                 return Ok(table);
             }
-            let halved: Vec<_> = errors
-                .iter()
-                .map(|error| error.force.max(error.change) > options.tolerance)
-                .collect();
-            let more = halved.iter().filter(|halved| **halved).count();
-            if intervals + more > options.most_intervals {
-                return Err(NoTable::Tolerance {
-                    intervals,
-                    error,
-                    tolerance: options.tolerance,
-                });
+            // Where halves do not help, the solution itself leaps.
+            let least = 1.5 * reached / options.most_intervals as f64;
+            let mut finer = vec![nodes[0]];
+            for (ends, one) in nodes.windows(2).zip(&errors) {
+                if largest(&[*one]) > options.tolerance {
+                    if ends[1] - ends[0] < least {
+                        return Err(NoTable::Tolerance {
+                            error: largest(&[*one]),
+                            from: ends[0],
+                            to: ends[1],
+                            tolerance: options.tolerance,
+                        });
+                    }
+                    finer.push(0.5 * (ends[0] + ends[1]));
+                }
+                finer.push(ends[1]);
             }
-            pieces = pieces.halved(&body, &halved)?;
+            nodes = finer;
         }
     }
 }
 
-/// The solved states of a path: nodes, and between two of them those that are not used.
-struct Pieces {
-    nodes: Vec<State>,
-    between: Vec<[State; BETWEEN]>,
+/// Nodes with places between each two of them, in order.
+fn with_between(nodes: &[f64], places: &[f64]) -> Vec<f64> {
+    let piece = |ends: &[f64]| {
+        let between = places
+            .iter()
+            .map(|place| ends[0] + place * (ends[1] - ends[0]));
+        std::iter::once(ends[0]).chain(between).collect::<Vec<_>>()
+    };
+    let all = nodes.windows(2).flat_map(piece);
+    all.chain(nodes.last().copied()).collect()
 }
 
-impl Pieces {
-    fn first(body: &InPlaneModel, reached: f64) -> Result<Self, NoField> {
-        let states = equal_steps(FieldStudy::new(body)?, reached, FEWEST * (BETWEEN + 1))?;
-        let inside = states.chunks(BETWEEN + 1).take(FEWEST);
-        Ok(Self {
-            between: inside.map(|piece| [piece[1], piece[2], piece[3]]).collect(),
-            nodes: states.iter().step_by(BETWEEN + 1).copied().collect(),
-        })
-    }
-
-    /// The pieces with some of them halved. One more path solves what their halves lack and passes
-    /// by what is known.
-    fn halved(&self, body: &InPlaneModel, halved: &[bool]) -> Result<Self, NoField> {
-        let mut study = FieldStudy::new(body)?;
-        let mut found = Self {
-            nodes: vec![self.nodes[0]],
-            between: Vec::new(),
-        };
-        for (piece, halved) in halved.iter().enumerate() {
-            let [first, middle, third] = self.between[piece];
-            let end = self.nodes[piece + 1];
-            if *halved {
-                let known = [self.nodes[piece], first, middle, third, end];
-                let mut eighth = |place: usize| -> Result<State, NoField> {
-                    let compression = 0.5 * (known[place].0 + known[place + 1].0);
-                    Ok(numbers(&study.press(compression)?))
-                };
-                found.between.push([eighth(0)?, first, eighth(1)?]);
-                found.between.push([eighth(2)?, third, eighth(3)?]);
-                found.nodes.extend([middle, end]);
-            } else {
-                found.between.push(self.between[piece]);
-                found.nodes.push(end);
-            }
-        }
-        Ok(found)
-    }
-}
-
-/// The largest of the errors of the pieces.
+/// The largest of errors.
 fn worst(errors: &[TableErrors]) -> TableErrors {
     let greatest = |of: fn(&TableErrors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
     TableErrors {
@@ -166,6 +160,29 @@ fn worst(errors: &[TableErrors]) -> TableErrors {
         change: greatest(|error| error.change),
         loads: errors.iter().map(|error| error.loads).sum(),
     }
+}
+
+/// Observed errors as they are stated: a tenth above, rounded up to two digits.
+fn stated(observed: TableErrors) -> TableErrors {
+    let above = |error: f64| {
+        let digit = 10f64.powf((ABOVE * error).log10().floor() - 1.0);
+        if error > 0.0 {
+            (ABOVE * error / digit).ceil() * digit
+        } else {
+            0.0
+        }
+    };
+    TableErrors {
+        force: above(observed.force),
+        change: above(observed.change),
+        ..observed
+    }
+}
+
+/// The largest stated error.
+fn largest(errors: &[TableErrors]) -> f64 {
+    let found = stated(worst(errors));
+    found.force.max(found.change)
 }
 
 impl InPlaneModel {
@@ -203,13 +220,11 @@ fn drawing(model: &InPlaneModel) -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-/// States at equal steps of compression, the first at rest.
-fn equal_steps(mut study: FieldStudy, reached: f64, steps: usize) -> Result<Vec<State>, NoField> {
-    (0..=steps)
-        .map(|step| {
-            let state = study.press(reached * step as f64 / steps as f64)?;
-            Ok(numbers(&state))
-        })
+/// States at rising compressions, the first at rest.
+fn path(mut study: FieldStudy, compressions: &[f64]) -> Result<Vec<State>, NoField> {
+    compressions
+        .iter()
+        .map(|compression| Ok(numbers(&study.press(*compression)?)))
         .collect()
 }
 

@@ -41,7 +41,8 @@ pub struct PathTable {
     pub program: String,
     /// All that it follows from, as `key = value`.
     pub drawing: Vec<String>,
-    /// Largest differences at loads between the nodes that were solved and not used.
+    /// Differences at loads between the nodes that were solved and not used: a tenth above the
+    /// largest, rounded up to two digits.
     pub interpolation: TableErrors,
     /// Differences of a finer mesh.
     pub mesh: TableErrors,

@@ -281,7 +281,11 @@ impl Predictor for InPlanePredictor {
 
     fn reading_columns(&self) -> Vec<String> {
         let voltage = self.board.voltage(0.0).is_some();
-        vec![String::from(if voltage { "voltage" } else { "capacitance" })]
+        vec![String::from(if voltage {
+            "voltage"
+        } else {
+            "capacitance"
+        })]
     }
 
     fn clips(&self, load: &Load<'_>) -> bool {

@@ -202,7 +202,11 @@ impl Device for ThreeAxisArray<'_> {
     }
 
     fn time_constants(&self) -> Vec<f64> {
-        self.element.relaxation.iter().map(|term| term.time).collect()
+        self.element
+            .relaxation
+            .iter()
+            .map(|term| term.time)
+            .collect()
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
