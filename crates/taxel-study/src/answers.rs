@@ -760,7 +760,7 @@ fn estimate_column(
     let first = load_columns
         .iter()
         .zip(&loads.given.columns)
-        .find(|(_, given)| **given);
+        .find(|(column, given)| **given && matches!(column.kind, LoadKind::Quantity(..)));
     let dimension = match what {
         Estimated::Place => &quantity::LENGTH,
         Estimated::Linearity | Estimated::Crosstalk => {

@@ -6,7 +6,9 @@ mod common;
 use std::f64::consts::TAU;
 
 use taxel::mechanics::{Base, Contact, SoftCover};
+use taxel::predict::Loads;
 use taxel::sensor::Sensor;
+use taxel::table::Cell;
 use taxel_study::answers::Outcome;
 use taxel_study::study::Status;
 
@@ -75,7 +77,8 @@ fn linearity_is_the_distance_from_the_best_line_through_rest() {
     }
     // Charge is proportional to force.
     let load = "load = \"fz=50 mN, profile=step, ramp=10 ms\"";
-    assert!(number("piezo-1.5mm", "", "linearity", load) < 1e-9);
+    let found = number("piezo-1.5mm", "", "linearity", load);
+    assert!(found < 1e-9, "{found}");
     // Four capacitors: the worst of them.
     let sensor = Sensor::shipped("three-axis-8x8").unwrap();
     let unit = sensor.three_axis().unwrap().unit_model();
@@ -216,24 +219,31 @@ fn the_stretch_is_that_of_the_top_of_the_layer() {
 
 #[test]
 fn a_range_ends_where_a_converter_clips() {
-    let load = "load = \"fz=40 N\"";
-    // The amplifier gives drive C/feedback: with little feedback the converter ends first.
-    let feedback = "\"electronics.readout.charge_amplifier.feedback\" = \"1.08 pF\"\n\
-                    \"electronics.converter.range\" = [\"0.2 V\", \"1 V\"]";
-    let ended = outcome("in-plane-50um", feedback, "range_ended_by", load);
+    let load = "load = \"fz=20 N, profile=step, ramp=10 ms\"";
+    let ended = outcome("piezo-1.5mm", "", "range_ended_by", load);
     assert_eq!(ended, Outcome::Word(String::from("clipped")));
-    let range = number("in-plane-50um", feedback, "range", load);
-    let sensor = Sensor::shipped("in-plane-50um").unwrap();
-    let model = sensor.in_plane().unwrap().model();
-    let compression = model.compression_from_force(range).unwrap();
-    // Where drive C over feedback is the low end.
-    let capacitance = model.respond(compression).unwrap().capacitance;
-    near(
-        capacitance / 1.08e-12,
-        0.2,
-        1e-4,
-        "the end of the converter",
+    let range = number("piezo-1.5mm", "", "range", load);
+    let sensor = Sensor::shipped("piezo-1.5mm").unwrap();
+    let predictor = sensor.device().unwrap().predictor().unwrap();
+    let clipped = |force: f64| {
+        let load = format!("fz={force} N, profile=step, ramp=10 ms");
+        let loads = Loads::one(&load, predictor.load_columns()).unwrap();
+        let mut row = Vec::new();
+        predictor.answer(&loads.load(0), &mut row).unwrap();
+        let place = predictor
+            .columns()
+            .iter()
+            .position(|one| one.name == "clipped");
+        !matches!(&row[place.unwrap()], Cell::Text(text) if text.is_empty())
+    };
+    assert!(
+        !clipped(range * (1.0 - 1e-9)) && clipped(range * (1.0 + 1e-9)),
+        "{range}"
     );
+    // Within its range nothing ends it.
+    let load = "load = \"fz=50 mN, profile=step, ramp=10 ms\"";
+    let ended = outcome("piezo-1.5mm", "", "range_ended_by", load);
+    assert_eq!(ended, Outcome::Word(String::from("not_reached")));
 }
 
 #[test]

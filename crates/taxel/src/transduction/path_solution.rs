@@ -17,6 +17,8 @@ const FEWEST: usize = 8;
 const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
 /// ... and those that are looked at when they suffice.
 const EIGHTHS: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
+/// Share of the path that a table has at least: before, no leap of the solution ends it.
+const SHORTEST: f64 = 0.5;
 /// What a stated error is above the largest difference observed: a load in between may differ a
 /// little more.
 const ABOVE: f64 = 1.1;
@@ -81,7 +83,9 @@ impl PathTable {
         let whole = SolvedInPlane::solve(&body, LARGEST_COMPRESSION, &|_| false, &mut |part| {
             progress(0.1 * part);
         })?;
-        let reached = invertible(&whole);
+        let mut reached = invertible(&whole);
+        let mut ended = whole.ended.clone();
+        let shortest = SHORTEST * reached;
         let mut nodes: Vec<f64> = (0..=FEWEST)
             .map(|node| reached * node as f64 / FEWEST as f64)
             .collect();
@@ -114,7 +118,7 @@ impl PathTable {
                 table.interpolation = stated(worst(&errors));
                 table.drawing = drawing(model);
                 program.clone_into(&mut table.program);
-                table.ended.clone_from(&whole.ended);
+                table.ended = ended;
                 progress(1.0);
                 return Ok(table);
             }
@@ -122,16 +126,26 @@ impl PathTable {
             let least = 1.5 * reached / options.most_intervals as f64;
             let mut finer = vec![nodes[0]];
             for (ends, one) in nodes.windows(2).zip(&errors) {
-                if largest(&[*one]) > options.tolerance {
-                    if ends[1] - ends[0] < least {
+                let error = largest(&[*one]);
+                if error > options.tolerance {
+                    let [from, to] = [ends[0], ends[1]];
+                    if to - from < least && from < shortest {
                         return Err(NoTable::Tolerance {
-                            error: largest(&[*one]),
-                            from: ends[0],
-                            to: ends[1],
+                            error,
+                            from,
+                            to,
                             tolerance: options.tolerance,
                         });
                     }
-                    finer.push(0.5 * (ends[0] + ends[1]));
+                    if to - from < least {
+                        ended = Some(format!(
+                            "up to {to:.4} the solution leaps by {error:.1e} of full scale, more than the tolerance of {:.1e}",
+                            options.tolerance
+                        ));
+                        reached = from;
+                        break;
+                    }
+                    finer.push(0.5 * (from + to));
                 }
                 finer.push(ends[1]);
             }

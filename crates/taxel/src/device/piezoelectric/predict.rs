@@ -657,6 +657,10 @@ impl Predictor for PiezoelectricPredictor {
         Ok(())
     }
 
+    fn scales_with_load(&self, column: usize) -> bool {
+        matches!(column, DISPLACEMENT | FORCE_X | FORCE_Y | FORCE_Z)
+    }
+
     fn reading_columns(&self) -> Vec<String> {
         vec![String::from("a1")]
     }
