@@ -118,7 +118,12 @@ def test_speed_of_a_release_build() -> None:
         best = min(best, (time.perf_counter() - start) / 1000)
     print(f"one row {best * 1e6:.2f} us")
     loads = np.linspace(0, 10e-3, 1_000_000)
-    start = time.perf_counter()
-    sensor.predict(fx=1e-3, fy=0.0, fz=loads)
-    print(f"a million rows {time.perf_counter() - start:.3f} s")
+    ours, library = math.inf, math.inf
+    for _ in range(5):
+        start = time.perf_counter()
+        sensor.predict(fx=1e-3, fy=0.0, fz=loads)
+        ours = min(ours, time.perf_counter() - start)
+        library = min(library, sensor._core.library_seconds({"fx": 1e-3, "fy": 0.0, "fz": loads}))
+    print(f"a million rows {ours:.3f} s, the library alone {library:.3f} s: {ours / library:.3f} times")
     assert best < 5e-6, best
+    assert ours < 1.2 * library, (ours, library)

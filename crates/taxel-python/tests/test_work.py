@@ -226,12 +226,13 @@ def test_another_thread_runs_meanwhile() -> None:
     assert counted[0] > 5 + 20 * seconds, (counted, seconds)
 
 
-@pytest.mark.parametrize("work", ["fem", "sweep", "void"])
+@pytest.mark.parametrize("work", ["fem", "sweep", "void", "body"])
 @pytest.mark.long
 def test_ctrl_c_ends_long_work_within_a_second(work: str) -> None:
     script = {
         "fem": "sensor.predict(fz='250 N', mechanics='fem')",
         "sweep": "[study.run() for _ in range(10**6)]",
+        "body": "[body.solve(travel=-0.3 * (step % 2)) for step in range(10**6)]",
         "void": "[fem.VoidStudy(cell, fem.MooneyRivlin(75.5, 5.7)).close(0.05) for _ in range(10**6)]",
     }[work]
     program = f"""
@@ -240,6 +241,11 @@ from taxel import fem
 sensor = taxel.Sensor("in-plane-50um")
 study = taxel.Study("p1-resolution")
 cell = fem.VoidCell(400, 20, 140, 340, 600)
+places = [[x / 20, y / 20] for y in range(21) for x in range(21)]
+cells = [[21 * r + c, 21 * r + c + 1, 21 * r + c + 22, 21 * r + c + 21] for r in range(20) for c in range(20)]
+sides = {{"bottom": [point[1] == 0 for point in places], "top": [point[1] == 1 for point in places]}}
+body = fem.Problem(fem.Mesh(places, [("quad", cells)], surfaces=sides), fem.MooneyRivlin(75.5, 5.7))
+body.clamp("bottom").drive("top", "y", "travel")
 print("ready", flush=True)
 try:
     [{script} for _ in range(100)]
