@@ -25,15 +25,17 @@ pub struct Runner<'a> {
     /// Who computes designs in the place of this process, and keeps them in the store.
     pub elsewhere: Option<&'a Elsewhere<'a>>,
     /// What the designs are made devices of; none for designs themselves.
-    pub(crate) made: Option<Made>,
+    pub made: Option<Made>,
 }
 
 /// The drawing of made devices, and what is corrected on each.
-pub(crate) struct Made {
-    pub(crate) drawn: Option<Sensor>,
-    pub(crate) after: AfterFile,
+pub struct Made {
+    /// The drawing, if it can be read.
+    pub drawn: Option<Sensor>,
+    /// What is corrected.
+    pub after: AfterFile,
     /// Key of the drawing.
-    pub(crate) of: String,
+    pub of: String,
 }
 
 /// Computes designs in other processes: their rows in the order asked, none for those that were

@@ -10,11 +10,12 @@ use std::sync::OnceLock;
 
 use taxel::sensor::Sensor;
 use taxel::solutions::{Question, Solutions};
-use taxel::transduction::{PathTable, SolvedInPlane, TableOptions};
+use taxel::transduction::{Leaps, PathTable, SolvedInPlane, TableOptions};
 
 const OPTIONS: TableOptions = TableOptions {
     tolerance: 1e-3,
     most_intervals: 64,
+    leaps: Leaps::Refused,
 };
 
 /// One table, here.
@@ -91,10 +92,8 @@ fn hold(table: &PathTable, options: &TableOptions, shares: &[f64]) -> usize {
         table.mesh
     );
     let stated = [table.interpolation.force, table.interpolation.change];
-    assert!(
-        stated.iter().all(|error| *error <= options.tolerance),
-        "{stated:?}"
-    );
+    let kept = stated.iter().all(|error| *error <= options.tolerance);
+    assert!(kept || options.leaps == Leaps::Stated, "{stated:?}");
     let drawn = Sensor::shipped("in-plane-50um").unwrap();
     let sensor = with(table);
     let (model, solved) = (

@@ -15,10 +15,8 @@ use taxel_numerics::roots;
 const FEWEST: usize = 8;
 /// Places between two nodes whose loads are solved and not used: those by which nodes are added ...
 const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
-/// ... and those that are looked at when they suffice.
+/// ... and those that are looked at, too, when no more nodes are to be added.
 const EIGHTHS: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
-/// Share of the path that a table has at least: before, no leap of the solution ends it.
-const SHORTEST: f64 = 0.5;
 /// What a stated error is above the largest difference observed: a load in between may differ a
 /// little more.
 const ABOVE: f64 = 1.1;
@@ -28,10 +26,22 @@ const COMPARED: usize = 5;
 /// How a table is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableOptions {
-    /// Largest interpolation error, as a share of full scale; default 1e-4.
+    /// Interpolation error above which nodes are added, as a share of full scale; default 1e-4.
     pub tolerance: f64,
     /// Most intervals that the path is cut into where it needs the closest nodes; default 128.
     pub most_intervals: usize,
+    /// What becomes of an error above the tolerance that the closest nodes leave, because the solution
+    /// itself leaps; default [`Leaps::Stated`].
+    pub leaps: Leaps,
+}
+
+/// Leaps of the solution between the closest nodes by more than the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leaps {
+    /// The table states the larger error.
+    Stated,
+    /// There is no table.
+    Refused,
 }
 
 impl Default for TableOptions {
@@ -39,6 +49,7 @@ impl Default for TableOptions {
         Self {
             tolerance: 1e-4,
             most_intervals: 128,
+            leaps: Leaps::Stated,
         }
     }
 }
@@ -83,9 +94,9 @@ impl PathTable {
         let whole = SolvedInPlane::solve(&body, LARGEST_COMPRESSION, &|_| false, &mut |part| {
             progress(0.1 * part);
         })?;
-        let mut reached = invertible(&whole);
-        let mut ended = whole.ended.clone();
-        let shortest = SHORTEST * reached;
+        let reached = invertible(&whole);
+        // Where closer nodes do not help, the solution itself leaps.
+        let least = 1.5 * reached / options.most_intervals as f64;
         let mut nodes: Vec<f64> = (0..=FEWEST)
             .map(|node| reached * node as f64 / FEWEST as f64)
             .collect();
@@ -95,57 +106,63 @@ impl PathTable {
             let pieces: Vec<_> = states.chunks(QUARTERS.len() + 1).collect();
             let solved: Vec<_> = pieces.iter().map(|piece| piece[0]).collect();
             let mut table = Self::through(&solved);
-            let error = |piece: &&[State]| table.between(&piece[1..]);
-            let mut errors: Vec<_> = pieces[..nodes.len() - 1].iter().map(error).collect();
-            if largest(&errors) <= options.tolerance {
+            let rest = table.rest_capacitance();
+            let mut off: Vec<_> = pieces[..nodes.len() - 1]
+                .iter()
+                .map(|piece| table.off(&piece[1..], rest))
+                .collect();
+            let halved = |off: &[Vec<[f64; 2]>]| -> Vec<bool> {
+                let ends = nodes.windows(2).zip(off);
+                ends.map(|(ends, off)| {
+                    ends[1] - ends[0] >= least && largest(&[stated(off)]) > options.tolerance
+                })
+                .collect()
+            };
+            let mut to_halve = halved(&off);
+            if !to_halve.contains(&true) {
                 let loads = with_between(&nodes, &EIGHTHS);
                 let states = path(FieldStudy::new(&body)?, &loads)?;
-                let pieces = states.chunks(EIGHTHS.len() + 1);
-                for (known, piece) in errors.iter_mut().zip(pieces) {
-                    *known = worst(&[*known, table.between(&piece[1..])]);
+                for (off, piece) in off.iter_mut().zip(states.chunks(EIGHTHS.len() + 1)) {
+                    // In the order of the loads.
+                    let between = table.off(&piece[1..], rest);
+                    for (place, one) in between.into_iter().enumerate() {
+                        off.insert(2 * place, one);
+                    }
                 }
+                to_halve = halved(&off);
             }
             let closest = nodes.windows(2).map(|ends| ends[1] - ends[0]);
             let closest = reached / closest.fold(f64::INFINITY, f64::min);
             progress(0.1 + 0.7 * (closest / options.most_intervals as f64).min(1.0));
-            let error = largest(&errors);
-            if error <= options.tolerance {
+            if !to_halve.contains(&true) {
+                let errors: Vec<_> = off.iter().map(|off| stated(off)).collect();
+                let above = errors
+                    .iter()
+                    .position(|error| largest(&[*error]) > options.tolerance);
+                if let (Some(piece), Leaps::Refused) = (above, options.leaps) {
+                    return Err(NoTable::Tolerance {
+                        from: nodes[piece],
+                        to: nodes[piece + 1],
+                        error: largest(&errors),
+                        tolerance: options.tolerance,
+                    });
+                }
                 let fine: Vec<f64> = (0..=COMPARED)
                     .map(|load| reached * load as f64 / COMPARED as f64)
                     .collect();
                 let finer = path(FieldStudy::fine(&body)?, &fine)?;
-                table.mesh = table.differ(&finer[1..], rest_of(&finer));
-                table.interpolation = stated(worst(&errors));
+                table.mesh = greatest(&table.off(&finer[1..], rest_of(&finer)));
+                table.interpolation = worst(&errors);
                 table.drawing = drawing(model);
                 program.clone_into(&mut table.program);
-                table.ended = ended;
+                table.ended = whole.ended;
                 progress(1.0);
                 return Ok(table);
             }
-            // Where halves do not help, the solution itself leaps.
-            let least = 1.5 * reached / options.most_intervals as f64;
             let mut finer = vec![nodes[0]];
-            for (ends, one) in nodes.windows(2).zip(&errors) {
-                let error = largest(&[*one]);
-                if error > options.tolerance {
-                    let [from, to] = [ends[0], ends[1]];
-                    if to - from < least && from < shortest {
-                        return Err(NoTable::Tolerance {
-                            error,
-                            from,
-                            to,
-                            tolerance: options.tolerance,
-                        });
-                    }
-                    if to - from < least {
-                        ended = Some(format!(
-                            "up to {to:.4} the solution leaps by {error:.1e} of full scale, more than the tolerance of {:.1e}",
-                            options.tolerance
-                        ));
-                        reached = from;
-                        break;
-                    }
-                    finer.push(0.5 * (from + to));
+            for (ends, halved) in nodes.windows(2).zip(&to_halve) {
+                if *halved {
+                    finer.push(0.5 * (ends[0] + ends[1]));
                 }
                 finer.push(ends[1]);
             }
@@ -176,8 +193,30 @@ fn worst(errors: &[TableErrors]) -> TableErrors {
     }
 }
 
-/// Observed errors as they are stated: a tenth above, rounded up to two digits.
-fn stated(observed: TableErrors) -> TableErrors {
+/// The greatest of differences.
+fn greatest(off: &[[f64; 2]]) -> TableErrors {
+    let of = |which: usize| off.iter().map(|one| one[which].abs()).fold(0.0, f64::max);
+    TableErrors {
+        force: of(0),
+        change: of(1),
+        loads: off.len(),
+    }
+}
+
+/// Differences in order between two nodes as they are stated: a tenth above the greatest one, or
+/// above the greatest step from one to the next, rounded up to two digits. A step that is larger
+/// than both is a leap, and a load beside it may be off by all of it.
+fn stated(off: &[[f64; 2]]) -> TableErrors {
+    // At the nodes nothing is off.
+    let all: Vec<[f64; 2]> = std::iter::once([0.0; 2])
+        .chain(off.iter().copied())
+        .chain([[0.0; 2]])
+        .collect();
+    let steps = all.windows(2);
+    let steps: Vec<[f64; 2]> = steps
+        .map(|pair| std::array::from_fn(|which| pair[1][which] - pair[0][which]))
+        .collect();
+    let (off, steps) = (greatest(off), greatest(&steps));
     let above = |error: f64| {
         let digit = 10f64.powf((ABOVE * error).log10().floor() - 1.0);
         if error > 0.0 {
@@ -187,15 +226,15 @@ fn stated(observed: TableErrors) -> TableErrors {
         }
     };
     TableErrors {
-        force: above(observed.force),
-        change: above(observed.change),
-        ..observed
+        force: above(off.force.max(steps.force)),
+        change: above(off.change.max(steps.change)),
+        ..off
     }
 }
 
-/// The largest stated error.
+/// The largest of stated errors.
 fn largest(errors: &[TableErrors]) -> f64 {
-    let found = stated(worst(errors));
+    let found = worst(errors);
     found.force.max(found.change)
 }
 
