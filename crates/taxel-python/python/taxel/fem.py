@@ -462,8 +462,8 @@ class Laplace:
     >>> points = np.array([[0.0, 0.0], [3e-3, 0.0], [3e-3, 1e-3], [0.0, 1e-3]])
     >>> ends = {"low": points[:, 1] == 0, "high": points[:, 1] > 0}
     >>> field = fem.Laplace(fem.Mesh(points, [("quad", [[0, 1, 2, 3]])], surfaces=ends), {"solid": 2.0})
-    >>> round(field.capacitance(["high"], zero=["low"]).matrix[0, 0] * 1e12, 3)      # 2 eps0 3 mm/1 mm, pF/m
-    53.125
+    >>> f"{field.capacitance(['high'], zero=['low']).matrix[0, 0] * 1e12:.3f} pF/m"      # 2 eps0 3 mm/1 mm
+    '53.125 pF/m'
     """
 
     def __init__(
