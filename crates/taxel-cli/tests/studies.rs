@@ -189,11 +189,10 @@ fn devices_of_a_tolerance_analysis_that_is_ended_are_kept() {
     let (study, store) = (folder.path("study.toml"), folder.path("store"));
     let text = taxel_study::shipped_text("p2-after").unwrap();
     fs::write(&study, text.replace("samples = 4096", "samples = 512")).unwrap();
-    let tolerance = |store: &[&str]| [&["tolerance", &study][..], store].concat();
-    let whole = done(&tolerance(&[]));
-    let kept = ["--store", &store];
+    let whole = done(&["tolerance", &study]);
+    let kept = ["tolerance", &study, "--store", &store];
     let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(tolerance(&kept))
+        .args(kept)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -215,12 +214,12 @@ fn devices_of_a_tolerance_analysis_that_is_ended_are_kept() {
     // What is there is not made again, and the end is the same.
     let before = blocks();
     assert!(before > 0);
-    assert_eq!(done(&tolerance(&kept)), whole);
+    assert_eq!(done(&kept), whole);
     let after = blocks();
-    assert_eq!(done(&tolerance(&kept)), whole);
+    assert_eq!(done(&kept), whole);
     assert_eq!(blocks(), after);
     // Devices after another correction are other ones.
-    done(&[&tolerance(&kept)[..], &["--after", "as_drawn"]].concat());
+    done(&[&kept[..], &["--after", "as_drawn"]].concat());
     assert!(blocks() > after);
 }
 
