@@ -241,8 +241,10 @@ def test_ctrl_c_ends_long_work_within_a_second(work: str) -> None:
         "void": "[fem.VoidStudy(cell, fem.MooneyRivlin(75.5, 5.7)).close(0.05) for _ in range(10**6)]",
     }[work]
     program = f"""
-import taxel, time, sys
+import signal, taxel, time, sys
 from taxel import fem
+# A shell that starts its jobs in the background leaves it ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sensor = taxel.Sensor("in-plane-50um")
 study = taxel.Study("p1-resolution")
 cell = fem.VoidCell(400, 20, 140, 340, 600)
