@@ -266,6 +266,9 @@ pub(crate) struct Tolerance {
     /// What is corrected on each made device, in the place of what the study says
     #[arg(long, value_enum)]
     pub(crate) after: Option<After>,
+    /// Keep finished devices in this folder, and take from it those that are there
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) store: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }
@@ -372,9 +375,10 @@ pub(crate) struct Tabulate {
     /// Write the table (JSON) to this file, for mechanics = { table = "FILE" } in the sensor file
     #[arg(short, long, value_name = "TABLE")]
     pub(crate) output: PathBuf,
-    /// Nodes are added until the interpolation error is below this share of full scale
-    #[arg(long, value_name = "SHARE", default_value = "1e-3", value_parser = tolerance)]
-    pub(crate) tolerance: f64,
+    /// Nodes are added until the interpolation error is below this share of full scale, or there is
+    /// no table [default: 1e-4, and a larger error is stated where the solution itself leaps]
+    #[arg(long, value_name = "SHARE", value_parser = tolerance)]
+    pub(crate) tolerance: Option<f64>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }

@@ -184,6 +184,46 @@ fn runs_that_are_killed_two_hundred_times_go_on() {
 }
 
 #[test]
+fn devices_of_a_tolerance_analysis_that_is_ended_are_kept() {
+    let folder = Folder::new("tolerance-store");
+    let (study, store) = (folder.path("study.toml"), folder.path("store"));
+    let text = taxel_study::shipped_text("p2-after").unwrap();
+    fs::write(&study, text.replace("samples = 4096", "samples = 512")).unwrap();
+    let whole = done(&["tolerance", &study]);
+    let kept = ["tolerance", &study, "--store", &store];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(kept)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // As soon as a block is there.
+    let blocks = || {
+        let all = fs::read_dir(&store).into_iter().flatten().flatten();
+        all.filter(|entry| entry.path().is_dir()).count()
+    };
+    while blocks() == 0 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let id = child.id().to_string();
+    Command::new("kill").args(["-TERM", &id]).status().unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(3), "{told}");
+    assert!(told.contains("goes on from there"), "{told}");
+    // What is there is not made again, and the end is the same.
+    let before = blocks();
+    assert!(before > 0);
+    assert_eq!(done(&kept), whole);
+    let after = blocks();
+    assert_eq!(done(&kept), whole);
+    assert_eq!(blocks(), after);
+    // Devices after another correction are other ones.
+    done(&[&kept[..], &["--after", "as_drawn"]].concat());
+    assert!(blocks() > after);
+}
+
+#[test]
 fn an_optimiser_goes_on_by_replay() {
     let folder = Folder::new("replay");
     let (study, store) = (study(&folder), folder.path("store"));

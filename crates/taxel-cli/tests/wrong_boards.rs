@@ -278,4 +278,21 @@ fn captured_frames_of_which_nothing_tells_the_time_are_told() {
     ]);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains("1 ms apart"), "{errors}");
+    // A table is no recording, whatever its name says; the way to one that the help names works.
+    let recording = folder.path("frames.mcap");
+    let decode = ["recording", "decode", &capture, "--board", &board, "-o"];
+    let told = refused(&[&decode[..], &[&recording]].concat());
+    assert!(
+        told.contains("frames.mcap: must end in .csv") && told.contains("--record"),
+        "{told}"
+    );
+    assert!(!fs::exists(&recording).unwrap());
+    let source = format!("replay:{csv}");
+    let record = [
+        "--source", &source, "--speed", "max", "--record", &recording,
+    ];
+    let (found, errors) = live(&record);
+    assert_eq!(found["frames"], 150, "{errors}");
+    let told = done(&["recording", "inspect", &recording]);
+    assert!(told.contains("\"/taxel/raw\":150"), "{told}");
 }

@@ -7,9 +7,9 @@ use numpy::ndarray::{Array1, Array2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use taxel::mechanics::microchannel_cell::{Closure, Filling, VoidStudy as Posed, WallContact};
-use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{CellShape, CornerDivision, Mesh, VoidCell};
 
+use crate::body::{Solid, material};
 use crate::fault::{Fault, value_error};
 use crate::pool;
 
@@ -22,16 +22,15 @@ pub(crate) struct VoidStudy {
 #[pymethods]
 impl VoidStudy {
     #[new]
-    #[pyo3(signature = (lengths, constants, gas = None, sealed = false))]
+    #[pyo3(signature = (lengths, solid, gas = None, sealed = false))]
     fn new(
         py: Python<'_>,
         lengths: [f64; 6],
-        constants: [f64; 2],
+        solid: Solid,
         gas: Option<f64>,
         sealed: bool,
     ) -> PyResult<Self> {
         let [width, height, cover, base, pitch, fillet] = lengths;
-        let [c10, c01] = constants;
         let cell = VoidCell {
             width,
             height,
@@ -41,9 +40,7 @@ impl VoidStudy {
             fillet,
             division: CornerDivision::default(),
         };
-        let law = Law::MooneyRivlin { c10, c01 };
-        let material = Material::new(law, Volumetric::Incompressible)
-            .map_err(|error| value_error(error.to_string()))?;
+        let material = material(&solid)?;
         let filling = match (gas, sealed) {
             (None, false) => Filling::Vented,
             (None, true) => Filling::Sealed,
@@ -128,7 +125,7 @@ impl VoidStudy {
 }
 
 /// Points, cells by shape in the names of meshio, regions.
-fn meshed<'py>(py: Python<'py>, mesh: &Mesh) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn meshed<'py>(py: Python<'py>, mesh: &Mesh) -> PyResult<Bound<'py, PyDict>> {
     let points: Vec<f64> = mesh.points.iter().flatten().copied().collect();
     let points = Array2::from_shape_vec((mesh.points.len(), 3), points);
     let cells = PyList::empty(py);

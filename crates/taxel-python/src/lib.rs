@@ -9,6 +9,7 @@
 // says by an exception.
 #![allow(clippy::needless_pass_by_value, clippy::missing_errors_doc)]
 
+mod body;
 mod calibration;
 mod fault;
 mod fem;
@@ -31,6 +32,8 @@ static COMMAND: AtomicBool = AtomicBool::new(false);
 /// The part of the package `taxel` that is written in Rust.
 #[pymodule]
 mod _taxel {
+    #[pymodule_export]
+    use super::body::{Mesh, Problem, capacitance, resistance};
     #[pymodule_export]
     use super::calibration::{Calibration, calibrate, synthetic};
     #[pymodule_export]

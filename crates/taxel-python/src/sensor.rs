@@ -384,6 +384,27 @@ impl Sensor {
         answers(predictor.as_ref(), &loads, &given, py)
     }
 
+    /// Seconds that the library alone takes for the answers of [`Self::predict`], without a table.
+    fn library_seconds(&self, py: Python<'_>, values: Bound<'_, PyDict>) -> PyResult<f64> {
+        let predictor = by(None, &self.named.sensor)?;
+        let loads = loads(&values, predictor.load_columns())?;
+        let start = std::time::Instant::now();
+        pool::run(py, |_| {
+            let starts: Vec<usize> = (0..loads.len()).step_by(PIECE).collect();
+            starts.par_iter().for_each(|start| {
+                let mut row = Vec::new();
+                for index in *start..(start + PIECE).min(loads.len()) {
+                    row.clear();
+                    // What is refused is answered, too.
+                    let _ = predictor.answer(&loads.load(index), &mut row);
+                    std::hint::black_box(&row);
+                }
+            });
+            Ok(())
+        })?;
+        Ok(start.elapsed().as_secs_f64())
+    }
+
     /// What one frame says of a load.
     #[pyo3(signature = (values = None, spec = None, noise = None, radius = None))]
     fn information<'py>(

@@ -454,13 +454,14 @@ impl Study {
 
     /// What becomes of made devices: answer, quantity, of which spread, value, error, interval,
     /// SI unit.
-    #[pyo3(signature = (seed = None, samples = None, after = None))]
+    #[pyo3(signature = (seed = None, samples = None, after = None, store = None))]
     fn tolerance<'py>(
         &self,
         py: Python<'py>,
         seed: Option<u64>,
         samples: Option<usize>,
         after: Option<&str>,
+        store: Option<PathBuf>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut study = self.again(py)?;
         let posed =
@@ -486,18 +487,19 @@ impl Study {
             })?;
         }
         let posed = &study.posed;
-        let found = pool::run(py, |request| {
-            match tolerance::tolerance(posed, &|| request.asked(), &|_| ()) {
-                Ok(found) => Ok(Some(found)),
-                Err(NoTolerance::Stopped) => Ok(None),
-                Err(error) => Err(Fault::Wrong(format!("{}: {error}", self.file))),
-            }
-        })?;
+        let kept = study.store(store.as_deref(), tolerance::devices(posed))?;
+        let (found, computed) = study.running(py, kept, None, tolerance::tolerance_by)?;
+        let found = match found {
+            Ok(found) => Some(found),
+            Err(NoTolerance::Stopped) => None,
+            Err(error) => return Err(Fault::Wrong(format!("{}: {error}", self.file)).into()),
+        };
         let given = PyDict::new(py);
         // A stop raises its own exception.
         let Some(found) = found else { return Ok(given) };
         let (columns, rows) = tolerance::table(posed, &found);
         given.set_item("table", Table::of_rows(columns, &rows))?;
+        given.set_item("computed", computed)?;
         given.set_item("devices", found.devices)?;
         given.set_item("failed", found.failed)?;
         given.set_item("reasons", &found.reasons)?;

@@ -90,7 +90,8 @@ def test_peers_agree_on_tolerance_and_front() -> None:
     study = taxel.Study("p2-tolerance")
     names = list(study.variables)
     found = study.tolerance(seed=1, samples=4096)
-    shares = {name: found.value("sensitivity", "first_order_share", name) for name in names}
+    answer = study.answers[0]
+    shares = {name: found.value(answer, "first_order_share", name) for name in names}
     # The spreads of the study, as SALib takes them: +-7 % of the gaps, +-3.5 % of the stiffness.
     nominal = dict(zip(names, study._core.nominal()))
     spread = {name: 0.035 if "stiffness" in name else 0.07 for name in names}
@@ -117,8 +118,18 @@ def test_speed_of_a_release_build() -> None:
             sensor.predict(fx=1e-3, fy=0.0, fz=5e-3)
         best = min(best, (time.perf_counter() - start) / 1000)
     print(f"one row {best * 1e6:.2f} us")
-    loads = np.linspace(0, 10e-3, 1_000_000)
-    start = time.perf_counter()
-    sensor.predict(fx=1e-3, fy=0.0, fz=loads)
-    print(f"a million rows {time.perf_counter() - start:.3f} s")
     assert best < 5e-6, best
+
+
+@pytest.mark.xfail(strict=True, reason="3.0 times: gathering the columns takes longer than the answers")
+def test_a_million_rows_take_little_longer_than_the_library() -> None:
+    sensor = taxel.Sensor("three-axis-unit")
+    loads = np.linspace(0, 10e-3, 1_000_000)
+    ours, library = math.inf, math.inf
+    for _ in range(5):
+        start = time.perf_counter()
+        sensor.predict(fx=1e-3, fy=0.0, fz=loads)
+        ours = min(ours, time.perf_counter() - start)
+        library = min(library, sensor._core.library_seconds({"fx": 1e-3, "fy": 0.0, "fz": loads}))
+    print(f"a million rows {ours:.3f} s, the library alone {library:.3f} s: {ours / library:.3f} times")
+    assert ours < 1.2 * library, (ours, library)

@@ -107,9 +107,25 @@ def test_frames_and_touches_pickle_copy_and_compare() -> None:
         _ = touch.force
 
 
-def test_an_estimator_says_why_it_does_not_pickle() -> None:
-    with pytest.raises(TypeError, match="remembers its frames"):
-        pickle.dumps(taxel.Sensor("in-plane-50um").estimator())
+@pytest.mark.parametrize("name", FRAMES_OF)
+def test_an_estimator_goes_on_as_its_copies_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    sensor = taxel.Sensor(name)
+    frames = sensor.twin(seed=6).frames(90)
+    estimator = sensor.estimator()
+    assert pickle.loads(pickle.dumps(estimator)) == estimator
+    estimator.tare(20)
+    estimator.push(frames[:50])
+    copies = [pickle.loads(pickle.dumps(estimator)), copy.deepcopy(estimator), copy.copy(estimator)]
+    rest = estimator.push(frames[50:])
+    for again in copies:
+        assert again.counts["accepted"] == 50 and again != estimator
+        assert again.push(frames[50:]) == rest
+        assert again == estimator and again.tared == estimator.tared
+    # More than is kept: it says what to send instead.
+    monkeypatch.setattr(taxel._touch, "_MOST_KEPT", 1000)
+    estimator.push(frames.values, time_ns=frames.time_ns + 10**9)
+    with pytest.raises(TypeError, match="send the sensor, the calibration and the frames"):
+        pickle.dumps(estimator)
 
 
 def test_a_tare_is_taken_from_the_next_frames() -> None:

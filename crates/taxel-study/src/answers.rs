@@ -91,11 +91,16 @@ enum Estimated {
     Condition,
     Range,
     RangeEndedBy,
+    Linearity,
+    Crosstalk,
+    TimeConstant,
+    Bandwidth,
+    Stretch,
     Force(usize),
 }
 
 /// Quantities of an estimate by name.
-const ESTIMATED: [(&str, Estimated); 15] = [
+const ESTIMATED: [(&str, Estimated); 20] = [
     ("deviation", Estimated::Deviation("")),
     ("deviation_x", Estimated::Deviation("force_x")),
     ("deviation_y", Estimated::Deviation("force_y")),
@@ -108,6 +113,11 @@ const ESTIMATED: [(&str, Estimated); 15] = [
     ("condition", Estimated::Condition),
     ("range", Estimated::Range),
     ("range_ended_by", Estimated::RangeEndedBy),
+    ("linearity", Estimated::Linearity),
+    ("crosstalk", Estimated::Crosstalk),
+    ("time_constant", Estimated::TimeConstant),
+    ("bandwidth", Estimated::Bandwidth),
+    ("greatest_stretch", Estimated::Stretch),
     ("estimated_force_x", Estimated::Force(0)),
     ("estimated_force_y", Estimated::Force(1)),
     ("estimated_force_z", Estimated::Force(2)),
@@ -136,6 +146,8 @@ fn wrong<T>(
 const WAY: usize = 100;
 /// Steps in which the end of a range is looked for before it is halved in.
 const RANGE_STEPS: usize = 64;
+/// Column of a prediction with the stretch of the top of a layer.
+const STRETCH: &str = "top_stretch";
 /// Cells of the region of a place, along x and y, where none are stated.
 const GRID: [usize; 2] = [25, 9];
 
@@ -607,8 +619,11 @@ fn estimate(
         message: error.to_string(),
         help: String::new(),
     })?;
-    let of_predictor = matches!(what, Estimated::Range | Estimated::RangeEndedBy);
     let predictor = device.predictor();
+    let of_predictor = what.of_predictor();
+    if let Some(missing) = what.lacks(device.as_ref(), predictor.as_deref()) {
+        return wrong("quantity", missing, "ask for another quantity");
+    }
     let load_columns = match &predictor {
         Some(predictor) if of_predictor => predictor.load_columns(),
         _ => device.information_loads(),
@@ -619,6 +634,22 @@ fn estimate(
             "no information is computed for this kind of device",
             "ask of = \"check\"",
         );
+    }
+    if what.of_device() {
+        unused(written, &[])?;
+        let column = if *what == Estimated::Bandwidth {
+            column_of(&quantity::FREQUENCY, name, 1.0)
+        } else {
+            column_of(&quantity::TIME, name, 1e-3)
+        };
+        let estimate = Estimate {
+            what: *what,
+            load: String::new(),
+            options: InformationOptions::default(),
+            grid: None,
+            take: Take::Last,
+        };
+        return Ok((Kind::Estimate(estimate), column, false));
     }
     let Some(load) = &written.load else {
         return wrong(
@@ -729,9 +760,12 @@ fn estimate_column(
     let first = load_columns
         .iter()
         .zip(&loads.given.columns)
-        .find(|(_, given)| **given);
+        .find(|(column, given)| **given && matches!(column.kind, LoadKind::Quantity(..)));
     let dimension = match what {
         Estimated::Place => &quantity::LENGTH,
+        Estimated::Linearity | Estimated::Crosstalk => {
+            return Ok(Column::new(name, "%", 1e-2, "share", 4));
+        }
         Estimated::Range => match first.map(|(column, _)| column.kind) {
             Some(LoadKind::Quantity(dimension, _)) => dimension,
             _ => return Ok(plain()),
@@ -780,6 +814,10 @@ impl Estimate {
         match self.what {
             Estimated::Range | Estimated::RangeEndedBy => self.range(context, accept),
             Estimated::Force(axis) => self.force(context, axis),
+            Estimated::Linearity => self.linearity(context, accept),
+            Estimated::Stretch => self.stretch(context, accept),
+            Estimated::Crosstalk => self.crosstalk(context),
+            Estimated::TimeConstant | Estimated::Bandwidth => self.of_times(context),
             _ if self.grid.is_some() => self.region(context),
             _ => {
                 let Some(device) = context.device.as_deref() else {
@@ -865,7 +903,7 @@ impl Estimate {
     }
 
     /// The largest load along the direction of the load, at most the load itself, up to which
-    /// all states are accepted.
+    /// all states are accepted and no channel is at an end of its range.
     fn range(&self, context: &Context<'_>, accept: &[String]) -> Outcome {
         let predictor = context.device.as_deref().and_then(Device::predictor);
         let Some(predictor) = predictor else {
@@ -881,21 +919,13 @@ impl Estimate {
             _ => None,
         });
         let at = |share: f64| -> Option<String> {
-            let scaled: Vec<Option<LoadValue>> = full
-                .0
-                .iter()
-                .enumerate()
-                .map(|(column, value)| match value {
-                    Some(LoadValue::Number(number)) if predictor.scales_with_load(column) => {
-                        Some(LoadValue::Number(share * number))
-                    }
-                    other => *other,
-                })
-                .collect();
+            let scaled = scaled(predictor.as_ref(), &full, share);
             let mut row = Vec::new();
             match predictor.answer(&Load(&scaled), &mut row) {
                 Err(refused) => Some(refused.message),
-                Ok(()) => unaccepted(&columns, &row, "", accept).map(str::to_owned),
+                Ok(()) => unaccepted(&columns, &row, "", accept)
+                    .map(str::to_owned)
+                    .or_else(|| predictor.clips(&Load(&scaled)).then(|| "clipped".into())),
             }
         };
         let steps = (1..=RANGE_STEPS).map(|step| step as f64 / RANGE_STEPS as f64);
@@ -926,6 +956,113 @@ impl Estimate {
             Estimated::RangeEndedBy => Outcome::Word(why),
             _ => finite(low * first.unwrap_or(0.0)),
         }
+    }
+
+    /// Greatest distance of a reading from the straight line through the reading at rest that is
+    /// nearest to all of the way to the load, over the change of the reading at the load.
+    fn linearity(&self, context: &Context<'_>, accept: &[String]) -> Outcome {
+        let predictor = context.device.as_deref().and_then(Device::predictor);
+        let Some(predictor) = predictor else {
+            return Outcome::Outside(String::from("has no model"));
+        };
+        let columns = predictor.columns();
+        let places: Vec<usize> = predictor
+            .reading_columns()
+            .iter()
+            .filter_map(|name| columns.iter().position(|column| column.name == *name))
+            .collect();
+        let mut readings: Vec<Vec<f64>> = vec![Vec::with_capacity(WAY + 1); places.len()];
+        for step in 0..=WAY {
+            let row = self.answered(predictor.as_ref(), step as f64 / WAY as f64, accept);
+            let row = match row {
+                Ok(row) => row,
+                Err(outcome) => return outcome,
+            };
+            for (place, readings) in places.iter().zip(&mut readings) {
+                match row.get(*place) {
+                    Some(Cell::Number(reading)) => readings.push(*reading),
+                    _ => return Outcome::Outside(String::from("a channel reads no number")),
+                }
+            }
+        }
+        let worst = readings
+            .iter()
+            .filter_map(|readings| off_line(readings))
+            .reduce(f64::max);
+        worst.map_or_else(
+            || Outcome::Outside(String::from("no channel reads the load")),
+            finite,
+        )
+    }
+
+    /// Stretch of the top of the layer under the load.
+    fn stretch(&self, context: &Context<'_>, accept: &[String]) -> Outcome {
+        let predictor = context.device.as_deref().and_then(Device::predictor);
+        let Some(predictor) = predictor else {
+            return Outcome::Outside(String::from("has no model"));
+        };
+        let row = match self.answered(predictor.as_ref(), 1.0, accept) {
+            Ok(row) => row,
+            Err(outcome) => return outcome,
+        };
+        let columns = predictor.columns();
+        let place = columns.iter().position(|column| column.name == STRETCH);
+        match place.and_then(|place| row.get(place)) {
+            Some(Cell::Number(stretch)) => finite(*stretch),
+            _ => Outcome::Outside(String::from("has no stretch at this load")),
+        }
+    }
+
+    /// The answer to a share of the load, if its states are accepted.
+    fn answered(
+        &self,
+        predictor: &dyn Predictor,
+        share: f64,
+        accept: &[String],
+    ) -> Result<Vec<Cell>, Outcome> {
+        let Ok(loads) = Loads::one(&self.load, predictor.load_columns()) else {
+            let message = format!("the load {} is refused", self.load);
+            return Err(Outcome::Outside(message));
+        };
+        let scaled = scaled(predictor, &loads.load(0), share);
+        let mut row = Vec::new();
+        predictor
+            .answer(&Load(&scaled), &mut row)
+            .map_err(|refused| Outcome::Outside(refused.message))?;
+        match unaccepted(&predictor.columns(), &row, "", accept) {
+            Some(state) => Err(Outcome::Outside(format!("state {state}"))),
+            None => Ok(row),
+        }
+    }
+
+    fn crosstalk(&self, context: &Context<'_>) -> Outcome {
+        let Some(device) = context.device.as_deref() else {
+            return Outcome::Outside(String::from("the board cannot read the element"));
+        };
+        let Ok(loads) = Loads::one(&self.load, device.information_loads()) else {
+            return Outcome::Outside(format!("the load {} is refused", self.load));
+        };
+        match device.crosstalk(&loads.load(0)) {
+            Ok(share) => finite(share),
+            Err(NoInformation::Beyond(why)) => Outcome::Outside(why),
+            Err(error) => Outcome::Outside(error.to_string()),
+        }
+    }
+
+    fn of_times(&self, context: &Context<'_>) -> Outcome {
+        let Some(device) = context.device.as_deref() else {
+            return Outcome::Outside(String::from("the board cannot read the element"));
+        };
+        if self.what == Estimated::Bandwidth {
+            let outside =
+                || Outcome::Outside(String::from("nothing limits the band of this design"));
+            return device
+                .band()
+                .map_or_else(outside, |[low, high]| finite(high - low));
+        }
+        let slowest = device.time_constants().into_iter().reduce(f64::max);
+        let outside = || Outcome::Outside(String::from("nothing in this design takes time"));
+        slowest.map_or_else(outside, finite)
     }
 
     /// The force that the estimator of a made device reads at the load, by what was corrected
@@ -994,6 +1131,86 @@ impl Estimate {
             "no estimate of a made device for this element",
         ))
     }
+}
+
+impl Estimated {
+    /// True if it is asked of a prediction, whose loads it takes.
+    fn of_predictor(self) -> bool {
+        matches!(
+            self,
+            Self::Range | Self::RangeEndedBy | Self::Linearity | Self::Stretch
+        )
+    }
+
+    /// True if it is of the device, whatever the load.
+    fn of_device(self) -> bool {
+        matches!(self, Self::TimeConstant | Self::Bandwidth)
+    }
+
+    /// What a kind of device has nothing of.
+    fn lacks(self, device: &dyn Device, predictor: Option<&dyn Predictor>) -> Option<&'static str> {
+        let readings = || predictor.is_some_and(|one| !one.reading_columns().is_empty());
+        let stretch = || {
+            predictor.is_some_and(|one| one.columns().iter().any(|column| column.name == STRETCH))
+        };
+        let nothing = Load(&[]);
+        let missing = match self {
+            Self::Linearity => !readings(),
+            Self::Stretch => !stretch(),
+            Self::Crosstalk => device.crosstalk(&nothing) == Err(NoInformation::Kind),
+            Self::TimeConstant => device.time_constants().is_empty(),
+            Self::Bandwidth => device.band().is_none(),
+            _ => false,
+        };
+        missing.then_some(match self {
+            Self::Linearity => "no readings of this kind of device are computed",
+            Self::Stretch => "the closed form of this kind of device has no stretch",
+            Self::Crosstalk => "the model of this kind of device has no crosstalk",
+            Self::TimeConstant => "nothing in the model of this sensor takes time",
+            _ => "the output of this sensor has no band with two ends",
+        })
+    }
+}
+
+/// A load with its size times a share.
+fn scaled(predictor: &dyn Predictor, full: &Load<'_>, share: f64) -> Vec<Option<LoadValue>> {
+    let part = |(column, value): (usize, &Option<LoadValue>)| match value {
+        Some(LoadValue::Number(number)) if predictor.scales_with_load(column) => {
+            Some(LoadValue::Number(share * number))
+        }
+        other => *other,
+    };
+    full.0.iter().enumerate().map(part).collect()
+}
+
+/// Greatest distance of values at equal steps from the line through the first one whose greatest
+/// distance is least, over the change of the last one; none where that is zero.
+fn off_line(values: &[f64]) -> Option<f64> {
+    let (first, last) = (values.first()?, values.last()?);
+    let whole = (last - first).abs();
+    let steps = (values.len() - 1) as f64;
+    let distance = |slope: f64| {
+        let at = |(step, value): (usize, &f64)| {
+            (value - first - slope * step as f64 / steps * (last - first)).abs()
+        };
+        values.iter().enumerate().map(at).fold(0.0, f64::max)
+    };
+    // The greatest distance is convex in the slope: thirds of an interval that holds the best one.
+    let secant =
+        |(step, value): (usize, &f64)| (value - first) / (last - first) * steps / step as f64;
+    let slopes = values.iter().enumerate().skip(1).map(secant);
+    let mut low = slopes.clone().fold(f64::INFINITY, f64::min);
+    let mut high = slopes.fold(f64::NEG_INFINITY, f64::max);
+    for _ in 0..120 {
+        let [one, other] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+        if distance(one) <= distance(other) {
+            high = other;
+        } else {
+            low = one;
+        }
+    }
+    let found = distance(0.5 * (low + high)) / whole;
+    (whole > 0.0 && found.is_finite()).then_some(found)
 }
 
 fn no_information() -> Outcome {

@@ -4,6 +4,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use taxel::sensor::Sensor;
+
+use crate::file::AfterFile;
 use crate::store::{Kept, Store, StoreError, key_of};
 use crate::study::{Row, Study};
 
@@ -21,6 +24,18 @@ pub struct Runner<'a> {
     pub computed: usize,
     /// Who computes designs in the place of this process, and keeps them in the store.
     pub elsewhere: Option<&'a Elsewhere<'a>>,
+    /// What the designs are made devices of; none for designs themselves.
+    pub made: Option<Made>,
+}
+
+/// The drawing of made devices, and what is corrected on each.
+pub struct Made {
+    /// The drawing, if it can be read.
+    pub drawn: Option<Sensor>,
+    /// What is corrected.
+    pub after: AfterFile,
+    /// Key of the drawing.
+    pub of: String,
 }
 
 /// Computes designs in other processes: their rows in the order asked, none for those that were
@@ -40,6 +55,7 @@ impl<'a> Runner<'a> {
             progress: &|_| {},
             computed: 0,
             elsewhere: None,
+            made: None,
         }
     }
 
@@ -78,8 +94,12 @@ impl<'a> Runner<'a> {
     ) -> Result<Vec<Option<Row>>, StoreError> {
         let study = self.study;
         let keys: Option<Vec<String>> = self.store.as_ref().map(|_| {
-            let keys = points.par_iter().map(|point| key_of(&study.content(point)));
-            keys.collect()
+            // All that the result of a design follows from.
+            let made = self.made.as_ref().map_or_else(String::new, |made| {
+                format!("\nmade of {}, after {:?}", made.of, made.after)
+            });
+            let key = |point: &Vec<f64>| key_of(&(study.content(point) + &made));
+            points.par_iter().map(key).collect()
         });
         let kept = |index: usize| {
             let (store, keys) = self.store.as_ref().zip(keys.as_ref())?;
@@ -99,7 +119,11 @@ impl<'a> Runner<'a> {
         if !compute || missing.is_empty() {
             return Ok(rows);
         }
-        if let Some(elsewhere) = self.elsewhere {
+        // One design alone is not sooner done elsewhere, and a search of one after the other would
+        // wait for each.
+        if let Some(elsewhere) = self.elsewhere
+            && missing.len() > 1
+        {
             let points: Vec<_> = missing.iter().map(|index| points[*index].clone()).collect();
             for (index, row) in missing.into_iter().zip(elsewhere(&points)?) {
                 self.computed += usize::from(row.is_some());
@@ -108,7 +132,8 @@ impl<'a> Runner<'a> {
             (self.progress)(self.computed);
             return Ok(rows);
         }
-        let (stop, progress) = (self.stop, self.progress);
+        let (stop, progress, made) = (self.stop, self.progress, &self.made);
+        let made = made.as_ref().map(|made| (made.drawn.as_ref(), made.after));
         let finished = AtomicUsize::new(self.computed);
         let computed: Vec<Option<Row>> = missing
             .par_iter()
@@ -116,7 +141,8 @@ impl<'a> Runner<'a> {
                 if stop() {
                     return None;
                 }
-                let row = study.evaluate(&points[*index]);
+                let drawn = made.and_then(|(drawn, after)| Some((drawn?, after)));
+                let row = study.evaluate_made(&points[*index], drawn);
                 progress(finished.fetch_add(1, Ordering::Relaxed) + 1);
                 Some(row)
             })

@@ -6,12 +6,15 @@
 //! only then do Wilson's and the bootstrap intervals mean what they say.
 
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use taxel::table::{Cell, Column};
 use taxel_numerics::dense::cholesky;
 
 use crate::file::AfterFile;
 use crate::plans::{draw, seeded};
+use crate::run::{Made, Runner};
 use crate::spread::{Spread, normal_below, normal_quantile};
+use crate::store::{StoreError, key_of};
 use crate::study::{Row, Status, Study, Values};
 
 /// Resamples of the bootstrap.
@@ -178,8 +181,7 @@ pub enum NoTolerance {
     Stopped,
 }
 
-/// Computes a tolerance analysis; `progress` hears the fraction that is done, `stop` says
-/// whether to end.
+/// Makes devices and sums up what becomes of the answers; `progress` hears the fraction.
 ///
 /// # Errors
 /// [`NoTolerance`].
@@ -188,20 +190,59 @@ pub fn tolerance(
     stop: &(dyn Fn() -> bool + Sync),
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Tolerance, NoTolerance> {
-    let plan = plan(study)?;
+    let all = devices(study) as f64;
+    let told = AtomicUsize::new(0);
+    let mut runner = Runner {
+        stop,
+        progress: &|count| {
+            let most = told.fetch_max(count, Ordering::Relaxed).max(count);
+            progress((most as f64 / all).min(1.0));
+        },
+        ..Runner::new(study)
+    };
+    tolerance_by(&mut runner).unwrap_or_else(|error| match error {
+        // Without a store nothing is read or written.
+        StoreError::Io(..) | StoreError::Other(_) => Err(NoTolerance::Stopped),
+    })
+}
+
+/// Devices that a tolerance analysis makes, the same ones counted anew in each table.
+pub fn devices(study: &Study) -> usize {
+    let spreads = study.variables.iter();
+    let spreads = spreads.filter(|one| one.spread.is_some()).count();
+    let mixed = if study.tolerance.correlation.is_empty() {
+        spreads
+    } else {
+        0
+    };
+    let halved = if study.limits.is_empty() { 0 } else { spreads };
+    study.tolerance.samples * (2 + mixed + halved)
+}
+
+/// The same by a runner, which keeps each finished device in its store and takes from it those that
+/// are there.
+///
+/// # Errors
+/// When the store cannot be written; inside, [`NoTolerance`].
+pub fn tolerance_by(runner: &mut Runner<'_>) -> Result<Result<Tolerance, NoTolerance>, StoreError> {
+    let study = runner.study;
+    let plan = match plan(study) {
+        Ok(plan) => plan,
+        Err(error) => return Ok(Err(error)),
+    };
     let count = study.tolerance.samples;
     let spreads = plan.sources.len();
-    let after = study.tolerance.after;
     let nominal = study.evaluate(&plan.nominal);
     if nominal.status != Status::Done {
-        return Err(NoTolerance::Nominal(format!(
-            "{}: {}",
-            nominal.status.name(),
-            nominal.reason
-        )));
+        let status = nominal.status.name();
+        let message = format!("{status}: {}", nominal.reason);
+        return Ok(Err(NoTolerance::Nominal(message)));
     }
-    let drawn = study.read(&study.text_of(&plan.nominal).0).ok();
-    let drawn = drawn.as_ref();
+    runner.made = Some(Made {
+        drawn: study.read(&study.text_of(&plan.nominal).0).ok(),
+        after: study.tolerance.after,
+        of: key_of(&study.content(&plan.nominal)),
+    });
     let mut random = seeded(study.tolerance.seed);
     // A zero would be minus infinity of a normal distribution.
     let mut share = || draw(&mut random).max(f64::MIN_POSITIVE);
@@ -232,24 +273,14 @@ pub fn tolerance(
         tables.extend((0..spreads).map(|column| points(&a, Some(column))));
     }
     let mut results: Vec<Vec<Row>> = Vec::new();
-    let tables_count = tables.len() as f64;
-    for (index, points) in tables.iter().enumerate() {
-        // In pieces, so that a stop and the progress are heard.
-        let mut rows = Vec::with_capacity(points.len());
-        for piece in points.chunks(512) {
-            if stop() {
-                return Err(NoTolerance::Stopped);
-            }
-            let done: Vec<Row> = piece
-                .par_iter()
-                .map(|point| study.evaluate_made(point, drawn.map(|sensor| (sensor, after))))
-                .collect();
-            rows.extend(done);
-            progress((index as f64 + rows.len() as f64 / points.len() as f64) / tables_count);
-        }
+    for points in &tables {
+        let rows: Vec<_> = runner.rows(points)?;
+        let Some(rows) = rows.into_iter().collect::<Option<Vec<Row>>>() else {
+            return Ok(Err(NoTolerance::Stopped));
+        };
         results.push(rows);
     }
-    Ok(summarised(&plan, &nominal, &results, correlated))
+    Ok(Ok(summarised(&plan, &nominal, &results, correlated)))
 }
 
 fn plan(study: &Study) -> Result<Plan<'_>, NoTolerance> {

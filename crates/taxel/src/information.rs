@@ -137,6 +137,21 @@ impl Information {
         Some(inverse)
     }
 
+    /// The unknowns by changes of the channels, SI, along the slopes: what a linear read-out with
+    /// these slopes makes of a frame. None where the frame does not determine them.
+    pub fn linear(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        let covariance = self.covariance()?;
+        let weighed = |unknown: usize| -> f64 {
+            let channels = self.jacobian.iter().zip(&self.noise).zip(changes);
+            channels
+                .map(|((row, noise), change)| row[unknown] / noise * (change / noise))
+                .sum()
+        };
+        let sums: Vec<f64> = (0..self.unknowns.len()).map(weighed).collect();
+        let row = |row: &Vec<f64>| row.iter().zip(&sums).map(|(a, b)| a * b).sum();
+        Some(covariance.iter().map(row).collect())
+    }
+
     /// Standard deviation of the unknown called `name`, SI; none without that unknown or
     /// without information.
     pub fn deviation(&self, name: &str) -> Option<f64> {
@@ -275,6 +290,13 @@ mod tests {
         assert!(near(found.e_criterion(), 0.5 * (3.0 + 5f64.sqrt())));
         let condition = (3.0 + 5f64.sqrt()) / (3.0 - 5f64.sqrt());
         assert!(near(Some(found.condition()), condition));
+    }
+
+    #[test]
+    fn a_linear_read_out_inverts_the_slopes() {
+        // Channels that read a and a + b: 3 and 5 are of a = 3, b = 2. Rounding of a 2 x 2 inverse.
+        let found = two().linear(&[3.0, 5.0]).unwrap_or_default();
+        assert!((found[0] - 3.0).abs() < 1e-13 && (found[1] - 2.0).abs() < 1e-13);
     }
 
     #[test]

@@ -1,16 +1,21 @@
 //! The table of a solved load path: its stated errors hold where it was not made, it is read like a closed
 //! form, and only by its own drawing.
-#![allow(clippy::unwrap_used)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "figures are printed"
+)]
 
 use std::sync::OnceLock;
 
 use taxel::sensor::Sensor;
 use taxel::solutions::{Question, Solutions};
-use taxel::transduction::{PathTable, SolvedInPlane, TableOptions};
+use taxel::transduction::{Leaps, PathTable, SolvedInPlane, TableOptions};
 
 const OPTIONS: TableOptions = TableOptions {
     tolerance: 1e-3,
     most_intervals: 64,
+    leaps: Leaps::Refused,
 };
 
 /// One table, here.
@@ -52,29 +57,45 @@ fn text(old: &str, new: &str) -> String {
 }
 
 fn with_table() -> Sensor {
+    with(table())
+}
+
+fn with(table: &PathTable) -> Sensor {
     Sensor::parse_with(
         "mine.toml",
         &text("schema", "schema"),
-        &mut Here(&table().text()),
+        &mut Here(&table.text()),
     )
     .unwrap()
 }
 
 #[test]
-fn the_tolerance_holds_at_loads_that_the_table_has_not_seen() {
-    let table = table();
+fn the_stated_errors_hold_at_loads_that_the_table_has_not_seen() {
+    assert!(hold(table(), &OPTIONS, &[0.93]) >= 20);
+}
+
+#[test]
+#[ignore = "two minutes: cargo test -p taxel --test path_table -- --ignored --nocapture"]
+fn the_stated_errors_of_the_default_tolerance_hold_at_unseen_loads() {
+    let sensor = Sensor::shipped("in-plane-50um").unwrap();
+    let options = TableOptions::default();
+    let device = sensor.device().unwrap();
+    let table = device.tabulate(&options, "test", &mut |_| {}).unwrap();
+    assert!(hold(&table, &options, &[0.97, 0.83, 0.43]) >= 50);
+}
+
+/// Solves ways to shares of the whole one, whose states lie between the nodes, and compares; how many.
+fn hold(table: &PathTable, options: &TableOptions, shares: &[f64]) -> usize {
     assert!(
         table.interpolation.loads >= 8 && table.mesh.loads == 5,
         "{:?}",
         table.mesh
     );
     let stated = [table.interpolation.force, table.interpolation.change];
-    assert!(
-        stated.iter().all(|error| *error <= OPTIONS.tolerance),
-        "{stated:?}"
-    );
+    let kept = stated.iter().all(|error| *error <= options.tolerance);
+    assert!(kept || options.leaps == Leaps::Stated, "{stated:?}");
     let drawn = Sensor::shipped("in-plane-50um").unwrap();
-    let sensor = with_table();
+    let sensor = with(table);
     let (model, solved) = (
         sensor.in_plane().unwrap().model(),
         drawn.in_plane().unwrap().model(),
@@ -82,12 +103,12 @@ fn the_tolerance_holds_at_loads_that_the_table_has_not_seen() {
     let inverse = model.inverse().unwrap();
     let end = model.respond(table.largest_compression()).unwrap();
     let area = model.layer.contact_area();
-    let mut seen = 0;
-    // Ways to other ends: their states lie between the nodes.
-    for share in [0.93, 0.71, 0.37] {
+    let (mut seen, mut found_worst, mut worst_bias) = (0, [0.0_f64; 2], 0.0_f64);
+    for share in shares {
         let most = share * table.largest_compression();
         let way = SolvedInPlane::solve(&solved, most, &|_| false, &mut |_| {}).unwrap();
         for step in 1..=24 {
+            // A state of the way, not one between two of them.
             let state = way.at(most * f64::from(step) / 24.0).unwrap();
             let force = area * state.mean_stress;
             let change = way.rest().capacitance - state.capacitance;
@@ -96,22 +117,31 @@ fn the_tolerance_holds_at_loads_that_the_table_has_not_seen() {
                 (found.layer.force - force).abs() / end.layer.force,
                 (found.change - change).abs() / end.change,
             ];
-            assert!(
-                errors.iter().all(|error| *error <= OPTIONS.tolerance),
-                "{} {errors:?}",
-                state.compression
-            );
-            // What an estimator reads of the solved capacitance is the solved force.
+            for (worst, error) in found_worst.iter_mut().zip(errors) {
+                *worst = worst.max(error);
+            }
+            // What an estimator reads of the solved capacitance is the solved force: the error of
+            // the change is worth a force by the slope there.
             if change <= inverse.last().change {
                 let bias = (inverse.force_from_change(change) - force).abs();
                 let slope = model.sensitivity(state.compression).unwrap();
-                let allowed = OPTIONS.tolerance * (end.layer.force + end.change / slope);
-                assert!(bias <= allowed, "{force} N: {bias} above {allowed}");
+                let allowed = stated[0] * end.layer.force + stated[1] * end.change / slope;
+                worst_bias = worst_bias.max(bias / allowed);
             }
             seen += 1;
         }
     }
-    assert!(seen >= 50);
+    println!(
+        "{} nodes, {} loads between them: stated {stated:?}, found at {seen} others {found_worst:?}; \
+         bias of the estimate over what that allows {worst_bias:.2}",
+        table.nodes(),
+        table.interpolation.loads,
+    );
+    for (found, stated) in found_worst.iter().zip(stated) {
+        assert!(*found <= stated, "{found_worst:?} above {stated:?}");
+    }
+    assert!(worst_bias <= 1.0, "{worst_bias}");
+    seen
 }
 
 #[test]

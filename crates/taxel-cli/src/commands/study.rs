@@ -153,12 +153,10 @@ pub(crate) fn running<T>(
     };
     let stop = || interrupt.asked();
     let mut runner = Runner {
-        study,
         store,
         stop: &stop,
         progress: &tell,
-        computed: 0,
-        elsewhere: None,
+        ..Runner::new(study)
     };
     let result = work(&mut runner);
     if let Ok(mut progress) = progress.lock() {

@@ -2,7 +2,7 @@
 
 use taxel::device::NotTabulated;
 use taxel::table::{self, Cell, Column};
-use taxel::transduction::{PathTable, TableErrors, TableOptions};
+use taxel::transduction::{Leaps, PathTable, TableErrors, TableOptions};
 
 use crate::arguments::{COMMIT, Tabulate, VERSION};
 use crate::progress::Progress;
@@ -14,10 +14,11 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
     outputs::check(&outputs, &[&arguments.sensor], existing)?;
     let named = files::sensor(&arguments.sensor)?;
     let device = files::device(&named.sensor)?;
-    let options = TableOptions {
-        tolerance: arguments.tolerance,
-        ..TableOptions::default()
-    };
+    let mut options = TableOptions::default();
+    if let Some(tolerance) = arguments.tolerance {
+        options.tolerance = tolerance;
+        options.leaps = Leaps::Refused;
+    }
     let program = format!("taxel {VERSION} {COMMIT}");
     let mut progress = Progress::new("solving the load path");
     interrupt::leave_nothing_unfinished();
@@ -36,6 +37,13 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
         note!(
             "note: the solution ended at a compression of {:.4}: {reason}",
             table.largest_compression()
+        );
+    }
+    let error = table.interpolation.force.max(table.interpolation.change);
+    if error > options.tolerance {
+        note!(
+            "note: the solution leaps: closer nodes do not bring the interpolation error below {:.1e}",
+            options.tolerance
         );
     }
     note!(

@@ -23,21 +23,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Done, Stop> {
     if let Some(after) = arguments.after {
         read.tolerance.after = after.into();
     }
-    let interrupt = crate::interrupt::Interrupt::listen();
-    let progress = std::sync::Mutex::new(crate::progress::Progress::new("making devices"));
-    let tell = |fraction: f64| {
-        if let Ok(mut progress) = progress.try_lock() {
-            progress.at(fraction);
-        }
+    let all = tolerance::devices(&read);
+    let store = match &arguments.store {
+        None => None,
+        Some(folder) => Some(study::store(folder, &read, &text.text, all)?),
     };
-    let found = tolerance::tolerance(&read, &|| interrupt.asked(), &tell);
-    if let Ok(mut progress) = progress.lock() {
-        progress.end();
-    }
+    let (found, computed) = study::running(&read, "making devices", all, store, |runner| {
+        let found = tolerance::tolerance_by(runner)?;
+        Ok((found, runner.computed))
+    })?;
     let found = match found {
         Ok(found) => found,
         Err(NoTolerance::Stopped) => {
-            note!("note: stopped before the end; nothing was written");
+            match &arguments.store {
+                None => note!("note: stopped before the end; nothing was written"),
+                Some(folder) => note!(
+                    "note: stopped before the end; {computed} of {all} devices were computed and are kept in {}: \
+                     the same command goes on from there",
+                    taxel::shown::path(folder)
+                ),
+            }
             return Ok(Done::WithLosses);
         }
         Err(error) => return Err(Stop::WrongInput(format!("{}: {error}", text.name))),

@@ -50,6 +50,9 @@ class Live:
         self.client: Any = TaxelLive(address, timeout)  # type: ignore[no-untyped-call]
         self._dropped = 0
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("a Live is a connection and is not pickled: send its address")
+
     @property
     def hello(self) -> dict[str, Any]:
         """What the numbers mean, as the live protocol describes it."""

@@ -254,14 +254,17 @@ class Study:
             active=found["active"],
         )
 
-    def tolerance(self, *, seed: int | None = None, samples: int | None = None, after: str | None = None) -> Tolerance:
+    def tolerance(
+        self, *, seed: int | None = None, samples: int | None = None, after: str | None = None, store: Path | None = None
+    ) -> Tolerance:
         """What becomes of devices that are not made as drawn: ``taxel tolerance``.
 
         Args:
             samples: Base samples in the place of those of the study file.
             after: What is corrected on each made device: ``"as_drawn"``, ``"rest"`` or ``"bench"``.
+            store: Folder that keeps each finished device.
         """
-        found = self._core.tolerance(seed, samples, after)
+        found = self._core.tolerance(seed, samples, after, _path(store))
         return Tolerance(Answers(found["table"]), found["devices"], found["failed"], found["tighten_first"])
 
     def ask(self, point: ArrayLike | Mapping[str, Any], *, store: Path | None = None) -> Design:

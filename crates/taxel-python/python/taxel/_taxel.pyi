@@ -6,6 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "Mesh",
+    "Problem",
+    "capacitance",
+    "resistance",
     "Calibration",
     "calibrate",
     "synthetic",
@@ -67,6 +71,7 @@ class Sensor:
         mechanics: str | None = None,
         calibration: tuple[str, str] | None = None,
     ) -> Table: ...
+    def library_seconds(self, values: dict[str, Any]) -> float: ...
     def information(
         self, values: dict[str, Any] | None = None, spec: str | None = None, noise: Any = None, radius: Any = None
     ) -> dict[str, Any]: ...
@@ -129,7 +134,7 @@ class Study:
         self, seed: int | None = None, evaluations: int | None = None, store: str | None = None, submit: Any = None
     ) -> dict[str, Any]: ...
     def tolerance(
-        self, seed: int | None = None, samples: int | None = None, after: str | None = None
+        self, seed: int | None = None, samples: int | None = None, after: str | None = None, store: str | None = None
     ) -> dict[str, Any]: ...
 
 @final
@@ -137,7 +142,7 @@ class VoidStudy:
     def __new__(
         cls,
         lengths: tuple[float, float, float, float, float, float],
-        constants: tuple[float, float],
+        solid: tuple[str, list[float], float | None],
         gas: float | None = None,
         sealed: bool = False,
     ) -> VoidStudy: ...
@@ -146,6 +151,49 @@ class VoidStudy:
     def mesh(self) -> dict[str, Any]: ...
     def displacement(self) -> NDArray[np.float64]: ...
 
+@final
+class Mesh:
+    def __new__(
+        cls,
+        points: NDArray[np.float64],
+        blocks: list[tuple[str, NDArray[np.int64], NDArray[np.int64]]],
+        regions: list[str],
+        surfaces: dict[str, list[int]],
+    ) -> Mesh: ...
+    def complete(self) -> dict[str, Any]: ...
+
+@final
+class Problem:
+    def __new__(
+        cls,
+        mesh: Mesh,
+        kinematics: str,
+        materials: list[tuple[str, list[float], float | None]],
+        supports: list[tuple[str, int, str | None]],
+        pressures: list[tuple[str, str]],
+    ) -> Problem: ...
+    def parameters(self) -> list[str]: ...
+    def solve(self, targets: list[float]) -> None: ...
+    def displacement(self) -> NDArray[np.float64]: ...
+    def stress(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def reaction(self, surface: str) -> list[float]: ...
+
+def capacitance(
+    mesh: Mesh,
+    geometry: str,
+    permittivities: list[tuple[str, float]],
+    conductors: list[str],
+    zero: list[str],
+    floating: list[str],
+    displacement: NDArray[np.float64] | None = None,
+) -> dict[str, NDArray[np.float64]]: ...
+def resistance(
+    mesh: Mesh,
+    geometry: str,
+    conductivities: list[tuple[str, float]],
+    ends: tuple[str, str],
+    displacement: NDArray[np.float64] | None = None,
+) -> tuple[float, float, NDArray[np.float64]]: ...
 def calibrate(
     sensor: Sensor,
     beside: list[Sensor],

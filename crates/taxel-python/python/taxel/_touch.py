@@ -259,16 +259,26 @@ def _twin_of(sensor: Sensor, script: str | None, seed: int, given: int) -> Twin:
     return twin
 
 
+#: Most bytes of frames that an estimator keeps for its copies.
+_MOST_KEPT = 64 << 20
+#: Bytes that one call takes beside its frames.
+_BESIDE = 512
+
+
 class Estimator:
     """Frames to touch; remembers between calls, so blocks of any size give the same answers.
 
-    Made by :meth:`Sensor.estimator`. Not to be pickled or copied: it remembers frames. Send the
-    sensor, the calibration and the frames instead.
+    Made by :meth:`Sensor.estimator`. A copy, also one that was pickled, has been pushed the same
+    frames: they are kept up to 64 MiB. An estimator that has seen more is not copied.
     """
 
     def __init__(self, sensor: Sensor, *, calibration: Calibration | None = None) -> None:
         #: The sensor.
         self.sensor = sensor
+        self._calibration = calibration
+        # What was done since, with its arrays; None once that is too much.
+        self._done: list[tuple[Any, ...]] | None = []
+        self._size = 0
         self._core = _taxel.Estimator(sensor._core, None if calibration is None else calibration._named)
         self._meaning = self._core.meaning()
 
@@ -306,6 +316,9 @@ class Estimator:
         if times.dtype.kind not in "iu" or numbers.dtype.kind not in "iu":
             raise FrameError(f"times and numbers are whole numbers, not {times.dtype} and {numbers.dtype}")
         found = self._core.push(numbers, times, values)
+        if self._done is not None:
+            self._size += numbers.nbytes + times.nbytes + values.nbytes + _BESIDE
+            self._did("push", numbers.copy(), times.copy(), values.copy())
         contacts, events = found.pop("contacts"), found.pop("events")
         return Touch(
             **found,
@@ -318,6 +331,7 @@ class Estimator:
     def tare(self, frames: int = 60) -> None:
         """Takes the next ``frames`` frames as rest; contacts have no number meanwhile."""
         self._core.begin_rest_capture(frames)
+        self._did("begin_rest_capture", frames)
 
     @property
     def tared(self) -> bool:
@@ -334,17 +348,63 @@ class Estimator:
     def clear_tare(self) -> None:
         """Returns to the rest values of the calibration."""
         self._core.clear_rest()
+        self._did("clear_rest")
 
     @property
     def counts(self) -> dict[str, int]:
         """Frames so far: accepted, lost, late, duplicate, repeated."""
         return dict(zip(("accepted", "lost", "late", "duplicate", "repeated"), self._core.counts()))
 
+    def _did(self, what: str, *arguments: Any) -> None:
+        if self._done is not None:
+            self._done.append((what, *arguments))
+        if self._size > _MOST_KEPT:
+            self._done = None
+
     def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("an Estimator remembers its frames and is not pickled: send the sensor, the calibration and the frames")
+        if self._done is None:
+            raise TypeError(
+                f"an Estimator that has seen more than {_MOST_KEPT >> 20} MiB of frames is not copied: "
+                "send the sensor, the calibration and the frames"
+            )
+        return _estimator_of, (self.sensor, self._calibration, self._done)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Estimator):
+            return NotImplemented
+        if self is other:
+            return True
+        if self._done is None or other._done is None:
+            return False
+        return (
+            self.sensor == other.sensor
+            and self._calibration == other._calibration
+            and len(self._done) == len(other._done)
+            and all(_same_call(mine, theirs) for mine, theirs in zip(self._done, other._done))
+        )
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"<Estimator of {self.sensor.file}, {self.counts['accepted']} frames>"
+
+
+def _same_call(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
+    return len(one) == len(other) and all(
+        same(mine, theirs) if isinstance(mine, np.ndarray) else mine == theirs for mine, theirs in zip(one, other)
+    )
+
+
+def _estimator_of(sensor: Sensor, calibration: Calibration | None, done: list[tuple[Any, ...]]) -> Estimator:
+    estimator = Estimator(sensor, calibration=calibration)
+    for what, *arguments in done:
+        # The same frames lead to the same state.
+        getattr(estimator._core, what)(*arguments)
+    estimator._done = list(done)
+    estimator._size = sum(
+        _BESIDE + sum(array.nbytes for array in call[1:]) for call in done if call[0] == "push"
+    )
+    return estimator
 
 
 def si_of(meaning: dict[str, Any]) -> str:

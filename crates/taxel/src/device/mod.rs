@@ -149,6 +149,27 @@ pub trait Device {
         Err(NoInformation::Kind)
     }
 
+    /// The largest answer on an axis or a taxel that a load is not on, over that on the loaded one.
+    ///
+    /// # Errors
+    /// [`NoInformation`] for a device whose model has none, and a load on several axes or on none.
+    fn crosstalk(&self, load: &Load<'_>) -> Result<f64, NoInformation> {
+        let _ = load;
+        Err(NoInformation::Kind)
+    }
+
+    /// Time constants of all in the model that follows a load with a delay or forgets it, s:
+    /// relaxation, leak, filter.
+    fn time_constants(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Corner frequencies between which the output follows the load, Hz; none for a device whose
+    /// output holds a load at rest, or is not limited above.
+    fn band(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     /// Predictor of a device that was not made as drawn: each length or gain whose standard
     /// deviation the table `fabrication` of the sensor file states is off by that times a number
     /// of `normal`. None for a device without such a table.

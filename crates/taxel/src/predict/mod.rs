@@ -54,6 +54,18 @@ pub trait Predictor: Send + Sync {
     /// [`LoadRefused`] names the column, its value and what is allowed.
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused>;
 
+    /// Names of the columns with what the channels read, before it becomes a number of a frame;
+    /// empty for a device without such columns.
+    fn reading_columns(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// True if a channel is at an end of its range under a load, or beyond.
+    fn clips(&self, load: &Load<'_>) -> bool {
+        let _ = load;
+        false
+    }
+
     /// Curves that show the answers to loads of the columns `given`.
     fn curves(&self, given: &[bool]) -> Vec<Curve>;
 

@@ -26,7 +26,7 @@ pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
-pub use path_solution::{NoTable, TableOptions};
+pub use path_solution::{Leaps, NoTable, TableOptions};
 pub use path_table::{DrawnTable, PathTable, TableErrors, WrongTable};
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,

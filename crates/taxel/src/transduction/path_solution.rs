@@ -5,31 +5,51 @@ use std::sync::Arc;
 
 use super::in_plane_field::{FieldState, FieldStudy, NoField, SolvedInPlane};
 use super::in_plane_model::InPlaneModel;
-use super::path_table::{DrawnTable, PathTable, State, WrongTable};
+use super::path_table::{DrawnTable, PathTable, State, TableErrors, WrongTable};
 use super::section_solution::{as_drawn, statement};
 use crate::mechanics::LARGEST_COMPRESSION;
 use crate::solutions::digits;
 use taxel_numerics::roots;
 
-/// Intervals of the first table; half of its solved loads are not used.
+/// Intervals of the first table.
 const FEWEST: usize = 8;
+/// Places between two nodes whose loads are solved and not used: those by which nodes are added ...
+const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
+/// ... and those that are looked at, too, when no more nodes are to be added.
+const EIGHTHS: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
+/// What a stated error is above the largest difference observed: a load in between may differ a
+/// little more.
+const ABOVE: f64 = 1.1;
 /// Loads that are solved on the finer mesh.
 const COMPARED: usize = 5;
 
 /// How a table is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableOptions {
-    /// Largest interpolation error, as a share of full scale; default 1e-3.
+    /// Interpolation error above which nodes are added, as a share of full scale; default 1e-4.
     pub tolerance: f64,
-    /// Most intervals between nodes; default 128.
+    /// Most intervals that the path is cut into where it needs the closest nodes; default 128.
     pub most_intervals: usize,
+    /// What becomes of an error above the tolerance that the closest nodes leave, because the solution
+    /// itself leaps; default [`Leaps::Stated`].
+    pub leaps: Leaps,
+}
+
+/// Leaps of the solution between the closest nodes by more than the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leaps {
+    /// The table states the larger error.
+    Stated,
+    /// There is no table.
+    Refused,
 }
 
 impl Default for TableOptions {
     fn default() -> Self {
         Self {
-            tolerance: 1e-3,
+            tolerance: 1e-4,
             most_intervals: 128,
+            leaps: Leaps::Stated,
         }
     }
 }
@@ -42,12 +62,15 @@ pub enum NoTable {
     Field(#[from] NoField),
     /// The nodes do not suffice.
     #[error(
-        "{intervals} intervals leave an interpolation error of {error:.1e} of full scale, above the tolerance of {tolerance:.1e}\n\
+        "between nodes at compressions of {from:.4} and {to:.4} an interpolation error of {error:.1e} of full scale is left, \
+         above the tolerance of {tolerance:.1e}\n\
          help: give a larger --tolerance"
     )]
     Tolerance {
-        /// Most intervals.
-        intervals: usize,
+        /// Compressions at the ends of the first of the closest intervals that does not keep to it.
+        from: f64,
+        /// See `from`.
+        to: f64,
         /// Error that is left.
         error: f64,
         /// Tolerance.
@@ -56,8 +79,8 @@ pub enum NoTable {
 }
 
 impl PathTable {
-    /// Solves the load path of `model` by finite elements as far as it can be read back, with nodes added until the
-    /// interpolation error is within the tolerance; `progress` hears the fraction.
+    /// Solves the load path of `model` by finite elements as far as it can be read back, with nodes added where the
+    /// interpolation error is above the tolerance: seven loads are compared between each two nodes; `progress` hears the fraction.
     ///
     /// # Errors
     /// [`NoTable`].
@@ -72,34 +95,147 @@ impl PathTable {
             progress(0.1 * part);
         })?;
         let reached = invertible(&whole);
-        let mut intervals = FEWEST;
+        // Where closer nodes do not help, the solution itself leaps.
+        let least = 1.5 * reached / options.most_intervals as f64;
+        let mut nodes: Vec<f64> = (0..=FEWEST)
+            .map(|node| reached * node as f64 / FEWEST as f64)
+            .collect();
         loop {
-            let states = way(FieldStudy::new(&body)?, reached, 2 * intervals)?;
-            let nodes: Vec<_> = states.iter().step_by(2).copied().collect();
-            let between: Vec<_> = states.iter().skip(1).step_by(2).copied().collect();
-            let mut table = Self::through(&nodes);
-            table.interpolation = table.differ(&between, table.rest_capacitance());
-            progress(0.1 + 0.5 * intervals as f64 / options.most_intervals as f64);
-            let error = table.interpolation.force.max(table.interpolation.change);
-            if error <= options.tolerance {
-                let finer = way(FieldStudy::fine(&body)?, reached, COMPARED)?;
-                table.mesh = table.differ(&finer[1..], rest_of(&finer));
+            // One path for all of them: what a far leap finds depends on the leap.
+            let states = path(FieldStudy::new(&body)?, &with_between(&nodes, &QUARTERS))?;
+            let pieces: Vec<_> = states.chunks(QUARTERS.len() + 1).collect();
+            let solved: Vec<_> = pieces.iter().map(|piece| piece[0]).collect();
+            let mut table = Self::through(&solved);
+            let rest = table.rest_capacitance();
+            let mut off: Vec<_> = pieces[..nodes.len() - 1]
+                .iter()
+                .map(|piece| table.off(&piece[1..], rest))
+                .collect();
+            let halved = |off: &[Vec<[f64; 2]>]| -> Vec<bool> {
+                let ends = nodes.windows(2).zip(off);
+                ends.map(|(ends, off)| {
+                    ends[1] - ends[0] >= least && largest(&[stated(off)]) > options.tolerance
+                })
+                .collect()
+            };
+            let mut to_halve = halved(&off);
+            if !to_halve.contains(&true) {
+                let loads = with_between(&nodes, &EIGHTHS);
+                let states = path(FieldStudy::new(&body)?, &loads)?;
+                for (off, piece) in off.iter_mut().zip(states.chunks(EIGHTHS.len() + 1)) {
+                    // In the order of the loads.
+                    let between = table.off(&piece[1..], rest);
+                    for (place, one) in between.into_iter().enumerate() {
+                        off.insert(2 * place, one);
+                    }
+                }
+                to_halve = halved(&off);
+            }
+            let closest = nodes.windows(2).map(|ends| ends[1] - ends[0]);
+            let closest = reached / closest.fold(f64::INFINITY, f64::min);
+            progress(0.1 + 0.7 * (closest / options.most_intervals as f64).min(1.0));
+            if !to_halve.contains(&true) {
+                let errors: Vec<_> = off.iter().map(|off| stated(off)).collect();
+                let above = errors
+                    .iter()
+                    .position(|error| largest(&[*error]) > options.tolerance);
+                if let (Some(piece), Leaps::Refused) = (above, options.leaps) {
+                    return Err(NoTable::Tolerance {
+                        from: nodes[piece],
+                        to: nodes[piece + 1],
+                        error: largest(&errors),
+                        tolerance: options.tolerance,
+                    });
+                }
+                let fine: Vec<f64> = (0..=COMPARED)
+                    .map(|load| reached * load as f64 / COMPARED as f64)
+                    .collect();
+                let finer = path(FieldStudy::fine(&body)?, &fine)?;
+                table.mesh = greatest(&table.off(&finer[1..], rest_of(&finer)));
+                table.interpolation = worst(&errors);
                 table.drawing = drawing(model);
                 program.clone_into(&mut table.program);
-                table.ended.clone_from(&whole.ended);
+                table.ended = whole.ended;
                 progress(1.0);
                 return Ok(table);
             }
-            if 2 * intervals > options.most_intervals {
-                return Err(NoTable::Tolerance {
-                    intervals,
-                    error,
-                    tolerance: options.tolerance,
-                });
+            let mut finer = vec![nodes[0]];
+            for (ends, halved) in nodes.windows(2).zip(&to_halve) {
+                if *halved {
+                    finer.push(0.5 * (ends[0] + ends[1]));
+                }
+                finer.push(ends[1]);
             }
-            intervals *= 2;
+            nodes = finer;
         }
     }
+}
+
+/// Nodes with places between each two of them, in order.
+fn with_between(nodes: &[f64], places: &[f64]) -> Vec<f64> {
+    let piece = |ends: &[f64]| {
+        let between = places
+            .iter()
+            .map(|place| ends[0] + place * (ends[1] - ends[0]));
+        std::iter::once(ends[0]).chain(between).collect::<Vec<_>>()
+    };
+    let all = nodes.windows(2).flat_map(piece);
+    all.chain(nodes.last().copied()).collect()
+}
+
+/// The largest of errors.
+fn worst(errors: &[TableErrors]) -> TableErrors {
+    let greatest = |of: fn(&TableErrors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
+    TableErrors {
+        force: greatest(|error| error.force),
+        change: greatest(|error| error.change),
+        loads: errors.iter().map(|error| error.loads).sum(),
+    }
+}
+
+/// The greatest of differences.
+fn greatest(off: &[[f64; 2]]) -> TableErrors {
+    let of = |which: usize| off.iter().map(|one| one[which].abs()).fold(0.0, f64::max);
+    TableErrors {
+        force: of(0),
+        change: of(1),
+        loads: off.len(),
+    }
+}
+
+/// Differences in order between two nodes as they are stated: a tenth above the greatest one, or
+/// above the greatest step from one to the next, rounded up to two digits. A step that is larger
+/// than both is a leap, and a load beside it may be off by all of it.
+fn stated(off: &[[f64; 2]]) -> TableErrors {
+    // At the nodes nothing is off.
+    let all: Vec<[f64; 2]> = std::iter::once([0.0; 2])
+        .chain(off.iter().copied())
+        .chain([[0.0; 2]])
+        .collect();
+    let steps = all.windows(2);
+    let steps: Vec<[f64; 2]> = steps
+        .map(|pair| std::array::from_fn(|which| pair[1][which] - pair[0][which]))
+        .collect();
+    let (off, steps) = (greatest(off), greatest(&steps));
+    let above = |error: f64| {
+        let digit = 10f64.powf((ABOVE * error).log10().floor() - 1.0);
+        if error > 0.0 {
+            (ABOVE * error / digit).ceil() * digit
+        } else {
+            0.0
+        }
+    };
+    TableErrors {
+        force: above(off.force.max(steps.force)),
+        change: above(off.change.max(steps.change)),
+        ..off
+    }
+}
+
+/// The largest of stated errors.
+fn largest(errors: &[TableErrors]) -> f64 {
+    let found = worst(errors);
+    found.force.max(found.change)
 }
 
 impl InPlaneModel {
@@ -137,13 +273,11 @@ fn drawing(model: &InPlaneModel) -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-/// States at equal steps of compression, the first at rest.
-fn way(mut study: FieldStudy, reached: f64, steps: usize) -> Result<Vec<State>, NoField> {
-    (0..=steps)
-        .map(|step| {
-            let state = study.press(reached * step as f64 / steps as f64)?;
-            Ok(numbers(&state))
-        })
+/// States at rising compressions, the first at rest.
+fn path(mut study: FieldStudy, compressions: &[f64]) -> Result<Vec<State>, NoField> {
+    compressions
+        .iter()
+        .map(|compression| Ok(numbers(&study.press(*compression)?)))
         .collect()
 }
 

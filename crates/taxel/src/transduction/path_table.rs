@@ -41,7 +41,8 @@ pub struct PathTable {
     pub program: String,
     /// All that it follows from, as `key = value`.
     pub drawing: Vec<String>,
-    /// Largest differences at loads between the nodes that were solved and not used.
+    /// Differences at seven loads between each two nodes that were solved and not used, and from one
+    /// of them to the next: a tenth above the largest, rounded up to two digits.
     pub interpolation: TableErrors,
     /// Differences of a finer mesh.
     pub mesh: TableErrors,
@@ -110,8 +111,9 @@ impl PathTable {
         }
     }
 
-    /// Largest differences from solved states over full scale; their changes are from `rest`, F.
-    pub(super) fn differ(&self, states: &[State], rest: f64) -> TableErrors {
+    /// Differences of force and of change from solved states, over full scale; their changes are
+    /// from `rest`, F.
+    pub(super) fn off(&self, states: &[State], rest: f64) -> Vec<[f64; 2]> {
         let own = self.values[0][CAPACITANCE];
         let full = self
             .values
@@ -122,20 +124,12 @@ impl PathTable {
                     change.max((own - node[CAPACITANCE]).abs()),
                 ]
             });
-        let mut found = TableErrors {
-            force: 0.0,
-            change: 0.0,
-            loads: states.len(),
-        };
-        for (compression, solved) in states {
+        let off = |(compression, solved): &State| {
             let here = self.at(*compression);
             let change = (own - here[CAPACITANCE]) - (rest - solved[CAPACITANCE]);
-            found.force = found
-                .force
-                .max((here[STRESS] - solved[STRESS]).abs() / full[0]);
-            found.change = found.change.max(change.abs() / full[1]);
-        }
-        found
+            [(here[STRESS] - solved[STRESS]) / full[0], change / full[1]]
+        };
+        states.iter().map(off).collect()
     }
 
     /// Capacitance at rest, F.

@@ -22,6 +22,7 @@ const PIECE: usize = 1 << 16;
 
 pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     let DecodeWire { file, output, .. } = arguments;
+    is_table(output)?;
     let named = boards::board(&arguments.board)?;
     let existing = arguments.overwrite.existing();
     check_new(file, output, existing)?;
@@ -81,6 +82,19 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     } else {
         Done::WithLosses
     })
+}
+
+/// Refuses a name that promises another format than the table that is written.
+fn is_table(output: &Path) -> Result<(), Stop> {
+    let ending = output.extension().unwrap_or_default();
+    if ending.eq_ignore_ascii_case("csv") || outputs::is_standard(output) {
+        return Ok(());
+    }
+    Err(Stop::WrongInput(format!(
+        "-o {}: must end in .csv: the frames are written as a table\n\
+         help: a recording (.mcap) of them: taxel live SENSOR --source replay:FRAMES.csv --record NEW.mcap",
+        shown::path(output)
+    )))
 }
 
 /// The next bytes of the wire in a recording.

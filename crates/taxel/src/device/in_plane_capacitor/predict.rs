@@ -157,6 +157,16 @@ impl InPlanePredictor {
         }
     }
 
+    /// The chain for the value of a column of [`LOADS`].
+    fn under(&self, column: usize, value: f64) -> Result<InPlanePrediction, InPlaneError> {
+        match column {
+            0 => self.at_compression(value / self.model.layer.thickness),
+            1 => self.at_compression(value),
+            2 => self.at_force(value),
+            _ => self.at_change(value),
+        }
+    }
+
     /// Largest known difference from finite elements.
     fn force_error(&self, answer: &InPlanePrediction) -> Option<f64> {
         let compression = answer.layer?.kinematics.compression();
@@ -252,22 +262,11 @@ impl Predictor for InPlanePredictor {
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
         let (column, value) = the_load(load)?;
-        let refused = |message: String| LoadRefused {
+        let answer = self.under(column, value).map_err(|error| LoadRefused {
             column,
-            message,
+            message: error.to_string(),
             help: format!("the models hold up to a compression of {LARGEST_COMPRESSION}"),
-        };
-        let thickness = self.model.layer.thickness;
-        let answer = match column {
-            0 => self
-                .at_compression(value / thickness)
-                .map_err(|e| refused(e.to_string())),
-            1 => self
-                .at_compression(value)
-                .map_err(|e| refused(e.to_string())),
-            2 => self.at_force(value).map_err(|e| refused(e.to_string())),
-            _ => self.at_change(value).map_err(|e| refused(e.to_string())),
-        }?;
+        })?;
         fill(&answer, &self.board, row);
         // What the states refer to: where the way back ends, and the layer.
         let last = self.inverse.as_ref().map(InPlaneInverse::last);
@@ -278,6 +277,23 @@ impl Predictor for InPlanePredictor {
             cell(self.force_error(&answer)),
         ]);
         Ok(())
+    }
+
+    fn reading_columns(&self) -> Vec<String> {
+        let voltage = self.board.voltage(0.0).is_some();
+        vec![String::from(if voltage {
+            "voltage"
+        } else {
+            "capacitance"
+        })]
+    }
+
+    fn clips(&self, load: &Load<'_>) -> bool {
+        let answer = the_load(load)
+            .ok()
+            .and_then(|(column, value)| self.under(column, value).ok());
+        let number = answer.and_then(|answer| answer.number);
+        number.is_some_and(|number| number.clipped)
     }
 
     fn curves(&self, given: &[bool]) -> Vec<Curve> {

@@ -385,6 +385,18 @@ impl Predictor for MicrochannelPredictor {
         Ok(())
     }
 
+    fn reading_columns(&self) -> Vec<String> {
+        let voltage = self.board.signal.is_voltage();
+        let what = if voltage { "voltage" } else { "resistance" };
+        LAYERS.map(|layer| format!("{layer}_{what}")).to_vec()
+    }
+
+    fn clips(&self, load: &Load<'_>) -> bool {
+        let share = load.number(LOADED_SHARE).unwrap_or(1.0);
+        let answer = self.predict(pressure_of(load).1, share);
+        answer.is_ok_and(|answer| answer.layers.iter().any(|layer| layer.number.clipped))
+    }
+
     fn bodies(&self) -> Vec<&SolvedBody> {
         let solved = self.field.as_ref().and_then(|field| field.solved.as_ref());
         solved.map(|solved| &solved.body).into_iter().collect()

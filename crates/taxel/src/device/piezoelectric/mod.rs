@@ -399,6 +399,34 @@ impl Device for PiezoelectricArray<'_> {
         Ok(tables.at(&places, &contact))
     }
 
+    /// By what the cover carries to the elements.
+    fn crosstalk(&self, load: &Load<'_>) -> Result<f64, NoInformation> {
+        let information = self.information(load, &InformationOptions::default())?;
+        let force = information.unknowns.iter();
+        let force = force.enumerate().find(|(_, one)| one.name == "force_z");
+        let column = force.map_or(0, |(column, _)| column);
+        let mut shares: Vec<f64> = information.jacobian.iter().map(|row| row[column]).collect();
+        shares.sort_by(|a, b| b.total_cmp(a));
+        match shares.as_slice() {
+            [loaded, next, ..] if *loaded > 0.0 => Ok(next / loaded),
+            _ => Err(NoInformation::Beyond(String::from(
+                "no two elements carry the contact",
+            ))),
+        }
+    }
+
+    fn time_constants(&self) -> Vec<f64> {
+        let band = &self.board.band;
+        let all = std::iter::once(band.high_pass).chain(band.low_pass);
+        all.filter(|time| time.is_finite()).collect()
+    }
+
+    fn band(&self) -> Option<[f64; 2]> {
+        let band = &self.board.band;
+        let corner = |time: f64| 1.0 / (std::f64::consts::TAU * time);
+        Some([corner(band.high_pass), corner(band.low_pass?)])
+    }
+
     fn simulated(&self) -> Option<Box<dyn Simulated>> {
         Some(Box::new(simulated::Piece::new(self)))
     }

@@ -657,6 +657,22 @@ impl Predictor for PiezoelectricPredictor {
         Ok(())
     }
 
+    fn scales_with_load(&self, column: usize) -> bool {
+        matches!(column, DISPLACEMENT | FORCE_X | FORCE_Y | FORCE_Z)
+    }
+
+    fn reading_columns(&self) -> Vec<String> {
+        vec![String::from("a1")]
+    }
+
+    fn clips(&self, load: &Load<'_>) -> bool {
+        let (Ok(profile), Ok(carried)) = (profile(load), self.carried(load)) else {
+            return false;
+        };
+        let answer = self.test(&profile, carried.drive);
+        answer.is_some_and(|answer| answer.clipped)
+    }
+
     fn curves(&self, given: &[bool]) -> Vec<Curve> {
         let by_force = given.get(FORCE_Z) == Some(&true);
         vec![Curve {

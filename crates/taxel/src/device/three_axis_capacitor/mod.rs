@@ -135,6 +135,17 @@ impl<'a> ThreeAxisArray<'a> {
     }
 }
 
+/// The axis that a force is on.
+fn loaded_axis(force: [f64; 3]) -> Result<usize, NoInformation> {
+    let mut loaded = (0..3).filter(|axis| force[*axis] != 0.0);
+    match (loaded.next(), loaded.next()) {
+        (Some(axis), None) => Ok(axis),
+        _ => Err(NoInformation::Beyond(String::from(
+            "crosstalk is asked for of a load on one axis",
+        ))),
+    }
+}
+
 impl Device for ThreeAxisArray<'_> {
     fn check(&self) -> Result<(), Broken> {
         check::check(self)
@@ -166,6 +177,36 @@ impl Device for ThreeAxisArray<'_> {
     ) -> Result<Information, NoInformation> {
         let force = std::array::from_fn(|axis| load.number(axis).unwrap_or(0.0));
         self.information_at(force, options.noise)
+    }
+
+    /// Of a read-out that is linear with the slopes at rest.
+    fn crosstalk(&self, load: &Load<'_>) -> Result<f64, NoInformation> {
+        let force: [f64; 3] = std::array::from_fn(|axis| load.number(axis).unwrap_or(0.0));
+        let loaded = loaded_axis(force)?;
+        let unit = self.unit_model();
+        let at = |force| unit.predict(force).1;
+        let (rest, pressed) = (at([0.0; 3]), at(force));
+        if pressed.closed().contains(&true) {
+            let touching = String::from("a pair of electrodes touches");
+            return Err(NoInformation::Beyond(touching));
+        }
+        let (rest, pressed) = (rest.capacitance(), pressed.capacitance());
+        let changes: [f64; 4] = std::array::from_fn(|i| pressed[i] - rest[i]);
+        let read = self.information_at([0.0; 3], None)?.linear(&changes);
+        let read = read.ok_or_else(|| {
+            NoInformation::Beyond(String::from("the slopes at rest determine no force"))
+        })?;
+        let others = (0..3).filter(|axis| *axis != loaded);
+        let largest = others.map(|axis| read[axis].abs()).fold(0.0, f64::max);
+        Ok(largest / read[loaded].abs())
+    }
+
+    fn time_constants(&self) -> Vec<f64> {
+        self.element
+            .relaxation
+            .iter()
+            .map(|term| term.time)
+            .collect()
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {

@@ -329,6 +329,17 @@ impl Predictor for ThreeAxisPredictor {
         columns
     }
 
+    fn reading_columns(&self) -> Vec<String> {
+        let voltage = self.board.voltage(0.0).is_some();
+        let what = if voltage { "voltage" } else { "capacitance" };
+        CAPACITORS.map(|c| format!("{what}_{c}")).to_vec()
+    }
+
+    fn clips(&self, load: &Load<'_>) -> bool {
+        let answer = self.predict(std::array::from_fn(|axis| load.number(axis).unwrap_or(0.0)));
+        answer.numbers.iter().any(|number| number.clipped)
+    }
+
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
         let answer = self.predict(std::array::from_fn(|axis| load.number(axis).unwrap_or(0.0)));
         row.extend(answer.force.map(Cell::Number));
