@@ -705,6 +705,9 @@ fn table_2(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
                     .with("leak", prototype.array.element.leak_resistance * 1e-6);
             }
         }
+        if *name == "step" {
+            without_silicone(ours, &both[0], sums[0], layers[0].share);
+        }
         let ratio = |of: fn(&Bonded) -> f64| of(&layers[0]) / of(&layers[1]);
         ours.number(&format!("over_thick_{name}"), ratio(|layer| layer.middle))
             .with("share", ratio(|layer| layer.share))
@@ -713,6 +716,23 @@ fn table_2(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
             .with("displacement", sums[0] / sums[1])
             .with("neo_hookean", neo_hookean([&both[0], &both[1]]));
     }
+}
+
+/// Figure 14: the tester stands on the elements themselves, which carry its whole force.
+/// `sum` is the amplitude of a step through even silicone, V; `bonded` the share of an element
+/// in the bonded layer over that of an even pressure.
+fn without_silicone(ours: &mut Ours, prototype: &Prototype<'_>, sum: f64, bonded: f64) {
+    let side = prototype.array.description.ceramic.side;
+    let even = side * side / prototype.tester_area;
+    let force = prototype.tester_force(10.0 * prototype.smallest);
+    let slope = sum / prototype.limit() / force / even;
+    let share = even * bonded;
+    ours.holds("without_silicone", 0.25 * slope > 2.0 * slope * share)
+        .with("one", 1.0 / share)
+        .with("bonded", 100.0 * share)
+        .with("one_slope", slope)
+        .with("four_slope", 0.25 * slope)
+        .with("end", 1.0 / slope);
 }
 
 fn conclusion(ours: &mut Ours, prototype: &Prototype<'_>) {
