@@ -6,6 +6,7 @@
 //! [`ClosingCurve::settle`] finds the pressure at which the two agree.
 
 use std::f64::consts::FRAC_PI_8;
+use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -13,6 +14,7 @@ use serde::Deserialize;
 use super::material::LinearElastic;
 use super::tabulated_cells::{self, CELLS, TabulatedCell};
 use crate::quantity::{self, Checked, NonNegativeStress, PositiveFraction, PositiveStress};
+use crate::solved_table::{SolvedRow, SolvedTable, interpolated};
 use taxel_numerics::{CurveError, MonotoneCurve, OnCurve};
 
 /// A rectangular cross-section.
@@ -96,13 +98,19 @@ pub enum MicrochannelShape {
     Rectangle,
 }
 
-/// Excess of the rectangle's c₀μ over the slit's, against h/w: computed for
-/// w/h = 20, 5 and 1 (8.30, 2.465, 1.207). It is nearly straight in h/w.
-const RECTANGLE: [(f64, f64); 3] = [
-    (0.05, 8.30 - 20.0 * FRAC_PI_8),
-    (0.2, 2.465 - 5.0 * FRAC_PI_8),
-    (1.0, 1.207 - FRAC_PI_8),
-];
+/// Excess of the rectangle's c₀μ over the slit's, against h/w, from
+/// `tables/p4_rectangle.csv`. It is nearly straight in h/w.
+static RECTANGLE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p4_rectangle.csv"));
+    let point = |row: SolvedRow<'_>| {
+        let width = row.number("width_over_height");
+        [1.0 / width, row.number("compliance") - FRAC_PI_8 * width]
+    };
+    table.rows().map(point).collect()
+});
+
+/// Relative rounding of a quotient of lengths.
+const ROUNDING: f64 = 1e-12;
 
 impl MicrochannelShape {
     /// Share of its area that a channel loses per pressure, c₀ in 1/Pa, for
@@ -129,11 +137,12 @@ impl MicrochannelShape {
             Self::Slit => slit,
             Self::Ellipse => 0.5 * (flatness + 1.0 / flatness),
             Self::Rectangle => {
-                let pair = RECTANGLE
-                    .windows(2)
-                    .find(|pair| (pair[0].0..=pair[1].0).contains(&flatness))?;
-                let [(from, low), (to, high)] = [pair[0], pair[1]];
-                slit + low + (high - low) * (flatness - from) / (to - from)
+                let ends = [RECTANGLE.first()?[0], RECTANGLE.last()?[0]];
+                // Quotients of lengths.
+                if flatness < ends[0] * (1.0 - ROUNDING) || flatness > ends[1] * (1.0 + ROUNDING) {
+                    return None;
+                }
+                slit + interpolated(&RECTANGLE, flatness)
             }
         };
         Some(factor / shear_modulus)
@@ -355,9 +364,7 @@ impl ClosingCurve {
         let scale = shear_modulus / tabulated_cells::SHEAR_MODULUS; // Pa per tabulated kPa
         let rows = known.rows.iter().map(|(ratio, net)| [net * scale, *ratio]);
         let points = std::iter::once([0.0, 1.0]).chain(rows).collect();
-        let source = CurveSource::Tabulated {
-            error: known.error(),
-        };
+        let source = CurveSource::Tabulated { error: known.error };
         let curve = MonotoneCurve::new(points, Some(-known.compliance / scale))?;
         Ok(Self::of_source(curve, known.touch, source))
     }
