@@ -226,6 +226,11 @@ pub enum ClosingState {
     },
 }
 
+/// Area of an over-filled channel over the drawn one, at most.
+const MOST_BULGED: f64 = 2.0;
+/// Points on the straight part of its curve.
+const ON_LINE: u8 = 4;
+
 /// One cross-section under its load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionClosure {
@@ -337,6 +342,17 @@ pub enum MicrochannelError {
         /// Their sum.
         sum: f64,
     },
+    /// A pressure of filling that bulges the channel too far.
+    #[error(
+        "a microchannel filled to {:.4} kPa has more than twice its drawn area; the model holds up to {:.4} kPa",
+        pressure * 1e-3, limit * 1e-3
+    )]
+    Filling {
+        /// The pressure, Pa.
+        pressure: f64,
+        /// The greatest one, Pa.
+        limit: f64,
+    },
     /// A pull, or a pressure that is not a number.
     #[error("a pressure of {pressure} Pa on the surface: the closing curves hold for zero or more")]
     Pressure {
@@ -413,6 +429,62 @@ impl ClosingCurve {
     pub fn stiffened(mut self, factor: f64) -> Self {
         self.curve = self.curve.stretched(factor);
         self
+    }
+
+    /// The curve of a microchannel that is over-filled to a gauge pressure, Pa, with its area at
+    /// rest over the drawn one.
+    ///
+    /// The area follows from the net pressure alone, so that the filled state is the curve at
+    /// −`pressure`: a′(q′) = f(q′ − P)/f(−P), where pressures of the liquid count from P. The
+    /// bulging follows the slope at rest, f(−P) = 1 + c₀P, which finite elements confirm within
+    /// 2.5 % up to twice the drawn area (`docs/theory/microchannel.md`, section 5).
+    ///
+    /// # Errors
+    /// [`MicrochannelError::Filling`] for a pressure that more than doubles the area.
+    ///
+    /// # Example
+    /// ```
+    /// use taxel::mechanics::*;
+    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
+    /// let (filled, bulged) = ClosingCurve::of_cell(&cell, 162.4e3)?.filled(5e3)?;
+    /// assert!((bulged - 1.526).abs() < 1e-3);
+    /// // What closes the drawn channel by nothing closes the filled one to its drawn area.
+    /// assert!((filled.at(5e3).area_ratio * bulged - 1.0).abs() < 1e-12);
+    /// # Ok::<(), MicrochannelError>(())
+    /// ```
+    ///
+    /// # Example: too much is refused
+    /// ```
+    /// use taxel::mechanics::*;
+    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
+    /// let error = ClosingCurve::of_cell(&cell, 162.4e3)?.filled(20e3).unwrap_err();
+    /// assert!(matches!(error, MicrochannelError::Filling { .. }));
+    /// # Ok::<(), MicrochannelError>(())
+    /// ```
+    pub fn filled(&self, pressure: f64) -> Result<(Self, f64), MicrochannelError> {
+        let bulged = 1.0 + self.compliance() * pressure;
+        if !(pressure >= 0.0 && bulged <= MOST_BULGED) {
+            return Err(MicrochannelError::Filling {
+                pressure,
+                limit: (MOST_BULGED - 1.0) / self.compliance(),
+            });
+        }
+        if pressure == 0.0 {
+            return Ok((self.clone(), 1.0));
+        }
+        // Points on the line of the slope at rest keep it straight up to the drawn area.
+        let line = (0..ON_LINE).map(|step| {
+            let share = f64::from(step) / f64::from(ON_LINE);
+            [share * pressure, (bulged + share * (1.0 - bulged)) / bulged]
+        });
+        let drawn = self.curve.points().iter();
+        let drawn = drawn.map(|[net, ratio]| [net + pressure, ratio / bulged]);
+        let slope = -self.compliance() / bulged;
+        let curve = MonotoneCurve::new(line.chain(drawn).collect(), Some(slope))?;
+        let touch = self.touch.map(|touch| touch / bulged);
+        Ok((Self::of_source(curve, touch, self.source.clone()), bulged))
     }
 
     /// Share of the area lost per net pressure at rest, c₀ = −da/dq, 1/Pa.
@@ -501,6 +573,22 @@ impl ClosingCurve {
                 .map(|part| self.at(part.pressure - internal_pressure))
                 .collect(),
         })
+    }
+}
+
+impl PressureLaw {
+    /// The law of an over-filled channel, whose pressures count from `pressure`, Pa, and volumes
+    /// from the filled state: that of a gas, from the filled state, has the scale
+    /// η (P_atm + P); all others are as they were, and a reservoir holds P.
+    #[must_use]
+    pub fn filled(&self, pressure: f64) -> Self {
+        match self {
+            Self::Paper(law) => Self::Paper(PaperLaw {
+                atmosphere: law.atmosphere + pressure,
+                ..*law
+            }),
+            other => other.clone(),
+        }
     }
 }
 
