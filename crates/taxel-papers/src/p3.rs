@@ -13,6 +13,7 @@ use taxel::mechanics::{
     SoftCover, SoftLayer, bending_stiffness,
 };
 use taxel::sensor::Sensor;
+use taxel::stress_map::StressMap;
 use taxel::transduction::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, SiliconePath, VACUUM_PERMITTIVITY,
 };
@@ -560,15 +561,55 @@ const TOUCHES: [DrawnTouch; 3] = [
     },
 ];
 
+/// Side of a cell of a picture, m.
+const MAP_CELL: f64 = 0.2e-3;
+
 impl DrawnTouch {
-    /// Pressure on the base along both rows of sensels, per newton.
-    fn pressures(&self, prototype: &Prototype<'_>) -> Figure {
-        let (description, layout) = (prototype.array.description, prototype.array.layout());
-        let cover = SoftCover {
-            thickness: description.depth(),
+    /// The silicone above the elements under the touch.
+    fn cover(&self, prototype: &Prototype<'_>) -> SoftCover {
+        SoftCover {
+            thickness: prototype.array.description.depth(),
             base: Base::Rigid,
             contact: Contact::Uniform(self.radius),
-        };
+        }
+    }
+
+    /// Part (c) of the figure: the stress on the plane of the elements under 1 N.
+    fn map(&self, prototype: &Prototype<'_>) -> StressMap {
+        let layout = prototype.array.layout();
+        let half = [layout.columns, layout.rows];
+        let half: [f64; 2] =
+            std::array::from_fn(|axis| 0.5 * layout.pitch[axis] * half[axis] as f64);
+        let counts = half.map(|half| (2.0 * half / MAP_CELL).round() as usize);
+        let from_touch = [0, 1].map(|axis| -half[axis] - self.at[axis]);
+        let elements = (0..layout.taxels()).map(|taxel| {
+            let centre = layout.flat_position(taxel);
+            (centre, (taxel + 1).to_string())
+        });
+        StressMap {
+            title: format!(
+                "Stress on the plane of the elements under a touch {} with 1 N",
+                self.on
+            ),
+            low: half.map(|half| -half),
+            cell: MAP_CELL,
+            columns: counts[0],
+            stress: self.cover(prototype).base_stress(
+                [0.0, 0.0, 1.0],
+                from_touch,
+                MAP_CELL,
+                counts,
+            ),
+            elements: elements.collect(),
+            element_side: prototype.array.description.ceramic.side,
+            contacts: vec![(self.at, self.radius)],
+        }
+    }
+
+    /// Pressure on the base along both rows of sensels, per newton.
+    fn pressures(&self, prototype: &Prototype<'_>) -> Figure {
+        let layout = prototype.array.layout();
+        let cover = self.cover(prototype);
         let series = (0..layout.rows).map(|row| {
             let first = row * layout.columns;
             let y = layout.flat_position(first)[1];
@@ -749,7 +790,9 @@ fn figures(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
     }
     ours.figure("Figure 17", figure_17(ours, both));
     for touch in TOUCHES {
-        ours.figure(touch.place, touch.pressures(&both[0]));
+        let map = touch.map(&both[0]);
+        let pictures = vec![(map.title.clone(), map.svg())];
+        ours.figure_with(touch.place, touch.pressures(&both[0]), pictures);
     }
 }
 
