@@ -77,6 +77,10 @@ impl Predictor for Propagated {
         self.centre.combination(given)
     }
 
+    fn pictures(&self, load: &Load<'_>) -> Vec<(String, String)> {
+        self.centre.pictures(load)
+    }
+
     fn bodies(&self) -> Vec<&SolvedBody> {
         self.centre.bodies()
     }

@@ -153,6 +153,9 @@ impl ReadingTable {
                         data.given[column] = true;
                     }
                 }
+                if let Some(message) = table.unknown() {
+                    data.remark(line, &message);
+                }
             } else if fields == table.header {
                 data.remark(line, "the header again; left out");
             } else if !fields.iter().all(|field| field.is_empty()) {
@@ -385,6 +388,37 @@ impl Table<'_> {
         Ok(())
     }
 
+    /// The columns that are none of the device's, in words; each beside the column of the
+    /// device whose name is almost the same.
+    fn unknown(&self) -> Option<String> {
+        let titles = self.header.iter().zip(&self.places);
+        let unknown = titles.filter(|(title, place)| place.is_none() && !title.is_empty());
+        let words: Vec<String> = unknown
+            .map(|(title, _)| {
+                let name = title.split('[').next().unwrap_or_default();
+                let free = self.columns.iter().enumerate().filter(|(at, _)| {
+                    let taken = |place: &Place| place.column == *at;
+                    !self.places.iter().flatten().any(taken)
+                });
+                let near = free
+                    .map(|(_, column)| (letters_between(name, column.name), column))
+                    .filter(|(letters, _)| *letters <= ALMOST)
+                    .min_by_key(|(letters, _)| *letters);
+                match near {
+                    Some((_, column)) => format!("{title} (is {} meant?)", column.title()),
+                    None => title.clone(),
+                }
+            })
+            .collect();
+        let [is, a] = match words.len() {
+            0 => return None,
+            1 => ["is no column", ""],
+            _ => ["are no columns", "s"],
+        };
+        let list = words.join(", ");
+        Some(format!("column{a} {list} {is} of this device; not used"))
+    }
+
     /// The column that a title names; what is wrong with it and what to do.
     fn place(&self, title: &str) -> Result<Option<Place>, (String, String)> {
         let (name, rest) = title.split_once('[').unwrap_or((title, ""));
@@ -472,6 +506,29 @@ impl Table<'_> {
     }
 }
 
+/// Names that differ by so many letters are almost the same.
+const ALMOST: usize = 2;
+
+/// Letters to write, leave out or exchange to make one name of another; capitals, spaces,
+/// hyphens and underscores do not count.
+fn letters_between(one: &str, other: &str) -> usize {
+    let plain = |name: &str| -> Vec<char> {
+        let letters = name.chars().filter(|c| c.is_alphanumeric());
+        letters.flat_map(char::to_lowercase).collect()
+    };
+    let (one, other) = (plain(one), plain(other));
+    let mut row: Vec<usize> = (0..=other.len()).collect();
+    for (i, a) in one.iter().enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in other.iter().enumerate() {
+            let exchanged = corner + usize::from(a != b);
+            corner = row[j + 1];
+            row[j + 1] = exchanged.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row[other.len()]
+}
+
 /// Comments and blank lines from line `begin` on: a record begins where the one
 /// before it has ended.
 fn notes_after(text: &str, begin: usize) -> usize {
@@ -511,9 +568,33 @@ mod tests {
         let forces: Vec<_> = (0..data.len()).map(|row| data.number(row, 1)).collect();
         assert_eq!(forces, [Some(1e-3), Some(2.5e-3)]);
         let lines: Vec<_> = data.remarks.iter().map(|remark| remark.line).collect();
-        // The header again, no force, out of order, twice.
-        assert_eq!(lines, [4, 6, 5, 8]);
+        // A column of one's own, the header again, no force, out of order, twice.
+        assert_eq!(lines, [2, 4, 6, 5, 8]);
         assert_eq!(data.given, [true, true, false]);
+    }
+
+    #[test]
+    fn a_column_that_is_not_used_is_named() {
+        let remark = |text: &str| -> String {
+            let data = parse(text).unwrap();
+            data.remarks.iter().map(ToString::to_string).collect()
+        };
+        assert_eq!(
+            remark("force_z [mN],Gapp [um]\n1,2\n"),
+            "line 1: column Gapp [um] (is gap [m] meant?) is no column of this device; not used"
+        );
+        assert_eq!(
+            remark("force_z [mN],by,Time\n1,2,3\n"),
+            "line 1: columns by, Time (is time [s] meant?) are no columns of this device; not used"
+        );
+        // A column that is there is not what another one means.
+        assert_eq!(
+            remark("force_z [mN],force_x [mN]\n1,2\n"),
+            "line 1: column force_x [mN] is no column of this device; not used"
+        );
+        assert_eq!(remark("force_z [mN]\n1\n"), "");
+        assert_eq!(letters_between("force z", "Force_Z"), 0);
+        assert_eq!(letters_between("capacitance_12", "capacitence12"), 1);
     }
 
     #[test]

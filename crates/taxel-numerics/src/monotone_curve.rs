@@ -130,6 +130,11 @@ impl MonotoneCurve {
         }
     }
 
+    /// The points.
+    pub fn points(&self) -> &[[f64; 2]] {
+        &self.points
+    }
+
     /// The last point.
     pub fn end(&self) -> [f64; 2] {
         self.points[self.points.len() - 1]

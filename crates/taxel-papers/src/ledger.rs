@@ -39,6 +39,8 @@ pub struct PaperFigure {
     pub place: String,
     /// The figure; its caption says what is assumed.
     pub figure: Figure,
+    /// Pictures of a field below it, each an SVG document with its title.
+    pub pictures: Vec<(String, String)>,
 }
 
 /// All statements of one paper beside ours.
@@ -157,9 +159,20 @@ impl Ours {
 
     /// A figure, drawn from our model.
     pub(crate) fn figure(&mut self, place: &str, figure: Figure) {
+        self.figure_with(place, figure, Vec::new());
+    }
+
+    /// The same with pictures of a field.
+    pub(crate) fn figure_with(
+        &mut self,
+        place: &str,
+        figure: Figure,
+        pictures: Vec<(String, String)>,
+    ) {
         self.figures.push(PaperFigure {
             place: place.to_owned(),
             figure,
+            pictures,
         });
     }
 

@@ -323,6 +323,42 @@ fn statements(ours: &mut Ours, models: &[InPlaneModel; 3]) {
     ours.holds("non_linear", models.iter().all(bends));
     comparisons(ours, models);
     whole_range(ours, &models[0]);
+    figure_5(ours, models);
+}
+
+/// Figure 5: the two models of the paper beside each other, and ours beside the first.
+fn figure_5(ours: &mut Ours, models: &[InPlaneModel; 3]) {
+    let ratios = |e: f64| {
+        models.each_ref().map(|model| {
+            let at = |layer: LayerState| {
+                let published = model.change_as_published(&layer)?;
+                let plates = model.change_of_parallel_plates(&layer)?;
+                let mechanics = model.change_by_mechanics(&layer).ok()?;
+                Some([published / plates, mechanics / published])
+            };
+            let found = model.layer.compress(e).ok().and_then(at);
+            found.unwrap_or([f64::NAN; 2])
+        })
+    };
+    let (example, last) = (ratios(EXAMPLE), ratios(0.3));
+    // q (U/D)^gamma falls through one at U/D = q^(-1/gamma).
+    let wide = &models[2];
+    let fit = wide.published_fit.as_ref().map(|fit| &fit.fringe);
+    let crossing = fit.map_or(f64::NAN, |fringe| {
+        fringe.scale.powf(-1.0 / fringe.exponent) * wide.electrodes.gap / wide.layer.thickness
+    });
+    ours.holds("figure_5_models", example[2][0] >= 1.0)
+        .with("ratio_20", example[0][0])
+        .with("ratio_50", example[1][0])
+        .with("ratio_100", example[2][0])
+        .with("crossing", crossing);
+    ours.words("figure_5_curves")
+        .with("less_20", example[0][1])
+        .with("less_50", example[1][1])
+        .with("less_100", example[2][1])
+        .with("more_20", last[0][1])
+        .with("more_50", last[1][1])
+        .with("more_100", last[2][1]);
 }
 
 fn comparisons(ours: &mut Ours, models: &[InPlaneModel; 3]) {

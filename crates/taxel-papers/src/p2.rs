@@ -193,6 +193,7 @@ fn elastic_unit(ours: &mut Ours, drawn: &ThreeAxisArray<'_>) {
     };
     words(ours.words("stiffness_z").between(z));
     side_stiffness(ours, &cut_out, printed);
+    mechanical_model(ours, &cut_out);
     // The tiles nearest to the crossing of the walls touch first.
     let touch = |factor: f64| {
         let modulus = printed * factor * cut_out.c_zz;
@@ -201,6 +202,26 @@ fn elastic_unit(ours: &mut Ours, drawn: &ThreeAxisArray<'_>) {
     ours.holds("gap_closes", touch(raw) < touch(1.0))
         .with("least", touch(raw))
         .with("greatest", touch(1.0));
+}
+
+/// Figures 6 and 7: a rigid bump on springs, beside the elastic unit under forces on its top.
+fn mechanical_model(ours: &mut Ours, compliance: &UnitCompliance) {
+    let [along, across] = compliance.tilt_x;
+    // A rigid plane has the slope d_x/L along the force and none across it.
+    ours.holds("figure_6", same_to(along, 1.0) && across.abs() < RIGID)
+        .with("tilt", along)
+        .with("across", across);
+    let (closing, sinking) = compliance.side(1.0, SideContact::Top);
+    ours.holds("figure_7_side", closing > 0.0 && sinking == 0.0);
+    ours.holds("figure_7_normal", compliance.tilt_z.abs() < RIGID)
+        .with("lean", 100.0 * compliance.tilt_z.abs());
+}
+
+/// Up to here, as a share, a plane counts as rigid: what the bench resolves, 1 mN of 15 mN.
+const RIGID: f64 = 0.07;
+
+fn same_to(a: f64, b: f64) -> bool {
+    (a - b).abs() <= RIGID * b.abs()
 }
 
 /// The ratio of the printed k_x and k_z, or k_y and k_z, by where a bar touches that sticks.

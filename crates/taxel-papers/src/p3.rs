@@ -13,6 +13,7 @@ use taxel::mechanics::{
     SoftCover, SoftLayer, bending_stiffness,
 };
 use taxel::sensor::Sensor;
+use taxel::stress_map::StressMap;
 use taxel::transduction::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, SiliconePath, VACUUM_PERMITTIVITY,
 };
@@ -560,15 +561,55 @@ const TOUCHES: [DrawnTouch; 3] = [
     },
 ];
 
+/// Side of a cell of a picture, m.
+const MAP_CELL: f64 = 0.2e-3;
+
 impl DrawnTouch {
-    /// Pressure on the base along both rows of sensels, per newton.
-    fn pressures(&self, prototype: &Prototype<'_>) -> Figure {
-        let (description, layout) = (prototype.array.description, prototype.array.layout());
-        let cover = SoftCover {
-            thickness: description.depth(),
+    /// The silicone above the elements under the touch.
+    fn cover(&self, prototype: &Prototype<'_>) -> SoftCover {
+        SoftCover {
+            thickness: prototype.array.description.depth(),
             base: Base::Rigid,
             contact: Contact::Uniform(self.radius),
-        };
+        }
+    }
+
+    /// Part (c) of the figure: the stress on the plane of the elements under 1 N.
+    fn map(&self, prototype: &Prototype<'_>) -> StressMap {
+        let layout = prototype.array.layout();
+        let half = [layout.columns, layout.rows];
+        let half: [f64; 2] =
+            std::array::from_fn(|axis| 0.5 * layout.pitch[axis] * half[axis] as f64);
+        let counts = half.map(|half| (2.0 * half / MAP_CELL).round() as usize);
+        let from_touch = [0, 1].map(|axis| -half[axis] - self.at[axis]);
+        let elements = (0..layout.taxels()).map(|taxel| {
+            let centre = layout.flat_position(taxel);
+            (centre, (taxel + 1).to_string())
+        });
+        StressMap {
+            title: format!(
+                "Stress on the plane of the elements under a touch {} with 1 N",
+                self.on
+            ),
+            low: half.map(|half| -half),
+            cell: MAP_CELL,
+            columns: counts[0],
+            stress: self.cover(prototype).base_stress(
+                [0.0, 0.0, 1.0],
+                from_touch,
+                MAP_CELL,
+                counts,
+            ),
+            elements: elements.collect(),
+            element_side: prototype.array.description.ceramic.side,
+            contacts: vec![(self.at, self.radius)],
+        }
+    }
+
+    /// Pressure on the base along both rows of sensels, per newton.
+    fn pressures(&self, prototype: &Prototype<'_>) -> Figure {
+        let layout = prototype.array.layout();
+        let cover = self.cover(prototype);
         let series = (0..layout.rows).map(|row| {
             let first = row * layout.columns;
             let y = layout.flat_position(first)[1];
@@ -705,6 +746,9 @@ fn table_2(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
                     .with("leak", prototype.array.element.leak_resistance * 1e-6);
             }
         }
+        if *name == "step" {
+            without_silicone(ours, &both[0], sums[0], layers[0].share);
+        }
         let ratio = |of: fn(&Bonded) -> f64| of(&layers[0]) / of(&layers[1]);
         ours.number(&format!("over_thick_{name}"), ratio(|layer| layer.middle))
             .with("share", ratio(|layer| layer.share))
@@ -713,6 +757,23 @@ fn table_2(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
             .with("displacement", sums[0] / sums[1])
             .with("neo_hookean", neo_hookean([&both[0], &both[1]]));
     }
+}
+
+/// Figure 14: the tester stands on the elements themselves, which carry its whole force.
+/// `sum` is the amplitude of a step through even silicone, V; `bonded` the share of an element
+/// in the bonded layer over that of an even pressure.
+fn without_silicone(ours: &mut Ours, prototype: &Prototype<'_>, sum: f64, bonded: f64) {
+    let side = prototype.array.description.ceramic.side;
+    let even = side * side / prototype.tester_area;
+    let force = prototype.tester_force(10.0 * prototype.smallest);
+    let slope = sum / prototype.limit() / force / even;
+    let share = even * bonded;
+    ours.holds("without_silicone", 0.25 * slope > 2.0 * slope * share)
+        .with("one", 1.0 / share)
+        .with("bonded", 100.0 * share)
+        .with("one_slope", slope)
+        .with("four_slope", 0.25 * slope)
+        .with("end", 1.0 / slope);
 }
 
 fn conclusion(ours: &mut Ours, prototype: &Prototype<'_>) {
@@ -729,7 +790,9 @@ fn figures(ours: &mut Ours, both: &[Prototype<'_>; 2]) {
     }
     ours.figure("Figure 17", figure_17(ours, both));
     for touch in TOUCHES {
-        ours.figure(touch.place, touch.pressures(&both[0]));
+        let map = touch.map(&both[0]);
+        let pictures = vec![(map.title.clone(), map.svg())];
+        ours.figure_with(touch.place, touch.pressures(&both[0]), pictures);
     }
 }
 

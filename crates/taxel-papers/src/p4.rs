@@ -359,11 +359,108 @@ fn discussion(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microc
         stiff.curve.compliance() < soft.curve.compliance() && stiff.touch() > soft.touch()
     });
     ours.holds("insensitive_channels", later);
+    point_and_distributed(ours, array, predictor);
+    over_filling(ours);
     let published = predictor.predict(25e3, 1.0);
     ours.holds(
         "closed_form_limit",
         published.is_ok_and(|answer| answer.closed_form.is_err()),
     );
+}
+
+/// Channels whose liquid has a pressure before any load, kPa and 1/kPa.
+struct Filled {
+    /// Pressure on the top at which roof and floor touch, with the filling and without, by Eq. 2.
+    trapped: [f64; 2],
+    /// The same where a reservoir holds the pressure.
+    held: [f64; 2],
+    /// First change of resistance per pressure over that without filling.
+    sensitivity: f64,
+}
+
+impl Filled {
+    /// The area follows from the net pressure alone, so that the touch has one net pressure.
+    /// Eq. 2 is read as the law of a scaled gas: from the filled state, whose area is `bulged`
+    /// times the drawn one, its pressure scale is eta (P_atm + P). `slope` is what the filled
+    /// channel first loses of its own area per net pressure, 1/kPa.
+    fn new(cell: &Cell, filled: f64, bulged: f64, slope: f64) -> Option<Self> {
+        let touch = cell.curve.touch()?;
+        let net = bisect(500.0, |kilopascal| {
+            cell.curve.at(kilopascal * KILOPASCAL).area_ratio <= touch
+        });
+        let over = PaperLaw {
+            atmosphere: cell.law.atmosphere + filled * KILOPASCAL,
+            ..cell.law
+        };
+        let of = |law: &PaperLaw, ratio: f64| law.pressure(ratio) / KILOPASCAL;
+        let first = |law: &PaperLaw, own: f64| {
+            own / (1.0 + law.expansion * law.atmosphere / KILOPASCAL * own)
+        };
+        let drawn = cell.curve.compliance() * KILOPASCAL;
+        Some(Self {
+            trapped: [
+                net + filled + of(&over, touch / bulged),
+                net + of(&cell.law, touch),
+            ],
+            held: [net + filled, net],
+            sensitivity: first(&over, slope) / first(&cell.law, drawn),
+        })
+    }
+}
+
+fn over_filling(ours: &mut Ours) {
+    let cell = Cell::new(ours, 20.0, 140.0);
+    let run = ours.table.run("filled").map(|run| &run.values);
+    let of = |name: &str| run.and_then(|values| values.get(name).copied());
+    let (Some(cell), Some(pressure), Some(ratio), Some(slope)) =
+        (cell, of("pressure"), of("area_ratio"), of("slope"))
+    else {
+        return;
+    };
+    let Some(filled) = Filled::new(&cell, pressure, ratio, slope) else {
+        return;
+    };
+    let later = |[with, without]: [f64; 2]| with > without;
+    ours.holds("over_filling", later(filled.trapped) && later(filled.held))
+        .with("trapped", filled.trapped[0])
+        .with("gas", filled.trapped[1])
+        .with("held", filled.held[0])
+        .with("vented", filled.held[1])
+        .with("sensitivity", 100.0 * filled.sensitivity);
+}
+
+/// One force on the pad of a point load and on the area of four taxels.
+fn point_and_distributed(
+    ours: &mut Ours,
+    array: &MicrochannelArray<'_>,
+    predictor: &MicrochannelPredictor,
+) {
+    let force = 1e-3;
+    let (pad, area) = (ours.printed("pads", -6), ours.printed("taxel_area", -6));
+    let length = array.layers[1].conductor.length;
+    // Pressure, and change of the channel and loss of area below it, of a load of this length.
+    let under = |area: f64, along: f64| {
+        let pressure = force / area;
+        let answer = predictor.predict(pressure, along / length);
+        answer.map_or([f64::NAN; 3], |answer| {
+            let upper = &answer.layers[1];
+            [pressure, upper.change, 1.0 - upper.loaded.area_ratio]
+        })
+    };
+    let [point, even] = [
+        under(std::f64::consts::FRAC_PI_4 * pad * pad, pad),
+        under(area, area.sqrt()),
+    ];
+    ours.holds(
+        "point_and_distributed",
+        point[1] > even[1] && point[2] > even[2],
+    )
+    .with("force", force * 1e3)
+    .with("point", point[0] / KILOPASCAL)
+    .with("even", even[0] / KILOPASCAL)
+    .with("times", point[1] / even[1])
+    .with("point_loss", 100.0 * point[2])
+    .with("even_loss", 100.0 * even[2]);
 }
 
 fn figures(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &MicrochannelPredictor) {

@@ -104,13 +104,20 @@ fn section(ledger: &Ledger, page: &mut String) {
     for figure in &ledger.figures {
         let _ = writeln!(
             page,
-            "<figure>\n{}<figcaption><b>{}.</b> {}</figcaption>\n</figure>",
+            "<figure>\n{}{}<figcaption><b>{}.</b> {}</figcaption>\n</figure>",
             scoped(&figure.figure.svg(), &figure_id(name, &figure.place)),
+            pictures(&figure.pictures),
             escape(&figure.place),
             escape(&figure.figure.caption)
         );
     }
     page.push_str("</section>\n");
+}
+
+/// Pictures of fields, each below its title.
+fn pictures(pictures: &[(String, String)]) -> String {
+    let picture = |(title, svg): &(String, String)| format!("<p>{}</p>\n{svg}", escape(title));
+    pictures.iter().map(picture).collect()
 }
 
 fn figure_id(paper: &str, place: &str) -> String {

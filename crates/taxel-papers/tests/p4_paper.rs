@@ -316,3 +316,44 @@ fn p4_loads_in_other_units() {
     assert_near(upper / area / KPA, 917.0, 0.0, 0.5, "top saturates");
     assert_near(lower / area * 1e-6, 5.1, 0.0, 0.05, "bottom saturates");
 }
+
+/// One force as a point load and spread over four taxels: by hand from the closing curve of the
+/// upper layer and Eq. 2 with the volume of the whole channel.
+#[test]
+fn a_point_load_deforms_more() {
+    let curve = ClosingCurve::of_cell(&p4_cell(20.0, 140.0), MATERIAL.shear_modulus()).unwrap();
+    let (force, length) = (1e-3, 91.92e-3);
+    let change = |area: f64, along: f64| {
+        let share = along / length;
+        let load = [
+            Stretch {
+                share,
+                pressure: force / area,
+            },
+            Stretch {
+                share: 1.0 - share,
+                pressure: 0.0,
+            },
+        ];
+        let channel = curve.settle(&PressureLaw::Paper(p4_law()), &load).unwrap();
+        let ratios = channel.sections.iter().map(|section| section.area_ratio);
+        let shares = [share, 1.0 - share];
+        let change = mean_inverse_area_ratio(shares.into_iter().zip(ratios)) - 1.0;
+        (change, 1.0 - channel.sections[0].area_ratio)
+    };
+    let pad = 1e-6 * printed("pads");
+    let point = change(std::f64::consts::FRAC_PI_4 * pad * pad, pad);
+    let even = change(1e-6, 1e-3);
+    let ledger = Paper::P4.ledger();
+    let note = &ledger.entry("point_and_distributed").unwrap().note;
+    let times = format!("by {:.1} times", point.0 / even.0);
+    let losses = format!(
+        "{:.0} % in place of {:.0} %",
+        100.0 * point.1,
+        100.0 * even.1
+    );
+    assert!(
+        point.0 > even.0 && note.contains(&times) && note.contains(&losses),
+        "{note}"
+    );
+}

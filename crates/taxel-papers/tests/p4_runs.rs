@@ -1,10 +1,13 @@
 //! Runs of `papers/p4.toml`: finite elements of the liquid-metal array.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use taxel::design::{SectionState, Study, sweep};
+use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel::predict::Loads;
 use taxel::sensor::Sensor;
 use taxel::table::Cell;
+use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::mesh::{CornerDivision, VoidCell};
 use taxel_papers::{Paper, Run};
 
 fn run(id: &str) -> &'static Run {
@@ -86,5 +89,66 @@ fn thinnest_sections_of_the_crossing_layers() {
         let ratio = answer(&format!("{column}_thinnest_ratio"));
         // Three decimals.
         assert!((ratio - stored[name]).abs() < 5e-4, "{name} {ratio}");
+    }
+}
+
+/// Area over the drawn one, and loss of the own area per net pressure, 1/kPa, of the cell of
+/// a channel of this height under this cover, um, at the net pressure -`filled`, kPa.
+fn bulged([height, cover]: [f64; 2], filled: f64, smallest: f64) -> [f64; 2] {
+    let law = Law::MooneyRivlin {
+        c10: 75.5,
+        c01: 5.7,
+    };
+    let rubber = Material {
+        law,
+        volumetric: Volumetric::Incompressible,
+    };
+    let cell = VoidCell {
+        width: 400.0,
+        height,
+        cover,
+        base: 500.0 - height - cover,
+        pitch: 600.0,
+        fillet: 0.0,
+        division: CornerDivision {
+            smallest,
+            ..CornerDivision::default()
+        },
+    };
+    let mut study =
+        VoidStudy::new(&cell, rubber, &Filling::Vented, WallContact::default()).unwrap();
+    let mut area = |net: f64| study.press(net).unwrap().area_ratio;
+    let step = 0.02 * filled;
+    let [less, ratio, more] = [-filled + step, -filled, -filled - step].map(&mut area);
+    [ratio, (more - less) / (2.0 * step * ratio)]
+}
+
+/// The run itself, and the same on a coarser mesh and with a light filling, where the channel
+/// bulges by the tabulated slope at rest.
+#[test]
+fn a_filled_channel_bulges() {
+    let stored = &run("filled").values;
+    let built = [20.0, 140.0];
+    let [ratio, slope] = bulged(built, stored["pressure"], 1.0 / 30.0);
+    println!("area_ratio {ratio:.4}, slope {slope:.5} 1/kPa");
+    assert!((ratio - stored["area_ratio"]).abs() < 5e-4, "{ratio}");
+    assert!((slope - stored["slope"]).abs() < 5e-5, "{slope}");
+    let coarse = bulged(built, stored["pressure"], 1.0 / 10.0);
+    assert!((coarse[0] / ratio - 1.0).abs() < 5e-3, "{coarse:?}");
+    assert!((coarse[1] / slope - 1.0).abs() < 1e-2, "{coarse:?}");
+    // The slope at rest of the tables, which `ClosingCurve::filled` takes: within 2.5 % up to
+    // twice the drawn area.
+    for [height, roof, compliance] in [[20.0, 140.0, 0.105234], [60.0, 120.0, 0.045141]] {
+        let light = bulged([height, roof], 0.01, 1.0 / 30.0);
+        assert!((light[1] / compliance - 1.0).abs() < 2e-3, "{light:?}");
+        for ratio in [1.5, 2.0] {
+            let filled = (ratio - 1.0) / compliance;
+            let found = bulged([height, roof], filled, 1.0 / 30.0)[0];
+            println!("{height}/{roof} at {filled:.3} kPa: {found:.4} for {ratio}");
+            assert!(
+                (found / ratio - 1.0).abs() < 2.5e-2,
+                "{height}/{roof}: {found}"
+            );
+        }
     }
 }

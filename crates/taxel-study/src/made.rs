@@ -119,6 +119,10 @@ impl Predictor for MadeDevices {
         Ok(())
     }
 
+    fn pictures(&self, load: &Load<'_>) -> Vec<(String, String)> {
+        self.drawn.pictures(load)
+    }
+
     fn bodies(&self) -> Vec<&SolvedBody> {
         self.drawn.bodies()
     }

@@ -27,6 +27,7 @@ pub mod signal;
 pub mod simulator;
 pub mod solutions;
 mod solved_table;
+pub mod stress_map;
 pub mod summary;
 pub mod svg;
 pub mod table;

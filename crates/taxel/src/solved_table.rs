@@ -1,6 +1,8 @@
 //! Tables of solved model problems that are part of the program, in `tables/`: each says in
 //! its head what was solved, how, and with which error.
 
+use taxel_numerics::table::interpolate;
+
 /// A table of numbers and words with named columns.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SolvedTable {
@@ -34,6 +36,48 @@ impl SolvedTable {
             columns: &self.columns,
             cells,
         })
+    }
+
+    /// The numbers of `value` at those of `place`, of the rows that are to be kept, from the
+    /// top.
+    pub(crate) fn curve(
+        &self,
+        place: &str,
+        value: &str,
+        keep: impl Fn(&SolvedRow<'_>) -> bool,
+    ) -> Curve {
+        let rows = self.rows().filter(|row| keep(row));
+        let points = rows.map(|row| (row.number(place), row.number(value)));
+        let (places, values) = points.unzip();
+        Curve { places, values }
+    }
+}
+
+/// Values of one column of a table at rising places of another.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Curve {
+    places: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Curve {
+    /// Straight lines between the points, the end values beyond them; not a number without
+    /// points.
+    pub(crate) fn at(&self, place: f64) -> f64 {
+        if self.places.is_empty() {
+            return f64::NAN;
+        }
+        interpolate(&self.places, &self.values, place)
+    }
+
+    /// The first place.
+    pub(crate) fn start(&self) -> f64 {
+        self.places.first().copied().unwrap_or(f64::NAN)
+    }
+
+    /// The last place.
+    pub(crate) fn end(&self) -> f64 {
+        self.places.last().copied().unwrap_or(f64::NAN)
     }
 }
 
@@ -83,5 +127,9 @@ mod tests {
         assert_eq!(rows.len(), 2);
         assert_eq!((rows[0].text("a"), rows[0].number("b")), ("x", 2.5));
         assert!(rows[1].number("c").is_nan());
+        let curve = table.curve("b", "b", |row| row.text("a") != "z");
+        assert_eq!((curve.at(2.75), curve.at(9.0)), (2.75, 3.0));
+        assert_eq!((curve.start(), curve.end()), (2.5, 3.0));
+        assert!(Curve::default().at(1.0).is_nan());
     }
 }

@@ -148,3 +148,34 @@ fn crossing_voids_close_as_in_space() {
         }
     }
 }
+
+/// First response of rectangles in a body that is large beside them, times the shear modulus,
+/// as `tables/p4_rectangle.csv` has it.
+#[test]
+fn rectangles_in_an_endless_body() {
+    for (height, expected) in [(2.0, 8.30), (8.0, 2.465), (40.0, 1.207)] {
+        let cell = VoidCell {
+            width: 40.0,
+            height,
+            cover: 0.5 * (1600.0 - height),
+            base: 0.5 * (1600.0 - height),
+            pitch: 1600.0,
+            fillet: 0.0,
+            division: CornerDivision {
+                smallest: 1.0 / 30.0,
+                ..CornerDivision::default()
+            },
+        };
+        let mut study =
+            VoidStudy::new(&cell, RUBBER, &Filling::Vented, WallContact::default()).unwrap();
+        // In kPa, a ten thousandth of the modulus and less.
+        let pressure = 0.01 / expected;
+        let lost = 1.0 - study.press(pressure).unwrap().area_ratio;
+        let found = lost / pressure * 162.4;
+        // Its own error of 3e-3, and as much for this mesh and the ends of the body.
+        assert!(
+            (found / expected - 1.0).abs() < 6e-3,
+            "{height}: {found} for {expected}"
+        );
+    }
+}

@@ -7,7 +7,7 @@ use common::{Row, UM, assert_near, table};
 use taxel::mechanics::{Deformation, SIDE_X, SIDE_Y};
 use taxel::transduction::{
     EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, INNER_DISTANCE, OUTER_DISTANCE,
-    Plates, VACUUM_PERMITTIVITY,
+    Plates, VACUUM_PERMITTIVITY, corner_capacitance,
 };
 use taxel_fem::field::cases::{Beside, FacingPlates};
 
@@ -118,13 +118,8 @@ fn law_of_the_air_gap() {
         if section != EdgeSection::drawn(section.air_gap, section.environment) {
             continue;
         }
-        let law = match section.environment {
-            EdgeEnvironment::Isolated => EdgeLaw::ISOLATED,
-            EdgeEnvironment::Grounded(d) if (d - 300e-6).abs() < 1e-9 => EdgeLaw::GROUNDED_300,
-            EdgeEnvironment::Grounded(d) if (d - 900e-6).abs() < 1e-9 => EdgeLaw::GROUNDED_900,
-            EdgeEnvironment::Row(d) if (d - 300e-6).abs() < 1e-9 => EdgeLaw::ROW_300,
-            EdgeEnvironment::Row(_) => EdgeLaw::ROW_900,
-            EdgeEnvironment::Grounded(_) => continue,
+        let Some(law) = EdgeLaw::tabulated(section.environment) else {
+            continue;
         };
         let air = section.air_gap;
         assert_near(law.excess(air), row.at("excess"), 0.0, 1e-3, "excess");
@@ -134,6 +129,39 @@ fn law_of_the_air_gap() {
         rows += 1;
     }
     assert_eq!(rows, 45);
+}
+
+/// The published coefficients of the law in um, from the same rows by another fit.
+#[test]
+fn coefficients_of_the_law() {
+    let grounded = EdgeEnvironment::Grounded;
+    for (environment, constant, factor, shift) in [
+        (EdgeEnvironment::Isolated, 4.2501, 0.6562, 1.6),
+        (grounded(INNER_DISTANCE), 3.4360, 0.6746, 1.7),
+        (grounded(OUTER_DISTANCE), 3.8510, 0.6713, 1.7),
+        (EdgeEnvironment::Row(INNER_DISTANCE), 4.0762, 0.7045, 1.8),
+    ] {
+        let law = EdgeLaw::tabulated(environment).unwrap();
+        assert_near(law.constant, constant, 0.0, 1e-4, "constant");
+        assert_near(law.factor, factor, 0.0, 1e-4, "factor");
+        assert_near(law.shift, shift, 0.0, 1e-9, "shift");
+    }
+    assert_eq!(EdgeLaw::tabulated(grounded(0.5e-3)), None);
+}
+
+/// Edges that meet at a right angle count the field at the corner twice; the overlap of two
+/// strips as wide as the gap is the size of what is to be taken away.
+#[test]
+fn corners_are_of_the_size_of_a_plane_corner() {
+    let gap = 6e-6 + 6e-6 / 2.7;
+    let overlap = VACUUM_PERMITTIVITY * 4.0 * gap;
+    let ratio = -corner_capacitance() / overlap;
+    assert!((0.5..2.0).contains(&ratio), "{ratio}");
+    assert!(
+        (corner_capacitance() + 0.43e-15).abs() < 1e-20,
+        "{}",
+        corner_capacitance()
+    );
 }
 
 /// P2 as drawn: plates, edges, total, interval of the surroundings and slope.

@@ -18,6 +18,36 @@ fn cover(thickness: f64, contact: Contact) -> SoftCover {
     }
 }
 
+/// The picture of a pushed contact: the cells together have its force, and the moment of its
+/// shear about the base, N m, is the shear times the thickness. Pressed in front, pulled behind.
+#[test]
+fn cells_of_a_picture_have_the_force_and_its_moment() {
+    let cover = SoftCover {
+        thickness: 1.15e-3,
+        base: Base::Rigid,
+        contact: Contact::Uniform(2e-3),
+    };
+    let (cell, count) = (0.25e-3, 96_usize);
+    let half = 0.5 * cell * count as f64;
+    let stress = cover.base_stress([0.5, 0.0, 1.0], [-half; 2], cell, [count; 2]);
+    let x = |index: usize| ((index % count) as f64 + 0.5) * cell - half;
+    let area = cell * cell;
+    let force: f64 = stress.iter().map(|stress| stress * area).sum();
+    let moment: f64 = stress
+        .iter()
+        .enumerate()
+        .map(|(i, stress)| stress * area * x(i))
+        .sum();
+    assert!((force - 1.0).abs() < 1e-3, "{force}");
+    assert!((moment / (0.5 * 1.15e-3) - 1.0).abs() < 1e-2, "{moment}");
+    let middle = count / 2 * count;
+    let [behind, front] = [-1.9e-3, 1.9e-3].map(|at| {
+        let column = ((at + half) / cell) as usize;
+        stress[middle + column]
+    });
+    assert!(front > 2.0 * behind, "{front} {behind}");
+}
+
 #[test]
 fn solved_shares_of_a_shear_force() {
     let mut rows = 0;

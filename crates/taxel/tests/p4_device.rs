@@ -12,6 +12,7 @@ use taxel::predict::{Load, LoadValue, Loads};
 use taxel::sensor::Sensor;
 use taxel::summary::{Value, summary};
 use taxel::table::Cell;
+use taxel::transduction::MicrochannelLayer;
 use taxel_numerics::OnCurve;
 
 const NAME: &str = "liquid-metal-2x4";
@@ -619,4 +620,61 @@ fn a_key_of_schema_1_is_answered_with_its_new_name() {
             assert_eq!(error.key, "schema");
         }
     }
+}
+
+/// Over-filled: pressures of the liquid begin at that of the filling, resistances at that of the
+/// bulged channel, and the touch comes later. By hand from the curve of the drawn channel.
+#[test]
+fn an_over_filled_array_starts_from_its_filling() {
+    let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
+    let filled = text.replace(
+        "resistivity = \"294 nohm m\"",
+        "initial_pressure = \"5 kPa\"\nresistivity = \"294 nohm m\"",
+    );
+    let (filled, drawn) = (Sensor::parse("filled.toml", &filled).unwrap(), sensor());
+    let (filled, drawn) = (
+        filled.microchannels().unwrap(),
+        drawn.microchannels().unwrap(),
+    );
+    let (upper, plain) = (&filled.layers[1], &drawn.layers[1]);
+    let bulged = 1.0 + 5e3 * plain.closing.compliance();
+    assert!((upper.bulged() - bulged).abs() < 1e-12);
+    let rest = upper.conductor.rest_resistance() * bulged;
+    assert!((rest / plain.conductor.rest_resistance() - 1.0).abs() < 1e-12);
+    let predictor = MicrochannelPredictor::new(&filled);
+    let at_rest = &predictor.predict(0.0, 1.0).unwrap().layers[1];
+    assert_eq!((at_rest.internal_pressure, at_rest.change), (5e3, 0.0));
+    for pressure in [2e3, 10e3, 30e3] {
+        let pressed = &predictor.predict(pressure, 1.0).unwrap().layers[1];
+        // Area over the drawn one, net pressure, and the gas from the filled state.
+        let area = pressed.volume_ratio * bulged;
+        let gas = 5e3 + 0.2 * (101.325e3 + 5e3) * (1.0 / pressed.volume_ratio - 1.0);
+        assert!((pressed.internal_pressure / gas - 1.0).abs() < 1e-9);
+        let net = pressure - gas;
+        let expected = plain.closing.at(net).area_ratio;
+        // Slopes of the curve where the straight part meets the table.
+        assert!(
+            (area - expected).abs() < 1e-3,
+            "{pressure}: {area} {expected}"
+        );
+        let change = 1.0 / pressed.volume_ratio - 1.0;
+        assert!((pressed.change - change).abs() < 1e-9);
+    }
+    let touch = |layer: &MicrochannelLayer| layer.closing.touch().unwrap();
+    assert!((touch(upper) * bulged - touch(plain)).abs() < 1e-12);
+    // The estimator reads the same model.
+    assert!(filled.calibration().is_ok());
+}
+
+#[test]
+fn a_filling_that_doubles_the_area_is_refused_at_the_layer() {
+    let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
+    let filled = text.replace(
+        "resistivity = \"294 nohm m\"",
+        "initial_pressure = \"20 kPa\"\nresistivity = \"294 nohm m\"",
+    );
+    let error = Sensor::parse("filled.toml", &filled).unwrap_err();
+    assert!(error.key.contains("element.microchannel"), "{error}");
+    assert!(error.message.contains("20.0000 kPa"), "{error}");
+    assert!(error.message.contains("up to "), "{error}");
 }

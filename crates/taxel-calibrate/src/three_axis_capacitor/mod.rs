@@ -19,10 +19,11 @@ use crate::device_model::{
 };
 use crate::hysteresis::law_of;
 use crate::options::{CalibrateOptions, NamedSensor, SyntheticOptions};
+use taxel::device::ThreeAxisArray;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
 use taxel::signal::NumberScale;
-use taxel::transduction::UnitModel;
+use taxel::transduction::{TileEdges, UnitModel};
 use taxel_numerics::least_squares::{Fit, FitError, FitOptions, Parameter, Problem, fit};
 
 use checks::Context;
@@ -43,6 +44,8 @@ pub(super) struct ThreeAxisCalibrator<'a> {
     channel: NumberScale,
     /// Standard deviation of a reading by the board's own figures, F.
     deviation: f64,
+    /// What the surroundings may add to the edges of the drawing, F.
+    beside_edges: Option<[f64; 2]>,
 }
 
 static MODELS: [NamedModel; 3] = [
@@ -106,6 +109,16 @@ const SETTLED: f64 = 1e-2;
 const STIFFER: f64 = 1.1;
 const TRIES: usize = 20;
 
+/// Least and greatest capacitance that the surroundings of a drawing may add to its edges, F:
+/// over a grounded plane, and of a capacitor alone. `None` where it is typed in.
+fn beside_edges(array: &ThreeAxisArray<'_>) -> Option<[f64; 2]> {
+    let plates = array.unit_model().plates;
+    let drawn = plates.edge_capacitance(0)?;
+    let surroundings = array.edge_drawing().surroundings().ok()?;
+    let of = |edges: TileEdges| edges.parallel(plates.electrode, plates.air_gap[0]) - drawn;
+    Some(surroundings.map(of))
+}
+
 /// One fitted model of one taxel.
 type Fitted = FittedTo<Reading, Noise>;
 
@@ -116,6 +129,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
         Some(Self {
             named,
             drawn: array.unit_model(),
+            beside_edges: beside_edges(&array),
             made: array.made(),
             channel: array.calibration().channel,
             deviation: array.board.deviation(),

@@ -112,6 +112,18 @@ impl Findings for ThreeAxisCalibrator<'_> {
                 stiffness.deviation / stiffness.value.powi(2),
                 far_enough(&self.drawn)
             ));
+            if let Some([least, greatest]) = self.beside_edges {
+                open.push(format!(
+                    "{}: by the drawing its surroundings add {:.1} to {:.1} fF to the edges, leads not counted; to take \
+                     that as known, give parallel_capacitance_11 to _22 [fF] of {:.1} and \
+                     parallel_capacitance_deviation [fF] of {:.1} in one row",
+                    name_of(&fitted.readings),
+                    least * 1e15,
+                    greatest * 1e15,
+                    0.5 * (least + greatest) * 1e15,
+                    0.5 * (greatest - least) * 1e15
+                ));
+            }
         }
         open.extend(open_in_words(&fitted.parameters, &fitted.fit));
         open

@@ -3,6 +3,7 @@ use std::fmt::Write as _;
 use super::*;
 use crate::device_model::DeviceReadings;
 use crate::driver::Calibrator;
+use crate::outcome::Outcome;
 use crate::readings::ReadingTable;
 use crate::testing::{
     calibrated, covered, file, lost, lost_on_bench, no_hold_out, slopes_and_differences, unnamed,
@@ -217,6 +218,36 @@ fn a_measured_parallel_capacitance_closes_what_is_open() {
             .unwrap();
         assert!(outcome.is_identified());
         assert!(outcome.parameters[0].1.deviation <= 0.5 * FF);
+    });
+}
+
+/// Without a typed-in value the edges are those of the drawing, and what its surroundings leave
+/// open is told with the columns that take it as known; with them the sweep is identified better.
+#[test]
+fn the_surroundings_of_the_drawing_are_offered_as_a_measurement() {
+    let shipped = Sensor::shipped("three-axis-8x8").unwrap();
+    with(&shipped, |calibrator| {
+        let text = normal_sweep(calibrator, 15, 0.29);
+        let open = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        // 199.6 and 213.65 fF beside 204.45 fF, before the corners.
+        let words = "add -4.8 to 9.2 fF to the edges";
+        assert!(open.open[1].contains(words), "{:?}", open.open);
+        assert!(open.open[1].contains("of 2.2 and"), "{}", open.open[1]);
+        let mut lines = text.lines();
+        let mut known = format!(
+            "{},parallel_capacitance_11 [fF],parallel_capacitance_12 [fF],parallel_capacitance_21 [fF],\
+             parallel_capacitance_22 [fF],parallel_capacitance_deviation [fF]\n",
+            lines.next().unwrap()
+        );
+        for line in lines {
+            let _ = writeln!(known, "{line},2.2,2.2,2.2,2.2,7.0");
+        }
+        let held = calibrator
+            .calibrate(&parse(&known), &no_hold_out())
+            .unwrap();
+        let deviation = |outcome: &Outcome| outcome.parameters[0].1.deviation;
+        assert!(deviation(&held) <= 7.0 * FF, "{}", deviation(&held));
+        assert!(deviation(&open) > 3.0 * deviation(&held));
     });
 }
 

@@ -218,7 +218,7 @@ fn plot(
     let html = files::is_page(path)?;
     let figure = predict::figure(title, predictor, loads)
         .map_err(|refused| Stop::WrongInput(format!("--plot: {}", refused.message)))?;
-    let pictures = predictor
+    let solved = predictor
         .bodies()
         .into_iter()
         .map(|body| {
@@ -227,6 +227,13 @@ fn plot(
         })
         .collect::<Result<Vec<_>, taxel_fem::output::OutputError>>()
         .map_err(|error| Stop::Failed(format!("--plot: {error}")))?;
+    // Of a table of loads, the last one.
+    let last = loads.len().checked_sub(1);
+    let fields = last.map(|index| predictor.pictures(&loads.load(index)));
+    let pictures: Vec<_> = solved
+        .into_iter()
+        .chain(fields.into_iter().flatten())
+        .collect();
     Ok(if html {
         figure.html_with(&pictures)
     } else {

@@ -259,6 +259,25 @@ impl BumpBlock {
         Axis::new(&marks, &gradings)
     }
 
+    /// Solves a block whose cavities each keep a gas, under a force on the top: closing between
+    /// the plates, m, and pressure of the gas, Pa, which is an unknown of the solution and
+    /// follows `p = scale (V0/V - 1)`. `force` in N on the whole block.
+    ///
+    /// # Errors
+    /// [`Failure`] when the lengths make no block, or the solution fails.
+    pub fn solve_sealed(
+        &self,
+        solids: [Material; 2],
+        sides: BlockSides,
+        division: BlockDivision,
+        [scale, force]: [f64; 2],
+    ) -> Result<[f64; 2], Failure> {
+        let mesh = self
+            .mesh(division)
+            .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
+        Half::solve(self, mesh, solids, sides, Mirror::Same)?.sealed(scale, force)
+    }
+
     /// Solves the block of a soft and a stiff solid under small loads.
     ///
     /// # Errors

@@ -85,6 +85,7 @@ export class Legend {
     const states = (picture === "map" ? sensels : STATES).filter(([words]) => !(signed && components === 1) || words !== BELOW_ZERO);
     const entries = components === 3 ? [...states, SHEAR, ...CONTACTS] : [...states, ...CONTACTS];
     if (components === 1 && picture !== "map") entries.push(...BOUNDS);
+    if (this.grayscale && signed) entries.push(["pulled: a force below zero, as behind a finger that is pushed", over(Mark.pulled)]);
     this.root = create("ul", { class: "legend", "aria-label": "Legend" });
     for (const [words, draw] of entries) {
       const canvas = create("canvas", { "aria-hidden": "true" });

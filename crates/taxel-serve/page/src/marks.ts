@@ -15,6 +15,8 @@ export const Mark = {
   saturated: 128,
   ambiguous: 256,
   belowZero: 512,
+  /** No state: a force of the other sign in a picture in grey, which shows sizes alone. */
+  pulled: 1024,
 } as const;
 
 const MARK_OF_STATE: Record<string, number> = {
@@ -127,6 +129,7 @@ export function drawMarks(context: CanvasRenderingContext2D, box: Box, marks: nu
   }
   if (marks & Mark.ambiguous) drawAmbiguous(context, box, scale);
   if (marks & Mark.belowZero) drawBelowZero(context, box, scale);
+  if (marks & Mark.pulled) drawPulled(context, box, scale);
   if (!(marks & IN_CORNER)) return;
   // One small sign in the upper right corner, where the arrow from the centre rarely reaches.
   const largest = Math.max(4.5 * scale, Math.min(9 * scale, size * 0.05));
@@ -209,6 +212,16 @@ function drawBelowZero(context: CanvasRenderingContext2D, box: Box, scale: numbe
     context.moveTo(x - radius * 0.6, y + radius * 0.4);
     context.lineTo(x, y + radius);
     context.lineTo(x + radius * 0.6, y + radius * 0.4);
+  });
+}
+
+/** A minus sign. */
+function drawPulled(context: CanvasRenderingContext2D, box: Box, scale: number): void {
+  const half = Math.max(2.5 * scale, Math.min(12 * scale, 0.2 * Math.min(box.width, box.height)));
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  path(context, scale, half > 5 * scale ? 2.25 : 1.25, () => {
+    context.moveTo(x - half, y);
+    context.lineTo(x + half, y);
   });
 }
 

@@ -35,6 +35,8 @@ export interface Scene {
 const GREY_FLOOR = 0.1;
 /** Without a full scale it shrinks no further than to this part of the largest value that was ever seen. */
 const SEEN_FLOOR = 0.2;
+/** A force of the other sign is marked from this many of its standard deviations on, as contacts are. */
+const CLEAR = 6;
 
 const AXES = ["x", "y", "z"] as const;
 /** Numbers of their dashes: pressing, the thickest, is the solid line. */
@@ -172,6 +174,8 @@ export class TouchView {
         const mark = this.marks[frame.state[taxel] as number] ?? 0;
         // Shear has either sign: only pressing is shown as below zero.
         marks[taxel] = axis < components - 1 ? mark & ~Mark.belowZero : mark;
+        const deviation = (frame.deviation[components * taxel + axis] as number) / value.si_per_unit;
+        if (picture === "grayscale" && shown < -CLEAR * deviation) marks[taxel] = (marks[taxel] as number) | Mark.pulled;
       }
     });
     if (fullScale !== null) return;
@@ -197,7 +201,7 @@ export class TouchView {
     const label = value.quantity === "raw" ? "Raw values" : capitalised(value.quantity);
     const cell = picture === "map" ? "sensel" : "taxel";
     const taxels = rows * columns === 1 ? `one ${cell}` : `${rows} x ${columns} ${cell}s`;
-    const note = picture === "grayscale" && signed ? `${taxels}, brighter: larger of either sign` : taxels;
+    const note = picture === "grayscale" && signed ? `${taxels}, brighter: larger; minus: pulled` : taxels;
     return this.panel("image-value", label, label, note, this.normalScale, listener);
   }
 

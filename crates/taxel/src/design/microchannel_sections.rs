@@ -130,6 +130,12 @@ fn solve(
         answers: Vec::new(),
         ended: None,
     };
+    if element.liquid.initial_pressure.is_some() {
+        row.ended = Some(String::from(
+            "a section is solved from a liquid without pressure: leave liquid.initial_pressure out",
+        ));
+        return row;
+    }
     let pressures = sections.pressures.values();
     let filling = fillings(&element.liquid.pressure);
     let mut study = match void_study(&cell, solids(&element.material), &filling) {

@@ -1,13 +1,16 @@
 //! Two electrodes side by side in a compressed layer: their gap, thickness and
 //! width (P1 section 2.3).
 
+use std::sync::LazyLock;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::compressed_layer::{CompressedLayer, LayerKinematics, TopFace};
 use super::layer_range::LARGEST_COMPRESSION;
 use crate::quantity::{self, Checked, Fraction, PositiveLength, PositiveStress, Ratio};
-use taxel_numerics::table::{extrapolate, interpolate};
+use crate::solved_table::{Curve, SolvedTable};
+use taxel_numerics::table::extrapolate;
 
 /// A quantity outside the table that would be needed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -137,74 +140,40 @@ pub struct DeformedElectrodes {
 
 /// Name of the table in messages.
 const TABLE: &str = "the table of stiff electrodes";
-/// Compressions of the tables.
-const COMPRESSIONS: [f64; 10] = [0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.25, 0.3];
-/// Gaps over electrode thickness of [`RATIO_1_75`].
+/// Gaps over electrode thickness of the table, at [`MIDDLE_RATIO`].
 const GAPS: [f64; 3] = [0.2, 0.5, 1.0];
 
-/// Opening of the gap, thinning and widening at each compression, relative to
-/// those of the layer alone.
-type Factors = [[f64; 10]; 3];
+/// Opening of the gap, thinning and widening against the compression, relative to those of
+/// the layer alone.
+type Factors = [Curve; 3];
 
-/// E_e/E_d = 1.75, for each of [`GAPS`]: plane-strain finite elements of the
-/// published cross-section, S = 5.5 T, H = 9.5 T, b = 10 T (errors: gap and
-/// width 0.05 %, thickness 0.1 %).
-#[expect(
-    clippy::approx_constant,
-    reason = "1.1284 is a factor like its neighbours"
-)]
-const RATIO_1_75: [Factors; 3] = [
-    [
-        [
-            1.1704, 1.1741, 1.1809, 1.1884, 1.1963, 1.2047, 1.2283, 1.2565, 1.2901, 1.3299,
-        ],
-        [
-            1.1214, 1.1215, 1.1223, 1.1229, 1.1237, 1.1244, 1.1259, 1.1273, 1.1284, 1.1291,
-        ],
-        [
-            0.9624, 0.9622, 0.9626, 0.9630, 0.9632, 0.9636, 0.9647, 0.9662, 0.9682, 0.9709,
-        ],
-    ],
-    [
-        [
-            1.2680, 1.2723, 1.2811, 1.2900, 1.2992, 1.3087, 1.3334, 1.3592, 1.3852, 1.4104,
-        ],
-        [
-            1.1515, 1.1509, 1.1501, 1.1492, 1.1482, 1.1469, 1.1434, 1.1391, 1.1342, 1.1289,
-        ],
-        [
-            0.9563, 0.9566, 0.9565, 0.9566, 0.9568, 0.9569, 0.9575, 0.9587, 0.9604, 0.9628,
-        ],
-    ],
-    [
-        [
-            1.2939, 1.2964, 1.3020, 1.3074, 1.3127, 1.3179, 1.3301, 1.3412, 1.3506, 1.3584,
-        ],
-        [
-            1.1229, 1.1215, 1.1195, 1.1175, 1.1153, 1.1132, 1.1078, 1.1026, 1.0980, 1.0942,
-        ],
-        [
-            0.9472, 0.9472, 0.9474, 0.9475, 0.9476, 0.9478, 0.9485, 0.9499, 0.9519, 0.9544,
-        ],
-    ],
-];
+/// Plane-strain finite elements of the published cross-section, S = 5.5 T, H = 9.5 T,
+/// b = 10 T (`tables/p1_stiff_electrodes.csv`).
+struct StiffElectrodes {
+    /// At [`MIDDLE_RATIO`], for each of [`GAPS`].
+    middle: [Factors; 3],
+    /// At [`LARGEST_RATIO`], for a gap of half the thickness only.
+    largest: Factors,
+}
 
-/// E_e/E_d = 3.5, for a gap of half the thickness only.
-const RATIO_3_5: Factors = [
-    [
-        1.7831, 1.8041, 1.8481, 1.8949, 1.9444, 1.9967, 2.1362, 2.2794, 2.4118, 2.5282,
-    ],
-    [
-        1.3578, 1.3613, 1.3675, 1.3738, 1.3797, 1.3853, 1.3968, 1.4051, 1.4118, 1.4109,
-    ],
-    [
-        0.8732, 0.8731, 0.8725, 0.8720, 0.8716, 0.8710, 0.8696, 0.8685, 0.8681, 0.8655,
-    ],
-];
+static STIFF: LazyLock<StiffElectrodes> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p1_stiff_electrodes.csv"));
+    let factors = |ratio: f64, gap: f64| {
+        ["opening", "thinning", "widening"].map(|factor| {
+            table.curve("compression", factor, |row| {
+                row.number("modulus_ratio") == ratio && row.number("gap_over_thickness") == gap
+            })
+        })
+    };
+    StiffElectrodes {
+        middle: GAPS.map(|gap| factors(MIDDLE_RATIO, gap)),
+        largest: factors(LARGEST_RATIO, GAPS[1]),
+    }
+});
 
-/// Modulus E_e/E_d of [`RATIO_1_75`].
+/// Modulus E_e/E_d at which all gaps were solved.
 const MIDDLE_RATIO: f64 = 1.75;
-/// Modulus E_e/E_d of [`RATIO_3_5`].
+/// Largest modulus E_e/E_d of the table.
 const LARGEST_RATIO: f64 = 3.5;
 /// A length that the tables hold at one value only may differ by this share.
 const SAME: f64 = 0.01;
@@ -230,7 +199,7 @@ impl Electrodes {
     pub fn largest_compression(&self) -> f64 {
         match self.stiffness {
             ElectrodeStiffness::AsLayer => LARGEST_COMPRESSION,
-            ElectrodeStiffness::Modulus(_) => COMPRESSIONS[COMPRESSIONS.len() - 1],
+            ElectrodeStiffness::Modulus(_) => STIFF.largest[0].end(),
         }
     }
 
@@ -299,12 +268,12 @@ impl Electrodes {
         let name = "electrode modulus over layer modulus";
         OutsideTable::check(TABLE, name, ratio, [1.0, most])?;
         let middle = |quantity: usize| {
-            let by_gap =
-                RATIO_1_75.map(|table| interpolate(&COMPRESSIONS, &table[quantity], compression));
+            let middle = STIFF.middle.each_ref();
+            let by_gap = middle.map(|factors| factors[quantity].at(compression));
             extrapolate(&GAPS.map(f64::ln), &by_gap, gap.ln())
         };
         Ok(std::array::from_fn(|quantity| {
-            let largest = || interpolate(&COMPRESSIONS, &RATIO_3_5[quantity], compression);
+            let largest = || STIFF.largest[quantity].at(compression);
             if ratio <= MIDDLE_RATIO {
                 1.0 + (middle(quantity) - 1.0) * (ratio - 1.0) / (MIDDLE_RATIO - 1.0)
             } else {

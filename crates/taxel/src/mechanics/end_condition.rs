@@ -1,10 +1,13 @@
 //! Conditions at the ends of a compressed layer: the factor χ of its bottom shear.
 
+use std::sync::LazyLock;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError};
 use crate::quantity::{self, Checked, EndFactor, EndParameter};
+use crate::solved_table::{Curve, SolvedTable};
 use taxel_numerics::special::{beta, gamma};
 use taxel_numerics::table::interpolate;
 
@@ -65,34 +68,35 @@ pub struct GivenFactor {
 
 /// L/H at which the tables begin.
 const LEAST_TABULATED: f64 = 1.0;
-/// Relative compressions of [`SHORT`].
-const COMPRESSIONS: [f64; 9] = [0.01, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];
-/// χ that makes the model carry the force of finite elements with free ends on
-/// a wider base, for L/H = 1 and 2.
-const SHORT: [[f64; 9]; 2] = [
-    [
-        0.8207, 0.7575, 0.6497, 0.5447, 0.4486, 0.3719, 0.3257, 0.3129, 0.3144,
-    ],
-    [
-        0.9114, 0.8751, 0.8325, 0.8010, 0.7905, 0.7919, 0.7969, 0.8092, 0.8203,
-    ],
-];
+/// L/H of the table for a wide layer.
+const TAIL_ASPECTS: [f64; 3] = [1.0, 2.0, 5.0];
+
+/// What makes the model carry the force of finite elements, against the relative compression
+/// (`tables/p1_ends.csv`).
+struct SolvedEnds {
+    /// χ with free ends on a wider base, for L/H = 1 and 2.
+    short: [Curve; 2],
+    /// δ/H of [`EndCondition::WideLayer`], for each of [`TAIL_ASPECTS`].
+    wide: [Curve; 3],
+}
+
+static ENDS: LazyLock<SolvedEnds> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p1_ends.csv"));
+    let curve = |end: &str, aspect: f64| {
+        table.curve("compression", "value", |row| {
+            row.text("end") == end && row.number("half_length_over_thickness") == aspect
+        })
+    };
+    SolvedEnds {
+        short: [1.0, 2.0].map(|aspect| curve("short", aspect)),
+        wide: TAIL_ASPECTS.map(|aspect| curve("wide", aspect)),
+    }
+});
+
 /// Slope of the rule for long layers against H/L ...
 const RULE_SLOPE: f64 = -0.25;
 /// ... and the L/H from which it holds.
 const RULE_FROM: f64 = 5.0;
-/// L/H of [`TAIL`].
-const TAIL_ASPECTS: [f64; 3] = [1.0, 2.0, 5.0];
-/// Relative compressions of [`TAIL`].
-const TAIL_COMPRESSIONS: [f64; 4] = [0.01, 0.05, 0.1, 0.15];
-/// δ/H of [`EndCondition::WideLayer`]. For L/H = 5 the elements stop at a
-/// compression of 0.05, and δ stays as it is there.
-const TAIL: [[f64; 4]; 3] = [
-    [2.2724, 2.1862, 1.9157, 1.6900],
-    [1.8214, 1.8325, 1.7051, 1.4335],
-    [1.6217, 1.6875, 1.6875, 1.6875],
-];
-
 /// Below this χ the force of a long layer falls again before a compression of
 /// 0.4: for χ = 0.6 it does at 0.39, for 0.7 at 0.50.
 const LEAST_FACTOR: f64 = 0.65;
@@ -107,7 +111,7 @@ fn short_layer(aspect: f64, compression: f64) -> f64 {
     if aspect >= RULE_FROM {
         return rule;
     }
-    let [one, two] = SHORT.map(|row| interpolate(&COMPRESSIONS, &row, compression));
+    let [one, two] = ENDS.short.each_ref().map(|curve| curve.at(compression));
     let slope = 2.0 * (one - two);
     if aspect <= 2.0 {
         return two + slope * (inverse - 0.5);
@@ -159,7 +163,7 @@ impl EndCondition {
                 1.0 + 2.0 * gamma(1.0 + 1.0 / m) * zeta.powf(-1.0 / m)
             }
             Self::WideLayer => {
-                let by_aspect = TAIL.map(|row| interpolate(&TAIL_COMPRESSIONS, &row, compression));
+                let by_aspect = ENDS.wide.each_ref().map(|curve| curve.at(compression));
                 1.0 + 2.0 * interpolate(&TAIL_ASPECTS, &by_aspect, aspect) / aspect
             }
             Self::Given(GivenFactor { chi }) => chi,

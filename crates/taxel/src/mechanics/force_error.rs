@@ -1,37 +1,54 @@
 //! How far the closed form of a layer's force is known to be off.
 
+use std::sync::LazyLock;
+
 use super::compressed_layer::{CompressedLayer, TopFace};
 use super::electrodes::{ElectrodeStiffness, Electrodes};
 use super::end_condition::EndCondition;
 use super::layer_range::{LARGEST_COMPRESSION, LayerRange};
+use crate::solved_table::{Curve, SolvedTable};
 use taxel_numerics::table::interpolate;
 
-/// H/L of the rows of [`FREE`] ...
-const INVERSE_ASPECTS: [f64; 6] = [0.1, 0.2, 0.25, 1.0 / 3.0, 0.4, 0.5];
-/// ... and relative compressions of its columns, the last to which all were solved.
-const FREE_COMPRESSIONS: [f64; 3] = [0.02, 0.05, 0.1];
-/// Difference of [`EndCondition::Free`], electrodes as soft as the layer, base wider than
-/// the load or not, whichever is larger.
-const FREE: [[f64; 3]; 6] = [
-    [0.038, 0.044, 0.085],
-    [0.069, 0.077, 0.107],
-    [0.078, 0.089, 0.129],
-    [0.081, 0.100, 0.149],
-    [0.079, 0.103, 0.159],
-    [0.076, 0.103, 0.164],
-];
-/// Largest difference of [`EndCondition::ShortLayer`].
-const SHORT: f64 = 0.023;
-/// Scatter of the elements behind [`EndCondition::WideLayer`].
-const WIDE: f64 = 0.03;
-/// Compressions of [`GRIPPED`].
-const GRIPPED_COMPRESSIONS: [f64; 3] = [0.05, 0.1, 0.2];
-/// What a gripped face adds, for L/H from 1.8 to 5. The elements end soon after.
-const GRIPPED: [f64; 3] = [0.0, 0.01, 0.16];
-/// Moduli of the electrodes over that of the layer ...
-const STIFFNESSES: [f64; 3] = [1.0, 1.75, 3.5];
-/// ... and what electrodes 1 mm wide add, the most that was solved.
-const STIFF: [f64; 3] = [0.0, 0.058, 0.15];
+/// The differences of `tables/p1_force_error.csv`.
+struct Differences {
+    /// Of [`EndCondition::Free`]: H/L, and the difference against the compression.
+    free: Vec<(f64, Curve)>,
+    /// Of [`EndCondition::ShortLayer`] and [`EndCondition::WideLayer`].
+    short: f64,
+    wide: f64,
+    /// What a gripped face adds, against the compression. The elements end soon after.
+    gripped: Curve,
+    /// What stiffer electrodes add, against their modulus over that of the layer.
+    stiff: Curve,
+}
+
+static DIFFERENCES: LazyLock<Differences> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p1_force_error.csv"));
+    let curve = |part: &str, x: &str| table.curve(x, "difference", |row| row.text("part") == part);
+    let one = |part: &str| {
+        let mut rows = table.rows().filter(|row| row.text("part") == part);
+        rows.next().map_or(f64::NAN, |row| row.number("difference"))
+    };
+    let mut aspects: Vec<f64> = Vec::new();
+    for row in table.rows().filter(|row| row.text("part") == "free") {
+        if aspects.last() != Some(&row.number("at")) {
+            aspects.push(row.number("at"));
+        }
+    }
+    let free = |aspect: &f64| {
+        let curve = table.curve("compression", "difference", |row| {
+            row.text("part") == "free" && row.number("at") == *aspect
+        });
+        (1.0 / aspect, curve)
+    };
+    Differences {
+        free: aspects.iter().map(free).collect(),
+        short: one("short"),
+        wide: one("wide"),
+        gripped: curve("gripped", "compression"),
+        stiff: curve("stiff", "at"),
+    }
+});
 
 /// Largest known difference of the force of the closed form from that of finite
 /// elements, as a share of it, at a relative compression.
@@ -69,26 +86,29 @@ fn of_ends(layer: &CompressedLayer, compression: f64) -> Option<f64> {
     }
     match layer.end_condition {
         EndCondition::Free => of_free_ends(1.0 / layer.aspect(), compression),
-        EndCondition::ShortLayer => Some(SHORT),
-        EndCondition::WideLayer => Some(WIDE),
+        EndCondition::ShortLayer => Some(DIFFERENCES.short),
+        EndCondition::WideLayer => Some(DIFFERENCES.wide),
         EndCondition::Tapered(_) | EndCondition::Tail(_) | EndCondition::Given(_) => None,
     }
 }
 
 fn of_free_ends(inverse_aspect: f64, compression: f64) -> Option<f64> {
-    let solved = |nodes: &[f64]| nodes[0]..=nodes[nodes.len() - 1];
-    let within = solved(&INVERSE_ASPECTS).contains(&inverse_aspect)
-        && compression <= FREE_COMPRESSIONS[FREE_COMPRESSIONS.len() - 1];
-    let column = FREE.map(|row| interpolate(&FREE_COMPRESSIONS, &row, compression));
-    within.then(|| interpolate(&INVERSE_ASPECTS, &column, inverse_aspect))
+    let free = &DIFFERENCES.free;
+    let places: Vec<f64> = free.iter().map(|(inverse, _)| *inverse).collect();
+    let solved = *places.first()?..=*places.last()?;
+    let within = solved.contains(&inverse_aspect) && compression <= free.first()?.1.end();
+    let column: Vec<f64> = free
+        .iter()
+        .map(|(_, curve)| curve.at(compression))
+        .collect();
+    within.then(|| interpolate(&places, &column, inverse_aspect))
 }
 
 fn of_grip(top: TopFace, compression: f64) -> Option<f64> {
-    let solved = GRIPPED_COMPRESSIONS[GRIPPED_COMPRESSIONS.len() - 1];
+    let gripped = &DIFFERENCES.gripped;
     match top {
         TopFace::Frictionless => (compression <= LARGEST_COMPRESSION).then_some(0.0),
-        TopFace::Gripped => (compression <= solved)
-            .then(|| interpolate(&GRIPPED_COMPRESSIONS, &GRIPPED, compression)),
+        TopFace::Gripped => (compression <= gripped.end()).then(|| gripped.at(compression)),
     }
 }
 
@@ -97,8 +117,8 @@ fn of_electrodes(layer: &CompressedLayer, electrodes: &Electrodes) -> Option<f64
         return Some(0.0);
     };
     let ratio = stiff.youngs_modulus / layer.youngs_modulus;
-    let solved = STIFFNESSES[0]..=STIFFNESSES[STIFFNESSES.len() - 1];
-    solved
+    let stiff = &DIFFERENCES.stiff;
+    (stiff.start()..=stiff.end())
         .contains(&ratio)
-        .then(|| interpolate(&STIFFNESSES, &STIFF, ratio))
+        .then(|| stiff.at(ratio))
 }

@@ -6,6 +6,7 @@
 //! [`ClosingCurve::settle`] finds the pressure at which the two agree.
 
 use std::f64::consts::FRAC_PI_8;
+use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -13,6 +14,7 @@ use serde::Deserialize;
 use super::material::LinearElastic;
 use super::tabulated_cells::{self, CELLS, TabulatedCell};
 use crate::quantity::{self, Checked, NonNegativeStress, PositiveFraction, PositiveStress};
+use crate::solved_table::{SolvedRow, SolvedTable, interpolated};
 use taxel_numerics::{CurveError, MonotoneCurve, OnCurve};
 
 /// A rectangular cross-section.
@@ -96,13 +98,19 @@ pub enum MicrochannelShape {
     Rectangle,
 }
 
-/// Excess of the rectangle's c₀μ over the slit's, against h/w: computed for
-/// w/h = 20, 5 and 1 (8.30, 2.465, 1.207). It is nearly straight in h/w.
-const RECTANGLE: [(f64, f64); 3] = [
-    (0.05, 8.30 - 20.0 * FRAC_PI_8),
-    (0.2, 2.465 - 5.0 * FRAC_PI_8),
-    (1.0, 1.207 - FRAC_PI_8),
-];
+/// Excess of the rectangle's c₀μ over the slit's, against h/w, from
+/// `tables/p4_rectangle.csv`. It is nearly straight in h/w.
+static RECTANGLE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p4_rectangle.csv"));
+    let point = |row: SolvedRow<'_>| {
+        let width = row.number("width_over_height");
+        [1.0 / width, row.number("compliance") - FRAC_PI_8 * width]
+    };
+    table.rows().map(point).collect()
+});
+
+/// Relative rounding of a quotient of lengths.
+const ROUNDING: f64 = 1e-12;
 
 impl MicrochannelShape {
     /// Share of its area that a channel loses per pressure, c₀ in 1/Pa, for
@@ -129,11 +137,12 @@ impl MicrochannelShape {
             Self::Slit => slit,
             Self::Ellipse => 0.5 * (flatness + 1.0 / flatness),
             Self::Rectangle => {
-                let pair = RECTANGLE
-                    .windows(2)
-                    .find(|pair| (pair[0].0..=pair[1].0).contains(&flatness))?;
-                let [(from, low), (to, high)] = [pair[0], pair[1]];
-                slit + low + (high - low) * (flatness - from) / (to - from)
+                let ends = [RECTANGLE.first()?[0], RECTANGLE.last()?[0]];
+                // Quotients of lengths.
+                if flatness < ends[0] * (1.0 - ROUNDING) || flatness > ends[1] * (1.0 + ROUNDING) {
+                    return None;
+                }
+                slit + interpolated(&RECTANGLE, flatness)
             }
         };
         Some(factor / shear_modulus)
@@ -216,6 +225,11 @@ pub enum ClosingState {
         limit: f64,
     },
 }
+
+/// Area of an over-filled channel over the drawn one, at most.
+const MOST_BULGED: f64 = 2.0;
+/// Points on the straight part of its curve.
+const ON_LINE: u8 = 4;
 
 /// One cross-section under its load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -328,6 +342,17 @@ pub enum MicrochannelError {
         /// Their sum.
         sum: f64,
     },
+    /// A pressure of filling that bulges the channel too far.
+    #[error(
+        "a microchannel filled to {:.4} kPa has more than twice its drawn area; the model holds up to {:.4} kPa",
+        pressure * 1e-3, limit * 1e-3
+    )]
+    Filling {
+        /// The pressure, Pa.
+        pressure: f64,
+        /// The greatest one, Pa.
+        limit: f64,
+    },
     /// A pull, or a pressure that is not a number.
     #[error("a pressure of {pressure} Pa on the surface: the closing curves hold for zero or more")]
     Pressure {
@@ -355,9 +380,7 @@ impl ClosingCurve {
         let scale = shear_modulus / tabulated_cells::SHEAR_MODULUS; // Pa per tabulated kPa
         let rows = known.rows.iter().map(|(ratio, net)| [net * scale, *ratio]);
         let points = std::iter::once([0.0, 1.0]).chain(rows).collect();
-        let source = CurveSource::Tabulated {
-            error: known.error(),
-        };
+        let source = CurveSource::Tabulated { error: known.error };
         let curve = MonotoneCurve::new(points, Some(-known.compliance / scale))?;
         Ok(Self::of_source(curve, known.touch, source))
     }
@@ -406,6 +429,62 @@ impl ClosingCurve {
     pub fn stiffened(mut self, factor: f64) -> Self {
         self.curve = self.curve.stretched(factor);
         self
+    }
+
+    /// The curve of a microchannel that is over-filled to a gauge pressure, Pa, with its area at
+    /// rest over the drawn one.
+    ///
+    /// The area follows from the net pressure alone, so that the filled state is the curve at
+    /// −`pressure`: a′(q′) = f(q′ − P)/f(−P), where pressures of the liquid count from P. The
+    /// bulging follows the slope at rest, f(−P) = 1 + c₀P, which finite elements confirm within
+    /// 2.5 % up to twice the drawn area (`docs/theory/microchannel.md`, section 5).
+    ///
+    /// # Errors
+    /// [`MicrochannelError::Filling`] for a pressure that more than doubles the area.
+    ///
+    /// # Example
+    /// ```
+    /// use taxel::mechanics::*;
+    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
+    /// let (filled, bulged) = ClosingCurve::of_cell(&cell, 162.4e3)?.filled(5e3)?;
+    /// assert!((bulged - 1.526).abs() < 1e-3);
+    /// // What closes the drawn channel by nothing closes the filled one to its drawn area.
+    /// assert!((filled.at(5e3).area_ratio * bulged - 1.0).abs() < 1e-12);
+    /// # Ok::<(), MicrochannelError>(())
+    /// ```
+    ///
+    /// # Example: too much is refused
+    /// ```
+    /// use taxel::mechanics::*;
+    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
+    /// let error = ClosingCurve::of_cell(&cell, 162.4e3)?.filled(20e3).unwrap_err();
+    /// assert!(matches!(error, MicrochannelError::Filling { .. }));
+    /// # Ok::<(), MicrochannelError>(())
+    /// ```
+    pub fn filled(&self, pressure: f64) -> Result<(Self, f64), MicrochannelError> {
+        let bulged = 1.0 + self.compliance() * pressure;
+        if !(pressure >= 0.0 && bulged <= MOST_BULGED) {
+            return Err(MicrochannelError::Filling {
+                pressure,
+                limit: (MOST_BULGED - 1.0) / self.compliance(),
+            });
+        }
+        if pressure == 0.0 {
+            return Ok((self.clone(), 1.0));
+        }
+        // Points on the line of the slope at rest keep it straight up to the drawn area.
+        let line = (0..ON_LINE).map(|step| {
+            let share = f64::from(step) / f64::from(ON_LINE);
+            [share * pressure, (bulged + share * (1.0 - bulged)) / bulged]
+        });
+        let drawn = self.curve.points().iter();
+        let drawn = drawn.map(|[net, ratio]| [net + pressure, ratio / bulged]);
+        let slope = -self.compliance() / bulged;
+        let curve = MonotoneCurve::new(line.chain(drawn).collect(), Some(slope))?;
+        let touch = self.touch.map(|touch| touch / bulged);
+        Ok((Self::of_source(curve, touch, self.source.clone()), bulged))
     }
 
     /// Share of the area lost per net pressure at rest, c₀ = −da/dq, 1/Pa.
@@ -494,6 +573,22 @@ impl ClosingCurve {
                 .map(|part| self.at(part.pressure - internal_pressure))
                 .collect(),
         })
+    }
+}
+
+impl PressureLaw {
+    /// The law of an over-filled channel, whose pressures count from `pressure`, Pa, and volumes
+    /// from the filled state: that of a gas, from the filled state, has the scale
+    /// η (P_atm + P); all others are as they were, and a reservoir holds P.
+    #[must_use]
+    pub fn filled(&self, pressure: f64) -> Self {
+        match self {
+            Self::Paper(law) => Self::Paper(PaperLaw {
+                atmosphere: law.atmosphere + pressure,
+                ..*law
+            }),
+            other => other.clone(),
+        }
     }
 }
 

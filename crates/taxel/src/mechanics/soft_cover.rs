@@ -225,6 +225,45 @@ impl SoftCover {
         gather_shear(offset, side, panels, |radius| self.shear_potential(radius))
     }
 
+    /// Mean normal stress, Pa, on equal square cells of the base, row by row from below, under a
+    /// force along x, along y and pressing, N, in the middle. `low` is the corner of the first
+    /// cell from there and `cell` the side of a cell, m; `counts` are cells along x and y.
+    ///
+    /// Cell by cell the sum of the shares of [`SoftCover::share`] and
+    /// [`SoftCover::shear_shares`] over its area, by their tables.
+    ///
+    /// # Example: all of the force arrives
+    /// ```
+    /// use taxel::mechanics::{Base, Contact, SoftCover};
+    /// let cover = SoftCover { thickness: 1e-3, base: Base::Rigid, contact: Contact::Uniform(1e-3) };
+    /// let stress = cover.base_stress([0.0, 0.0, 2.0], [-8e-3, -8e-3], 0.5e-3, [32, 32]);
+    /// let force: f64 = stress.iter().map(|stress| stress * 0.5e-3 * 0.5e-3).sum();
+    /// assert!((force / 2.0 - 1.0).abs() < 2e-3);
+    /// ```
+    pub fn base_stress(
+        &self,
+        [force_x, force_y, pressing]: [f64; 3],
+        low: [f64; 2],
+        cell: f64,
+        counts: [usize; 2],
+    ) -> Vec<f64> {
+        let shares = self.table();
+        let shear = (force_x != 0.0 || force_y != 0.0).then(|| self.shear_table());
+        let middle = |axis: usize, number: usize| low[axis] + (number as f64 + 0.5) * cell;
+        let places = (0..counts[1])
+            .flat_map(|row| (0..counts[0]).map(move |column| [middle(0, column), middle(1, row)]));
+        places
+            .map(|at| {
+                let mut force = pressing * shares.share(at, cell);
+                if let Some(shear) = &shear {
+                    let [along_x, along_y] = shear.shares(at, cell);
+                    force += along_x * force_x + along_y * force_y;
+                }
+                force / (cell * cell)
+            })
+            .collect()
+    }
+
     /// The table for fast shares on elements.
     pub fn table(&self) -> ShareTable {
         ShareTable {

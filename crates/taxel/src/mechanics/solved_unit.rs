@@ -5,7 +5,9 @@ use taxel_fem::study::bump_block::{BlockAnswer, BlockSides, BumpBlock, TopAnswer
 
 pub use taxel_fem::study::bump_block::BlockDivision;
 
-use super::elastic_unit::{FlankCompliance, SOLVED_ERROR, UnitCompliance, UnitDrawing};
+use super::elastic_unit::{
+    AIR_PRESSURE, FlankCompliance, SOLVED_ERROR, UnitCompliance, UnitDrawing,
+};
 use super::solved_voids::NotSolved;
 
 /// Copper of the electrodes: Young's modulus, Pa, and Poisson's ratio. Only that it is stiff
@@ -13,6 +15,9 @@ use super::solved_voids::NotSolved;
 const COPPER: [f64; 2] = [117e9, 0.34];
 /// Young's modulus of the elastomer that is solved, Pa: closings times modulus do not depend on it.
 const SOFT: f64 = 1e6;
+
+/// Force of a solution with nonlinear terms that is to be linear, N.
+const SMALL_FORCE: f64 = 1e-5;
 
 /// A unit solved by linear elasticity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +108,23 @@ impl UnitDrawing {
         })
     }
 
+    /// Normal stiffness of a unit whose cavities keep their air, N/m, for a modulus in Pa: the
+    /// pressure of the air is an unknown of the solution, isothermal at [`AIR_PRESSURE`]. The
+    /// force closes a few ten thousandths of the air gap, so that the answer is that of small
+    /// loads.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when the lengths make no unit, or the solution fails.
+    pub fn solve_sealed(&self, modulus: f64, solution: &UnitSolution) -> Result<f64, NotSolved> {
+        let (block, sides) = self.block(solution, false);
+        let [copper, ratio] = COPPER;
+        let solids = [linear(modulus, solution.poisson), linear(copper, ratio)];
+        let loads = [AIR_PRESSURE, SMALL_FORCE];
+        let answer = block.solve_sealed(solids, sides, solution.division, loads);
+        let [closing, _] = answer.map_err(|failure| NotSolved::Solver(failure.to_string()))?;
+        Ok(SMALL_FORCE / closing)
+    }
+
     /// Solves three units in a row, of which the middle one is pressed: cut out as one piece, or
     /// with mirror images beside it.
     ///
@@ -120,7 +142,7 @@ impl UnitDrawing {
         })
     }
 
-    fn answer(&self, solution: &UnitSolution, in_row: bool) -> Result<BlockAnswer, NotSolved> {
+    fn block(&self, solution: &UnitSolution, in_row: bool) -> (BumpBlock, BlockSides) {
         let half = |length: f64| 0.5 * length;
         let block = BumpBlock {
             half: half(solution.block),
@@ -138,13 +160,18 @@ impl UnitDrawing {
             bump_half: [half(self.bump_base), half(self.bump_top)],
             in_row,
         };
-        let [copper, ratio] = COPPER;
-        let solids = [linear(SOFT, solution.poisson), linear(copper, ratio)];
         let sides = if solution.symmetric {
             BlockSides::Symmetric
         } else {
             BlockSides::Free
         };
+        (block, sides)
+    }
+
+    fn answer(&self, solution: &UnitSolution, in_row: bool) -> Result<BlockAnswer, NotSolved> {
+        let (block, sides) = self.block(solution, in_row);
+        let [copper, ratio] = COPPER;
+        let solids = [linear(SOFT, solution.poisson), linear(copper, ratio)];
         let answer = block.solve(solids, sides, solution.division);
         answer.map_err(|failure: Failure| NotSolved::Solver(failure.to_string()))
     }

@@ -1,10 +1,9 @@
-//! Closing curves of periodic plane-strain cells, computed with finite elements.
-//!
-//! Incompressible solid of shear modulus 162.4 kPa, channel 400 um wide, pitch
-//! 600 um, total thickness 500 um, bottom fixed, follower pressure on top and
-//! in the channel, self-contact of the folding corners
-//! (`docs/theory/microchannel.md`, section 4). Error of the net pressure: 3e-4
-//! up to a height of 60 um, 5e-4 up to 100 um, 1e-3 above.
+//! Closing curves of periodic plane-strain cells, computed with finite elements
+//! (`tables/p4_cells.csv`, `docs/theory/microchannel.md`, section 4).
+
+use std::sync::LazyLock;
+
+use crate::solved_table::{SolvedRow, SolvedTable};
 
 /// Width of the tabulated channels, um.
 pub(super) const WIDTH: f64 = 400.0;
@@ -26,131 +25,65 @@ pub(super) struct TabulatedCell {
     pub(super) compliance: f64,
     /// Area ratio at the first touch of roof and floor, where it was reached.
     pub(super) touch: Option<f64>,
+    /// Greatest error of the net pressure, as a share.
+    pub(super) error: f64,
     /// Area ratio and net pressure in kPa, from rest to the last row; beyond
     /// the touch with contact of roof and floor.
-    pub(super) rows: &'static [(f64, f64)],
+    pub(super) rows: Vec<(f64, f64)>,
 }
 
+/// The computed cells.
+pub(super) static CELLS: LazyLock<Vec<TabulatedCell>> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p4_cells.csv"));
+    let mut cells: Vec<TabulatedCell> = Vec::new();
+    for row in table.rows() {
+        let [height, roof] = ["height_um", "roof_um"].map(|column| row.number(column));
+        let known = |cell: &TabulatedCell| cell.height == height && cell.roof == roof;
+        if !cells.last().is_some_and(known) {
+            cells.push(TabulatedCell::new(height, roof));
+        }
+        if let Some(cell) = cells.last_mut() {
+            cell.take(&row);
+        }
+    }
+    cells
+});
+
 impl TabulatedCell {
-    /// Greatest error of the net pressure, as a share.
-    pub(super) fn error(&self) -> f64 {
-        match self.height {
-            height if height <= 60.0 => 3e-4,
-            height if height <= 100.0 => 5e-4,
-            _ => 1e-3,
+    fn new(height: f64, roof: f64) -> Self {
+        Self {
+            height,
+            roof,
+            compliance: f64::NAN,
+            touch: None,
+            error: f64::NAN,
+            rows: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, row: &SolvedRow<'_>) {
+        let [ratio, value] = ["area_ratio", "value"].map(|column| row.number(column));
+        match row.text("quantity") {
+            "error" => self.error = value,
+            "compliance" => self.compliance = value,
+            "touch" => self.touch = Some(ratio),
+            _ => self.rows.push((ratio, value)),
         }
     }
 }
 
-/// The computed cells.
-#[rustfmt::skip]
-pub(super) static CELLS: [TabulatedCell; 12] = [
-    TabulatedCell {
-        height: 20.0, roof: 100.0, compliance: 0.165752, touch: Some(0.2988),
-        rows: &[
-            (0.975, 0.15061), (0.95, 0.30079), (0.925, 0.45053), (0.9, 0.59983), (0.85, 0.89712),
-            (0.8, 1.19278), (0.75, 1.48672), (0.7, 1.77906), (0.65, 2.06984), (0.6, 2.35904),
-            (0.55, 2.6467), (0.5, 2.93295), (0.45, 3.21784), (0.4, 3.50141), (0.35, 3.78375),
-            (0.3, 4.0649), (0.2988, 4.0716),
-        ],
-    },
-    TabulatedCell {
-        height: 20.0, roof: 140.0, compliance: 0.105234, touch: Some(0.2591),
-        rows: &[
-            (0.975, 0.23745), (0.95, 0.47462), (0.925, 0.71151), (0.9, 0.9481), (0.85, 1.42037),
-            (0.8, 1.8915), (0.75, 2.36128), (0.7, 2.82983), (0.65, 3.29708), (0.6, 3.76286),
-            (0.55, 4.22726), (0.5, 4.69029), (0.45, 5.15193), (0.4, 5.61218), (0.35, 6.07101),
-            (0.3, 6.52847), (0.26, 6.89344), (0.25906, 6.902), (0.25, 7.15), (0.2, 9.38),
-            (0.16, 12.26), (0.12, 16.69), (0.09, 21.95), (0.06, 30.8),
-        ],
-    },
-    TabulatedCell {
-        height: 20.0, roof: 200.0, compliance: 0.076002, touch: None,
-        rows: &[
-            (0.975, 0.32904), (0.95, 0.65821), (0.925, 0.9875), (0.9, 1.31689), (0.85, 1.97596),
-            (0.8, 2.63541), (0.75, 3.29512), (0.7, 3.95508), (0.65, 4.61515), (0.6, 5.27526),
-            (0.55, 5.93543), (0.5, 6.5956), (0.45, 7.25571), (0.4, 7.91575), (0.35, 8.57566),
-            (0.3, 9.23554), (0.26, 9.76332), (0.22, 10.29101),
-        ],
-    },
-    TabulatedCell {
-        height: 40.0, roof: 100.0, compliance: 0.084742, touch: Some(0.2857),
-        rows: &[
-            (0.975, 0.29426), (0.95, 0.58699), (0.925, 0.87819), (0.9, 1.16784), (0.85, 1.74301),
-            (0.8, 2.31244), (0.75, 2.87676), (0.7, 3.43594), (0.65, 3.99056), (0.6, 4.54125),
-            (0.55, 5.08848), (0.5, 5.63275), (0.45, 6.17475), (0.4, 6.71512), (0.35, 7.25443),
-            (0.3, 7.79313), (0.2857, 7.9477),
-        ],
-    },
-    TabulatedCell {
-        height: 40.0, roof: 140.0, compliance: 0.054557, touch: Some(0.2441),
-        rows: &[
-            (0.975, 0.45794), (0.95, 0.91522), (0.925, 1.37174), (0.9, 1.82742), (0.85, 2.73664),
-            (0.8, 3.64221), (0.75, 4.54433), (0.7, 5.44213), (0.65, 6.33603), (0.6, 7.22596),
-            (0.55, 8.11195), (0.5, 8.994), (0.45, 9.87231), (0.4, 10.74698), (0.35, 11.61802),
-            (0.3, 12.48609), (0.26, 13.17841), (0.2441, 13.4531),
-        ],
-    },
-    TabulatedCell {
-        height: 60.0, roof: 60.0, compliance: 0.142128, touch: Some(0.3201),
-        rows: &[
-            (0.975, 0.17438), (0.95, 0.34601), (0.925, 0.5154), (0.9, 0.68304), (0.85, 1.01552),
-            (0.8, 1.3473), (0.75, 1.68262), (0.7, 2.02501), (0.65, 2.37738), (0.6, 2.74308),
-            (0.55, 3.12463), (0.5, 3.52417), (0.45, 3.94354), (0.4, 4.38408), (0.35, 4.84716),
-            (0.3201, 5.1352),
-        ],
-    },
-    TabulatedCell {
-        height: 60.0, roof: 120.0, compliance: 0.045141, touch: Some(0.2486),
-        rows: &[
-            (0.975, 0.55283), (0.95, 1.10355), (0.925, 1.65194), (0.9, 2.19823), (0.85, 3.28383),
-            (0.8, 4.36049), (0.75, 5.42743), (0.7, 6.48553), (0.65, 7.53553), (0.6, 8.57823),
-            (0.55, 9.61499), (0.5, 10.64664), (0.45, 11.67405), (0.4, 12.6992), (0.35, 13.72339),
-            (0.3, 14.74779), (0.26, 15.56819), (0.2486, 15.803),
-        ],
-    },
-    TabulatedCell {
-        height: 60.0, roof: 160.0, compliance: 0.033312, touch: None,
-        rows: &[
-            (0.975, 0.75087), (0.95, 1.50225), (0.925, 2.25385), (0.9, 3.00585), (0.85, 4.50976),
-            (0.8, 6.01359), (0.75, 7.51497), (0.7, 9.01467), (0.65, 10.5121), (0.6, 12.00672),
-            (0.55, 13.49937), (0.5, 14.98989), (0.45, 16.47812), (0.4, 17.96576), (0.35, 19.45223),
-            (0.3, 20.93814), (0.26, 22.12594), (0.22, 23.31501),
-        ],
-    },
-    TabulatedCell {
-        height: 100.0, roof: 100.0, compliance: 0.036710, touch: Some(0.2385),
-        rows: &[
-            (0.975, 0.67779), (0.95, 1.34897), (0.925, 2.01357), (0.9, 2.67291), (0.85, 3.97448),
-            (0.8, 5.25808), (0.75, 6.52904), (0.7, 7.79458), (0.65, 9.06171), (0.6, 10.33862),
-            (0.55, 11.63161), (0.5, 12.94642), (0.45, 14.29085), (0.4, 15.66894), (0.35, 17.08541),
-            (0.3, 18.54267), (0.26, 19.7427), (0.2385, 20.4011),
-        ],
-    },
-    TabulatedCell {
-        height: 100.0, roof: 140.0, compliance: 0.024715, touch: None,
-        rows: &[
-            (0.975, 1.01175), (0.95, 2.02325), (0.925, 3.03397), (0.9, 4.04424), (0.85, 6.06035),
-            (0.8, 8.06848), (0.75, 10.06876), (0.7, 12.0623), (0.65, 14.04999), (0.6, 16.03478),
-            (0.55, 18.01858), (0.5, 20.0072), (0.45, 22.00237), (0.4, 24.00646), (0.35, 26.02561),
-            (0.3, 28.06526), (0.26, 29.71122), (0.22, 31.37427),
-        ],
-    },
-    TabulatedCell {
-        height: 160.0, roof: 120.0, compliance: 0.020218, touch: None,
-        rows: &[
-            (0.975, 1.23483), (0.95, 2.46494), (0.925, 3.69054), (0.9, 4.91056), (0.85, 7.33338),
-            (0.8, 9.73767), (0.75, 12.13366), (0.7, 14.53375), (0.65, 16.95452), (0.6, 19.41129),
-            (0.55, 21.91791), (0.5, 24.4947), (0.45, 27.15315), (0.4, 29.90034), (0.35, 32.75963),
-            (0.3, 35.73973), (0.26, 38.21097),
-        ],
-    },
-    TabulatedCell {
-        height: 160.0, roof: 200.0, compliance: 0.013467, touch: None,
-        rows: &[
-            (0.975, 1.86995), (0.95, 3.76566), (0.925, 5.68716), (0.9, 7.63379), (0.85, 11.5963),
-            (0.8, 15.65076), (0.75, 19.79678), (0.7, 24.03766), (0.65, 28.38154), (0.6, 32.83243),
-            (0.55, 37.40922), (0.5, 42.11849), (0.45, 46.96325), (0.4, 51.99649),
-        ],
-    },
-];
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_is_read() {
+        assert_eq!(CELLS.len(), 12);
+        for cell in CELLS.iter() {
+            let number = |value: f64| value.is_finite() && value > 0.0;
+            assert!(number(cell.compliance) && number(cell.error), "{cell:?}");
+            assert!(cell.rows.len() >= 14, "{cell:?}");
+            assert!(cell.rows.iter().all(|row| number(row.0) && number(row.1)));
+        }
+    }
+}

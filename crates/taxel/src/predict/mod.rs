@@ -82,6 +82,13 @@ pub trait Predictor: Send + Sync {
         Vec::new()
     }
 
+    /// Pictures of a field under one load, each an SVG document with its title; none for a
+    /// device that has no field to show.
+    fn pictures(&self, load: &Load<'_>) -> Vec<(String, String)> {
+        let _ = load;
+        Vec::new()
+    }
+
     /// A figure of the response over time to one load; `None` for a device
     /// whose answer does not depend on time.
     fn history(&self, load: &Load<'_>) -> Option<Figure> {

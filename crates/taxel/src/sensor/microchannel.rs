@@ -8,7 +8,9 @@ use crate::mechanics::{
     CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
     MicrochannelError, MicrochannelSection, PressureLaw, SolvedCell,
 };
-use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity};
+use crate::quantity::{
+    self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity, PositiveStress,
+};
 use crate::solutions::{OfDrawing, Solutions, Unsolved};
 use crate::transduction::{Conductor, MicrochannelLayer, ThinnestPoint};
 use taxel_numerics::Noise;
@@ -102,6 +104,11 @@ pub struct Liquid {
     pub resistivity: f64,
     /// Law of its pressure.
     pub pressure: PressureLaw,
+    /// Gauge pressure at rest of over-filled microchannels, Pa; without it zero. The law then
+    /// counts pressures and volumes from the filled state, and areas are over those at rest.
+    #[serde(default, deserialize_with = "quantity::some::<PositiveStress, _>")]
+    #[schemars(with = "Option<Checked<PositiveStress>>")]
+    pub initial_pressure: Option<f64>,
 }
 
 /// One layer of equal parallel channels.
@@ -212,12 +219,16 @@ impl Microchannel {
             length: layer.length,
             section,
         };
-        MicrochannelLayer::new(
+        let drawn = MicrochannelLayer::new(
             closing,
             self.liquid.pressure.clone(),
             conductor,
             &layer.thinnest,
-        )
+        )?;
+        match self.liquid.initial_pressure {
+            Some(pressure) => drawn.filled(pressure),
+            None => Ok(drawn),
+        }
     }
 
     /// Solves the cells that no table has.

@@ -56,8 +56,12 @@ pub struct MicrochannelLayer {
     pub liquid: PressureLaw,
     /// The conductor in one channel.
     pub conductor: Conductor,
-    /// 1 − mean area ratio to thinnest area ratio.
+    /// Gauge pressure of the liquid at rest, Pa: pressures of the liquid count from it.
+    pub initial_pressure: f64,
+    /// 1 − mean area ratio to thinnest area ratio, both over the drawn area.
     thinnest: Option<MonotoneCurve>,
+    /// Area at rest over the drawn one.
+    bulged: f64,
 }
 
 /// The thinnest section of a channel that has a mean one.
@@ -112,8 +116,29 @@ impl MicrochannelLayer {
             closing,
             liquid,
             conductor,
+            initial_pressure: 0.0,
             thinnest,
+            bulged: 1.0,
         })
+    }
+
+    /// The same layer over-filled to a gauge pressure, Pa: its rest is the filled state.
+    ///
+    /// # Errors
+    /// As [`ClosingCurve::filled`].
+    pub fn filled(mut self, pressure: f64) -> Result<Self, MicrochannelError> {
+        let (closing, bulged) = self.closing.filled(pressure)?;
+        self.closing = closing;
+        self.liquid = self.liquid.filled(pressure);
+        self.conductor.section.height *= bulged;
+        self.initial_pressure = pressure;
+        self.bulged = bulged;
+        Ok(self)
+    }
+
+    /// Area at rest over the drawn one: 1 without a pressure of filling.
+    pub fn bulged(&self) -> f64 {
+        self.bulged
     }
 
     /// A channel of this layer whose parts are loaded by `stretches`.
@@ -136,8 +161,8 @@ impl MicrochannelLayer {
     /// Area ratio of the thinnest section where the mean is `area_ratio`;
     /// `None` where it is not known.
     pub fn thinnest(&self, area_ratio: f64) -> Option<f64> {
-        match self.thinnest.as_ref()?.at(1.0 - area_ratio) {
-            OnCurve::Inside { value, .. } => Some(value),
+        match self.thinnest.as_ref()?.at(1.0 - area_ratio * self.bulged) {
+            OnCurve::Inside { value, .. } => Some(value / self.bulged),
             OnCurve::Below(_) | OnCurve::Above(_) => None,
         }
     }

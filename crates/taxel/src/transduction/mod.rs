@@ -35,8 +35,8 @@ pub use solved_section::{SectionErrors, SolvedSection};
 pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tile_edges::{
-    CORNERS, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, EdgeSlopes,
-    INNER_DISTANCE, OUTER_DISTANCE, OutsideEdges, TileEdges,
+    EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, EdgeSlopes, INNER_DISTANCE,
+    OUTER_DISTANCE, OutsideEdges, TileEdges, corner_capacitance,
 };
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
 pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};

@@ -1,11 +1,14 @@
 //! Surroundings of the two electrodes, and the capacitance that the board measures.
 
+use std::sync::LazyLock;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::tilted_plate::VACUUM_PERMITTIVITY;
 use crate::mechanics::{CompressedLayer, Electrodes, OutsideTable};
-use taxel_numerics::table::{extrapolate, interpolate};
+use crate::solved_table::{Curve, SolvedTable};
+use taxel_numerics::table::extrapolate;
 
 /// Surroundings of the layer. P1 prints nothing about them, and they matter:
 /// by 4 % of the change for the narrowest gap under air, by 57 % for the
@@ -34,8 +37,6 @@ pub enum Surroundings {
 
 /// Name of the table in messages.
 const TABLE: &str = "the table of surroundings";
-/// Compressions of the table.
-const COMPRESSIONS: [f64; 5] = [0.0, 0.05, 0.1, 0.2, 0.3];
 /// Gaps over electrode thickness of the table.
 const GAPS: [f64; 3] = [0.2, 0.5, 1.0];
 
@@ -49,7 +50,7 @@ impl Surroundings {
         let Some(table) = self.table() else {
             return 0.0;
         };
-        let by_gap = table.map(|row| interpolate(&COMPRESSIONS, &row, compression));
+        let by_gap = table.each_ref().map(|curve| curve.at(compression));
         VACUUM_PERMITTIVITY
             * depth
             * extrapolate(&GAPS.map(f64::ln), &by_gap, gap_over_thickness.ln())
@@ -57,7 +58,7 @@ impl Surroundings {
 
     /// Largest compression of the table; none for a closed form.
     pub fn largest_compression(self) -> Option<f64> {
-        self.table().map(|_| COMPRESSIONS[COMPRESSIONS.len() - 1])
+        self.table().map(|table| table[0].end())
     }
 
     /// Checks that [`Surroundings::offset`] holds for a device: nothing is asked
@@ -81,46 +82,42 @@ impl Surroundings {
         electrodes.check_section(layer, TABLE)
     }
 
-    /// (C − C_uniform)/(ε₀ w_e) for each of [`GAPS`] at each of
-    /// [`COMPRESSIONS`].
-    fn table(self) -> Option<[[f64; 5]; 3]> {
-        Some(match self {
-            Self::Uniform => return None,
-            Self::AirAbove => [
-                [-0.6161, -0.6760, -0.7409, -0.8870, -1.0574],
-                [-0.6235, -0.6834, -0.7483, -0.8939, -1.0627],
-                [-0.6349, -0.6947, -0.7591, -0.9025, -1.0658],
-            ],
-            Self::AirAboveGlassBelow => [
-                [-0.2273, -0.2375, -0.2447, -0.2446, -0.2135],
-                [-0.2282, -0.2378, -0.2443, -0.2420, -0.2077],
-                [-0.2292, -0.2376, -0.2425, -0.2359, -0.1938],
-            ],
-            Self::AirAboveBelow => [
-                [-0.9700, -1.0660, -1.1713, -1.4130, -1.7033],
-                [-0.9822, -1.0785, -1.1840, -1.4257, -1.7147],
-                [-1.0013, -1.0979, -1.2033, -1.4433, -1.7266],
-            ],
-            Self::GroundedBase => [
-                [0.5094, 0.6232, 0.7695, 1.2061, 1.9651],
-                [0.5242, 0.6414, 0.7917, 1.2396, 2.0169],
-                [0.5490, 0.6718, 0.8290, 1.2961, 2.1048],
-            ],
-            Self::GroundedBaseMutual => [
-                [-2.9558, -3.0869, -3.2289, -3.5492, -3.9268],
-                [-2.9714, -3.1028, -3.2449, -3.5649, -3.9408],
-                [-2.9958, -3.1271, -3.2689, -3.5863, -3.9549],
-            ],
-            Self::GroundedBaseUniform => [
-                [1.0806, 1.2548, 1.4685, 2.0620, 3.0111],
-                [1.1045, 1.2822, 1.5000, 2.1047, 3.0706],
-                [1.1439, 1.3273, 1.5518, 2.1740, 3.1658],
-            ],
-            Self::GroundedBaseUniformMutual => [
-                [-2.7682, -2.8502, -2.9382, -3.1350, -3.3651],
-                [-2.7801, -2.8621, -2.9502, -3.1468, -3.3763],
-                [-2.7987, -2.8807, -2.9686, -3.1641, -3.3909],
-            ],
-        })
+    /// (C − C_uniform)/(ε₀ w_e) for each of [`GAPS`] against the compression.
+    fn table(self) -> Option<&'static [Curve; 3]> {
+        TABLES
+            .iter()
+            .find(|(of, _)| *of == self)
+            .map(|(_, table)| table)
     }
 }
+
+/// The surroundings of `tables/p1_surroundings.csv`, for each of [`GAPS`] against the
+/// compression.
+static TABLES: LazyLock<Vec<(Surroundings, [Curve; 3])>> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p1_surroundings.csv"));
+    TABULATED
+        .iter()
+        .map(|(name, surroundings)| {
+            let by_gap = GAPS.map(|gap| {
+                table.curve("compression", "added", |row| {
+                    row.text("surroundings") == *name && row.number("gap_over_thickness") == gap
+                })
+            });
+            (*surroundings, by_gap)
+        })
+        .collect()
+});
+
+/// The surroundings that are tabulated, by their names in the table.
+const TABULATED: [(&str, Surroundings); 7] = [
+    ("air_above", Surroundings::AirAbove),
+    ("air_above_glass_below", Surroundings::AirAboveGlassBelow),
+    ("air_above_below", Surroundings::AirAboveBelow),
+    ("grounded_base", Surroundings::GroundedBase),
+    ("grounded_base_mutual", Surroundings::GroundedBaseMutual),
+    ("grounded_base_uniform", Surroundings::GroundedBaseUniform),
+    (
+        "grounded_base_uniform_mutual",
+        Surroundings::GroundedBaseUniformMutual,
+    ),
+];

@@ -122,29 +122,73 @@ pub struct EdgeLaw {
 const UM: f64 = 1e-6;
 /// Least of (a + s)/s: the law has no meaning where a search would pass it.
 const LEAST_REACH: f64 = 1e-2;
+/// Shifts of the law that are tried, tenths of a um.
+const SHIFTS: std::ops::RangeInclusive<u8> = 5..=40;
 /// The air gap of the drawing at which the other lengths were varied, m.
 const DRAWN_AIR: f64 = 6e-6;
 
 impl EdgeLaw {
     /// Air gaps of the fit, m.
     pub const AIR_GAPS: std::ops::RangeInclusive<f64> = 2e-6..=8e-6;
-    /// No neighbour.
-    pub const ISOLATED: Self = Self::new(4.2501, 0.6562, 1.6);
-    /// A grounded neighbour at 300 um: the other tile of the unit.
-    pub const GROUNDED_300: Self = Self::new(3.4360, 0.6746, 1.7);
-    /// A grounded neighbour at 900 um: the next unit.
-    pub const GROUNDED_900: Self = Self::new(3.8510, 0.6713, 1.7);
-    /// The other tile of the unit, in the driven row.
-    pub const ROW_300: Self = Self::new(4.0762, 0.7045, 1.8);
-    /// The next unit, in the driven row.
-    pub const ROW_900: Self = Self::new(4.2296, 0.6586, 1.6);
-
-    const fn new(constant: f64, factor: f64, shift: f64) -> Self {
-        Self {
-            constant,
-            factor,
-            shift,
+    /// The law of the drawn section with what stands beside it, fitted to the rows of
+    /// `tables/solved_p2_edges.csv`; `None` for surroundings that the table has at no other
+    /// air gap.
+    ///
+    /// # Example: the other tile of the unit, grounded
+    /// ```
+    /// use taxel::transduction::{EdgeEnvironment, EdgeLaw, INNER_DISTANCE};
+    /// let law = EdgeLaw::tabulated(EdgeEnvironment::Grounded(INNER_DISTANCE)).unwrap();
+    /// assert!((law.excess(6e-6) - 2.0588).abs() < 1e-3);
+    /// assert_eq!(EdgeLaw::tabulated(EdgeEnvironment::Grounded(1e-3)), None);
+    /// ```
+    pub fn tabulated(environment: EdgeEnvironment) -> Option<Self> {
+        let laws = &EXCESSES.laws;
+        let of = |inner: usize, outer: usize, distance: f64| {
+            let near = |drawn: f64| (distance - drawn).abs() <= 1e-9 * drawn;
+            match () {
+                () if near(INNER_DISTANCE) => Some(laws[inner]),
+                () if near(OUTER_DISTANCE) => Some(laws[outer]),
+                () => None,
+            }
+        };
+        match environment {
+            EdgeEnvironment::Isolated => Some(laws[0]),
+            EdgeEnvironment::Grounded(distance) => of(1, 2, distance),
+            EdgeEnvironment::Row(distance) => of(3, 4, distance),
         }
+    }
+
+    /// The law through points of air gap, um, and excess: least squares for p and q at each
+    /// shift, of which the best is taken. Tenths of a um are fine enough: the law is within
+    /// 1e-3 of the points, as they are of the field.
+    fn fitted(points: &[[f64; 2]]) -> Self {
+        let nothing = Self {
+            constant: f64::NAN,
+            factor: f64::NAN,
+            shift: f64::NAN,
+        };
+        let fits = SHIFTS.map(|tenths| {
+            let shift = 0.1 * f64::from(tenths);
+            let count = points.len() as f64;
+            let logs = || points.iter().map(|[air, _]| (air + shift).ln());
+            let mean_log = logs().sum::<f64>() / count;
+            let mean = points.iter().map(|[_, excess]| excess).sum::<f64>() / count;
+            let about = || logs().map(|log| log - mean_log).zip(points);
+            let product: f64 = about()
+                .map(|(log, [_, excess])| log * (excess - mean))
+                .sum();
+            let square: f64 = about().map(|(log, _)| log * log).sum();
+            let factor = -product / square;
+            let law = Self {
+                constant: mean + factor * mean_log,
+                factor,
+                shift,
+            };
+            let off = |[air, excess]: &[f64; 2]| (law.excess(air * UM) - excess).powi(2);
+            (points.iter().map(off).sum::<f64>(), law)
+        });
+        let best = fits.min_by(|(one, _), (other, _)| one.total_cmp(other));
+        best.map_or(nothing, |(_, law)| law)
     }
 
     /// The excess at an air gap, m. Without unit. A search may ask for gaps a little below
@@ -188,12 +232,9 @@ impl EdgeLaw {
     }
 }
 
-/// What the four corners of a tile of P2 add, F: negative, the edges count them twice. From
-/// the field of one isolated capacitor in space.
-pub const CORNERS: f64 = -0.43e-15;
-/// Distance to the other tile of the unit in P2, of [`EdgeLaw::GROUNDED_300`], m.
+/// Distance to the other tile of the unit in P2, m.
 pub const INNER_DISTANCE: f64 = 300e-6;
-/// Distance to the next unit in P2, of [`EdgeLaw::GROUNDED_900`], m.
+/// Distance to the next unit in P2, m.
 pub const OUTER_DISTANCE: f64 = 900e-6;
 
 /// The four edges of a tile (P2) as a term of its capacitance, all other electrodes grounded:
@@ -299,6 +340,21 @@ impl std::fmt::Display for OutsideEdges {
     }
 }
 
+/// What the four corners of a tile of P2 add, F: negative, the edges count them twice. From
+/// the field of one isolated capacitor in space (`tables/p2_corners.csv`).
+pub fn corner_capacitance() -> f64 {
+    *CORNERS
+}
+
+static CORNERS: LazyLock<f64> = LazyLock::new(|| {
+    let table = SolvedTable::parse(include_str!("../../tables/p2_corners.csv"));
+    // The last row has the finest mesh.
+    let finest = table.rows().last();
+    finest.map_or(f64::NAN, |row| {
+        (row.number("in_space_fF") - row.number("by_edges_fF")) * 1e-15
+    })
+});
+
 /// Largest relative error of an excess of [`EdgeDrawing::edges`] away from the drawing of
 /// P2; on it the law is within 1e-3.
 pub const EDGE_ERROR: f64 = 0.02;
@@ -315,13 +371,13 @@ impl EdgeDrawing {
         let (scale, share) = self.scaled()?;
         let table = &*EXCESSES;
         let law = |distance: Option<f64>| {
-            let law = distance.map_or(EdgeLaw::ISOLATED, |d| table.law(d / scale));
+            let law = distance.map_or(table.laws[0], |d| table.law(d / scale));
             law.of_drawing(scale, share)
         };
         Ok(TileEdges {
             inner: self.inner.map(|distance| law(Some(distance))),
             outer: self.outer.map(law),
-            corners: CORNERS * scale,
+            corners: corner_capacitance() * scale,
         })
     }
 
@@ -335,7 +391,7 @@ impl EdgeDrawing {
         let edges = self.edges()?;
         let over_plane =
             |law: EdgeLaw, place: usize| law.of_drawing(1.0, EXCESSES.over_plane[place]);
-        let alone = EdgeLaw::ISOLATED.of_drawing(scale, share);
+        let alone = EXCESSES.laws[0].of_drawing(scale, share);
         Ok([
             TileEdges {
                 inner: edges.inner.map(|law| over_plane(law, 0)),
@@ -437,6 +493,9 @@ struct Excesses {
     /// For insulation, permittivity, electrode, cavity and solid above: ln(value) and
     /// ln(excess over that of the drawing).
     varied: [Vec<[f64; 2]>; 5],
+    /// Against the air gap: of a tile alone, beside grounded neighbours at [`INNER_DISTANCE`]
+    /// and [`OUTER_DISTANCE`], beside those of a driven row.
+    laws: [EdgeLaw; 5],
     /// Share of the excess over a grounded plane: inner and outer neighbours.
     over_plane: [f64; 2],
 }
@@ -496,7 +555,20 @@ impl Excesses {
             let points = rows("grounded", Some(inner), columns).filter(open);
             sorted(points.map(|row| [row.number(columns[0]).ln(), (excess(&row) / base).ln()]))
         };
+        let outer = OUTER_DISTANCE / UM;
+        let law = |environment: &'static str, distance: Option<f64>| {
+            let rows = rows(environment, distance, &["air_um"]).filter(open);
+            let points = sorted(rows.map(|row| [row.number("air_um"), excess(&row)]));
+            EdgeLaw::fitted(&points)
+        };
         Self {
+            laws: [
+                law("isolated", None),
+                law("grounded", Some(inner)),
+                law("grounded", Some(outer)),
+                law("row", Some(inner)),
+                law("row", Some(outer)),
+            ],
             half_width,
             isolated,
             distances: sorted(distances),
@@ -507,7 +579,7 @@ impl Excesses {
                 varied(&["cavity_um"]),
                 varied(&["top_um"]),
             ],
-            over_plane: [inner, OUTER_DISTANCE / UM].map(|d| of(d, true) / of(d, false)),
+            over_plane: [inner, outer].map(|d| of(d, true) / of(d, false)),
         }
     }
 
@@ -519,10 +591,10 @@ impl Excesses {
         let excess = self.isolated - here;
         if here > outer {
             let share = ((inner - here) / (inner - outer)).max(0.0);
-            EdgeLaw::GROUNDED_300.towards(EdgeLaw::GROUNDED_900, share, excess)
+            self.laws[1].towards(self.laws[2], share, excess)
         } else {
             let share = (outer - here) / outer;
-            EdgeLaw::GROUNDED_900.towards(EdgeLaw::ISOLATED, share, excess)
+            self.laws[2].towards(self.laws[0], share, excess)
         }
     }
 }

@@ -7,11 +7,11 @@ use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::problem::load::traction;
 use crate::problem::{
-    Cavity, DeadLoad, Kinematics, Motion, Parameter, Problem, ProblemError, Rule,
+    Cavity, CavityLaw, DeadLoad, Kinematics, Motion, Parameter, Problem, ProblemError, Rule,
 };
 use crate::solver::failure::{Failure, Reason};
 use crate::solver::linear::LinearResponse;
-use crate::solver::newton::Solver;
+use crate::solver::newton::{Continue, Solver};
 
 /// What a load does on the other side of the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +63,31 @@ impl<'b> Half<'b> {
 
     pub(super) fn answer(&self, load: Parameter) -> &LinearResponse {
         &self.answers[load.0]
+    }
+
+    /// Closing between the plates, m, and pressure of the gas, Pa, under a force of `force`
+    /// newtons on the top of the whole block, where each cavity keeps a gas of the pressure
+    /// scale `scale`, Pa: equilibrium with the pressure as an unknown.
+    pub(super) fn sealed(&mut self, scale: f64, force: f64) -> Result<[f64; 2], Failure> {
+        let gas = CavityLaw::Gas {
+            scale,
+            rest: self.cavity(),
+        };
+        let pressure = self.loads.pressure;
+        self.solver.set_rule(pressure, Rule::Follows(0, gas))?;
+        let mut targets = self.solver.targets().to_vec();
+        targets[self.loads.top.0] = force;
+        self.solver.load_to(&targets, |_, _| Continue::Yes)?;
+        let state = self.solver.state();
+        let inside = state.parameters[pressure.0];
+        let loaded = LinearResponse {
+            displacement: state.displacement.clone(),
+            forces: Vec::new(),
+            volumes: Vec::new(),
+        };
+        let closing = self.closing(0, &loaded);
+        let closing = closing.map_err(|error| Failure::at_start(Reason::Problem(error)))?;
+        Ok([closing[0], inside])
     }
 
     /// Volume of the cavity at rest, m3.

@@ -194,6 +194,14 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
             number(layer.conductor.rest_resistance(), "ohm", "ohm", 1.0),
             "resistivity x length/(width x height), without leads",
         ));
+        if layer.initial_pressure > 0.0 {
+            facts.push(fact(
+                "transduction",
+                format!("{name}_filled_area_ratio"),
+                number(layer.bulged(), "", "", 1.0),
+                "area at rest over the drawn one: the over-filled microchannel bulges by its slope at rest, within 2.5 %",
+            ));
+        }
         let one = array.taxel_share()[index];
         for (what, share, source) in [
             (

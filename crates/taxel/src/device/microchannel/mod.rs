@@ -140,6 +140,12 @@ impl<'a> MicrochannelArray<'a> {
     pub(crate) fn void_stack(&self) -> Result<VoidStack, String> {
         let element = self.element;
         let [along_x, along_y] = self.sensor.array.pitch;
+        if element.liquid.initial_pressure.is_some() {
+            return Err(String::from(
+                "the finite elements of the crossing cell begin without pressure in the liquid: leave \
+                 element.microchannel.liquid.initial_pressure out, or use the closing curves",
+            ));
+        }
         if along_x != along_y {
             return Err(format!(
                 "the crossing cell needs one spacing for both layers; array.pitch is {} along x and {} along y: \

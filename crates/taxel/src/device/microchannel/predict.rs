@@ -227,7 +227,7 @@ impl MicrochannelPredictor {
             ClosingState::Open | ClosingState::Bulging => LayerState::Open,
         };
         Ok(LayerAnswer {
-            internal_pressure: response.channel.internal_pressure,
+            internal_pressure: layer.initial_pressure + response.channel.internal_pressure,
             volume_ratio: response.channel.volume_ratio,
             loaded,
             thinnest: match solved {

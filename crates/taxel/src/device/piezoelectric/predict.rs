@@ -12,6 +12,7 @@ use crate::mechanics::{
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{FORCE, LENGTH, TIME};
 use crate::sensor::{CoverContact, InPlane, Piezoelectric};
+use crate::stress_map::StressMap;
 use crate::table::{Cell, Column};
 use crate::transduction::SiliconePath;
 use taxel_numerics::linear_chain::Chain;
@@ -155,17 +156,7 @@ impl PiezoelectricPredictor {
                 "give force_z, or write cover.contact = \"rigid_disc\"",
             ));
         }
-        let (depth, side) = (self.description.depth(), self.description.ceramic.side);
-        let sphere = || SpherePressure::on_layer(contact.radius, depth).map(Contact::Sphere);
-        let even = Contact::Uniform(contact.radius);
-        let cover = SoftCover {
-            thickness: depth,
-            base: Base::Rigid,
-            contact: match self.description.cover.contact {
-                CoverContact::Sphere => sphere().unwrap_or(even),
-                CoverContact::Pressure | CoverContact::RigidDisc => even,
-            },
-        };
+        let (cover, side) = (self.soft_cover(contact), self.description.ceramic.side);
         let [force_x, force_y, force_z] = contact.force;
         let mut element_force = force_z * cover.share(contact.offset, side);
         if force_x != 0.0 || force_y != 0.0 {
@@ -183,6 +174,74 @@ impl PiezoelectricPredictor {
         })
     }
 
+    /// The silicone above the elements, pressed over a contact.
+    fn soft_cover(&self, contact: &ContactLoad) -> SoftCover {
+        let depth = self.description.depth();
+        let sphere = || SpherePressure::on_layer(contact.radius, depth).map(Contact::Sphere);
+        let even = Contact::Uniform(contact.radius);
+        SoftCover {
+            thickness: depth,
+            base: Base::Rigid,
+            contact: match self.description.cover.contact {
+                CoverContact::Sphere => sphere().unwrap_or(even),
+                CoverContact::Pressure | CoverContact::RigidDisc => even,
+            },
+        }
+    }
+
+    /// The disc of a contact on all of the silicone.
+    fn disc(&self, contact: &ContactLoad) -> BondedDisc {
+        let cover = &self.description.cover;
+        BondedDisc {
+            radius: contact.radius,
+            thickness: cover.thickness,
+            rim: cover.rim,
+            grip: cover.grip,
+        }
+    }
+
+    /// Normal stress on the plane of the elements around a contact, without what the elements
+    /// do to it; `None` for a load that is no contact or has no answer.
+    fn stress_map(&self, load: &Load<'_>) -> Option<StressMap> {
+        let contact = ContactLoad::of(load).ok()??;
+        let carried = self.carried(load).ok()?;
+        let (side, thickness) = (
+            self.description.ceramic.side,
+            self.description.cover.thickness,
+        );
+        let [x, y] = contact.offset.map(f64::abs);
+        let half = (contact.radius + AROUND * thickness).max(x.max(y) + side);
+        let (low, cell) = ([-half; 2], 2.0 * half / CELLS as f64);
+        let stress = match self.description.cover.contact {
+            CoverContact::RigidDisc => {
+                let pressed = self.disc(&contact).pressed().ok()?;
+                let mean = carried.force / (PI * contact.radius * contact.radius);
+                let middle = |number: usize| (number as f64 + 0.5) * cell - half;
+                let cells = (0..CELLS).flat_map(|row| {
+                    (0..CELLS).map(move |column| middle(column).hypot(middle(row)))
+                });
+                let at = |distance| pressed.pressure(distance).map(|ratio| mean * ratio);
+                cells
+                    .map(|distance| at(distance).unwrap_or(f64::NAN))
+                    .collect()
+            }
+            CoverContact::Pressure | CoverContact::Sphere => {
+                let cover = self.soft_cover(&contact);
+                cover.base_stress(contact.force, low, cell, [CELLS; 2])
+            }
+        };
+        Some(StressMap {
+            title: String::from("Normal stress on the plane of the element under the contact"),
+            low,
+            cell,
+            columns: CELLS,
+            stress,
+            elements: vec![(contact.offset, String::from("element"))],
+            element_side: side,
+            contacts: vec![([0.0; 2], contact.radius)],
+        })
+    }
+
     /// A rigid disc on all of the silicone.
     fn under_a_disc(&self, load: &Load<'_>, contact: &ContactLoad) -> Result<Carried, LoadRefused> {
         let (description, cover) = (&self.description, &self.description.cover);
@@ -196,13 +255,7 @@ impl PiezoelectricPredictor {
                 ));
             }
         }
-        let disc = BondedDisc {
-            radius: contact.radius,
-            thickness: cover.thickness,
-            rim: cover.rim,
-            grip: cover.grip,
-        };
-        let pressed = disc.pressed().map_err(|error| {
+        let pressed = self.disc(contact).pressed().map_err(|error| {
             let [lowest, highest] = [error.lowest, error.highest].map(|a| a * cover.thickness);
             let allowed = format!(
                 "give a contact_radius from {:.4} to {:.4} mm",
@@ -286,6 +339,11 @@ impl PiezoelectricPredictor {
         Some([one.min(other), one.max(other)])
     }
 }
+
+/// Cells of a picture along each side, and how far it goes beyond a contact in thicknesses of
+/// the silicone.
+const CELLS: usize = 72;
+const AROUND: f64 = 3.0;
 
 /// A load as the element meets it.
 #[derive(Debug, Clone, Copy)]
@@ -681,6 +739,13 @@ impl Predictor for PiezoelectricPredictor {
             y: vec!["a1", "a2", "a1_plus_a2"],
             y_label: "amplitude",
         }]
+    }
+
+    fn pictures(&self, load: &Load<'_>) -> Vec<(String, String)> {
+        let map = self.stress_map(load);
+        map.into_iter()
+            .map(|map| (map.title.clone(), map.svg()))
+            .collect()
     }
 
     fn history(&self, load: &Load<'_>) -> Option<Figure> {
