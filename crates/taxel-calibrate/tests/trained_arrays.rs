@@ -1,6 +1,7 @@
 //! Training of arrays without a physical model on runs made here, whose truth
 //! is known.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::print_stdout, reason = "the long form prints its table")]
 
 use std::fmt::Write as _;
 
@@ -502,7 +503,7 @@ struct Touches {
     noise: Noise,
     left: f64,
     force: f64,
-    touches: u64,
+    number: u64,
     time: f64,
 }
 
@@ -512,7 +513,7 @@ impl Touches {
             noise: Noise::seeded(seed),
             left: 4.0,
             force: 0.0,
-            touches: 0,
+            number: 0,
             time: 0.0,
         }
     }
@@ -533,11 +534,11 @@ impl Touches {
             if self.force > 0.0 {
                 (self.force, self.left) = (0.0, 1.0 + 25.0 * share);
             } else {
-                self.touches += 1;
+                self.number += 1;
                 (self.force, self.left) = (0.5 + 6.0 * other, 1.0 + 3.0 * share);
             }
         }
-        (self.force, self.time, self.touches)
+        (self.force, self.time, self.number)
     }
 }
 
@@ -589,7 +590,7 @@ fn spans(minutes: f64, count: usize) -> Vec<Span> {
     let frames = (60.0 * minutes / Creeping::STEP) as u64;
     let mut found = vec![Span::default(); count];
     for span in &mut found {
-        let before = touches.touches;
+        let before = touches.number;
         let mut last = 0;
         for _ in 0..frames {
             let (force, since, number) = touches.next();
@@ -615,7 +616,7 @@ fn spans(minutes: f64, count: usize) -> Vec<Span> {
                 span.frames += 1.0;
             }
         }
-        span.touches = touches.touches - before;
+        span.touches = touches.number - before;
     }
     found
 }

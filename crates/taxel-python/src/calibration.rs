@@ -104,7 +104,6 @@ pub(crate) fn calibrate(
         )
         .collect();
     // What the package has no argument for stays as by default.
-    #[allow(clippy::needless_update)]
     let options = CalibrateOptions {
         hold_out: HoldOut::parse(hold_out)
             .map_err(|message| Fault::Wrong(format!("hold_out: {message}")))?,
