@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use taxel::sensor::Element;
 use taxel::shown;
 use taxel_calibrate::{
-    CalibrateOptions, CalibrationFile, HoldOut, Provenance, ReadingTable, SyntheticOptions,
-    calibrator, train,
+    CalibrateOptions, CalibrationFile, HoldOut, Provenance, ReadingTable, ScaleUnit,
+    SyntheticOptions, calibrator, train,
 };
 use taxel_cli::shared::{self, COMMIT, NamedSensor, VERSION};
 
@@ -84,7 +84,7 @@ fn described(named: &[NamedSensor]) -> Vec<taxel_calibrate::NamedSensor<'_>> {
 
 /// Calibration file, report and JSON of a calibration.
 #[pyfunction]
-#[pyo3(signature = (sensor, beside, data, hold_out, model = None, profile = false, robust = false))]
+#[pyo3(signature = (sensor, beside, data, hold_out, model = None, profile = false, robust = false, rate = None, scale_unit = None))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn calibrate(
     py: Python<'_>,
@@ -95,6 +95,8 @@ pub(crate) fn calibrate(
     model: Option<String>,
     profile: bool,
     robust: bool,
+    rate: Option<f64>,
+    scale_unit: Option<&str>,
 ) -> PyResult<(String, String, String, String)> {
     let named: Vec<NamedSensor> = std::iter::once(NamedSensor::clone(&sensor.named))
         .chain(
@@ -103,14 +105,28 @@ pub(crate) fn calibrate(
                 .map(|sensor| NamedSensor::clone(&sensor.named)),
         )
         .collect();
-    // What the package has no argument for stays as by default.
     let options = CalibrateOptions {
         hold_out: HoldOut::parse(hold_out)
             .map_err(|message| Fault::Wrong(format!("hold_out: {message}")))?,
         model,
         profile,
         robust,
-        ..CalibrateOptions::default()
+        rate: match rate {
+            Some(rate) if !(rate > 0.0 && rate.is_finite()) => {
+                let message = format!("rate: {rate} is no rate; give rows a second, such as 28.0");
+                return Err(Fault::Wrong(message).into());
+            }
+            rate => rate,
+        },
+        scale_unit: match scale_unit {
+            None => None,
+            Some("g") => Some(ScaleUnit::Grams),
+            Some("N") => Some(ScaleUnit::Newtons),
+            Some(other) => {
+                let message = format!("scale_unit: {other:?} is none of g, N");
+                return Err(Fault::Wrong(message).into());
+            }
+        },
     };
     pool::run(py, move |_| {
         let sensors = described(&named);

@@ -192,6 +192,18 @@ def test_mistakes_of_calibration_data_are_at_their_place(tmp_path: Path) -> None
     assert told.rstrip("\n") == f"error: {caught.value}"
 
 
+def test_recordings_without_a_header_say_their_unit() -> None:
+    folder = ROOT / "crates/taxel-calibrate/tests/data/eflesh"
+    data = [folder / "force_sensor.csv", folder / "force_states.csv"]
+    grams = taxel.calibrate("eflesh-lattice", data, scale_unit="g")
+    assert grams.text == taxel.calibrate("eflesh-lattice", data).text
+    assert grams.text != taxel.calibrate("eflesh-lattice", data, scale_unit="N").text
+    with pytest.raises(taxel.InputError, match="scale_unit: \"kg\" is none of g, N"):
+        taxel.calibrate("eflesh-lattice", data, scale_unit="kg")
+    with pytest.raises(taxel.InputError, match="rate: 0 is no rate"):
+        taxel.calibrate("eflesh-lattice", data, rate=0.0)
+
+
 def test_papers_are_records() -> None:
     records = taxel.reproduce("P1")
     assert {record["paper"] for record in records} == {"P1"}

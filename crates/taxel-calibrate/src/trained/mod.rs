@@ -89,9 +89,17 @@ pub fn train(
             "press at many positions, or record a scale; a table needs columns x and y, or force_z",
         ));
     }
+    let rest = rest.filter(|_| force.is_some());
+    if let Some(rest) = rest.as_ref().filter(|rest| rest.recovery > 0.0) {
+        found.remarks.push(Remark::whole(format!(
+            "zero: the empty body creeps after a contact, so live follows a drift of the zero only when nothing has touched \
+             for {:.0} s; tare it where it is touched more often",
+            rest.recovery
+        )));
+    }
     let maps = TrainedMaps {
         channels: masked.len(),
-        rest: rest.filter(|_| force.is_some()),
+        rest,
         position,
         force,
         relation,

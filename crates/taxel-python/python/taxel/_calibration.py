@@ -143,6 +143,8 @@ def calibrate(
     model: str | None = None,
     profile: bool = False,
     robust: bool = False,
+    rate: float | None = None,
+    scale_unit: str | None = None,
 ) -> Calibration:
     """Fits the constants of a sensor to measurements, or trains a map from recordings.
 
@@ -154,6 +156,9 @@ def calibrate(
         model: Model in the place of the one that the data choose.
         profile: Intervals from the profile of the likelihood.
         robust: Outliers count for less.
+        rate: Rows a second of tables without a time, Hz, of a device that is trained.
+        scale_unit: Unit of the scale in recordings without a header, of a device that is trained, "g" or "N"; without
+            it grams, unless the sensor file speaks against it.
 
     Raises:
         InputError: a mistake in the data, with file, line and column.
@@ -161,7 +166,15 @@ def calibrate(
     files = [data] if isinstance(data, (str, os.PathLike)) else list(data)
     core = _sensors([sensor])[0]
     text, html, details, _ = _taxel.calibrate(
-        core, _sensors(beside), [os.fspath(file) for file in files], hold_out, model, profile, robust
+        core,
+        _sensors(beside),
+        [os.fspath(file) for file in files],
+        hold_out,
+        model,
+        profile,
+        robust,
+        rate,
+        scale_unit,
     )
     return Calibration("calibration.toml", text=text, _html=html, _json=details)
 
