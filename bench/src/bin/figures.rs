@@ -104,6 +104,10 @@ const CRITERION: [(&str, &str, &[(&str, &str)]); 3] = [
                 "15 channels to force, creep of three times",
                 "trained.force",
             ),
+            (
+                "30 channels, whole frame: position, depth, force",
+                "trained.frame_30",
+            ),
         ],
     ),
 ];

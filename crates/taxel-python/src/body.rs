@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 use taxel_fem::field::FieldError;
 use taxel_fem::field::conduction::Conduction;
 use taxel_fem::field::electrostatics::{Electrostatics, Infinity};
@@ -21,7 +21,6 @@ use taxel_fem::solver::newton::{Continue, Solver};
 use taxel_fem::solver::stress::{nodal_stress, von_mises};
 
 use crate::fault::{Fault, value_error};
-use crate::fem::meshed;
 use crate::pool::{self, Request};
 
 /// Shapes of cells by the names of meshio.
@@ -185,6 +184,51 @@ pub(crate) fn material((law, constants, bulk): &Solid) -> PyResult<Material> {
     };
     let volumetric = bulk.map_or(Volumetric::Incompressible, Volumetric::Quadratic);
     Material::new(law, volumetric).map_err(|error| value_error(error.to_string()))
+}
+
+/// Points, cells by shape in the names of meshio, regions.
+pub(crate) fn meshed<'py>(py: Python<'py>, mesh: &Cells) -> PyResult<Bound<'py, PyDict>> {
+    let points: Vec<f64> = mesh.points.iter().flatten().copied().collect();
+    let points = Array2::from_shape_vec((mesh.points.len(), 3), points);
+    let cells = PyList::empty(py);
+    for (shape, name, kept) in [
+        (CellShape::Quad9, "quad9", 9),
+        (CellShape::Tri7, "triangle7", 7),
+        (CellShape::Hex27, "hexahedron27", 27),
+        // The node in the middle has no place in a tetrahedron of ten nodes.
+        (CellShape::Tet15, "tetra15", 15),
+    ] {
+        let of_shape: Vec<usize> = (0..mesh.cell_count())
+            .filter(|cell| mesh.shape(*cell) == shape)
+            .collect();
+        if of_shape.is_empty() {
+            continue;
+        }
+        let nodes: Vec<i64> = of_shape
+            .iter()
+            .flat_map(|cell| mesh.cell(*cell))
+            .map(|node| i64::from(*node))
+            .collect();
+        let nodes = Array2::from_shape_vec((of_shape.len(), kept), nodes);
+        let nodes = nodes
+            .map_err(|error| Fault::Solve(error.to_string()))?
+            .into_pyarray(py);
+        let regions: Array1<i64> = of_shape
+            .iter()
+            .map(|cell| i64::try_from(mesh.region_of(*cell)).unwrap_or(i64::MAX))
+            .collect();
+        cells.append((name, nodes, regions.into_pyarray(py)))?;
+    }
+    let found = PyDict::new(py);
+    found.set_item(
+        "points",
+        points
+            .map_err(|error| Fault::Solve(error.to_string()))?
+            .into_pyarray(py),
+    )?;
+    found.set_item("cells", cells)?;
+    found.set_item("regions", mesh.regions.clone())?;
+    Ok(found)
 }
 
 fn wrong(error: ProblemError) -> PyErr {

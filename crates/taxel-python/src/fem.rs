@@ -3,13 +3,13 @@
 use std::sync::{Mutex, PoisonError};
 
 use numpy::IntoPyArray;
-use numpy::ndarray::{Array1, Array2};
+use numpy::ndarray::Array2;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 use taxel::mechanics::microchannel_cell::{Closure, Filling, VoidStudy as Posed, WallContact};
-use taxel_fem::mesh::{CellShape, CornerDivision, Mesh, VoidCell};
+use taxel_fem::mesh::{CornerDivision, VoidCell};
 
-use crate::body::{Solid, material};
+use crate::body::{Solid, material, meshed};
 use crate::fault::{Fault, value_error};
 use crate::pool;
 
@@ -122,49 +122,4 @@ impl VoidStudy {
         }
         Ok(closure)
     }
-}
-
-/// Points, cells by shape in the names of meshio, regions.
-pub(crate) fn meshed<'py>(py: Python<'py>, mesh: &Mesh) -> PyResult<Bound<'py, PyDict>> {
-    let points: Vec<f64> = mesh.points.iter().flatten().copied().collect();
-    let points = Array2::from_shape_vec((mesh.points.len(), 3), points);
-    let cells = PyList::empty(py);
-    for (shape, name, kept) in [
-        (CellShape::Quad9, "quad9", 9),
-        (CellShape::Tri7, "triangle7", 7),
-        (CellShape::Hex27, "hexahedron27", 27),
-        // The node in the middle has no place in a tetrahedron of ten nodes.
-        (CellShape::Tet15, "tetra15", 15),
-    ] {
-        let of_shape: Vec<usize> = (0..mesh.cell_count())
-            .filter(|cell| mesh.shape(*cell) == shape)
-            .collect();
-        if of_shape.is_empty() {
-            continue;
-        }
-        let nodes: Vec<i64> = of_shape
-            .iter()
-            .flat_map(|cell| mesh.cell(*cell))
-            .map(|node| i64::from(*node))
-            .collect();
-        let nodes = Array2::from_shape_vec((of_shape.len(), kept), nodes);
-        let nodes = nodes
-            .map_err(|error| Fault::Solve(error.to_string()))?
-            .into_pyarray(py);
-        let regions: Array1<i64> = of_shape
-            .iter()
-            .map(|cell| i64::try_from(mesh.region_of(*cell)).unwrap_or(i64::MAX))
-            .collect();
-        cells.append((name, nodes, regions.into_pyarray(py)))?;
-    }
-    let found = PyDict::new(py);
-    found.set_item(
-        "points",
-        points
-            .map_err(|error| Fault::Solve(error.to_string()))?
-            .into_pyarray(py),
-    )?;
-    found.set_item("cells", cells)?;
-    found.set_item("regions", mesh.regions.clone())?;
-    Ok(found)
 }

@@ -5,14 +5,20 @@
 #[allow(dead_code, reason = "creep is run by the benchmark")]
 mod hours;
 
+use std::sync::{PoisonError, RwLock};
+
 use hours::{Course, Drift, run};
 use taxel::acquisition::{Delivery, Stimulus, Twin};
 use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel::sensor::{Element, Sensor};
 
+/// The memory of the process is that of one test where it runs alone.
+static MEMORY: RwLock<()> = RwLock::new(());
+
 /// Before this was so, the stated deviation grew fourfold in twenty minutes.
 #[test]
 fn the_last_minutes_of_touching_are_as_the_first() {
+    let _alone = MEMORY.write().unwrap_or_else(PoisonError::into_inner);
     let shipped = |name: &str| Sensor::shipped(name).unwrap();
     for (sensor, dead, forces, drift, minutes) in [
         (
@@ -98,6 +104,7 @@ fn the_last_minutes_of_touching_are_as_the_first() {
 /// few frames between touches.
 #[test]
 fn a_step_of_temperature_is_no_touch_of_a_unit_alone() {
+    let _beside = MEMORY.read().unwrap_or_else(PoisonError::into_inner);
     for (pauses, length) in [([500.0, 550.0], 1800.0), ([1.0, 25.0], 3.0 * 3600.0)] {
         let course = Course {
             sensor: Sensor::shipped("three-axis-unit").unwrap(),
@@ -124,6 +131,7 @@ fn a_step_of_temperature_is_no_touch_of_a_unit_alone() {
 /// the misfit says nothing, and only the rate tells the two apart.
 #[test]
 fn what_four_capacitors_drift_together_reads_as_a_normal_force_without_misfit() {
+    let _beside = MEMORY.read().unwrap_or_else(PoisonError::into_inner);
     let sensor = Sensor::shipped("three-axis-unit").unwrap();
     let unit = sensor.three_axis().unwrap().unit_model();
     let rest = unit.rest();
@@ -159,6 +167,7 @@ fn what_four_capacitors_drift_together_reads_as_a_normal_force_without_misfit() 
 /// From the side, closed tiles and all: what comes after is as without it.
 #[test]
 fn overloads_change_nothing_of_the_touches_after_them() {
+    let _beside = MEMORY.read().unwrap_or_else(PoisonError::into_inner);
     for name in ["three-axis-unit", "three-axis-8x8"] {
         let course = Course {
             sensor: Sensor::shipped(name).unwrap(),
@@ -202,6 +211,7 @@ fn other_array() -> Sensor {
 /// A finger that stays is not taken for drift.
 #[test]
 fn a_contact_held_for_an_hour_is_not_eaten() {
+    let _beside = MEMORY.read().unwrap_or_else(PoisonError::into_inner);
     for (name, force) in [
         ("three-axis-unit", 5e-3),
         ("in-plane-50um", 2.0),

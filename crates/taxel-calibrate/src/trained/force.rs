@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::readings::Run;
+use super::readings::{LEAST_READINGS, Run};
 use super::{compared, failed, sessions, weighed};
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
@@ -14,8 +14,6 @@ use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, Rest};
 use taxel_recording::InputError;
 
-/// Readings of a scale that determine a map: ten for each fifth that is held out.
-pub(super) const LEAST_READINGS: usize = 50;
 /// Runs shorter than this show little of how the body creeps, s.
 const SHORT: f64 = 60.0;
 /// Frames this many times farther apart than those of the device have times in

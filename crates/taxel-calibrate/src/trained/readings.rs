@@ -3,7 +3,6 @@
 
 use std::sync::LazyLock;
 
-use super::force::LEAST_READINGS;
 use crate::options::{CalibrateOptions, ScaleUnit};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
@@ -12,6 +11,9 @@ use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::{FORCE, LENGTH, MOMENT, TIME};
 use taxel::trained::Component;
 use taxel_recording::InputError;
+
+/// Readings of a scale that determine a map: ten for each fifth that is held out.
+pub(super) const LEAST_READINGS: usize = 50;
 
 /// A file with its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
