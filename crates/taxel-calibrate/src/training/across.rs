@@ -452,20 +452,24 @@ pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingE
         let squares: Vec<f64> = held_out.errors.iter().map(|error| error * error).collect();
         Ok(mean(&squares))
     };
-    let memory = |offset: f64| options(1, CREEP[2], OF_ONE[0], offset);
-    let tried: Vec<(f64, f64)> = (-5..=15)
-        .into_par_iter()
-        .map(|tenths| {
-            let offset = 0.1 * f64::from(tenths);
-            Ok((error(&memory(offset))?, offset))
+    let late = |prior: Prior| -> Result<f64, TrainingError> {
+        let tried: Vec<(f64, f64)> = (-5..=15)
+            .into_par_iter()
+            .map(|tenths| {
+                let offset = 0.1 * f64::from(tenths);
+                Ok((error(&options(1, CREEP[2], prior, offset))?, offset))
+            })
+            .collect::<Result<_, TrainingError>>()?;
+        let least = tried.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
+        Ok(match (least, prompt) {
+            (Some((least, offset)), Some((prompt, _))) if *least < CLEARLY_LATE * prompt => *offset,
+            _ => 0.0,
         })
-        .collect::<Result<_, TrainingError>>()?;
-    let least = tried.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
-    let offset = match (least, prompt) {
-        (Some((least, offset)), Some((prompt, _))) if *least < CLEARLY_LATE * prompt => *offset,
-        _ => 0.0,
     };
+    // What a strong prior keeps back, and what a weak one makes of noise, are no delay.
+    let [one, other] = [late(FIRST)?, late(OF_ONE[0])?];
+    let offset = if one.abs() < other.abs() { one } else { other };
     let shapes: &[(u8, bool)] = if one_sided(runs) {
         &[(1, false), (2, false), (1, true), (2, true)]
     } else {
