@@ -216,8 +216,12 @@ fn plot(
     loads: &Loads,
 ) -> Result<String, Stop> {
     let html = files::is_page(path)?;
-    let figure = predict::figure(title, predictor, loads)
-        .map_err(|refused| Stop::WrongInput(format!("--plot: {}", refused.message)))?;
+    let figure = predict::figure(title, predictor, loads).map_err(|refused| {
+        Stop::WrongInput(format!(
+            "--plot: {}\nhelp: {}",
+            refused.message, refused.help
+        ))
+    })?;
     let solved = predictor
         .bodies()
         .into_iter()
