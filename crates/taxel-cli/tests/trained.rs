@@ -459,6 +459,13 @@ fn a_single_pass_over_the_area_is_judged_among_its_presses() {
     assert!(errors.iter().all(|share| *share < 10.0), "{found}");
 }
 
+/// What `taxel estimate` makes of a recording, written over `table`.
+fn estimated(recording: &str, calibration: &str, table: &str) -> String {
+    let from = ["estimate", SENSOR, recording, "--calibration", calibration];
+    done(&[&from[..], &["-o", table, "--force"]].concat());
+    fs::read_to_string(table).unwrap()
+}
+
 /// Columns of a table that the program wrote, by their names.
 fn column(table: &str, wanted: &str) -> Vec<String> {
     let mut lines = table.lines();
@@ -519,9 +526,7 @@ fn a_training_run_replayed_has_the_residuals_of_the_training() {
     let (_, after) = text.split_once("replayed live, have ").unwrap();
     let printed: f64 = after.split(' ').next().unwrap().parse().unwrap();
     let recording = format!("{run}/sensor.csv");
-    let estimate = ["estimate", SENSOR, &recording, "--calibration", &file];
-    done(&[&estimate[..], &["-o", &table]].concat());
-    let text = fs::read_to_string(&table).unwrap();
+    let text = estimated(&recording, &file, &table);
     let errors = errors(&text);
     // Four printed digits, and the readings of the scale before the first frame.
     assert!(
@@ -573,17 +578,7 @@ fn a_broken_channel_is_named_and_the_force_goes_on() {
     ];
     let sound = {
         let recording = format!("{run}/sensor.csv");
-        let estimate = [
-            "estimate",
-            SENSOR,
-            &recording,
-            "--calibration",
-            &file,
-            "-o",
-            &table,
-        ];
-        done(&estimate);
-        fs::read_to_string(&table).unwrap()
+        estimated(&recording, &file, &table)
     };
     let usual = rms(&errors(&sound));
     assert!(
@@ -600,17 +595,7 @@ fn a_broken_channel_is_named_and_the_force_goes_on() {
         });
         let recording = folder.path(&format!("{name}.csv"));
         fs::write(&recording, broken).unwrap();
-        let estimate = [
-            "estimate",
-            SENSOR,
-            &recording,
-            "--calibration",
-            &file,
-            "-o",
-            &table,
-        ];
-        done(&[&estimate[..], &["--force"]].concat());
-        let found = fs::read_to_string(&table).unwrap();
+        let found = estimated(&recording, &file, &table);
         let wrong = column(&found, "wrong_channels");
         let times = numbers(&found, "time [s]");
         let named = wrong.iter().position(|wrong| wrong == "magnetometer 2 z");
@@ -645,17 +630,7 @@ fn a_broken_channel_is_named_and_the_force_goes_on() {
     });
     let recording = folder.path("all.csv");
     fs::write(&recording, broken).unwrap();
-    let estimate = [
-        "estimate",
-        SENSOR,
-        &recording,
-        "--calibration",
-        &file,
-        "-o",
-        &table,
-    ];
-    done(&[&estimate[..], &["--force"]].concat());
-    let found = fs::read_to_string(&table).unwrap();
+    let found = estimated(&recording, &file, &table);
     let wrong = column(&found, "wrong_channels");
     assert_eq!(wrong.last().unwrap().split(';').count(), 15);
     assert_eq!(column(&found, "state").last().unwrap(), "faulty");
@@ -974,17 +949,7 @@ fn all_components_of_a_table_are_learned() {
         drop(cells.drain(1..5));
     });
     fs::write(&frames, bare).unwrap();
-    let estimate = [
-        "estimate",
-        SENSOR,
-        &frames,
-        "--calibration",
-        &file,
-        "-o",
-        &table,
-    ];
-    done(&estimate);
-    let found = fs::read_to_string(&table).unwrap();
+    let found = estimated(&frames, &file, &table);
     for (name, unit, component, largest) in [
         ("force_x", "N", 0, 1.0),
         ("force_y", "N", 1, 1.0),

@@ -173,38 +173,36 @@ fn rest(runs: &mut [Run]) -> Rest {
 }
 
 /// Time after a contact until what the body shows of it is less than the noise of a reading, s.
+///
+/// What it shows is the mean of a block of frames in which the scale reads nothing, less the
+/// reading at rest, beyond the noise of the mean; of all channels the largest over its noise.
 fn recovery(runs: &[Run], deviation: &[f64]) -> f64 {
-    let shown = |(channel, deviation): (usize, &f64)| creep(runs, channel, *deviation) / deviation;
-    let most = deviation.iter().enumerate().map(shown).fold(0.0, f64::max);
-    CREEP_FADES * most.max(1.0).ln()
-}
-
-/// What a channel shows of contacts that have gone at most: the mean of a block of frames in which
-/// the scale reads nothing, less the reading at rest, beyond the noise of the mean.
-fn creep(runs: &[Run], channel: usize, deviation: f64) -> f64 {
-    let mut most = 0.0_f64;
+    let mut most = 1.0_f64;
     for run in weighed(runs) {
         let session = &run.session;
-        let (rest, nothing) = (session.baseline(), session.no_force());
         let Some(force) = &session.force else {
             continue;
         };
+        let nothing = session.no_force();
         let empty = |time: f64| {
             let pressed = force.at(time, f64::INFINITY);
             pressed.is_some_and(|force| force[0] <= nothing)
         };
         let frames = session.sensor.times().iter().zip(session.sensor.rows());
-        let shown: Vec<f64> = frames
-            .filter(|(time, row)| row[channel].is_finite() && empty(**time))
-            .map(|(_, row)| row[channel] - rest[channel])
-            .collect();
-        for block in shown.chunks(BLOCK) {
-            let count = block.len() as f64;
-            let mean = block.iter().sum::<f64>() / count;
-            most = most.max(mean.abs() - SURELY * deviation / count.sqrt());
+        let frames = frames.filter(|(time, _)| empty(**time));
+        let frames: Vec<&Vec<f64>> = frames.map(|(_, row)| row).collect();
+        let channels = session.baseline().into_iter().zip(deviation).enumerate();
+        for (channel, (rest, deviation)) in channels {
+            let shown = frames.iter().map(|row| row[channel] - rest);
+            let shown: Vec<f64> = shown.filter(|shown| shown.is_finite()).collect();
+            for block in shown.chunks(BLOCK) {
+                let count = block.len() as f64;
+                let mean = block.iter().sum::<f64>() / count;
+                most = most.max(mean.abs() / deviation - SURELY / count.sqrt());
+            }
         }
     }
-    most
+    CREEP_FADES * most.ln()
 }
 
 /// Standard deviation of one reading of each channel before the first contact of each run.

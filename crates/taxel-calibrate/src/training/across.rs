@@ -442,7 +442,8 @@ const CLEARLY_LATE: f64 = 0.7;
 
 /// Products, creep times and priors that are tried for a force: all forms with one prior, the
 /// best six and the best without memory to the end, and the best two with more priors. The scale is
-/// taken to show the force of its time, unless a time from −0.5 s to 1.5 s after the sensor leaves clearly less error of a map with memory.
+/// taken to show the force of its time, unless a time from −0.5 s to 1.5 s after the sensor leaves
+/// clearly less error of maps with memory, of a strong and of a weak prior.
 ///
 /// # Errors
 /// [`TrainingError`].
