@@ -92,8 +92,8 @@ pub fn train(
     let rest = rest.filter(|_| force.is_some());
     if let Some(rest) = rest.as_ref().filter(|rest| rest.recovery > 0.0) {
         found.remarks.push(Remark::whole(format!(
-            "zero: the empty body creeps after a contact, so live follows a drift of the zero only when nothing has touched \
-             for {:.0} s; tare it where it is touched more often",
+            "zero: the empty body creeps after a contact, so a drift that looks like a touch is followed only when nothing has \
+             touched for {:.0} s; until then the stated deviation has what the pauses between touches show of it",
             rest.recovery
         )));
     }

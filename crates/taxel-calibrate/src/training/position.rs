@@ -43,6 +43,7 @@ pub(crate) struct HeldOutPlaces {
     factor: f64,
     depth_factor: f64,
     misfit: f64,
+    map: PositionMap,
 }
 
 impl HeldOutPlaces {
@@ -90,7 +91,7 @@ pub(crate) fn trained_position(
         .par_iter()
         .map(|options| {
             let map = fit(&frames[..begin], &places[..begin], *options)?;
-            held_out(&map, &frames[begin..], &places[begin..])
+            held_out(map, &frames[begin..], &places[begin..])
         })
         .collect::<Result<_, TrainingError>>()?;
     let order = |a: &usize, b: &usize| {
@@ -106,8 +107,28 @@ pub(crate) fn trained_position(
     let mut map = fit(frames, places, candidates[best])?;
     map.interval_factor = tried[best].factor;
     map.depth_factor = tried[best].depth_factor;
-    map.largest_misfit = MISFIT_MARGIN * tried[best].misfit;
+    map.largest_misfit = MISFIT_MARGIN * largest_misfit(&map, &tried[best], &frames[begin..]);
     Ok((map, tried, best))
+}
+
+/// Largest misfit of rows that the map of `judged` has not seen, by the noise of `map`: a surface
+/// that is close to its own rows makes their noise small.
+fn largest_misfit(map: &PositionMap, judged: &HeldOutPlaces, frames: &[Vec<f64>]) -> f64 {
+    let standard = &map.standard;
+    if standard.used != judged.map.standard.used {
+        return judged.misfit;
+    }
+    let misfit = |(frame, place): (&Vec<f64>, &[f64; 3])| -> f64 {
+        let answer = judged.map.answer(*place);
+        let readings = standard.used.iter().map(|channel| frame[*channel]);
+        let off = readings.zip(answer).zip(&standard.scale);
+        let off: Vec<f64> = off
+            .map(|((x, answer), scale)| (x - answer) / scale)
+            .collect();
+        whiten(&map.whitening, &off).iter().map(|w| w * w).sum()
+    };
+    let rows = frames.iter().zip(&judged.estimates);
+    rows.map(misfit).fold(0.0, f64::max)
 }
 
 fn fit(
@@ -145,7 +166,7 @@ fn fit(
 /// Scores of the estimates of held-out rows with the factors that their deviations need, and
 /// the largest misfit among them.
 fn held_out(
-    map: &PositionMap,
+    map: PositionMap,
     frames: &[Vec<f64>],
     places: &[[f64; 3]],
 ) -> Result<HeldOutPlaces, TrainingError> {
@@ -183,6 +204,7 @@ fn held_out(
         factor,
         depth_factor: depth.map_or(1.0, |(factor, _)| factor),
         misfit,
+        map,
     })
 }
 

@@ -38,6 +38,7 @@ mod touch_event;
 mod tracking;
 mod trained;
 mod unit;
+mod zero_doubt;
 
 pub use array::{ArrayEstimator, Captured, FrameError};
 pub use baseline::{Baseline, BaselineOptions, Change, Why};

@@ -9,6 +9,7 @@ use super::reader::{
     counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
+use super::zero_doubt::{MEAN, ZeroDoubt};
 use super::{ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
@@ -55,6 +56,8 @@ impl TrainedArea {
 
 /// There is a contact above this many deviations of the force.
 const CONTACT_DEVIATIONS: f64 = 3.0;
+/// Time of the empty body over which its zero follows the force that it shows, s.
+const FOLLOW: f64 = 300.0;
 /// A cell is of the contact from this share of it on.
 const CELL_SHARE: f64 = 0.05;
 /// Frames that are kept, so that new rest values make the memory of the force from them: those
@@ -99,6 +102,8 @@ pub struct TrainedReader {
     /// True for all channels unless nothing touches for sure, and has not for long: a light touch
     /// is no drift, nor is creep, nor what is unlike all training.
     occupied: Vec<bool>,
+    /// Doubts about the zero of the force and of its other components.
+    doubts: Vec<ZeroDoubt>,
     found: Found,
 }
 
@@ -109,6 +114,8 @@ struct Found {
     force: Option<Estimate>,
     /// Other components with their deviations.
     components: Vec<(Component, [f64; 2])>,
+    /// Force and components as the maps give them, with their deviations if the zeros are right.
+    stated: Vec<[f64; 2]>,
     /// True if there is a contact; none where that is not known.
     contact: Option<bool>,
     /// Share of the contact in each cell.
@@ -161,6 +168,7 @@ impl TrainedReader {
             free_for: 0.0,
             recent: VecDeque::with_capacity(KEPT),
             occupied: vec![false; channels],
+            doubts: doubts(&maps),
             meaning: meaning(&maps, &area, names, reading, full_scale),
             position: maps
                 .position
@@ -285,6 +293,15 @@ impl TrainedReader {
                 }
             }
         }
+        let mut components = self
+            .force
+            .as_ref()
+            .map(ForceEstimator::components)
+            .unwrap_or_default();
+        let stated = force
+            .as_mut()
+            .map(|force| self.doubt(force, &mut components))
+            .unwrap_or_default();
         let position = self.position.as_mut().map(|map| map.estimate(values));
         // A frame unlike all training indentations determines no position.
         let position = position
@@ -300,16 +317,66 @@ impl TrainedReader {
             _ => position.map(|_| true),
         };
         Ok(Found {
-            components: self
-                .force
-                .as_ref()
-                .map(ForceEstimator::components)
-                .unwrap_or_default(),
+            components,
+            stated,
             shares: self.shares(position.as_ref(), contact),
             position,
             force,
             contact,
         })
+    }
+
+    /// True if surely nothing touches.
+    fn is_free(&self) -> bool {
+        let found = &self.found;
+        let mut components = found.components.iter();
+        let trained = |force: &Estimate| force.support == Support::Trained;
+        found.contact == Some(false)
+            && found.force.as_ref().is_some_and(trained)
+            && components
+                .all(|(_, [value, deviation])| value.abs() < CONTACT_DEVIATIONS * deviation)
+    }
+
+    /// Widens the deviations of force and components by the doubts about their zeros; returns
+    /// what was stated without them, the force as the map gives it.
+    fn doubt(
+        &self,
+        force: &mut Estimate,
+        components: &mut [(Component, [f64; 2])],
+    ) -> Vec<[f64; 2]> {
+        let value = self
+            .force
+            .as_ref()
+            .map_or(force.value, ForceEstimator::unbounded);
+        let mut stated = vec![[value, force.deviation]];
+        stated.extend(components.iter().map(|(_, estimate)| *estimate));
+        let deviations = components.iter_mut().map(|(_, [_, deviation])| deviation);
+        let deviations = std::iter::once(&mut force.deviation).chain(deviations);
+        for (deviation, doubt) in deviations.zip(&self.doubts) {
+            *deviation = deviation.hypot(doubt.deviation());
+        }
+        stated
+    }
+
+    /// Takes a share of the force that the empty body shows, N, off the readings: the least drift,
+    /// in deviations of the channels, that explains it.
+    fn take_off(&mut self, force: f64) {
+        let (Some(rest), Some(map), Some(watch)) = (&self.maps.rest, &self.force, &mut self.watch)
+        else {
+            return;
+        };
+        // For a change of each channel by its deviation, N.
+        let deviations = rest.deviation.iter().enumerate();
+        let slopes: Vec<f64> = deviations
+            .map(|(channel, deviation)| map.slow_sensitivity(channel, *deviation))
+            .collect();
+        let square: f64 = slopes.iter().map(|slope| slope * slope).sum();
+        let share = 1.0 - (-MEAN / FOLLOW).exp();
+        if square > 0.0 {
+            for (channel, (slope, deviation)) in slopes.iter().zip(&rest.deviation).enumerate() {
+                watch.take_off(channel, share * force * slope / square * deviation);
+            }
+        }
     }
 
     /// Share of the contact in each cell, row by row; even without a contact,
@@ -469,16 +536,22 @@ impl Reader for TrainedReader {
         };
         self.found = found;
         let found = &self.found;
-        let mut components = found.components.iter();
-        let still =
-            components.all(|(_, [value, deviation])| value.abs() < CONTACT_DEVIATIONS * deviation);
-        let trained = |force: &Estimate| force.support == Support::Trained;
-        let free =
-            still && found.contact == Some(false) && found.force.as_ref().is_some_and(trained);
+        let free = self.is_free();
         self.free_for = match known.elapsed {
             Some(elapsed) if free => self.free_for + elapsed,
             _ => 0.0,
         };
+        if let Some(watch) = self.watch.as_mut().filter(|_| free && self.rested) {
+            watch.follow(known.elapsed.unwrap_or(0.0));
+        }
+        let mut ended = None;
+        for (doubt, stated) in self.doubts.iter_mut().zip(&found.stated).rev() {
+            ended = doubt.push(known.elapsed.unwrap_or(0.0), free.then_some(*stated));
+        }
+        if let Some(mean) = ended.filter(|_| self.doubts[0].deviation() > 0.0) {
+            self.take_off(mean);
+        }
+        let found = &self.found;
         let recovery = self.maps.rest.as_ref().map_or(0.0, |rest| rest.recovery);
         self.occupied.fill(!free || self.free_for < recovery);
         let (value, deviation) = match found.force {
@@ -557,6 +630,10 @@ impl Reader for TrainedReader {
             *own = if rest.is_nan() { *trained } else { *rest };
         }
         self.rested = rest.iter().any(|rest| rest.is_finite());
+        self.doubts = doubts(&self.maps);
+        if let Some(watch) = &mut self.watch {
+            watch.forget_drift();
+        }
         // The maps were accepted when the reader was made.
         if let Ok(force) = force_estimator(&self.maps, Some(self.rest.clone())) {
             self.force = force;
@@ -624,6 +701,14 @@ fn facts(maps: &TrainedMaps, channels: usize, symbol: &str) -> Vec<ChannelFacts>
         }
     };
     (0..channels).map(channel).collect()
+}
+
+fn doubts(maps: &TrainedMaps) -> Vec<ZeroDoubt> {
+    let estimates = maps
+        .force
+        .as_ref()
+        .map_or(0, |force| 1 + force.components.len());
+    vec![ZeroDoubt::default(); estimates]
 }
 
 fn force_estimator(

@@ -388,6 +388,8 @@ impl FeatureStream {
 pub struct ForceEstimator {
     map: ForceMap,
     stream: FeatureStream,
+    /// Features of the last frame.
+    features: Vec<f64>,
 }
 
 impl ForceEstimator {
@@ -401,6 +403,7 @@ impl ForceEstimator {
         map.standard.apply(&baseline)?;
         Ok(Self {
             stream: FeatureStream::new(&map, baseline),
+            features: Vec::new(),
             map,
         })
     }
@@ -415,8 +418,8 @@ impl ForceEstimator {
     /// reading; the frame then leaves no trace.
     pub fn push(&mut self, time: f64, frame: &[f64]) -> Result<Estimate, TrainingError> {
         self.stream.push(&self.map, time, frame)?;
-        let features = self.map.complete(&self.stream.linear);
-        let mut estimate = self.map.estimate(&features);
+        self.features = self.map.complete(&self.stream.linear);
+        let mut estimate = self.map.estimate(&self.features);
         let unknown = self.stream.memory.unknown(&self.map.memory_spread);
         let memory = self.map.memory_slopes(&self.stream.linear);
         let terms = unknown.iter().zip(&memory).map(|(u, w)| (u * w).powi(2));
@@ -427,21 +430,37 @@ impl ForceEstimator {
     /// The other components of the last frame, each with its standard deviation, SI.
     pub fn components(&self) -> Vec<(Component, [f64; 2])> {
         let maps = &self.map.components;
-        if maps.is_empty() {
+        let features = &self.features;
+        if features.is_empty() {
             return Vec::new();
         }
-        let features = self.map.complete(&self.stream.linear);
         let estimate = |map: &ComponentMap| {
-            let leverage = map.ridge.leverage(&features);
+            let leverage = map.ridge.leverage(features);
             let deviation = (map.ridge.noise_variance() * (1.0 + leverage)).sqrt();
-            let value = map.ridge.mean(&features);
+            let value = map.ridge.mean(features);
             (map.component, [value, map.interval_factor * deviation])
         };
         maps.iter().map(estimate).collect()
     }
 
+    /// The last estimate as the map gives it, also where it is less than any force of training, N.
+    pub fn unbounded(&self) -> f64 {
+        self.map.ridge.mean(&self.features)
+    }
+
     /// By how much the last estimate changes with the reading of `channel` by `change`, N.
     pub fn sensitivity(&self, channel: usize, change: f64) -> f64 {
+        self.changed(channel, change, self.map.memory.creep_times.len())
+    }
+
+    /// The same by a change that came so slowly that creep has followed it.
+    pub fn slow_sensitivity(&self, channel: usize, change: f64) -> f64 {
+        self.changed(channel, change, 0)
+    }
+
+    /// By how much the estimate changes with a channel itself, and with its distance from what it
+    /// was for so many of the creep times.
+    fn changed(&self, channel: usize, change: f64, times: usize) -> f64 {
         let standard = &self.map.standard;
         let Some(at) = standard.used.iter().position(|used| *used == channel) else {
             return 0.0;
@@ -449,8 +468,7 @@ impl ForceEstimator {
         let mut linear = self.stream.linear.clone();
         let slope = self.stream.slopes.get(channel).copied().unwrap_or(1.0);
         let width = standard.used.len();
-        // The channel itself, and its distance from what it was.
-        for time in 0..=self.map.memory.creep_times.len() {
+        for time in 0..=times {
             if let Some(feature) = linear.get_mut(time * width + at) {
                 *feature += slope * change / standard.scale[at];
             }

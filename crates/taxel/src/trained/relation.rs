@@ -7,8 +7,13 @@
 //! (Pz)ₘ²/Pₘₘ (the sweep operator; A. P. Dempster, *Elements of Continuous Multivariate
 //! Analysis*, 1969). A reading that alone makes a frame unlike training is wrong; a frame that
 //! stays unlike it is another touch.
+//!
+//! What readings of the empty body leave of zero against the relation is drift, d: each frame of it
+//! takes dᵢ by (P(z − z₀ − d))ᵢ/Pᵢᵢ times its share of the time of following, with z₀ the body at
+//! rest. Creep is in the frames of training, so along it P is small and it is not taken.
 
 use serde::{Deserialize, Serialize};
+use taxel_numerics::dense::{cholesky, cholesky_solve};
 
 use super::{Standard, TrainingError};
 
@@ -49,10 +54,6 @@ pub const CONTRADICTS: f64 = 8.0;
 const LIKE: f64 = 2.0;
 /// At most this share of the channels can be wrong beside the others.
 const MOST_WRONG: f64 = 1.0 / 3.0;
-/// Rounds in which several replaced readings settle beside each other, and the change that ends
-/// them, in deviations of a channel.
-const ROUNDS: usize = 200;
-const SETTLED: f64 = 1e-9;
 
 impl Relation {
     /// Checks that the parts of a relation from a file belong together.
@@ -96,13 +97,20 @@ pub struct RelationWatch {
     product: Vec<f64>,
     /// Channels that were wrong in the frame before.
     before: Vec<bool>,
+    /// Scaled drift of each channel in use.
+    drift: Vec<f64>,
     /// For how long each of them has agreed again, s.
     agrees: Vec<f64>,
+    /// Channels that are left out, each with what the others say of it and the growth of its
+    /// variance.
+    said: Vec<(usize, [f64; 2])>,
     judged: Judged,
 }
 
 /// A channel that was left out is used again when it has agreed with the others for this time, s.
 const RECOVERED: f64 = 2.0;
+/// Time of the empty body over which its drift is followed, s.
+const FOLLOW: f64 = 300.0;
 
 impl RelationWatch {
     /// A watch over channels that are all well.
@@ -121,7 +129,9 @@ impl RelationWatch {
             scaled: vec![0.0; width],
             product: vec![0.0; width],
             before: vec![false; width],
+            drift: vec![0.0; width],
             agrees: vec![0.0; width],
+            said: Vec::new(),
             judged: Judged {
                 scores: vec![0.0; width],
                 left_out: vec![false; width],
@@ -136,8 +146,8 @@ impl RelationWatch {
         &self.relation
     }
 
-    /// Judges a frame, `elapsed` s after the one before, and replaces the readings that are
-    /// wrong or missing (`NaN`) by what the others say. A frame of which too many readings are
+    /// Judges a frame, `elapsed` s after the one before: takes its drift off, and replaces the
+    /// readings that are wrong or missing (`NaN`) by what the others say. A frame of which too many readings are
     /// missing stays as it is. With `missing_only` no reading is called wrong: the rest of the
     /// device is not known yet.
     pub fn judge(&mut self, elapsed: f64, frame: &mut [f64], missing_only: bool) -> &Judged {
@@ -146,7 +156,11 @@ impl RelationWatch {
         let standard = &self.relation.standard;
         let mut missing = 0;
         for (i, channel) in standard.used.iter().enumerate() {
-            let value = frame.get(*channel).copied().unwrap_or(f64::NAN);
+            let drift = standard.scale[i] * self.drift[i];
+            let value = frame.get_mut(*channel).map_or(f64::NAN, |value| {
+                *value -= drift;
+                *value
+            });
             let scaled = (value - standard.centre[i]) / standard.scale[i];
             self.judged.left_out[i] = !scaled.is_finite();
             missing += usize::from(!scaled.is_finite());
@@ -166,16 +180,28 @@ impl RelationWatch {
             self.before.fill(false);
             self.judged.left_out.clone_from(&absent);
             self.sweep();
-            self.multiply();
+            self.say();
             self.replace(frame);
             return &self.judged;
         }
         if !self.explain(most) {
             self.judged.left_out.clone_from(&absent);
+            self.sweep();
+            self.multiply();
         }
         let mut changed = false;
-        for (i, absent) in absent.into_iter().enumerate() {
-            let score = self.against(i);
+        self.say();
+        let mut said = self.said.iter().peekable();
+        let mut scores = vec![0.0; width];
+        for (i, score) in scores.iter_mut().enumerate() {
+            *score = match said.next_if(|(channel, _)| *channel == i) {
+                Some((_, [expected, _])) => {
+                    (self.scaled[i] - expected).abs() / self.relation.deviation[i]
+                }
+                None => self.score(i),
+            };
+        }
+        for (i, (absent, score)) in absent.into_iter().zip(scores).enumerate() {
             self.judged.scores[i] = if absent { f64::NAN } else { score };
             let agrees = !absent && score < 0.5 * CONTRADICTS;
             self.agrees[i] = if agrees {
@@ -191,9 +217,45 @@ impl RelationWatch {
         }
         if changed {
             self.sweep();
+            self.say();
         }
         self.replace(frame);
         &self.judged
+    }
+
+    /// Takes what the frame that was judged, one of the empty body `elapsed` s after the one
+    /// before, leaves of zero for drift. Only readings that are tared have a zero.
+    pub fn follow(&mut self, elapsed: f64) {
+        let width = self.scaled.len();
+        if !self.relation.tared {
+            return;
+        }
+        let standard = &self.relation.standard;
+        let off: Vec<f64> = (0..width)
+            .map(|i| self.scaled[i] + standard.centre[i] / standard.scale[i])
+            .collect();
+        let share = 1.0 - (-elapsed / FOLLOW).exp();
+        for i in 0..width {
+            if self.judged.left_out[i] {
+                continue;
+            }
+            let row = &self.swept[i * width..(i + 1) * width];
+            let residual: f64 = row.iter().zip(&off).map(|(p, z)| p * z).sum();
+            self.drift[i] += share * residual / row[i];
+        }
+    }
+
+    /// Takes `drift` of a channel, in its unit, off the readings that follow.
+    pub fn take_off(&mut self, channel: usize, drift: f64) {
+        let standard = &self.relation.standard;
+        if let Some(i) = standard.used.iter().position(|used| *used == channel) {
+            self.drift[i] += drift / standard.scale[i];
+        }
+    }
+
+    /// Forgets the drift: the rest of the device was captured.
+    pub fn forget_drift(&mut self) {
+        self.drift.fill(0.0);
     }
 
     /// Leaves out one channel after the other that contradicts the rest; false if the frame
@@ -271,66 +333,44 @@ impl RelationWatch {
         (self.product[i] / self.swept[i * width + i]).abs() / self.relation.deviation[i]
     }
 
-    /// The same of any channel, by the channels in use beside it.
-    fn against(&self, i: usize) -> f64 {
-        if !self.judged.left_out[i] {
-            return self.score(i);
-        }
-        let (expected, _) = self.expected(i);
-        (self.scaled[i] - expected).abs() / self.relation.deviation[i]
-    }
-
-    /// What the channels in use say of one that is left out, and the variance of it over that
-    /// beside all the others.
-    fn expected(&self, wanted: usize) -> (f64, f64) {
+    /// What the channels in use say of each that is left out, and the variance of it over that
+    /// beside all the others: Σ P_mn z_n over those left out is −Σ P_mj z_j over the others.
+    fn say(&mut self) {
         let width = self.scaled.len();
         let left_out: Vec<usize> = (0..width).filter(|i| self.judged.left_out[*i]).collect();
+        self.said.clear();
+        if left_out.is_empty() {
+            return;
+        }
         let at = |i: usize, j: usize| self.full[i * width + j];
-        let outside = |m: usize| -> f64 {
+        let row = |m: &usize| left_out.iter().map(|n| at(*m, *n)).collect();
+        // Not definite only after a change by hand: nothing is known then.
+        let factor = cholesky(left_out.iter().map(row).collect());
+        let solve = |right: &[f64]| match &factor {
+            Some(factor) => cholesky_solve(factor, right),
+            None => vec![f64::NAN; right.len()],
+        };
+        let outside = |m: &usize| -> f64 {
             let used = (0..width).filter(|j| !self.judged.left_out[*j]);
-            used.map(|j| at(m, j) * self.scaled[j]).sum()
+            -used.map(|j| at(*m, j) * self.scaled[j]).sum::<f64>()
         };
-        // Σ P_mn z_n over those left out is − Σ P_mj z_j over the others (Gauss and Seidel).
-        let settle = |right: &[f64]| -> Vec<f64> {
-            let mut found = vec![0.0; left_out.len()];
-            for _ in 0..ROUNDS {
-                let mut change: f64 = 0.0;
-                for (k, m) in left_out.iter().enumerate() {
-                    let beside = left_out.iter().zip(&found);
-                    let sum: f64 = beside.map(|(n, z)| at(*m, *n) * z).sum();
-                    let next = found[k] + (right[k] - sum) / at(*m, *m);
-                    change = change.max((next - found[k]).abs());
-                    found[k] = next;
-                }
-                if change < SETTLED {
-                    break;
-                }
-            }
-            found
-        };
-        let place = left_out.iter().position(|m| *m == wanted).unwrap_or(0);
-        let right: Vec<f64> = left_out.iter().map(|m| -outside(*m)).collect();
-        let unit: Vec<f64> = left_out
-            .iter()
-            .map(|m| f64::from(u8::from(*m == wanted)))
-            .collect();
-        let expected = settle(&right).get(place).copied().unwrap_or(0.0);
-        let variance = settle(&unit).get(place).copied().unwrap_or(0.0);
-        (expected, variance * at(wanted, wanted))
+        let expected = solve(&left_out.iter().map(outside).collect::<Vec<f64>>());
+        for (k, (channel, expected)) in left_out.iter().zip(expected).enumerate() {
+            let mut unit = vec![0.0; left_out.len()];
+            unit[k] = 1.0;
+            let growth = solve(&unit)[k] * at(*channel, *channel);
+            self.said.push((*channel, [expected, growth]));
+        }
     }
 
     fn replace(&mut self, frame: &mut [f64]) {
-        for i in 0..self.scaled.len() {
-            if !self.judged.left_out[i] {
-                continue;
+        let standard = &self.relation.standard;
+        for (i, [expected, growth]) in &self.said {
+            if let Some(value) = frame.get_mut(standard.used[*i]) {
+                *value = standard.centre[*i] + standard.scale[*i] * expected;
             }
-            let (expected, growth) = self.expected(i);
-            let standard = &self.relation.standard;
-            if let Some(value) = frame.get_mut(standard.used[i]) {
-                *value = standard.centre[i] + standard.scale[i] * expected;
-            }
-            let deviation = self.relation.deviation[i] * growth.max(1.0).sqrt();
-            self.judged.deviation[i] = standard.scale[i] * deviation;
+            let deviation = self.relation.deviation[*i] * growth.max(1.0).sqrt();
+            self.judged.deviation[*i] = standard.scale[*i] * deviation;
         }
     }
 }
@@ -392,6 +432,31 @@ mod tests {
         });
         // Two seconds of frames 0.1 s apart.
         assert!((18..=21).contains(&used.unwrap()), "{used:?}");
+    }
+
+    #[test]
+    fn drift_of_the_empty_body_is_followed_and_what_looks_like_a_touch_is_not() {
+        let mut watch = watch();
+        // Half an hour: drift of 3 (25 deviations) beside what the others say, and a touch of 0.5.
+        let directions = [1.0, 1.0, 2.0, 2.0, 1.5, 1.0];
+        let mut last = [0.0; 6];
+        for second in 0..1800 {
+            last = directions.map(|d| 0.5 * d);
+            last[2] += 3.0 * f64::from(second) / 1800.0;
+            let judged = watch.judge(1.0, &mut last, false);
+            assert!(judged.left_out.iter().all(|left_out| !left_out));
+            watch.follow(1.0);
+        }
+        for (value, direction) in last.iter().zip(directions) {
+            assert!((value - 0.5 * direction).abs() < 0.6, "{last:?}");
+        }
+        let along: f64 = last.iter().zip(directions).map(|(v, d)| v * d).sum();
+        let touch = along / directions.iter().map(|d| d * d).sum::<f64>();
+        assert!((touch - 0.5).abs() < 0.3, "{touch}");
+        watch.forget_drift();
+        let mut frame = directions;
+        watch.judge(1.0, &mut frame, false);
+        assert_eq!(frame, directions);
     }
 
     #[test]

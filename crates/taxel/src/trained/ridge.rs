@@ -11,6 +11,7 @@
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 use taxel_numerics::dense::dot;
 
@@ -168,14 +169,10 @@ impl Ridge {
     /// φᵀA⁻¹φ: how far the row is from the training rows, in units of the noise.
     pub fn leverage(&self, features: &[f64]) -> f64 {
         let features: Vec<f32> = features.iter().map(|f| *f as f32).collect();
-        let mut rest = self.inverse_factor.as_slice();
-        let mut sum = 0.0;
-        for row in 1..=features.len().min(self.weights.len()) {
-            let (head, tail) = rest.split_at(row.min(rest.len()));
-            sum += f64::from(dot_short(head, &features[..row])).powi(2);
-            rest = tail;
-        }
-        sum
+        pulp::Arch::new().dispatch(Leverage {
+            factor: &self.inverse_factor,
+            features: &features[..features.len().min(self.weights.len())],
+        })
     }
 
     /// σ², variance of one observation about its mean.
@@ -203,15 +200,38 @@ fn lower_inverse(factor: &Mat<f64>) -> Mat<f64> {
     inverse
 }
 
-/// Σ aᵢ bᵢ in eight independent sums, which the compiler keeps in one
-/// register. Indices, because iterators are not inlined across the crates
-/// here: they take ten times as long.
+/// |L⁻¹φ|², in the widest registers of the machine.
+struct Leverage<'a> {
+    /// Rows of the lower triangle.
+    factor: &'a [f32],
+    features: &'a [f32],
+}
+
+impl WithSimd for Leverage<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> f64 {
+        let mut rest = self.factor;
+        let mut sum = 0.0;
+        for row in 1..=self.features.len() {
+            let (head, tail) = rest.split_at(row.min(rest.len()));
+            sum += f64::from(dot_short(head, &self.features[..row])).powi(2);
+            rest = tail;
+        }
+        sum
+    }
+}
+
+/// Σ aᵢ bᵢ in 32 independent sums, the same on every machine. Indices, because iterators are not
+/// inlined across the crates here: they take ten times as long.
+#[inline(always)]
 #[allow(clippy::needless_range_loop)]
 fn dot_short(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; 8];
-    let ((a_eights, a_rest), (b_eights, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    for (a, b) in a_eights.iter().zip(b_eights) {
-        for i in 0..8 {
+    let mut sums = [0.0f32; 32];
+    let ((a_blocks, a_rest), (b_blocks, b_rest)) = (a.as_chunks::<32>(), b.as_chunks::<32>());
+    for (a, b) in a_blocks.iter().zip(b_blocks) {
+        for i in 0..32 {
             sums[i] += a[i] * b[i];
         }
     }

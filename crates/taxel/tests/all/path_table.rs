@@ -75,7 +75,7 @@ fn the_stated_errors_hold_at_loads_that_the_table_has_not_seen() {
 }
 
 #[test]
-#[ignore = "two minutes: cargo test -p taxel --test path_table -- --ignored --nocapture"]
+#[ignore = "two minutes: cargo test -p taxel --test all path_table -- --ignored --nocapture"]
 fn the_stated_errors_of_the_default_tolerance_hold_at_unseen_loads() {
     let sensor = Sensor::shipped("in-plane-50um").unwrap();
     let options = TableOptions::default();

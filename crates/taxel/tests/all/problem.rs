@@ -359,7 +359,7 @@ fn what_conducts_is_what_insulates() {
 
 #[test]
 fn a_beam_of_extruded_layers_bends_in_space() {
-    let mesh = include_bytes!("../../taxel-fem/tests/meshes/wedge15-4.1-binary.msh");
+    let mesh = include_bytes!("../../../taxel-fem/tests/meshes/wedge15-4.1-binary.msh");
     let text = r#"
 schema = 1
 name = "beam of extruded layers"

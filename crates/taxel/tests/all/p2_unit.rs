@@ -1,9 +1,7 @@
 //! The elastic unit of P2 from its drawing against a table that another program computed.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{Row, UM, drawing, table};
+use crate::common::{Row, UM, drawing, table};
 use taxel::mechanics::{Bar, Cavity, Grip, SideContact, UnitCompliance, UnitDrawing};
 use taxel::sensor::Sensor;
 

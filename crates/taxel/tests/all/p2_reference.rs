@@ -3,9 +3,7 @@
 //! The tolerances are those that section 11 of the physics of P2 asks for.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{CAPACITORS, FF, MN, NM, Row, UM, assert_near, table};
+use crate::common::{CAPACITORS, FF, MN, NM, Row, UM, assert_near, table};
 use std::collections::HashMap;
 use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel::mechanics::{Relaxation, RelaxationTerm, Suspension};

@@ -1,9 +1,7 @@
 //! Properties of any microchannel and any load.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{p4_cell, p4_law};
+use crate::common::{p4_cell, p4_law};
 use proptest::prelude::*;
 use taxel::electronics::VoltageDivider;
 use taxel::mechanics::{

@@ -65,7 +65,7 @@ fn rows(table: &str) -> Vec<Vec<f64>> {
         .collect()
 }
 
-const SECTIONS: &str = include_str!("reference/p1_fe_bars.csv");
+const SECTIONS: &str = include_str!("../reference/p1_fe_bars.csv");
 const UNIFORM: Media = Media {
     layer: 1.0,
     above: 1.0,
@@ -170,7 +170,7 @@ fn media(name: &str) -> Media {
 
 /// Greatest relative errors of the capacitance and of its fall over the rows of a gap.
 fn surroundings(gap: f64, compressions: &[f64]) -> [f64; 2] {
-    let table = include_str!("reference/p1_cap_surroundings.csv");
+    let table = include_str!("../reference/p1_cap_surroundings.csv");
     let rows: Vec<(f64, &str, f64)> = table
         .lines()
         .filter_map(|line| {

@@ -1,9 +1,7 @@
 //! Shear on the cover of P3: what the base carries in front of it and behind it.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{assert_near, table};
+use crate::common::{assert_near, table};
 use taxel::mechanics::{Base, Contact, SoftCover};
 
 const MM: f64 = 1e-3;

@@ -46,7 +46,7 @@ fn cell(height: f64, cover: f64, smallest: f64) -> VoidCell {
 
 /// Greatest relative error of the net pressure over the rows of a design.
 fn net_pressure_error(height: f64, cover: f64, smallest: f64, least: f64) -> f64 {
-    let table = include_str!("reference/p4_net_pressure.csv");
+    let table = include_str!("../reference/p4_net_pressure.csv");
     let cell = cell(height, cover, smallest);
     let mut study =
         VoidStudy::new(&cell, RUBBER, &Filling::Vented, WallContact::default()).unwrap();
@@ -132,7 +132,7 @@ fn crossing_voids_close_as_in_space() {
         study.solver.problem().mesh.cell_count(),
         study.solver.unknowns()
     );
-    for line in include_str!("reference/p4_two_layer_3d.csv")
+    for line in include_str!("../reference/p4_two_layer_3d.csv")
         .lines()
         .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()))
     {

@@ -1,9 +1,7 @@
 //! The array of liquid-metal channels from file to touch.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{assert_near, table};
+use crate::common::{assert_near, table};
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
 use taxel::device::{Device, LayerState, MicrochannelPredictor};
 use taxel::estimation::{ArrayEstimator, State, Touch};

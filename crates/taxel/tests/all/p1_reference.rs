@@ -2,9 +2,7 @@
 //! with 40 digits, the fields by finite and boundary elements.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{Row, UM, assert_near, table};
+use crate::common::{Row, UM, assert_near, table};
 use taxel::mechanics::{
     CompressedLayer, ElectrodeModulus, ElectrodeStiffness, Electrodes, EndCondition, GivenFactor,
     LayerKinematics, PublishedThinning, TopFace,

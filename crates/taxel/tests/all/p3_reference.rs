@@ -4,9 +4,7 @@
 //! was measured stands beside them.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{Parameters, assert_near, commented_table};
+use crate::common::{Parameters, assert_near, commented_table};
 use num_complex::Complex64;
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output};
 use taxel::mechanics::{Base, Contact, Plate, Profile, SoftCover};

@@ -8,9 +8,7 @@
 #![allow(clippy::unwrap_used)]
 #![allow(clippy::print_stdout, reason = "the long tests print what they find")]
 
-mod common;
-
-use common::{Row, drawing, table};
+use crate::common::{Row, drawing, table};
 use taxel::mechanics::{BlockDivision, Cavity, UnitDrawing, UnitSolution};
 
 /// The base case of the table.

@@ -1,9 +1,7 @@
 //! Every row of the P4 reference tables, computed elsewhere with finite elements.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{Row, UM, assert_near, p4_cell, p4_law, table};
+use crate::common::{Row, UM, assert_near, p4_cell, p4_law, table};
 use taxel::mechanics::{ClosingCurve, ClosingPoint, ClosingState, PressureLaw, Stretch};
 
 const KPA: f64 = 1e3;

@@ -2,9 +2,7 @@
 //! says.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::commented_table;
+use crate::common::commented_table;
 use proptest::prelude::*;
 use taxel::contacts::{ContactSpread, PointContact};
 use taxel::sensor::Sensor;

@@ -1,9 +1,7 @@
 //! The edges of a tile of P2 against a table that another program computed.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{Row, UM, assert_near, table};
+use crate::common::{Row, UM, assert_near, table};
 use taxel::mechanics::{Deformation, SIDE_X, SIDE_Y};
 use taxel::transduction::{
     EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, INNER_DISTANCE, OUTER_DISTANCE,

@@ -2,9 +2,7 @@
 //! tables that another program computed.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{assert_near, table};
+use crate::common::{assert_near, table};
 use taxel::mechanics::{
     BondedDisc, Contact, DiscGrip, DiscPressure, LayerRim, SeatedSetting, SoftCover, SpherePressure,
 };

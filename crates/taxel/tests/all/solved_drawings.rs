@@ -2,11 +2,9 @@
 //! against solutions of the drawing itself.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
 use std::collections::HashMap;
 
-use common::p4_cell;
+use crate::common::p4_cell;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -182,7 +180,7 @@ fn kept_curves_of_random_cells_are_within_their_stated_error() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release -p taxel --test solved_drawings -- --ignored --nocapture"]
+#[ignore = "minutes: cargo test --release -p taxel --test all solved_drawings -- --ignored --nocapture"]
 fn kept_curves_of_a_hundred_random_cells_are_within_their_stated_error() {
     let (used, compared) = compare_cells(2, 100);
     println!("{compared} of 100 compared, {used:.2} of the stated error used");
@@ -392,7 +390,7 @@ fn a_kept_section_of_a_random_drawing_is_within_its_stated_errors() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release -p taxel --test solved_drawings -- --ignored --nocapture"]
+#[ignore = "minutes: cargo test --release -p taxel --test all solved_drawings -- --ignored --nocapture"]
 fn kept_sections_of_twenty_random_drawings_are_within_their_stated_errors() {
     let used = compare_sections(2, 20);
     println!("{used:.2} of the stated errors used");
