@@ -465,10 +465,56 @@ fn alone(width: f64, height: f64) -> CellGeometry {
     }
 }
 
-/// Exact: an ellipse in an endless incompressible body loses (w² + h²)/(2 μ w h) of its area per
-/// pressure; a circle is closed to the area ratio a by q = μ/2 (1/a − 1 − ln a), a neo-Hookean
-/// cylinder in plane strain.
+/// Net pressure over the shear modulus that closes a round channel in an endless neo-Hookean body
+/// to an area ratio, in plane strain: q = μ/2 (1/a − 1 − ln a).
+fn round_in_an_endless_body(ratio: f64) -> f64 {
+    0.5 * (1.0 / ratio - 1.0 - ratio.ln())
+}
+
+/// Exact solutions of an ellipse at small load, c₀ = (w² + h²)/(2 μ w h), and of a circle at large
+/// strain, on few cells.
 #[test]
+fn an_elliptic_void_closes_as_in_an_endless_body() {
+    let rubber = Material {
+        law: Law::MooneyRivlin { c10: 0.4, c01: 0.1 },
+        volumetric: Volumetric::Incompressible,
+    };
+    for width in [1.0, 3.0] {
+        let far = 15.0 * width;
+        let cell = VoidCell {
+            width,
+            height: 1.0,
+            cover: far,
+            base: far,
+            pitch: 2.0 * far,
+            fillet: 0.0,
+            division: CornerDivision {
+                smallest: 0.25,
+                segments: 2,
+                growth: 1.5,
+                ..CornerDivision::default()
+            },
+        };
+        let study = VoidStudy::elliptic(&cell, rubber, &Filling::Vented, WallContact::default());
+        let mut study = study.unwrap();
+        let small = study.close(0.999).unwrap();
+        let exact = (width * width + 1.0) / (2.0 * width);
+        let off = 1e-3 / small.pressure / exact - 1.0;
+        println!("width {width}: compliance {off:+.5}");
+        // A secant to a thousandth, and a sheet that ends at fifteen widths.
+        assert!(off.abs() < 0.01, "{off}");
+        if width == 1.0 {
+            let half = study.close(0.5).unwrap();
+            let off = half.pressure / round_in_an_endless_body(0.5) - 1.0;
+            println!("closed to a half: {off:+.5}");
+            assert!(off.abs() < 5e-3, "{off}");
+        }
+    }
+}
+
+/// The same of the kept curves.
+#[test]
+#[ignore = "longer: three closing curves"]
 fn round_channels_close_as_in_an_endless_body() {
     for (width, height) in [(1e-4, 1e-4), (4e-4, 1e-4), (1e-4, 2e-4)] {
         let cell = alone(width, height);
@@ -484,7 +530,7 @@ fn round_channels_close_as_in_an_endless_body() {
         assert!(off.abs() < 0.01, "{width} x {height}: {off}");
         if width == height {
             for ratio in [0.9_f64, 0.7, 0.5, 0.35] {
-                let net = 0.5 * MU * (1.0 / ratio - 1.0 - ratio.ln());
+                let net = MU * round_in_an_endless_body(ratio);
                 let found = curve.at(net).area_ratio;
                 println!("at {ratio}: {found:.5}");
                 assert!((found - ratio).abs() < 0.005, "{found} for {ratio}");
