@@ -57,7 +57,8 @@ pub enum LoadState {
     AboveUsable,
     /// Above the full scale.
     OutOfRange,
-    /// A pair of electrodes is closed: its capacitance is a lower bound.
+    /// A pair of electrodes is closed: its capacitance is a lower bound, unless the unit was solved
+    /// beyond the first touch.
     Closed,
 }
 
