@@ -296,7 +296,7 @@ fn first_touch_at_large_strain() {
 
 /// The same on more cells at the crossing of the walls.
 #[test]
-#[ignore = "long: a solution of 45 thousand unknowns at five forces"]
+#[ignore = "long: ten minutes beside other work"]
 fn first_touch_on_a_finer_mesh() {
     let drawing = drawing(&base());
     let modulus = 9.31e3 * drawing.compliance().unwrap().c_zz;
