@@ -1,6 +1,7 @@
 //! Two problems that independent programs solved: a layer with a void under pressure,
 //! and a block squeezed between bonded plates.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::print_stdout, reason = "tests print what they find")]
 
 use std::collections::HashMap;
 
@@ -9,6 +10,9 @@ use taxel_fem::mesh::{CellShape, Mesh};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
+use taxel_fem::study::bump_block::{
+    BlockDivision, BlockSides, BumpBlock, Pressed, PressedBlock, linear,
+};
 
 const MOONEY_RIVLIN: Law = Law::MooneyRivlin {
     c10: 75.5,
@@ -155,4 +159,68 @@ fn the_block_resists_as_in_independent_programs() {
 fn the_fine_block_resists_as_in_independent_programs() {
     let fine = squeezed_block(12);
     assert!((fine + 210.92153).abs() < 1e-4, "{fine}");
+}
+
+/// The elastic unit of P2: four cavities of 6 um under a bump, on a block of 2 mm.
+fn unit() -> BumpBlock {
+    BumpBlock {
+        half: 1e-3,
+        cavity: [50e-6, 650e-6],
+        plate: [150e-6, 550e-6],
+        plate_thickness: 20e-6,
+        lower: 300e-6,
+        insulation: 6e-6,
+        air: 6e-6,
+        upper: 400e-6,
+        bump: 300e-6,
+        bump_half: [350e-6, 137.9e-6],
+        in_row: false,
+    }
+}
+
+/// Rubber of 1 MPa, neo-Hookean, and copper.
+fn unit_of(modulus: f64, division: BlockDivision) -> PressedBlock {
+    let shear = 0.5 * modulus / 1.49;
+    let soft = Material {
+        law: Law::neo_hookean(shear),
+        ..linear(modulus, 0.49)
+    };
+    PressedBlock {
+        solids: [soft, linear(117e9, 0.34)],
+        sides: BlockSides::Free,
+        division,
+        permittivity: 2.7,
+    }
+}
+
+/// Linear elasticity until the first touch, at a corner of a tile, then floor on roof: the closing
+/// gains less with the force. On few cells.
+#[test]
+fn a_pressed_unit_touches_at_the_corner_next_to_the_walls() {
+    let (modulus, division) = (3.04e6, BlockDivision::COARSE);
+    let (block, of) = (unit(), unit_of(modulus, division));
+    let solids = [linear(modulus, 0.49), of.solids[1]];
+    let slope = block
+        .solve(solids, BlockSides::Free, division)
+        .unwrap()
+        .normal;
+    let path = block.press(&of, &[1e-4, 45e-3], |_| ()).unwrap();
+    let [small, beyond] = path.states[..] else {
+        panic!("{path:?}")
+    };
+    assert!((small.closing / (small.force * slope.closing) - 1.0).abs() < 1e-3);
+    // The plates alone, parallel: 172.3 fF.
+    assert!((small.capacitance / 172.3e-15 - 1.0).abs() < 2e-3);
+    let touch = path.touch.unwrap();
+    assert_eq!(touch.least_at.map(|x| (x * 1e6).round()), [150.0; 2]);
+    assert!(touch.least_gap.abs() < 0.01 * block.air, "{touch:?}");
+    let linear = block.air / (slope.closing * slope.hottest);
+    println!("linear {:.3} mN, {:.3} mN", linear * 1e3, touch.force * 1e3);
+    assert!((touch.force / linear - 1.0).abs() < 0.02, "{touch:?}");
+    assert!(touch.touching < 1e-3 && small.least_gap > 0.9 * block.air);
+    assert!(beyond.touching > 0.01 && beyond.least_gap > -0.05 * block.air);
+    // What touches holds its part of the force.
+    let gain = |a: &Pressed, b: &Pressed| (b.closing - a.closing) / (b.force - a.force);
+    assert!(gain(&touch, &beyond) < 0.7 * gain(&small, &touch));
+    assert!(beyond.capacitance > touch.capacitance);
 }

@@ -103,10 +103,7 @@ fn law(ours: &Ours) -> PaperLaw {
 
 /// A channel of the printed width; height in um.
 fn section(ours: &Ours, height: f64) -> MicrochannelSection {
-    MicrochannelSection {
-        width: ours.printed("channel_width", -6),
-        height: height * 1e-6,
-    }
+    MicrochannelSection::rectangle(ours.printed("channel_width", -6), height * 1e-6)
 }
 
 /// Where `reached` begins to hold between 0 and `high`.

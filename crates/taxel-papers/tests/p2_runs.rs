@@ -29,3 +29,32 @@ fn crosstalk_of_the_shipped_drawing() {
         assert!((found - stored[name]).abs() < 0.12, "{name} {found}");
     }
 }
+
+/// The first touch of a unit of 9.31 kN/m by contact at large strain on few cells, which are stiffer, and
+/// the fall of the slope of its capacitance there.
+#[test]
+fn first_touch_of_a_pressed_unit() {
+    let sensor = Sensor::shipped("three-axis-8x8").unwrap();
+    let drawing = sensor.three_axis().unwrap().element.unit_drawing();
+    let modulus = 9.31e3 * drawing.compliance().unwrap().c_zz;
+    let solution = UnitSolution {
+        division: BlockDivision::COARSE,
+        ..UnitSolution::default()
+    };
+    let found = drawing.press((modulus, 2.7), &solution, (40e-3, 4), &mut |_| ());
+    let found = found.unwrap();
+    let touch = found.touch.unwrap();
+    let stored = &Paper::P2.table().run("first_touch").unwrap().values;
+    assert!(
+        (touch.force * 1e3 - stored["force"]).abs() < 1.5,
+        "{touch:?}"
+    );
+    let slope = |a: f64, b: f64| {
+        let [a, b] = [a, b].map(|force| found.at(force).unwrap());
+        1e12 * (b.capacitance - a.capacitance) / (b.force - a.force)
+    };
+    let slopes = [slope(30e-3, touch.force), slope(touch.force, 40e-3)];
+    for (found, name) in slopes.into_iter().zip(["before", "after"]) {
+        assert!((found / stored[name] - 1.0).abs() < 0.15, "{name} {found}");
+    }
+}

@@ -37,10 +37,7 @@ const DIVIDER: VoltageDivider = VoltageDivider {
 };
 
 fn section(height: f64) -> MicrochannelSection {
-    MicrochannelSection {
-        width: 400.0 * UM,
-        height: height * UM,
-    }
+    MicrochannelSection::rectangle(400.0 * UM, height * UM)
 }
 
 /// Pressure on the whole top at which a cell has lost `loss` of its area, kPa.

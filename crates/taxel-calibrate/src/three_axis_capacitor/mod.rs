@@ -44,7 +44,7 @@ pub(super) struct ThreeAxisCalibrator<'a> {
     channel: NumberScale,
     /// Standard deviation of a reading by the board's own figures, F.
     deviation: f64,
-    /// What the surroundings may add to the edges of the drawing, F.
+    /// What the surroundings may add to the edges of the drawing, least and greatest, F.
     beside_edges: Option<[f64; 2]>,
 }
 
@@ -134,6 +134,17 @@ impl<'a> ThreeAxisCalibrator<'a> {
             channel: array.calibration().channel,
             deviation: array.board.deviation(),
         })
+    }
+
+    /// Parallel capacitances that are known before the readings: those that were measured; else,
+    /// where the edges follow from the drawing, the middle of what its surroundings may add to
+    /// them, with half of that interval as the deviation.
+    fn known(&self, measured: Measured) -> Measured {
+        let by_drawing = |[least, greatest]: [f64; 2]| {
+            let middle = f64::midpoint(least, greatest);
+            ([middle; 4], 0.5 * (greatest - least))
+        };
+        measured.or_else(|| self.beside_edges.map(by_drawing))
     }
 
     fn parameters(
@@ -347,7 +358,8 @@ impl DeviceModel for ThreeAxisCalibrator<'_> {
         let starts = parallels
             .iter()
             .filter_map(|parallel| self.start(model, of, *parallel));
-        let from = |start| self.fit_from(model, &start, of, measured, task.options);
+        let known = self.known(measured);
+        let from = |start| self.fit_from(model, &start, of, known, task.options);
         best(starts, none, from, |found| found.noise.size(of, &found.fit))
     }
 
@@ -363,7 +375,7 @@ impl DeviceModel for ThreeAxisCalibrator<'_> {
             (&unit, true),
             readings,
             &noise,
-            context.measured,
+            self.known(context.measured),
         )?;
         Some(Box::new(bench))
     }

@@ -3,7 +3,7 @@
 use super::problem::{
     AXES, CAPACITANCE, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, force_error, misfit,
 };
-use super::{Fitted, ThreeAxisCalibrator, in_words, name_of};
+use super::{Fitted, Model, ThreeAxisCalibrator, in_words, name_of};
 use crate::device_model::{Findings, Judged};
 use crate::hysteresis::{Loops, loss_in_words};
 use crate::loads::{range, span};
@@ -18,6 +18,40 @@ use taxel_numerics::least_squares::{Estimate, Status, linear};
 const SHOWN: usize = 8;
 /// Less force at unloading than this is not worth a remark.
 const WORTH_A_REMARK: f64 = 0.005;
+
+impl ThreeAxisCalibrator<'_> {
+    /// Remarks on parallel capacitances that the drawing says something about: with which
+    /// deviation it counts, and where the readings disagree.
+    fn by_the_drawing(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) {
+        let free = |fitted: &&Fitted| Model::ALL[fitted.model] != Model::AsDrawn;
+        let fits: Vec<&Fitted> = of.fits.iter().filter(free).collect();
+        let (Some([least, greatest]), false) = (self.beside_edges, fits.is_empty()) else {
+            return;
+        };
+        let [least, greatest] = [least, greatest].map(|end| end * 1e15);
+        remarks.push(Remark::whole(format!(
+            "the surroundings of the drawing add {least:.1} to {greatest:.1} fF to the edges of a capacitor, which counts \
+             as a measured parallel_capacitance of {:.1} fF with a deviation of {:.1} fF; leads and board are not in it: \
+             measure them, or type parallel_capacitance in",
+            f64::midpoint(least, greatest),
+            0.5 * (greatest - least)
+        )));
+        for fitted in fits {
+            let beyond = fitted.fit.estimates[..GAP]
+                .iter()
+                .position(|estimate| !(least..=greatest).contains(&(estimate.value * 1e15)));
+            if let Some(place) = beyond {
+                remarks.push(Remark::whole(format!(
+                    "{}: its readings have {:.1} fF parallel to capacitor {}, which the surroundings of the drawing do not \
+                     explain: give the measured parallel_capacitance_11 to _22 [fF], or type parallel_capacitance in",
+                    name_of(&fitted.readings),
+                    fitted.fit.estimates[place].value * 1e15,
+                    CAPACITORS[place]
+                )));
+            }
+        }
+    }
+}
 
 impl Findings for ThreeAxisCalibrator<'_> {
     /// Residuals of each taxel's capacitances together and of each gauged force.
@@ -69,6 +103,9 @@ impl Findings for ThreeAxisCalibrator<'_> {
             let message = format!("{left} taxels were not read and stay as drawn");
             remarks.push(Remark::whole(message));
         }
+        if of.context.measured.is_none() {
+            self.by_the_drawing(of, remarks);
+        }
         for (fitted, series) in of.fits.iter().zip(of.series) {
             let (unit, name) = (self.unit(fitted), name_of(series));
             for (axis, label) in AXES.iter().enumerate() {
@@ -112,18 +149,6 @@ impl Findings for ThreeAxisCalibrator<'_> {
                 stiffness.deviation / stiffness.value.powi(2),
                 far_enough(&self.drawn)
             ));
-            if let Some([least, greatest]) = self.beside_edges {
-                open.push(format!(
-                    "{}: by the drawing its surroundings add {:.1} to {:.1} fF to the edges, leads not counted; to take \
-                     that as known, give parallel_capacitance_11 to _22 [fF] of {:.1} and \
-                     parallel_capacitance_deviation [fF] of {:.1} in one row",
-                    name_of(&fitted.readings),
-                    least * 1e15,
-                    greatest * 1e15,
-                    0.5 * (least + greatest) * 1e15,
-                    0.5 * (greatest - least) * 1e15
-                ));
-            }
         }
         open.extend(open_in_words(&fitted.parameters, &fitted.fit));
         open

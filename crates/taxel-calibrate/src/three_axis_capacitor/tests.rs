@@ -138,12 +138,16 @@ fn intervals_cover_the_truth_of_two_hundred_benches() {
 
 /// A pure normal sweep of the truth without noise, with deviations given.
 fn normal_sweep(calibrator: &ThreeAxisCalibrator<'_>, last: u32, gauge: f64) -> String {
+    sweep_of(&calibrator.drawn, last, gauge)
+}
+
+/// The same of any unit.
+fn sweep_of(unit: &UnitModel, last: u32, gauge: f64) -> String {
     let mut text = String::from(
         "force_z [mN],capacitance_11 [fF],capacitance_12 [fF],capacitance_21 [fF],capacitance_22 [fF],\
          force_deviation [mN],capacitance_deviation [fF]\n",
     );
     for force in 0..=last {
-        let unit = &calibrator.drawn;
         let c = unit
             .predict([0.0, 0.0, f64::from(force) * MN])
             .1
@@ -222,32 +226,52 @@ fn a_measured_parallel_capacitance_closes_what_is_open() {
 }
 
 /// Without a typed-in value the edges are those of the drawing, and what its surroundings leave
-/// open is told with the columns that take it as known; with them the sweep is identified better.
+/// open counts as a measurement of its own, unless the table has one; readings beyond it are told.
 #[test]
-fn the_surroundings_of_the_drawing_are_offered_as_a_measurement() {
+fn the_surroundings_of_the_drawing_count_as_a_measurement() {
     let shipped = Sensor::shipped("three-axis-8x8").unwrap();
     with(&shipped, |calibrator| {
         let text = normal_sweep(calibrator, 15, 0.29);
-        let open = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        let by_drawing = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        let told = |outcome: &Outcome, words: &str| {
+            let mut remarks = outcome.remarks.iter();
+            remarks.any(|remark| remark.message.contains(words))
+        };
         // 199.6 and 213.65 fF beside 204.45 fF, before the corners.
         let words = "add -4.8 to 9.2 fF to the edges";
-        assert!(open.open[1].contains(words), "{:?}", open.open);
-        assert!(open.open[1].contains("of 2.2 and"), "{}", open.open[1]);
-        let mut lines = text.lines();
-        let mut known = format!(
-            "{},parallel_capacitance_11 [fF],parallel_capacitance_12 [fF],parallel_capacitance_21 [fF],\
-             parallel_capacitance_22 [fF],parallel_capacitance_deviation [fF]\n",
-            lines.next().unwrap()
-        );
-        for line in lines {
-            let _ = writeln!(known, "{line},2.2,2.2,2.2,2.2,7.0");
-        }
-        let held = calibrator
-            .calibrate(&parse(&known), &no_hold_out())
-            .unwrap();
+        assert!(told(&by_drawing, words), "{:?}", by_drawing.remarks);
+        assert!(told(&by_drawing, "of 2.2 fF with a deviation of 7.0 fF"));
+        assert!(!told(&by_drawing, "do not explain"));
+        let known = |parallel: f64, deviation: f64| {
+            let mut lines = text.lines();
+            let mut known = format!(
+                "{},parallel_capacitance_11 [fF],parallel_capacitance_12 [fF],parallel_capacitance_21 [fF],\
+                 parallel_capacitance_22 [fF],parallel_capacitance_deviation [fF]\n",
+                lines.next().unwrap()
+            );
+            for line in lines {
+                let four = format!("{parallel},{parallel},{parallel},{parallel}");
+                let _ = writeln!(known, "{line},{four},{deviation}");
+            }
+            calibrator
+                .calibrate(&parse(&known), &no_hold_out())
+                .unwrap()
+        };
+        let open = known(0.0, 1e3);
         let deviation = |outcome: &Outcome| outcome.parameters[0].1.deviation;
-        assert!(deviation(&held) <= 7.0 * FF, "{}", deviation(&held));
-        assert!(deviation(&open) > 3.0 * deviation(&held));
+        assert!(deviation(&by_drawing) <= 7.0 * FF);
+        assert!(deviation(&open) > 3.0 * deviation(&by_drawing));
+        assert!(!told(&open, words));
+        // The same numbers in the table are the same fit.
+        let typed = known(2.2, 7.0);
+        let off = deviation(&typed) / deviation(&by_drawing) - 1.0;
+        assert!(off.abs() < 0.01, "{off}");
+        // Leads of 40 fF that a long sweep with a fine gauge sees.
+        let mut leads = calibrator.drawn;
+        leads.plates.parallel_capacitance = [40.0 * FF; 4];
+        let text = sweep_of(&leads, 40, 0.003);
+        let seen = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
+        assert!(told(&seen, "do not explain"), "{:?}", seen.remarks);
     });
 }
 

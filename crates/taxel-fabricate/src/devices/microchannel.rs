@@ -1,5 +1,6 @@
 //! Crossing liquid-metal microchannels (P4): two layers of channels, each cast on a master.
 
+use taxel::mechanics::SectionShape;
 use taxel::sensor::{LayerDescription, Microchannel};
 
 use super::array::{Array, FLOOR, WALL, frame, own_choice, plate};
@@ -30,15 +31,21 @@ pub(crate) fn parts(array: &Array, element: &Microchannel) -> Parts {
     };
     let [long_x, long_y] = field.size();
     let taxels = array.each([0.0; 2], [width; 2]).collect();
-    Parts {
-        missing: vec![
-            rest(&element.rows, long_x, "rows"),
-            rest(&element.columns, long_y, "columns"),
-            "ports, needles and leads".into(),
-            "deviation of thicknesses: the file states that of the height of the channels alone"
+    let mut missing = vec![
+        rest(&element.rows, long_x, "rows"),
+        rest(&element.columns, long_y, "columns"),
+        "ports, needles and leads".into(),
+        "deviation of thicknesses: the file states that of the height of the channels alone".into(),
+    ];
+    if element.section.shape == SectionShape::Ellipse {
+        missing.push(
+            "how an elliptic channel is cast: the ridges are rectangles of its width and height"
                 .into(),
-            own_choice(),
-        ],
+        );
+    }
+    missing.push(own_choice());
+    Parts {
+        missing,
         moulds: vec![
             master(
                 "master-rows",

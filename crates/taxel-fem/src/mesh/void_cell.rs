@@ -109,6 +109,70 @@ impl VoidCell {
         Ok(mesh)
     }
 
+    /// The mesh with the ellipse of this width and height in the place of the rectangle; `fillet`
+    /// counts for nothing. Names as before: the corners of the rectangle lie on the ellipse at the
+    /// angle, as its parameter, at which its quarter is shared like the half width and the half
+    /// height.
+    ///
+    /// Each node beside the void moves with the nearest point of the rectangle's wall, the less the
+    /// nearer to the outer side: cells stay whole, and where three of them meet at a corner they
+    /// share a half turn.
+    ///
+    /// # Errors
+    /// As [`VoidCell::mesh`].
+    ///
+    /// # Example
+    /// ```
+    /// use taxel_fem::mesh::{CornerDivision, VoidCell};
+    /// let round = VoidCell {
+    ///     width: 1.0,
+    ///     height: 1.0,
+    ///     cover: 2.0,
+    ///     base: 2.0,
+    ///     pitch: 4.0,
+    ///     fillet: 0.0,
+    ///     division: CornerDivision { smallest: 0.25, ..CornerDivision::default() },
+    /// };
+    /// let mesh = round.elliptic_mesh()?;
+    /// let wall = mesh.nodes_of("void").unwrap_or_default();
+    /// assert!(wall.iter().all(|node| {
+    ///     let [x, y, _] = mesh.points[*node as usize];
+    ///     (x.hypot(y - 2.5) - 0.5).abs() < 1e-12
+    /// }));
+    /// # Ok::<(), taxel_fem::mesh::MeshError>(())
+    /// ```
+    pub fn elliptic_mesh(&self) -> Result<Mesh, MeshError> {
+        let sharp = Self {
+            fillet: 0.0,
+            ..*self
+        };
+        let mut mesh = sharp.mesh()?;
+        let half = [0.5 * self.width, 0.5 * self.height];
+        let middle = self.base + half[1];
+        let beyond = 0.5 * self.pitch - half[0];
+        // Of the parameter from the top of the ellipse to its side.
+        let corner = std::f64::consts::FRAC_PI_2 * half[0] / (half[0] + half[1]);
+        for point in &mut mesh.points {
+            let [x, y] = [point[0], point[1] - middle];
+            let room = if y > 0.0 { self.cover } else { self.base };
+            // Of the rectangle the nearest point, as shares of its half sides.
+            let along = (x / half[0]).min(1.0);
+            let up = (y.abs() / half[1]).min(1.0);
+            let angle = if y.abs() >= half[1] {
+                corner * along
+            } else {
+                std::f64::consts::FRAC_PI_2 - (std::f64::consts::FRAC_PI_2 - corner) * up
+            };
+            let on_wall = [half[0] * along, half[1] * up];
+            let stays = (1.0 - (x - half[0]).max(0.0) / beyond)
+                * (1.0 - (y.abs() - half[1]).max(0.0) / room);
+            let [sine, cosine] = [angle.sin(), angle.cos()];
+            point[0] += stays * (half[0] * sine - on_wall[0]);
+            point[1] += y.signum() * stays * (half[1] * cosine - on_wall[1]);
+        }
+        Ok(mesh)
+    }
+
     /// The blocks outside the squares round the two corners.
     fn add_surroundings(&self, patches: &mut Patchwork, corner: &Corner) -> Result<(), MeshError> {
         let reach = corner.reach;

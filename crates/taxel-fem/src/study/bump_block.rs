@@ -7,6 +7,9 @@
 //! same on both sides, and half of one that is opposite.
 
 mod half;
+mod pressed;
+
+pub use pressed::{Pressed, PressedBlock, PressedPath};
 
 use half::{Half, Mirror};
 

@@ -3,3 +3,4 @@
 pub mod bump_block;
 pub mod disc;
 pub mod layer;
+pub mod seated;

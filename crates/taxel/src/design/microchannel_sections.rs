@@ -115,10 +115,11 @@ fn solve(
     height: f64,
     cover: f64,
 ) -> SectionRow {
+    let shape = element.section.shape;
     let cell = void_cell(&CellGeometry {
         section: MicrochannelSection {
-            width: element.section.width,
             height,
+            ..element.section()
         },
         roof: cover,
         thickness: sections.thickness,
@@ -138,7 +139,7 @@ fn solve(
     }
     let pressures = sections.pressures.values();
     let filling = fillings(&element.liquid.pressure);
-    let mut study = match void_study(&cell, solids(&element.material), &filling) {
+    let mut study = match void_study(&cell, shape, solids(&element.material), &filling) {
         Ok(study) => study,
         Err(failure) => {
             row.ended = Some(failure.to_string());

@@ -2,11 +2,11 @@
 
 use taxel_fem::field::sections::{sections, slender_resistance};
 use taxel_fem::material::Material;
-use taxel_fem::mesh::{CellShape, CrossingVoids, Facet, FacetShape, Mesh, QuadraturePoint};
+use taxel_fem::mesh::{CrossingVoids, FacetShape, Mesh, QuadraturePoint};
 use taxel_fem::problem::Kinematics;
+use taxel_fem::problem::contact::{facing_pairs, lattice_points};
 use taxel_fem::problem::{
-    Cavity, CavityLaw, Contact, Motion, Pairing, Parameter, Pressure, Problem, Rule, WallPoint,
-    Walls,
+    Cavity, CavityLaw, Contact, Motion, Parameter, Pressure, Problem, Rule, WallPoint, Walls,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
@@ -84,7 +84,7 @@ impl CrossingStudy {
             parameter: top,
         });
         let mut rest = [0.0; 2];
-        for (number, (name, along)) in ROWS.into_iter().enumerate() {
+        for (number, (name, _)) in ROWS.into_iter().enumerate() {
             let pressure = problem.parameter(&format!("pressure in the {name} void"), Rule::Given);
             let cavity = Cavity {
                 wall: problem.surface(name)?,
@@ -95,17 +95,11 @@ impl CrossingStudy {
             rest[number] = cavity.volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
             problem.cavities.push(cavity);
             problem.set_rule(pressure, rule(filling, number, rest[number]));
-            let walls = roof_on_floor(
-                &problem.mesh,
-                name,
-                along,
-                material.law.shear_modulus(),
-                contact,
-            );
+            let walls = roof_on_floor(&problem.mesh, name, material.law.shear_modulus(), contact);
             problem.contacts.push(Contact::Walls(walls));
         }
-        let at = gap_points();
-        let facing = ROWS.map(|(name, along)| facing_pairs(&problem.mesh, name, along, &at));
+        let at = lattice_points();
+        let facing = ROWS.map(|(name, _)| roof_above_floor(&problem.mesh, name, &at));
         Ok(Solver::new(problem).map(|solver| Self {
             solver,
             top,
@@ -193,88 +187,17 @@ pub(super) fn rule(filling: &Filling, cavity: usize, rest: f64) -> Rule {
     }
 }
 
-/// Points of a facet, on a lattice with its corners, at which the gap is looked at.
-pub(super) fn gap_points() -> Vec<QuadraturePoint> {
-    let step = |k: i32| 0.5 * f64::from(k) - 1.0;
-    let point = |k: i32| QuadraturePoint {
-        at: [step(k / 5), step(k % 5), 0.0],
-        weight: 0.0,
-    };
-    (0..25).map(point).collect()
-}
-
 /// Pairs of points of roof and floor at equal undeformed place, at these points of each facet of
 /// the floor.
-pub(super) fn facing_pairs(
-    mesh: &Mesh,
-    name: &str,
-    along: usize,
-    at: &[QuadraturePoint],
-) -> Vec<WallPoint> {
-    let surface = |side: &str| {
-        let key = format!("{name}.{side}");
-        mesh.surfaces.get(&key).cloned().unwrap_or_default()
-    };
-    let (roof, floor) = (surface("roof"), surface("floor"));
-    // Facets of roof and floor lie above each other: both come from one grid.
-    let middle = |facet: Facet| {
-        let last = mesh.facet_nodes(facet).last().unwrap_or(0);
-        let x = mesh.points[last as usize];
-        (x[along], x[1 - along])
-    };
-    let reach = 1e-6 * mesh.points.iter().fold(0.0_f64, |m, x| m.max(x[0].abs()));
-    let tables: Vec<_> = at
-        .iter()
-        .map(|point| (point.weight, CellShape::Quad9.shapes(point.at)))
-        .collect();
-    let mut points = Vec::new();
-    for &facet in &floor {
-        let here = middle(facet);
-        let above = roof.iter().find(|&&other| {
-            let other = middle(other);
-            (other.0 - here.0).hypot(other.1 - here.1) < reach
-        });
-        let Some(&above) = above else { continue };
-        let below: Vec<u32> = mesh.facet_nodes(facet).collect();
-        let above: Vec<u32> = mesh.facet_nodes(above).collect();
-        let over: Vec<u32> = below
-            .iter()
-            .filter_map(|&n| {
-                let x = mesh.points[n as usize];
-                above.iter().copied().find(|&m| {
-                    let y = mesh.points[m as usize];
-                    (x[0] - y[0]).hypot(x[1] - y[1]) < reach
-                })
-            })
-            .collect();
-        if over.len() != below.len() {
-            continue;
-        }
-        for (weight, shapes) in &tables {
-            let area = area_at(mesh, &below, &shapes.gradients) * weight;
-            let side = |nodes: &[u32]| -> Vec<(u32, f64, f64)> {
-                nodes
-                    .iter()
-                    .zip(&shapes.values)
-                    .map(|(&node, &value)| (node, value, 0.0))
-                    .collect()
-            };
-            let pairing = Pairing::Opposite([0.0, 0.0, 1.0]);
-            points.push(WallPoint::new(&side(&below), &side(&over), area, pairing));
-        }
-    }
-    points
+pub(super) fn roof_above_floor(mesh: &Mesh, name: &str, at: &[QuadraturePoint]) -> Vec<WallPoint> {
+    let floor = mesh.surfaces.get(&format!("{name}.floor"));
+    let roof = mesh.nodes_of(&format!("{name}.roof")).unwrap_or_default();
+    facing_pairs(mesh, floor.map_or(&[], Vec::as_slice), roof, at)
 }
 
 /// The contact of roof and floor.
-pub(super) fn roof_on_floor(
-    mesh: &Mesh,
-    name: &str,
-    along: usize,
-    shear: f64,
-    contact: WallContact,
-) -> Walls {
-    let points = facing_pairs(mesh, name, along, &FacetShape::Quad9.quadrature());
+pub(super) fn roof_on_floor(mesh: &Mesh, name: &str, shear: f64, contact: WallContact) -> Walls {
+    let points = roof_above_floor(mesh, name, &FacetShape::Quad9.quadrature());
     let gaps = points.iter().map(|pair| pair.gap(&mesh.points));
     let height = gaps.fold(f64::INFINITY, f64::min);
     Walls {
@@ -282,16 +205,4 @@ pub(super) fn roof_on_floor(
         stiffness: contact.opposite * shear / height,
         overlap_limit: contact.overlap * height,
     }
-}
-
-fn area_at(mesh: &Mesh, nodes: &[u32], gradients: &[[f64; 3]]) -> f64 {
-    let mut tangents = [[0.0; 2]; 2];
-    for (&node, gradient) in nodes.iter().zip(gradients) {
-        let x = mesh.points[node as usize];
-        for (k, tangent) in tangents.iter_mut().enumerate() {
-            tangent[0] += gradient[k] * x[0];
-            tangent[1] += gradient[k] * x[1];
-        }
-    }
-    (tangents[0][0] * tangents[1][1] - tangents[0][1] * tangents[1][0]).abs()
 }

@@ -17,13 +17,26 @@ use crate::quantity::{self, Checked, NonNegativeStress, PositiveFraction, Positi
 use crate::solved_table::{SolvedRow, SolvedTable, interpolated};
 use taxel_numerics::{CurveError, MonotoneCurve, OnCurve};
 
-/// A rectangular cross-section.
+/// Shape of a cross-section.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SectionShape {
+    /// A rectangle with sharp corners.
+    #[default]
+    Rectangle,
+    /// An ellipse; of equal width and height, a round channel.
+    Ellipse,
+}
+
+/// A cross-section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MicrochannelSection {
     /// Width w, along the surface, m.
     pub width: f64,
     /// Height h, m.
     pub height: f64,
+    /// Its shape.
+    pub shape: SectionShape,
 }
 
 /// A channel that the closed form of P4 calls closed.
@@ -37,9 +50,31 @@ pub struct MicrochannelClosed {
 }
 
 impl MicrochannelSection {
-    /// Area A₀ = w h, m².
+    /// A rectangular cross-section of this width and height, m.
+    pub fn rectangle(width: f64, height: f64) -> Self {
+        Self {
+            width,
+            height,
+            shape: SectionShape::Rectangle,
+        }
+    }
+
+    /// An elliptic cross-section of this width and height, m.
+    pub fn ellipse(width: f64, height: f64) -> Self {
+        Self {
+            width,
+            height,
+            shape: SectionShape::Ellipse,
+        }
+    }
+
+    /// Area A₀, m²: w h of a rectangle, (π/4) w h of an ellipse.
     pub fn area(&self) -> f64 {
-        self.width * self.height
+        let around = self.width * self.height;
+        match self.shape {
+            SectionShape::Rectangle => around,
+            SectionShape::Ellipse => std::f64::consts::FRAC_PI_4 * around,
+        }
     }
 
     /// Pressure at which the closed form ends, Pa.
@@ -63,7 +98,7 @@ impl MicrochannelSection {
     /// # Example
     /// ```
     /// use taxel::mechanics::{MicrochannelSection, LinearElastic};
-    /// let section = MicrochannelSection { width: 400e-6, height: 60e-6 };
+    /// let section = MicrochannelSection::rectangle(400e-6, 60e-6);
     /// let solid = LinearElastic { young_modulus: 500e3, poisson_ratio: 0.5 };
     /// assert!((section.published_area_ratio(&solid, 25e3)? - 0.5).abs() < 1e-12);
     /// let closed = section.published_area_ratio(&solid, 50e3).unwrap_err();
@@ -127,7 +162,7 @@ impl MicrochannelShape {
     /// # Example
     /// ```
     /// use taxel::mechanics::{MicrochannelSection, MicrochannelShape};
-    /// let circle = MicrochannelSection { width: 1e-4, height: 1e-4 };
+    /// let circle = MicrochannelSection::rectangle(1e-4, 1e-4);
     /// assert_eq!(MicrochannelShape::Ellipse.compliance(circle, 162.4e3), Some(1.0 / 162.4e3));
     /// ```
     pub fn compliance(self, section: MicrochannelSection, shear_modulus: f64) -> Option<f64> {
@@ -445,7 +480,7 @@ impl ClosingCurve {
     /// # Example
     /// ```
     /// use taxel::mechanics::*;
-    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let section = MicrochannelSection::rectangle(400e-6, 20e-6);
     /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
     /// let (filled, bulged) = ClosingCurve::of_cell(&cell, 162.4e3)?.filled(5e3)?;
     /// assert!((bulged - 1.526).abs() < 1e-3);
@@ -457,7 +492,7 @@ impl ClosingCurve {
     /// # Example: too much is refused
     /// ```
     /// use taxel::mechanics::*;
-    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let section = MicrochannelSection::rectangle(400e-6, 20e-6);
     /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
     /// let error = ClosingCurve::of_cell(&cell, 162.4e3)?.filled(20e3).unwrap_err();
     /// assert!(matches!(error, MicrochannelError::Filling { .. }));
@@ -534,7 +569,7 @@ impl ClosingCurve {
     /// # Example: at 25 kPa the liquid carries four fifths of the load
     /// ```
     /// use taxel::mechanics::*;
-    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let section = MicrochannelSection::rectangle(400e-6, 20e-6);
     /// let cell = CellGeometry { section, roof: 140e-6, thickness: 500e-6, pitch: 600e-6 };
     /// let curve = ClosingCurve::of_cell(&cell, 162.4e3)?;
     /// let law = PressureLaw::Paper(PaperLaw { expansion: 0.2, atmosphere: 101.325e3 });
@@ -679,7 +714,8 @@ fn rising_root(highest: f64, excess: impl Fn(f64) -> f64) -> f64 {
 fn is_scaled(cell: &CellGeometry, known: &TabulatedCell) -> bool {
     let scale = cell.section.width / tabulated_cells::WIDTH;
     let same = |length: f64, known: f64| (length - known * scale).abs() <= 1e-9 * known * scale;
-    same(cell.section.height, known.height)
+    cell.section.shape == SectionShape::Rectangle
+        && same(cell.section.height, known.height)
         && same(cell.roof, known.roof)
         && same(cell.thickness, tabulated_cells::THICKNESS)
         && same(cell.pitch, tabulated_cells::PITCH)

@@ -10,6 +10,7 @@ use taxel_fem::field::sections::{sections, slender_resistance};
 use taxel_fem::material::Material;
 use taxel_fem::mesh::{VOID_ROWS, VoidBlock};
 use taxel_fem::problem::Kinematics;
+use taxel_fem::problem::contact::lattice_points;
 use taxel_fem::problem::{
     Cavity, Contact, Motion, Obstacle, Parameter, Pressure, Problem, ProblemError, Quantity, Rule,
     Shape, WallPoint,
@@ -17,7 +18,7 @@ use taxel_fem::problem::{
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 
-use super::crossing_microchannels::{facing_pairs, gap_points, roof_on_floor, rule};
+use super::crossing_microchannels::{roof_above_floor, roof_on_floor, rule};
 use super::microchannel_cell::{Filling, WallContact};
 
 /// Support of the sides of a block.
@@ -398,9 +399,9 @@ fn add_voids(
             let rest = cavity.volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
             problem.set_rule(pressure, rule(fillings[row], problem.cavities.len(), rest));
             problem.cavities.push(cavity);
-            let walls = roof_on_floor(&problem.mesh, &name, row, shear, contact);
+            let walls = roof_on_floor(&problem.mesh, &name, shear, contact);
             problem.contacts.push(Contact::Walls(walls));
-            let facing = facing_pairs(&problem.mesh, &name, row, &gap_points());
+            let facing = roof_above_floor(&problem.mesh, &name, &lattice_points());
             voids.push(MeshedVoid {
                 row,
                 number,

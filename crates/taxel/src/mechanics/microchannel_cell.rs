@@ -89,6 +89,23 @@ impl VoidStudy {
         Self::on_mesh(mesh, material, filling, contact)
     }
 
+    /// Poses the problem of the ellipse as wide and as high as the void of the cell
+    /// ([`VoidCell::elliptic_mesh`]).
+    ///
+    /// # Errors
+    /// When the lengths make no cell.
+    pub fn elliptic(
+        cell: &VoidCell,
+        material: Material,
+        filling: &Filling,
+        contact: WallContact,
+    ) -> Result<Self, Failure> {
+        let mesh = cell
+            .elliptic_mesh()
+            .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
+        Self::on_mesh(mesh, material, filling, contact)
+    }
+
     /// Poses the problem on a mesh with the names of a [`VoidCell`].
     ///
     /// # Errors
@@ -433,7 +450,8 @@ fn roof_on_floor_walls(mesh: &Mesh, shear: f64, contact: WallContact) -> Walls {
         .collect();
     let points = facing_pairs(mesh, &at);
     let gaps = points.iter().map(|pair| pair.gap(&mesh.points));
-    let height = gaps.fold(f64::INFINITY, f64::min);
+    // A round void is less high toward its sides.
+    let height = gaps.fold(0.0, f64::max);
     Walls {
         points,
         stiffness: contact.opposite * shear / height,

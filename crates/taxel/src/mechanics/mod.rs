@@ -54,7 +54,7 @@ pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
     CellGeometry, ClosingCurve, ClosingPoint, ClosingState, CurveSource, LiquidPoint,
     MicrochannelClosed, MicrochannelError, MicrochannelSection, MicrochannelShape, PaperLaw,
-    PressureLaw, SectionClosure, SettledChannel, Stretch,
+    PressureLaw, SectionClosure, SectionShape, SettledChannel, Stretch,
 };
 pub use plate::{Plate, PlateMotion, bending_stiffness};
 pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
@@ -70,7 +70,7 @@ pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
 pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};
-pub use solved_unit::{BlockDivision, Crosstalk, SolvedUnit, UnitSolution};
+pub use solved_unit::{BlockDivision, Crosstalk, Pressed, PressedUnit, SolvedUnit, UnitSolution};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use sphere_on_layer::SpherePressure;

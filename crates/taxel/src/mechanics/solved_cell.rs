@@ -5,7 +5,9 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 use taxel_fem::solver::failure::Failure;
 
-use super::microchannel::{CellGeometry, ClosingCurve, CurveSource, MicrochannelError};
+use super::microchannel::{
+    CellGeometry, ClosingCurve, CurveSource, MicrochannelError, SectionShape,
+};
 use super::microchannel_cell::{Closure, Filling, VoidStudy, WallContact};
 use crate::solutions::{Question, Solutions, Unsolved, answer, digits};
 use taxel_numerics::MonotoneCurve;
@@ -62,13 +64,41 @@ pub(crate) fn void_cell(cell: &CellGeometry) -> VoidCell {
         base: cell.thickness - section.height - cell.roof,
         pitch: cell.pitch,
         fillet: 0.0,
-        division: CornerDivision {
-            smallest: if section.height > TALL * section.width {
-                0.01
-            } else {
-                1.0 / 30.0
+        division: match section.shape {
+            SectionShape::Ellipse => ROUND,
+            SectionShape::Rectangle => CornerDivision {
+                smallest: if section.height > TALL * section.width {
+                    0.01
+                } else {
+                    1.0 / 30.0
+                },
+                ..CornerDivision::default()
             },
-            ..CornerDivision::default()
+        },
+    }
+}
+
+/// Cells of an ellipse: none grow small at its smooth corners.
+const ROUND: CornerDivision = CornerDivision {
+    smallest: 0.125,
+    segments: 4,
+    growth: 1.25,
+    largest: f64::INFINITY,
+};
+
+/// Half of the cells along each side.
+fn coarser(division: CornerDivision, shape: SectionShape) -> CornerDivision {
+    match shape {
+        SectionShape::Rectangle => CornerDivision {
+            smallest: (2.0 * division.smallest).min(0.25),
+            growth: 2.0,
+            ..division
+        },
+        SectionShape::Ellipse => CornerDivision {
+            smallest: 2.0 * division.smallest,
+            segments: division.segments / 2,
+            growth: 1.6,
+            ..division
         },
     }
 }
@@ -79,10 +109,15 @@ pub(crate) fn void_cell(cell: &CellGeometry) -> VoidCell {
 /// When the lengths make no cell.
 pub(crate) fn void_study(
     cell: &VoidCell,
+    shape: SectionShape,
     material: Material,
     filling: &Filling,
 ) -> Result<VoidStudy, Failure> {
-    let mut study = VoidStudy::new(cell, material, filling, WallContact::default())?;
+    let contact = WallContact::default();
+    let mut study = match shape {
+        SectionShape::Rectangle => VoidStudy::new(cell, material, filling, contact)?,
+        SectionShape::Ellipse => VoidStudy::elliptic(cell, material, filling, contact)?,
+    };
     let settings = &mut study.solver.settings;
     // A fold that cannot be followed is not found by ever smaller steps.
     settings.smallest_step = 0.03;
@@ -155,7 +190,8 @@ impl SolvedCell {
             *length /= unit;
         }
         let fine = void_cell(&scaled);
-        let mut way = Way::new(&fine).map_err(|failure| advice(cell, &failure))?;
+        let mut way =
+            Way::new(&fine, cell.section.shape).map_err(|failure| advice(cell, &failure))?;
         // The coarser mesh takes about a quarter of the time.
         let count = RATIOS.len() as f64 / 0.8;
         for (number, &ratio) in RATIOS.iter().enumerate() {
@@ -176,11 +212,7 @@ impl SolvedCell {
             });
         }
         let coarse = VoidCell {
-            division: CornerDivision {
-                smallest: (2.0 * fine.division.smallest).min(0.25),
-                growth: 2.0,
-                ..fine.division
-            },
+            division: coarser(fine.division, cell.section.shape),
             ..fine
         };
         let error = way.difference(&coarse).max(LEAST_ERROR);
@@ -202,13 +234,17 @@ impl SolvedCell {
 fn question(cell: &CellGeometry, what: &str) -> Question {
     let width = cell.section.width;
     let over_width = |length: f64| digits(length / width);
+    let section = match cell.section.shape {
+        SectionShape::Rectangle => "rectangle with sharp corners",
+        SectionShape::Ellipse => "ellipse",
+    };
     Question {
         what: what.to_owned(),
         statement: format!(
             "solution = closing curve of a plane-strain cell\n\
              solver = taxel-fem {} method {METHOD}\n\
              material = incompressible, pressures over its shear modulus\n\
-             section = rectangle with sharp corners\n\
+             section = {section}\n\
              height_over_width = {}\n\
              roof_over_width = {}\n\
              thickness_over_width = {}\n\
@@ -253,19 +289,21 @@ fn advice(cell: &CellGeometry, failure: &Failure) -> String {
 /// A cell being closed.
 struct Way {
     study: VoidStudy,
+    shape: SectionShape,
     states: Vec<Closure>,
     touch: Option<f64>,
     ended: Option<String>,
 }
 
 impl Way {
-    fn new(cell: &VoidCell) -> Result<Self, Failure> {
+    fn new(cell: &VoidCell, shape: SectionShape) -> Result<Self, Failure> {
         let solid = Material {
             law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
             volumetric: Volumetric::Incompressible,
         };
         Ok(Self {
-            study: void_study(cell, solid, &Filling::Vented)?,
+            study: void_study(cell, shape, solid, &Filling::Vented)?,
+            shape,
             states: Vec::new(),
             touch: None,
             ended: None,
@@ -337,7 +375,7 @@ impl Way {
     /// Greatest difference of the net pressure of a coarser mesh, as a share: more than the
     /// error of the finer one. One where the coarser has no solution.
     fn difference(&self, coarse: &VoidCell) -> f64 {
-        let Ok(mut other) = Self::new(coarse) else {
+        let Ok(mut other) = Self::new(coarse, self.shape) else {
             return 1.0;
         };
         let mut most = 0.0_f64;

@@ -1,9 +1,12 @@
 //! The elastic unit of P2 solved by finite elements, from its drawing.
 
+use taxel_fem::material::{Law, Material};
 use taxel_fem::solver::failure::Failure;
-use taxel_fem::study::bump_block::{BlockAnswer, BlockSides, BumpBlock, TopAnswer, linear};
+use taxel_fem::study::bump_block::{
+    BlockAnswer, BlockSides, BumpBlock, PressedBlock, TopAnswer, linear,
+};
 
-pub use taxel_fem::study::bump_block::BlockDivision;
+pub use taxel_fem::study::bump_block::{BlockDivision, Pressed};
 
 use super::elastic_unit::{
     AIR_PRESSURE, FlankCompliance, SOLVED_ERROR, UnitCompliance, UnitDrawing,
@@ -64,7 +67,108 @@ pub struct Crosstalk {
     pub side: [f64; 2],
 }
 
+/// A unit with vented cavities under normal forces on its flat top, at large strain and with
+/// contact of floor and roof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PressedUnit {
+    /// By rising force, from rest on; the first touch is one of them.
+    pub states: Vec<Pressed>,
+    /// At the force at which floor and roof of a cavity touch first; none below it.
+    pub touch: Option<Pressed>,
+    /// Why it ends before the largest force; none where it does not.
+    pub ended: Option<String>,
+}
+
+impl PressedUnit {
+    /// The unit under a normal force, N: straight lines between the solved states, of the
+    /// capacitance those of its reciprocal, the effective gap; beyond the last state that one, a
+    /// bound. `None` for a pull.
+    pub fn at(&self, force: f64) -> Option<Pressed> {
+        let next = self.states.partition_point(|state| state.force < force);
+        let end = *self.states.get(next).or(self.states.last())?;
+        if end.force <= force {
+            return Some(end);
+        }
+        let start = self.states.get(next.checked_sub(1)?)?;
+        let share = (force - start.force) / (end.force - start.force);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        Some(Pressed {
+            force,
+            closing: between(start.closing, end.closing),
+            least_gap: between(start.least_gap, end.least_gap),
+            least_at: end.least_at,
+            touching: between(start.touching, end.touching),
+            capacitance: 1.0 / between(1.0 / start.capacitance, 1.0 / end.capacitance),
+            edge_gaps: [0, 1].map(|edge| between(start.edge_gaps[edge], end.edge_gaps[edge])),
+        })
+    }
+}
+
 impl UnitDrawing {
+    /// Solves a quarter of the unit, vented, under normal forces on its flat top up to `largest`,
+    /// N, in `steps` equal steps: neo-Hookean elastomer of this modulus, Pa, contact of floor and
+    /// roof without friction. `permittivity` is that of the insulation; `progress` hears the share
+    /// that is done.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when the lengths make no unit.
+    pub fn press(
+        &self,
+        (modulus, permittivity): (f64, f64),
+        solution: &UnitSolution,
+        (largest, steps): (f64, u32),
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<PressedUnit, NotSolved> {
+        let (block, _) = self.block(solution, false);
+        let of = self.pressed(modulus, permittivity, solution);
+        let forces: Vec<f64> = (0..=steps)
+            .map(|step| largest * f64::from(step) / f64::from(steps))
+            .collect();
+        let path = block
+            .press(&of, &forces, |state| progress(state.force / largest))
+            .map_err(|failure| NotSolved::Solver(failure.to_string()))?;
+        let mut states = path.states;
+        states.extend(path.touch);
+        states.sort_by(|a, b| a.force.total_cmp(&b.force));
+        Ok(PressedUnit {
+            states,
+            touch: path.touch,
+            ended: path.ended.map(|failure| failure.to_string()),
+        })
+    }
+
+    /// The unit at the normal force on its flat top at which electrodes touch first, vented: as
+    /// [`UnitDrawing::press`].
+    ///
+    /// # Errors
+    /// [`NotSolved`] when the lengths make no unit, or the solution ends before.
+    pub fn solve_first_touch(
+        &self,
+        modulus: f64,
+        solution: &UnitSolution,
+    ) -> Result<Pressed, NotSolved> {
+        let (block, _) = self.block(solution, false);
+        block
+            .first_touch(&self.pressed(modulus, 1.0, solution))
+            .map_err(|failure| NotSolved::Solver(failure.to_string()))
+    }
+
+    fn pressed(&self, modulus: f64, permittivity: f64, solution: &UnitSolution) -> PressedBlock {
+        let (_, sides) = self.block(solution, false);
+        let [copper, ratio] = COPPER;
+        let linear_soft = linear(modulus, solution.poisson);
+        let soft = Material {
+            law: Law::neo_hookean(linear_soft.law.shear_modulus()),
+            ..linear_soft
+        };
+        PressedBlock {
+            solids: [soft, linear(copper, ratio)],
+            sides,
+            division: solution.division,
+            permittivity,
+        }
+    }
+
     /// Solves a quarter of the unit under forces on the top of its bump and on strips of a
     /// flank, and under a pressure in its cavities, with hexahedra of quadratic displacement and
     /// linear pressure.

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::checks::{Broken, SAME_LENGTH, micrometres, require};
 use crate::mechanics::{
     CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
-    MicrochannelError, MicrochannelSection, PressureLaw, SolvedCell,
+    MicrochannelError, MicrochannelSection, PressureLaw, SectionShape, SolvedCell,
 };
 use crate::quantity::{
     self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity, PositiveStress,
@@ -80,7 +80,7 @@ pub struct MicrochannelFabrication {
     pub seed: u64,
 }
 
-/// A rectangular cross-section.
+/// A cross-section.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SectionDescription {
@@ -92,6 +92,9 @@ pub struct SectionDescription {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub height: f64,
+    /// Its shape; a rectangle without the key.
+    #[serde(default)]
+    pub shape: SectionShape,
 }
 
 /// A conducting liquid.
@@ -158,6 +161,7 @@ impl Microchannel {
         MicrochannelSection {
             width: self.section.width,
             height: self.section.height,
+            shape: self.section.shape,
         }
     }
 
@@ -274,6 +278,17 @@ impl Microchannel {
     /// # Errors
     /// The first broken rule, shown at its key.
     pub(super) fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
+        require(
+            self.section.shape == SectionShape::Rectangle || self.liquid.initial_pressure.is_none(),
+            "element.microchannel.liquid.initial_pressure",
+            || {
+                String::from(
+                    "how far an over-filled channel bulges is known for rectangular channels alone, not for section.shape \
+                     = \"ellipse\"",
+                )
+            },
+            "leave initial_pressure out, or give the closing curve of the filled channel as points",
+        )?;
         match self.layers(pitch) {
             Ok(_) => Ok(()),
             Err((layer, error)) => require(

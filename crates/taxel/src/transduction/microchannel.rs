@@ -27,7 +27,7 @@ impl Conductor {
     /// # Example: eGaIn, 29.4e-8 Ω m, in 400 um x 20 um
     /// ```
     /// use taxel::{mechanics::MicrochannelSection, transduction::Conductor};
-    /// let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+    /// let section = MicrochannelSection::rectangle(400e-6, 20e-6);
     /// let metre = Conductor { resistivity: 29.4e-8, length: 1.0, section };
     /// assert!((metre.rest_resistance() - 36.75).abs() < 1e-12);
     /// ```

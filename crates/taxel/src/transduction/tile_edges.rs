@@ -79,6 +79,23 @@ impl EdgeSection {
     /// # Errors
     /// [`FieldError`] for lengths out of range.
     pub fn solve(&self) -> Result<f64, FieldError> {
+        self.over_air().edge_excess(LEVEL)
+    }
+
+    /// A square tile of this section alone, a quarter of it by finite elements in space: its
+    /// capacitance, and that of its plates and four edges as plane fields on the same mesh, F, with
+    /// the nodes of the mesh. Their difference is what the corners add. `fine` from 1 on.
+    ///
+    /// # Errors
+    /// [`FieldError`] for lengths out of range.
+    pub fn square_alone(&self, fine: f64) -> Result<([f64; 2], usize), FieldError> {
+        let found = self.over_air().square_alone(fine)?;
+        let farad = |capacitance: f64| VACUUM_PERMITTIVITY * self.air_gap * capacitance;
+        Ok(([found.in_space, found.by_edges].map(farad), found.unknowns))
+    }
+
+    /// The section with its air gap as the unit.
+    fn over_air(&self) -> FacingPlates {
         let beside = |distance| Neighbour {
             distance: distance / self.air_gap,
             width: NEIGHBOUR_WIDTH / self.air_gap,
@@ -102,7 +119,6 @@ impl EdgeSection {
             margin: over(MARGIN),
             air_above: over(AIR_ABOVE),
         }
-        .edge_excess(LEVEL)
     }
 }
 

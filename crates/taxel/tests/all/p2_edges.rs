@@ -162,6 +162,28 @@ fn corners_are_of_the_size_of_a_plane_corner() {
     );
 }
 
+/// What the corners add, by the field of one isolated capacitor in space, on three meshes: the rows of
+/// `tables/p2_corners.csv`.
+#[test]
+#[ignore = "half a minute: three fields in space"]
+fn corners_in_space() {
+    let alone = EdgeSection::drawn(6e-6, EdgeEnvironment::Isolated);
+    let rows = include_str!("../tables/p2_corners.csv");
+    let rows = rows.lines().filter(|line| !line.starts_with('#')).skip(1);
+    for (row, fine) in rows.zip([1.0, 1.15, 1.3]) {
+        let row: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let ([space, edges], unknowns) = alone.square_alone(fine).unwrap();
+        let [space, edges] = [space, edges].map(|farad| farad * 1e15);
+        println!("{unknowns},{space:.2},{edges:.2}");
+        for (found, kept) in [unknowns as f64, space, edges].into_iter().zip(row) {
+            assert!((found - kept).abs() <= 5.1e-3, "{found} for {kept}");
+        }
+        // Another program.
+        assert!((space - 213.26).abs() < 0.3, "{space}");
+        assert!((space - edges + 0.43).abs() < 0.01, "{}", space - edges);
+    }
+}
+
 /// P2 as drawn: plates, edges, total, interval of the surroundings and slope.
 #[test]
 fn capacitance_of_the_drawing() {

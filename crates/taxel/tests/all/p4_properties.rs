@@ -157,7 +157,7 @@ proptest! {
         cell in any_cell(), size in 0.01..100.0_f64, stiff in 0.1..10.0_f64, pressure in 0.0..60e3_f64
     ) {
         let scaled = CellGeometry {
-            section: MicrochannelSection { width: cell.section.width * size, height: cell.section.height * size },
+            section: MicrochannelSection::rectangle(cell.section.width * size, cell.section.height * size),
             roof: cell.roof * size, thickness: cell.thickness * size, pitch: cell.pitch * size,
         };
         let law = p4_law();
@@ -202,7 +202,7 @@ proptest! {
     fn eq1_is_never_negative(
         width in 1e-5..1e-3_f64, flat in 0.05..1.0_f64, young in 1e4..1e7_f64, nu in 0.0..=0.5_f64, p in 0.0..1e7_f64
     ) {
-        let section = MicrochannelSection { width, height: flat * width };
+        let section = MicrochannelSection::rectangle(width, flat * width);
         let solid = LinearElastic { young_modulus: young, poisson_ratio: nu };
         match section.published_area_ratio(&solid, p) {
             Ok(ratio) => {
@@ -242,7 +242,7 @@ proptest! {
         let parts = stretches.iter().zip(&channel.sections).map(|(part, at)| (part.share, at.area_ratio));
         let mean = mean_inverse_area_ratio(parts);
         prop_assert!(mean >= (1.0 - 1e-14) / channel.volume_ratio);
-        let section = MicrochannelSection { width: 400e-6, height: 20e-6 };
+        let section = MicrochannelSection::rectangle(400e-6, 20e-6);
         let conductor = Conductor { resistivity: 29.4e-8, length: 0.1, section };
         prop_assert!(close(conductor.resistance(&stretches, &channel.sections), 3.675 * mean, 1e-14));
     }

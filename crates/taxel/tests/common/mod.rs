@@ -93,10 +93,7 @@ fn parameters(pairs: &str) -> Parameters {
 /// A cell of the P4 tables: channel 400 um wide, pitch 600 um, 500 um thick.
 pub fn p4_cell(height: f64, roof: f64) -> CellGeometry {
     CellGeometry {
-        section: MicrochannelSection {
-            width: 400e-6,
-            height: height * UM,
-        },
+        section: MicrochannelSection::rectangle(400e-6, height * UM),
         roof: roof * UM,
         thickness: 500e-6,
         pitch: 600e-6,

@@ -93,7 +93,15 @@ pub(in crate::field) fn plane(
 }
 
 /// A grid of one region in space.
-pub(in crate::field) fn solid(axes: [&[f64]; 3], name: &str) -> Mesh {
+pub(in crate::field) fn solid(axes: [&[f64]; 3], name: &'static str) -> Mesh {
+    space(axes, &|_| name)
+}
+
+/// A grid in space; `region` names the region at a place.
+pub(in crate::field) fn space(
+    axes: [&[f64]; 3],
+    region: &dyn Fn([f64; 3]) -> &'static str,
+) -> Mesh {
     let points = axes.map(with_middles);
     let counts = axes.map(|axis| axis.len() - 1);
     let mut mesh = Mesh::default();
@@ -102,13 +110,14 @@ pub(in crate::field) fn solid(axes: [&[f64]; 3], name: &str) -> Mesh {
             mesh.points.extend(points[0].iter().map(|&x| [x, y, z]));
         }
     }
-    let region = mesh.region(name);
     for cell in 0..counts.iter().product() {
         let at = [
             cell % counts[0],
             cell / counts[0] % counts[1],
             cell / (counts[0] * counts[1]),
         ];
+        let middle = std::array::from_fn(|d| points[d][2 * at[d] + 1]);
+        let region = mesh.region(region(middle));
         let nodes: [u32; 27] = std::array::from_fn(|k| {
             let local = CellShape::Hex27.node_at(k);
             let place: [usize; 3] = std::array::from_fn(|d| 2 * at[d] + (local[d] + 1.0) as usize);

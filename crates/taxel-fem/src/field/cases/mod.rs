@@ -13,7 +13,7 @@ mod strips;
 
 pub use bars::{Bars, Surroundings, bars, bars_above_base};
 pub use conductor::corner_square;
-pub use facing_plates::{Beside, FacingPlates, Neighbour};
+pub use facing_plates::{Beside, FacingPlates, Neighbour, SquarePlates};
 pub use round::{COAXIAL_DISCS, coaxial_discs, cube, disc, sphere};
 pub use strips::{
     COPLANAR_STRIPS, OPPOSED_STRIPS, coplanar_strips, opposed_strips, strip_above_ground,

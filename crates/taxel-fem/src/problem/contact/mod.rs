@@ -6,9 +6,11 @@
 //! found, so that the result does not hang on the stiffness `k`. Friction follows the pressure
 //! of the same iteration.
 
+mod facing;
 mod obstacle;
 mod walls;
 
+pub use facing::{facing_pairs, lattice_points};
 pub use obstacle::{Gap, Obstacle, Shape};
 pub use walls::{Pairing, WallPoint, Walls};
 

@@ -172,7 +172,7 @@ impl<'b> Half<'b> {
     }
 }
 
-fn pose(
+pub(super) fn pose(
     block: &BumpBlock,
     mesh: Mesh,
     [soft, stiff]: [Material; 2],

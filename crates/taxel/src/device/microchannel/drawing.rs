@@ -1,11 +1,14 @@
 //! Drawing of crossing microchannels.
 
 use super::MicrochannelArray;
-use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};
+use crate::drawing::{Dimension, Drawing, Label, Outline, Part, Shape, View};
+use crate::mechanics::SectionShape;
 
 /// Thickness at which what the sheet is fixed to is drawn, as a share of the
 /// sheet.
 const SUPPORT_SHARE: f64 = 0.1;
+/// Corners of the outline of a round channel.
+const AROUND: u32 = 48;
 
 pub(super) fn drawing(array: &MicrochannelArray<'_>) -> Drawing {
     Drawing {
@@ -90,10 +93,10 @@ fn section(array: &MicrochannelArray<'_>) -> View {
     let column = top_of(element.columns.roof);
     for index in 0..count {
         let centre = (index as f64 + 0.5) * pitch;
-        shapes.push(Shape::rectangle(
-            Part::LiquidMetal,
-            [centre - 0.5 * width, column - height],
-            [centre + 0.5 * width, column],
+        shapes.push(channel(
+            element.section.shape,
+            [width, height],
+            [centre, column],
         ));
     }
     let left = 0.5 * (pitch - width);
@@ -112,5 +115,29 @@ fn section(array: &MicrochannelArray<'_>) -> View {
                 .made_within(element.fabrication.height_deviation)
                 .text,
         }],
+    }
+}
+
+/// A channel of this width and height, m, cut across, with the middle of its roof at `top`.
+fn channel(shape: SectionShape, [width, height]: [f64; 2], [x, y]: [f64; 2]) -> Shape {
+    match shape {
+        SectionShape::Rectangle => Shape::rectangle(
+            Part::LiquidMetal,
+            [x - 0.5 * width, y - height],
+            [x + 0.5 * width, y],
+        ),
+        SectionShape::Ellipse => {
+            let corner = |number: u32| {
+                let angle = std::f64::consts::TAU * f64::from(number) / f64::from(AROUND);
+                [
+                    x + 0.5 * width * angle.cos(),
+                    y + 0.5 * height * (angle.sin() - 1.0),
+                ]
+            };
+            Shape {
+                part: Part::LiquidMetal,
+                outline: Outline::Polygon((0..AROUND).map(corner).collect()),
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@ use super::{LAYERS, MicrochannelArray};
 use crate::device::timing;
 use crate::electronics::LastStage;
 use crate::estimation::MicrochannelOptions;
-use crate::mechanics::{ClosingCurve, ClosingState, CurveSource, Stretch};
+use crate::mechanics::{ClosingCurve, ClosingState, CurveSource, SectionShape, Stretch};
 use crate::signal::ResistanceSignal;
 use crate::summary::{Fact, Value, fact, number, text};
 use crate::transduction::MicrochannelLayer;
@@ -192,7 +192,12 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
             "transduction",
             format!("{name}_rest_resistance"),
             number(layer.conductor.rest_resistance(), "ohm", "ohm", 1.0),
-            "resistivity x length/(width x height), without leads",
+            match array.element.section.shape {
+                SectionShape::Rectangle => "resistivity x length/(width x height), without leads",
+                SectionShape::Ellipse => {
+                    "resistivity x length/(pi/4 width x height), without leads"
+                }
+            },
         ));
         if layer.initial_pressure > 0.0 {
             facts.push(fact(

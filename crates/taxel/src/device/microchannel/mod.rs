@@ -19,7 +19,7 @@ use crate::estimation::{
 };
 use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
-use crate::mechanics::{MicrochannelError, VoidStack};
+use crate::mechanics::{MicrochannelError, SectionShape, VoidStack};
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, RESISTANCE, STRESS, VOLTAGE};
 use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors, micrometres};
@@ -144,6 +144,12 @@ impl<'a> MicrochannelArray<'a> {
             return Err(String::from(
                 "the finite elements of the crossing cell begin without pressure in the liquid: leave \
                  element.microchannel.liquid.initial_pressure out, or use the closing curves",
+            ));
+        }
+        if element.section.shape != SectionShape::Rectangle {
+            return Err(String::from(
+                "the crossing cell is solved for rectangular channels alone: give element.microchannel.section.shape = \
+                 \"rectangle\", or use the closing curves of the drawing (mechanics = \"closed_form\")",
             ));
         }
         if along_x != along_y {

@@ -5,11 +5,12 @@ use super::ThreeAxisArray;
 use crate::device::{AXES, force_loads, number_cell, number_column};
 use crate::electronics::{Delivered, FrontEnd};
 use crate::mechanics::{
-    Crosstalk, Deformation, ElasticDescription, Suspension, UnitDrawing, UnitSolution,
+    Cavity, Crosstalk, Deformation, ElasticDescription, Pressed, PressedUnit, Suspension,
+    UnitDrawing, UnitSolution,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
-use crate::transduction::{Response, TileEdges, UnitModel};
+use crate::transduction::{PlateReading, Response, TileEdges, UnitModel};
 
 /// Response of one unit of a device to one load.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +57,8 @@ pub enum LoadState {
     AboveUsable,
     /// Above the full scale.
     OutOfRange,
-    /// A pair of electrodes is closed: its capacitance is a lower bound.
+    /// A pair of electrodes is closed: its capacitance is a lower bound, unless the unit was solved
+    /// beyond the first touch.
     Closed,
 }
 
@@ -86,7 +88,15 @@ pub struct ThreeAxisPredictor {
     remark: String,
     /// The drawing whose stiffness is solved by finite elements before the first answer.
     to_solve: Option<ToSolve>,
+    /// The unit under normal forces at large strain, where a load passes the first touch.
+    pressed: Option<PressedUnit>,
 }
+
+/// A load this many times nearer to the first touch of linear elasticity is solved at large
+/// strain.
+const EARLY: f64 = 1.15;
+/// Steps of the way to the largest normal force.
+const PRESSED_STEPS: u32 = 8;
 
 /// A unit to solve.
 #[derive(Debug, Clone, Copy)]
@@ -94,6 +104,8 @@ struct ToSolve {
     elastic: ElasticDescription,
     drawing: UnitDrawing,
     solution: UnitSolution,
+    /// Relative permittivity of the insulation.
+    permittivity: f64,
     /// True if a unit has a neighbour along a row.
     in_row: bool,
 }
@@ -109,6 +121,7 @@ impl ThreeAxisPredictor {
             surroundings: array.edge_drawing().surroundings().ok(),
             remark: remark(array),
             to_solve: None,
+            pressed: None,
         }
     }
 
@@ -138,6 +151,7 @@ impl ThreeAxisPredictor {
                     block: array.layout().pitch[0],
                     ..UnitSolution::default()
                 },
+                permittivity: element.plates.insulation_permittivity,
                 in_row: array.layout().columns > 1,
             }),
             ..Self::new(array)
@@ -156,7 +170,11 @@ impl ThreeAxisPredictor {
     /// assert!((row.response.capacitance()[0] / 204.02e-15 - 1.118).abs() < 1e-3);
     /// ```
     pub fn predict(&self, force: [f64; 3]) -> Prediction {
-        let (deformation, response) = self.unit.predict(force);
+        let solved = self.pressed_by(force);
+        let (deformation, response) = solved.map_or_else(
+            || self.unit.predict(force),
+            |pressed| self.respond_pressed(&pressed),
+        );
         let capacitance = response.capacitance();
         let published_inverse = self
             .unit
@@ -168,25 +186,117 @@ impl ThreeAxisPredictor {
             voltage: capacitance.map(|c| self.board.voltage(c)),
             numbers: capacitance.map(|c| self.board.read(c, 0.0)),
             published_inverse,
-            parts: self.parts(&deformation, capacitance[0]),
+            parts: self.parts(&deformation, capacitance[0], solved.as_ref()),
             state: self.state(force, &response),
             response,
         }
     }
 
-    fn parts(&self, deformation: &Deformation, total: f64) -> Option<CapacitanceParts> {
+    /// The unit as it was solved under a normal force alone, N; `None` for other forces.
+    fn pressed_by(&self, [x, y, z]: [f64; 3]) -> Option<Pressed> {
+        self.pressed
+            .as_ref()
+            .filter(|_| x == 0.0 && y == 0.0)?
+            .at(z)
+    }
+
+    /// Motion of the tiles and response of a unit that was solved.
+    fn respond_pressed(&self, pressed: &Pressed) -> (Deformation, Response) {
+        let plates = &self.unit.plates;
+        let deformation = Deformation {
+            displacement: [0.0, 0.0, pressed.closing],
+            closing: [pressed.closing; 4],
+            slope: [0.0; 2],
+            bulge: [plates.air_gap[0] - pressed.closing - pressed.least_gap; 4],
+        };
+        let edges = plates
+            .edges
+            .map_or(0.0, |edges| of_edges(edges, plates.electrode, pressed));
+        let reading = |i: usize| PlateReading {
+            capacitance: plates.parallel_capacitance[i] + pressed.capacitance + edges,
+            least_air_gap: pressed.least_gap.max(0.0),
+        };
+        let response = Response {
+            plates: std::array::from_fn(reading),
+        };
+        (deformation, response)
+    }
+
+    fn parts(
+        &self,
+        deformation: &Deformation,
+        total: f64,
+        solved: Option<&Pressed>,
+    ) -> Option<CapacitanceParts> {
         let plates = &self.unit.plates;
         let of_drawing = plates.edges?;
-        let with_corners = plates.edge_reading(of_drawing, 0, deformation);
+        let reading = |edges| match solved {
+            Some(pressed) => of_edges(edges, plates.electrode, pressed),
+            None => plates.edge_reading(edges, 0, deformation),
+        };
+        let with_corners = reading(of_drawing);
         let plate = total - with_corners;
-        let between = |edges| plate + plates.edge_reading(edges, 0, deformation);
+        let between = |edges| plate + reading(edges);
         Some(CapacitanceParts {
             plate: plate - plates.parallel_capacitance[0],
             edges: with_corners - of_drawing.corners,
             corners: of_drawing.corners,
             surroundings: self.surroundings.map(|ends| ends.map(between)),
-            by_air_gap: plates.slope_after(0, deformation),
+            by_air_gap: plates
+                .slope_after(0, deformation)
+                .filter(|_| solved.is_none()),
         })
+    }
+
+    /// Solves the unit at large strain where a normal force alone passes its first touch; answers
+    /// what is to be said about it.
+    fn press(
+        &mut self,
+        unit: &ToSolve,
+        loads: &Loads,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<String, String> {
+        let forces = (0..loads.len()).map(|number| {
+            let load = loads.load(number);
+            [0, 1, 2].map(|axis| load.number(axis).unwrap_or(0.0))
+        });
+        let normal = forces.filter(|[x, y, _]| *x == 0.0 && *y == 0.0);
+        let largest = normal.map(|[_, _, z]| z).fold(0.0, f64::max);
+        let even = self
+            .unit
+            .plates
+            .air_gap
+            .windows(2)
+            .all(|gaps| gaps[0] == gaps[1]);
+        let vented = unit.elastic.cavity == Cavity::Vented;
+        if !vented || !even || self.unit.open_share([0.0, 0.0, EARLY * largest]) >= 1.0 {
+            return Ok(String::new());
+        }
+        let solids = (unit.elastic.modulus, unit.permittivity);
+        let path = (largest, PRESSED_STEPS);
+        let mut heard = |share: f64| progress(0.3 + 0.7 * share);
+        let pressed = unit.drawing.press(solids, &unit.solution, path, &mut heard);
+        let pressed = pressed.map_err(|failure| failure.to_string())?;
+        let touch = pressed.touch.map_or_else(
+            || String::from("; at large strain no electrode touches"),
+            |touch| {
+                format!(
+                    "; at large strain the electrodes touch first under a normal force of {:.1} mN, {:.0} um from the \
+                     middle of the unit along x and y",
+                    touch.force * 1e3,
+                    touch.least_at[0].max(touch.least_at[1]) * 1e6
+                )
+            },
+        );
+        let ended = pressed.ended.as_ref().map_or_else(String::new, |reason| {
+            let last = pressed.states.last().map_or(0.0, |state| state.force);
+            format!(
+                "; beyond {:.1} mN the answers are bounds, the solution ends there: {reason}",
+                last * 1e3
+            )
+        });
+        self.pressed = Some(pressed);
+        Ok(touch + &ended)
     }
 
     fn state(&self, force: [f64; 3], response: &Response) -> LoadState {
@@ -203,6 +313,15 @@ impl ThreeAxisPredictor {
             LoadState::Ok
         }
     }
+}
+
+/// Edges with corners, F, of a tile of these sides, m, whose inner and outer edges have the air
+/// gaps of a solved unit.
+fn of_edges(edges: TileEdges, electrode: [f64; 2], pressed: &Pressed) -> f64 {
+    let [inner, outer] = pressed.edge_gaps;
+    let rise = 0.5 * (inner - outer);
+    let air = f64::midpoint(inner, outer);
+    edges.at(electrode, air, [rise; 2]).capacitance
 }
 
 /// What of the answers is typed in and what follows from the drawing.
@@ -245,7 +364,7 @@ pub(super) static LOADS: [LoadColumn; 3] = force_loads(1e3);
 impl Predictor for ThreeAxisPredictor {
     fn prepare(
         &mut self,
-        _: &Loads,
+        loads: &Loads,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
         let Some(unit) = self.to_solve else {
@@ -255,16 +374,17 @@ impl Predictor for ThreeAxisPredictor {
             .drawing
             .solve(&unit.solution)
             .map_err(|failure| failure.to_string())?;
-        progress(if unit.in_row { 0.3 } else { 1.0 });
+        progress(if unit.in_row { 0.1 } else { 0.2 });
         let beside = if unit.in_row {
             let found = unit.drawing.crosstalk(&unit.solution);
-            progress(1.0);
+            progress(0.3);
             in_words(&found.map_err(|failure| failure.to_string())?)
         } else {
             String::new()
         };
         let found = solved.compliance;
         self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &found);
+        let touch = self.press(&unit, loads, progress)?;
         let over = |solved: f64, table: f64| 100.0 * (solved / table - 1.0);
         let beside_table = unit.drawing.compliance().map_or_else(
             |outside| format!("no table has it ({outside})"),
@@ -276,8 +396,9 @@ impl Predictor for ThreeAxisPredictor {
                 )
             },
         );
+        progress(1.0);
         Ok(Some(format!(
-            "{}; solved with {} unknowns, error 2 %: {beside_table}{beside}",
+            "{}; solved with {} unknowns, error 2 %: {beside_table}{beside}{touch}",
             self.remark, solved.unknowns
         )))
     }
