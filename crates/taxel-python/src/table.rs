@@ -1,5 +1,6 @@
 //! Tables of results: columns that become NumPy arrays when they are asked for.
 
+use std::borrow::Cow;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1};
@@ -167,7 +168,37 @@ pub(crate) struct Piece<'a> {
 enum Place<'a> {
     Numbers(&'a mut [f64]),
     Whole(&'a mut [i64]),
-    Words(Vec<String>, &'a mut [u32]),
+    Words(Words, &'a mut [u32]),
+}
+
+/// The different words of a piece.
+#[derive(Default)]
+struct Words {
+    all: Vec<String>,
+    /// Where the text of the last constant word lies, its length and its place: the next one is
+    /// mostly the same and need not be read.
+    last: Option<(usize, usize, u32)>,
+}
+
+impl Words {
+    fn place(&mut self, word: &Cow<'static, str>) -> u32 {
+        let at = (word.as_ptr().addr(), word.len());
+        if let Some((address, length, place)) = self.last
+            && at == (address, length)
+            && matches!(word, Cow::Borrowed(_))
+        {
+            return place;
+        }
+        let known = self.all.iter().rposition(|known| known == word);
+        let place = known.unwrap_or_else(|| {
+            self.all.push(word.clone().into_owned());
+            self.all.len() - 1
+        }) as u32;
+        if let Cow::Borrowed(_) = word {
+            self.last = Some((at.0, at.1, place));
+        }
+        place
+    }
 }
 
 impl Filled {
@@ -194,7 +225,7 @@ impl Filled {
                 Values::Words(_, all) => {
                     let chunks = all.chunks_mut(self.size);
                     chunks
-                        .map(|chunk| Place::Words(Vec::new(), chunk))
+                        .map(|chunk| Place::Words(Words::default(), chunk))
                         .collect()
                 }
                 _ => Vec::new(),
@@ -284,17 +315,13 @@ impl Piece<'_> {
                 numbers[self.filled] = whole.cast_signed();
             }
             (Place::Words(words, places), Cell::Text(text)) => {
-                let known = words.iter().rposition(|word| word == text);
-                places[self.filled] = known.unwrap_or_else(|| {
-                    words.push(text.clone().into_owned());
-                    words.len() - 1
-                }) as u32;
+                places[self.filled] = words.place(text);
             }
             (place, cell) => {
                 let mut loose = match place {
                     Place::Numbers(all) => Values::Numbers(all[..self.filled].to_vec()),
                     Place::Whole(all) => Values::Whole(all[..self.filled].to_vec()),
-                    Place::Words(words, all) => words_or_empty(words, &all[..self.filled]),
+                    Place::Words(words, all) => words_or_empty(&words.all, &all[..self.filled]),
                 };
                 if self.filled == 0 {
                     loose = Values::Nothing;
@@ -309,7 +336,7 @@ impl Piece<'_> {
     pub(crate) fn part(self) -> Part {
         match (self.loose, self.place) {
             (Some(loose), _) => Part::Loose(loose),
-            (None, Place::Words(words, _)) => Part::Tight(words),
+            (None, Place::Words(words, _)) => Part::Tight(words.all),
             (None, _) => Part::Tight(Vec::new()),
         }
     }
