@@ -112,9 +112,9 @@ fn live_reads_the_force_of_finite_elements(folder: &Folder, sensor: &str, table:
         let mut lines = touch.lines().filter(|line| !line.starts_with('#'));
         let title = |title: &str| title == "force_z [N]";
         let column = lines.next().unwrap().split(',').position(title).unwrap();
-        lines
-            .map(|line| line.split(',').nth(column).unwrap().parse().unwrap())
-            .collect()
+        // A reading below rest has no force.
+        let force = |line: &str| line.split(',').nth(column).unwrap().parse();
+        lines.map(|line| force(line).unwrap_or(f64::NAN)).collect()
     };
     let found = forces(sensor);
 
