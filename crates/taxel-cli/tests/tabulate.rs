@@ -96,13 +96,12 @@ fn live_reads_the_force_of_finite_elements(folder: &Folder, sensor: &str, table:
 
     // Each reading between those of one count less and more.
     let recording = folder.path("readings.csv");
-    let mut text = String::from("sequence,time [ns],r0c0 [counts]\n");
     let readings = solved
         .iter()
         .flat_map(|row| [1.0, 0.0, -1.0].map(|more| number(row, "counts") + more));
-    for (frame, reading) in readings.enumerate() {
-        text += &format!("{frame},{},{reading}\n", frame * 10_000_000);
-    }
+    let line = |(frame, reading)| format!("{frame},{},{reading}\n", frame * 10_000_000);
+    let lines: Vec<String> = readings.enumerate().map(line).collect();
+    let text = ["sequence,time [ns],r0c0 [counts]\n", &lines.concat()].concat();
     fs::write(&recording, text).unwrap();
     let forces = |sensor: &str| -> Vec<f64> {
         let touch = folder.path("touch.csv");

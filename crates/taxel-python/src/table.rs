@@ -181,23 +181,25 @@ struct Words {
 }
 
 impl Words {
-    fn place(&mut self, word: &Cow<'static, str>) -> u32 {
-        let at = (word.as_ptr().addr(), word.len());
-        if let Some((address, length, place)) = self.last
-            && at == (address, length)
-            && matches!(word, Cow::Borrowed(_))
+    /// Place of a constant word.
+    fn constant(&mut self, word: &'static str) -> u32 {
+        let (address, length) = (word.as_ptr().addr(), word.len());
+        if let Some((known_address, known_length, place)) = self.last
+            && (address, length) == (known_address, known_length)
         {
             return place;
         }
-        let known = self.all.iter().rposition(|known| known == word);
-        let place = known.unwrap_or_else(|| {
-            self.all.push(word.clone().into_owned());
-            self.all.len() - 1
-        }) as u32;
-        if let Cow::Borrowed(_) = word {
-            self.last = Some((at.0, at.1, place));
-        }
+        let place = self.place(word);
+        self.last = Some((address, length, place));
         place
+    }
+
+    fn place(&mut self, word: &str) -> u32 {
+        let known = self.all.iter().rposition(|known| known == word);
+        known.unwrap_or_else(|| {
+            self.all.push(word.to_owned());
+            self.all.len() - 1
+        }) as u32
     }
 }
 
@@ -315,7 +317,10 @@ impl Piece<'_> {
                 numbers[self.filled] = whole.cast_signed();
             }
             (Place::Words(words, places), Cell::Text(text)) => {
-                places[self.filled] = words.place(text);
+                places[self.filled] = match text {
+                    Cow::Borrowed(word) => words.constant(word),
+                    Cow::Owned(word) => words.place(word),
+                };
             }
             (place, cell) => {
                 let mut loose = match place {

@@ -175,22 +175,22 @@ fn a_channel_section_is_that_of_the_sweep_of_p4() {
     let swept = taxel::design::sweep(sections, element, sensor.array.pitch[0], &|_, _| true);
     let first = &swept[0].answers[0];
 
-    let mut text = String::from(
-        "schema = 2\nname = \"sections\"\nsensor = \"liquid-metal-2x4\"\n\
-         [variables.cover]\nkey = \"element.microchannel.rows.roof\"\nvalues = [\"100 um\"]\n",
-    );
-    for quantity in [
+    let head = "schema = 2\nname = \"sections\"\nsensor = \"liquid-metal-2x4\"\n\
+         [variables.cover]\nkey = \"element.microchannel.rows.roof\"\nvalues = [\"100 um\"]\n";
+    let asked = [
         "area_ratio",
         "change",
         "internal_pressure",
         "gap",
         "greatest_stress",
-    ] {
-        text += &format!(
+    ];
+    let asked = asked.map(|quantity| {
+        format!(
             "[answers.{quantity}]\nof = \"channel_section\"\nquantity = \"{quantity}\"\n\
              pressure = \"25 kPa\"\nthickness = \"500 um\"\n"
-        );
-    }
+        )
+    });
+    let text = [head, &asked.concat()].concat();
     let rows = Runner::new(&study_of(&text)).rows(&[vec![100e-6]]).unwrap();
     let row = rows[0].as_ref().unwrap();
     let found: Vec<f64> = row
