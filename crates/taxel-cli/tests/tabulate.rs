@@ -66,6 +66,7 @@ fn a_sensor_file_with_its_table_answers_as_finite_elements() {
     ];
     let summary: Value = serde_json::from_str(&done(&live)).unwrap();
     assert_eq!(summary["frames"], 100, "{summary}");
+    live_reads_the_force_of_finite_elements(&folder, &sensor, &table);
     a_store_knows_a_table_by_its_contents(&folder, &sensor, &table);
 
     // Another gap is another drawing.
@@ -78,6 +79,86 @@ fn a_sensor_file_with_its_table_answers_as_finite_elements() {
     );
     fs::write(&other, text.replace("path.json", "none.json")).unwrap();
     refused_with(&["check", &other], &["mechanics.table", "none.json"]);
+}
+
+/// Readings that finite elements predict are estimated as their force, within the errors that the
+/// table states and half a count; by the closed form they are not.
+fn live_reads_the_force_of_finite_elements(folder: &Folder, sensor: &str, table: &str) {
+    let loads = folder.path("loads.csv");
+    fs::write(&loads, "force_z [N]\n0\n3.3\n10\n21.7\n").unwrap();
+    let rows = |more: &[&str]| -> Vec<Value> {
+        let arguments = ["predict", sensor, "--loads", &loads, "--format", "json"];
+        let json: Value = serde_json::from_str(&done(&[&arguments[..], more].concat())).unwrap();
+        json["rows"].as_array().unwrap().clone()
+    };
+    let (solved, tabulated) = (rows(&["--mechanics", "fem"]), rows(&[]));
+    let number = |row: &Value, key: &str| row[key].as_f64().unwrap();
+
+    // Each reading between those of one count less and more.
+    let recording = folder.path("readings.csv");
+    let readings = solved
+        .iter()
+        .flat_map(|row| [1.0, 0.0, -1.0].map(|more| number(row, "counts") + more));
+    let line = |(frame, reading)| format!("{frame},{},{reading}\n", frame * 10_000_000);
+    let lines: Vec<String> = readings.enumerate().map(line).collect();
+    let text = ["sequence,time [ns],r0c0 [counts]\n", &lines.concat()].concat();
+    fs::write(&recording, text).unwrap();
+    let forces = |sensor: &str| -> Vec<f64> {
+        let touch = folder.path("touch.csv");
+        let arguments = ["estimate", sensor, &recording, "--no-tare", "--force"];
+        done(&[&arguments[..], &["-o", &touch]].concat());
+        let touch = fs::read_to_string(touch).unwrap();
+        let mut lines = touch.lines().filter(|line| !line.starts_with('#'));
+        let title = |title: &str| title == "force_z [N]";
+        let column = lines.next().unwrap().split(',').position(title).unwrap();
+        // A reading below rest has no force.
+        let force = |line: &str| line.split(',').nth(column).unwrap().parse();
+        lines.map(|line| force(line).unwrap_or(f64::NAN)).collect()
+    };
+    let found = forces(sensor);
+
+    let json: Value = serde_json::from_str(&fs::read_to_string(table).unwrap()).unwrap();
+    let stated = ["force", "change"].map(|what| json["interpolation"][what].as_f64().unwrap());
+    let rest = &solved[0];
+    let allowed: Vec<f64> = (1..solved.len())
+        .map(|index| {
+            let row = &solved[index];
+            let fall = number(rest, "capacitance_f") - number(row, "capacitance_f");
+            let count = fall / (number(rest, "counts") - number(row, "counts"));
+            let by_count = (found[3 * index + 2] - found[3 * index]) / 2.0;
+            // The electrodes gone: no change is larger.
+            let change = stated[1] * number(rest, "capacitance_f") / count;
+            stated[0] * number(&tabulated[index], "largest_force_n") + by_count * (0.5 + change)
+        })
+        .collect();
+    let errors = |found: &[f64]| -> Vec<f64> {
+        let error = |index: usize| found[3 * index + 1] - number(&solved[index], "force_z_n");
+        (1..solved.len()).map(error).collect()
+    };
+    let held = errors(&found);
+    let within = held
+        .iter()
+        .zip(&allowed)
+        .all(|(error, most)| error.abs() < *most);
+    assert!(within, "{held:?} {allowed:?}");
+    // 10 N by the closed form.
+    assert!(
+        errors(&forces("in-plane-50um"))[1].abs() > allowed[1],
+        "{allowed:?}"
+    );
+
+    let source = format!("replay:{recording}");
+    let arguments = [
+        "live",
+        sensor,
+        "--source",
+        &source,
+        "--no-tare",
+        "--headless",
+    ];
+    let arguments = [&arguments[..], &["--speed", "max", "--format", "json"]].concat();
+    let last: Value = serde_json::from_str(&done(&arguments)).unwrap();
+    assert_eq!(last["last_force_n"][2].as_f64(), found.last().copied());
 }
 
 /// Of another table the same designs are computed anew.

@@ -48,7 +48,9 @@ mod noise;
 pub mod play;
 pub mod roots;
 pub mod special;
+mod split_mix;
 pub mod table;
 
 pub use monotone_curve::{CurveError, MonotoneCurve, OnCurve};
 pub use noise::Noise;
+pub use split_mix::split_mix;

@@ -270,11 +270,12 @@ impl Problem {
         let mut parameters: Vec<(String, Parameter)> = Vec::new();
         let mut parameter = |posed: &mut Posed, name: &str| {
             let known = parameters.iter().find(|(known, _)| known == name);
-            known.map(|(_, parameter)| *parameter).unwrap_or_else(|| {
-                let made = posed.parameter(name, Rule::Given);
-                parameters.push((name.to_owned(), made));
-                made
-            })
+            if let Some((_, parameter)) = known {
+                return *parameter;
+            }
+            let made = posed.parameter(name, Rule::Given);
+            parameters.push((name.to_owned(), made));
+            made
         };
         for (surface, component, moved) in &supports {
             let motion = match moved {

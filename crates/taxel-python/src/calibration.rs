@@ -7,7 +7,7 @@ use taxel::sensor::Element;
 use taxel::shown;
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, HoldOut, Provenance, ReadingTable, ScaleUnit,
-    SyntheticOptions, calibrator, train,
+    SyntheticOptions, TrainingFile, calibrator, train,
 };
 use taxel_cli::shared::{self, COMMIT, NamedSensor, VERSION};
 
@@ -58,6 +58,20 @@ impl Calibration {
         self.file.remarks.clone()
     }
 
+    /// What maps of a device that was trained estimate, by the names of its columns.
+    fn outputs(&self) -> Vec<&'static str> {
+        let mut outputs = Vec::new();
+        if let Some(maps) = &self.file.trained {
+            if maps.position.is_some() {
+                outputs.extend(["x", "y"]);
+            }
+            if maps.force.is_some() {
+                outputs.push("force_z");
+            }
+        }
+        outputs
+    }
+
     /// Name, value, deviation, interval, unit and verdict of each parameter.
     fn parameters(&self) -> Vec<(String, f64, f64, [f64; 2], String, String)> {
         let parameters = self.file.parameter.iter();
@@ -82,9 +96,9 @@ fn described(named: &[NamedSensor]) -> Vec<taxel_calibrate::NamedSensor<'_>> {
     named.iter().map(NamedSensor::described).collect()
 }
 
-/// Calibration file, report and JSON of a calibration.
+/// Calibration file, report and JSON of a calibration; recordings may be given as names and texts.
 #[pyfunction]
-#[pyo3(signature = (sensor, beside, data, hold_out, model = None, profile = false, robust = false, rate = None, scale_unit = None))]
+#[pyo3(signature = (sensor, beside, data, hold_out, model = None, profile = false, robust = false, rate = None, scale_unit = None, texts = None))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn calibrate(
     py: Python<'_>,
@@ -97,6 +111,7 @@ pub(crate) fn calibrate(
     robust: bool,
     rate: Option<f64>,
     scale_unit: Option<&str>,
+    texts: Option<Vec<(String, String)>>,
 ) -> PyResult<(String, String, String, String)> {
     let named: Vec<NamedSensor> = std::iter::once(NamedSensor::clone(&sensor.named))
         .chain(
@@ -131,16 +146,20 @@ pub(crate) fn calibrate(
     pool::run(py, move |_| {
         let sensors = described(&named);
         let (version, date) = (format!("{VERSION} {COMMIT}"), shared::today());
-        let names = data
-            .iter()
-            .map(|path| shown::path(path))
-            .collect::<Vec<_>>()
-            .join(", ");
+        let given = texts.iter().flatten().map(|(name, _)| name.clone());
+        let names = data.iter().map(|path| shown::path(path)).chain(given);
+        let names = names.collect::<Vec<_>>().join(", ");
         let about = |hash: &str| -> (String, String) { (names.clone(), hash.to_owned()) };
         if let [one] = sensors.as_slice()
             && matches!(one.sensor.element, Element::Trained(_))
         {
-            let groups = shared::recordings(&data)?;
+            let groups = match texts {
+                Some(texts) => {
+                    let file = |(name, text)| TrainingFile { name, text };
+                    vec![texts.into_iter().map(file).collect()]
+                }
+                None => shared::recordings(&data)?,
+            };
             let texts: Vec<&str> = groups
                 .iter()
                 .flatten()

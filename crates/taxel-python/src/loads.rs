@@ -7,15 +7,21 @@ use taxel::InputError;
 use taxel::predict::{GivenValues, LoadColumn, Loads};
 
 use crate::fault::Fault;
+use crate::pool;
 
 /// Name that stands for a file in messages of loads.
 pub(crate) const LOAD: &str = "load";
 
-enum Owned {
+/// Values that are read without leaving the thread.
+const FEW: usize = 4096;
+
+enum Owned<'py> {
     Text(String),
     Texts(Vec<String>),
     Number(f64),
     Numbers(Vec<f64>),
+    /// Numbers side by side: read where they are.
+    Array(PyArrayLikeDyn<'py, f64, AllowTypeChange>),
 }
 
 /// Loads by the names of their columns: numbers in SI, texts with units, or arrays of them.
@@ -35,14 +41,21 @@ pub(crate) fn loads(values: &Bound<'_, PyDict>, columns: &[LoadColumn]) -> Resul
                 Owned::Texts(texts) => GivenValues::Texts(texts),
                 Owned::Number(number) => GivenValues::Number(*number),
                 Owned::Numbers(numbers) => GivenValues::Numbers(numbers),
+                Owned::Array(array) => GivenValues::Numbers(array.as_slice().unwrap_or_default()),
             };
             (key.as_str(), values)
         })
         .collect();
-    Ok(Loads::of_values(LOAD, &given, columns)?)
+    let many = |(_, values): &(&str, GivenValues<'_>)| matches!(values, GivenValues::Numbers(numbers) if numbers.len() > FEW);
+    if !given.iter().any(many) {
+        return Ok(Loads::of_values(LOAD, &given, columns)?);
+    }
+    Ok(pool::run(values.py(), |_| {
+        Ok(Loads::of_values(LOAD, &given, columns)?)
+    })?)
 }
 
-fn read(key: &str, value: &Bound<'_, PyAny>) -> Result<Option<Owned>, Fault> {
+fn read<'py>(key: &str, value: &Bound<'py, PyAny>) -> Result<Option<Owned<'py>>, Fault> {
     if value.is_none() {
         return Ok(None);
     }
@@ -67,12 +80,13 @@ fn read(key: &str, value: &Bound<'_, PyAny>) -> Result<Option<Owned>, Fault> {
         .get_type()
         .name()
         .map_or_else(|_| String::new(), |name| name.to_string());
-    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value
+    let given: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value
         .extract()
         .map_err(|_| wrong(format!("a {kind} is no load")))?;
-    let array = array.as_array();
+    let array = given.as_array();
     match array.shape() {
         [] => Ok(array.first().copied().map(Owned::Number)),
+        [_] if array.is_standard_layout() => Ok(Some(Owned::Array(given))),
         [_] => Ok(Some(Owned::Numbers(array.iter().copied().collect()))),
         shape => Err(wrong(format!("has the shape {shape:?}"))),
     }

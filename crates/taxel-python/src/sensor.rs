@@ -18,7 +18,7 @@ use taxel_cli::shared::{self, NamedSensor};
 use crate::fault::{Fault, value_error};
 use crate::loads::{LOAD, loads};
 use crate::pool::{self, Request};
-use crate::table::{Table, Values, si_symbol};
+use crate::table::{Filled, Part, Piece, Table, Values, si_symbol};
 
 /// Loads that are answered without leaving the thread: fewer than it takes longer to ask others.
 const FEW: usize = 256;
@@ -169,50 +169,51 @@ fn answers(
     given: &Given<'_, '_>,
     py: Python<'_>,
 ) -> PyResult<Table> {
-    let others: Vec<Column> = loads.given.others.iter().map(Column::plain).collect();
-    let passed = others.len();
-    let columns: Vec<Column> = others.into_iter().chain(predictor.columns()).collect();
+    let others = loads.given.others.iter().map(Column::plain);
+    let columns: Vec<Column> = others.chain(predictor.columns()).collect();
     let width = columns.len();
-    let part = |from: usize, to: usize| {
-        let mut values: Vec<Values> = (0..width).map(|_| Values::Nothing).collect();
-        let mut row = Vec::with_capacity(width);
-        for index in from..to {
-            row.clear();
-            row.extend(loads.others(index).iter().cloned().map(Cell::from));
-            predictor
-                .answer(&loads.load(index), &mut row)
-                .map_err(|why| (index, why))?;
-            for (values, cell) in values.iter_mut().zip(&row) {
-                values.push(cell);
-            }
-        }
-        debug_assert!(row.len() == width && passed <= width);
-        Ok(values)
+    let answer = |index: usize, row: &mut Vec<Cell>| {
+        row.clear();
+        row.extend(loads.others(index).iter().cloned().map(Cell::from));
+        let answered = predictor.answer(&loads.load(index), row);
+        debug_assert!(answered.is_err() || row.len() == width);
+        answered.map_err(|why| (index, why))
     };
     let count = loads.len();
     let found: Result<Vec<Values>, (usize, LoadRefused)> = if count <= FEW {
-        part(0, count)
+        let mut values: Vec<Values> = (0..width).map(|_| Values::Nothing).collect();
+        let mut row = Vec::with_capacity(width);
+        let mut fill = || {
+            for index in 0..count {
+                answer(index, &mut row)?;
+                let cells = values.iter_mut().zip(&row);
+                cells.for_each(|(values, cell)| values.push(cell));
+            }
+            Ok(())
+        };
+        fill().map(|()| values)
     } else {
         pool::run(py, |request: Request<'_>| {
-            let starts: Vec<usize> = (0..count).step_by(PIECE).collect();
-            let pieces: Vec<Result<Vec<Values>, _>> = starts
-                .par_iter()
-                .map(|start| {
-                    request.leave();
-                    part(*start, (start + PIECE).min(count))
-                })
-                .collect();
-            let mut all: Vec<Values> = (0..width).map(|_| Values::Nothing).collect();
-            for piece in pieces {
-                match piece {
-                    Ok(piece) => all
-                        .iter_mut()
-                        .zip(piece)
-                        .for_each(|(all, more)| all.append(more)),
-                    Err(refused) => return Ok(Err(refused)),
-                }
+            let mut first = Vec::with_capacity(width);
+            if let Err(refused) = answer(0, &mut first) {
+                return Ok(Err(refused));
             }
-            Ok(Ok(all))
+            let mut filled = Filled::new(&first, count, PIECE);
+            let fill = |(number, mut piece): (usize, Vec<Piece<'_>>)| {
+                request.leave();
+                let mut row = Vec::with_capacity(width);
+                for index in number * PIECE..((number + 1) * PIECE).min(count) {
+                    answer(index, &mut row)?;
+                    let cells = piece.iter_mut().zip(&row);
+                    cells.for_each(|(piece, cell)| piece.push(cell));
+                }
+                Ok(piece.into_iter().map(Piece::part).collect())
+            };
+            let pieces = filled.pieces().into_par_iter().enumerate();
+            let parts: Vec<Result<Vec<Part>, _>> = pieces.map(fill).collect();
+            // Of several loads without meaning the first one.
+            let parts: Result<Vec<Vec<Part>>, _> = parts.into_iter().collect();
+            Ok(parts.map(|parts| filled.values(parts)))
         })?
     };
     let found = found.map_err(|(index, why)| {

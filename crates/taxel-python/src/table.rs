@@ -1,5 +1,6 @@
 //! Tables of results: columns that become NumPy arrays when they are asked for.
 
+use std::borrow::Cow;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1};
@@ -97,19 +98,23 @@ impl Values {
             (Self::Numbers(numbers), Self::Numbers(more)) => numbers.extend(more),
             (Self::Whole(numbers), Self::Whole(more)) => numbers.extend(more),
             (Self::Words(words, places), Self::Words(others, more)) => {
-                let moved: Vec<u32> = others
-                    .into_iter()
-                    .map(|word| {
-                        let known = words.iter().position(|one| *one == word);
-                        known.unwrap_or_else(|| {
-                            words.push(word);
-                            words.len() - 1
-                        }) as u32
-                    })
-                    .collect();
+                let moved = merged(words, others);
                 places.extend(more.into_iter().map(|place| moved[place as usize]));
             }
             (_, other) => other.cells().iter().for_each(|cell| self.push(cell)),
+        }
+    }
+
+    /// Some of these values; `words` are those of a piece of words.
+    fn piece(&self, from: usize, size: usize, words: Vec<String>) -> Self {
+        fn some<T>(all: &[T], from: usize, size: usize) -> &[T] {
+            &all[from..(from + size).min(all.len())]
+        }
+        match self {
+            Self::Numbers(all) => Self::Numbers(some(all, from, size).to_vec()),
+            Self::Whole(all) => Self::Whole(some(all, from, size).to_vec()),
+            Self::Words(_, all) => words_or_empty(&words, some(all, from, size)),
+            _ => Self::Nothing,
         }
     }
 
@@ -135,6 +140,218 @@ impl Values {
                 numpy.call_method1("array", (list, "O"))?.unbind()
             }
         })
+    }
+}
+
+/// Columns of a known number of rows, filled in pieces side by side. Each column is what its cell
+/// of the first row is; where another row has something else there, its piece is gathered loosely.
+pub(crate) struct Filled {
+    columns: Vec<Values>,
+    size: usize,
+}
+
+/// What a piece of a column became.
+pub(crate) enum Part {
+    /// It stands in its place; of words those that it has.
+    Tight(Vec<String>),
+    /// It holds something else than the first row.
+    Loose(Values),
+}
+
+/// A piece of a column while it is filled.
+pub(crate) struct Piece<'a> {
+    place: Place<'a>,
+    filled: usize,
+    loose: Option<Values>,
+}
+
+enum Place<'a> {
+    Numbers(&'a mut [f64]),
+    Whole(&'a mut [i64]),
+    Words(Words, &'a mut [u32]),
+}
+
+/// The different words of a piece.
+#[derive(Default)]
+struct Words {
+    all: Vec<String>,
+    /// Where the text of the last constant word lies, its length and its place: the next one is
+    /// mostly the same and need not be read.
+    last: Option<(usize, usize, u32)>,
+}
+
+impl Words {
+    /// Place of a constant word.
+    fn constant(&mut self, word: &'static str) -> u32 {
+        let (address, length) = (word.as_ptr().addr(), word.len());
+        if let Some((known_address, known_length, place)) = self.last
+            && (address, length) == (known_address, known_length)
+        {
+            return place;
+        }
+        let place = self.place(word);
+        self.last = Some((address, length, place));
+        place
+    }
+
+    fn place(&mut self, word: &str) -> u32 {
+        let known = self.all.iter().rposition(|known| known == word);
+        known.unwrap_or_else(|| {
+            self.all.push(word.to_owned());
+            self.all.len() - 1
+        }) as u32
+    }
+}
+
+impl Filled {
+    /// Room for `rows` like `first`, in pieces of `size`.
+    pub(crate) fn new(first: &[Cell], rows: usize, size: usize) -> Self {
+        let column = |cell: &Cell| match cell {
+            Cell::Number(_) => Values::Numbers(vec![0.0; rows]),
+            Cell::Whole(_) => Values::Whole(vec![0; rows]),
+            Cell::Text(_) => Values::Words(Vec::new(), vec![0; rows]),
+        };
+        Self {
+            columns: first.iter().map(column).collect(),
+            size,
+        }
+    }
+
+    /// The pieces: of each all columns.
+    pub(crate) fn pieces(&mut self) -> Vec<Vec<Piece<'_>>> {
+        let mut pieces: Vec<Vec<Piece<'_>>> = Vec::new();
+        for column in &mut self.columns {
+            let places: Vec<Place<'_>> = match column {
+                Values::Numbers(all) => all.chunks_mut(self.size).map(Place::Numbers).collect(),
+                Values::Whole(all) => all.chunks_mut(self.size).map(Place::Whole).collect(),
+                Values::Words(_, all) => {
+                    let chunks = all.chunks_mut(self.size);
+                    chunks
+                        .map(|chunk| Place::Words(Words::default(), chunk))
+                        .collect()
+                }
+                _ => Vec::new(),
+            };
+            pieces.resize_with(places.len(), Vec::new);
+            for (piece, place) in pieces.iter_mut().zip(places) {
+                piece.push(Piece {
+                    place,
+                    filled: 0,
+                    loose: None,
+                });
+            }
+        }
+        pieces
+    }
+
+    /// The columns, once all pieces are filled.
+    pub(crate) fn values(self, parts: Vec<Vec<Part>>) -> Vec<Values> {
+        let mut parts: Vec<_> = parts.into_iter().map(Vec::into_iter).collect();
+        let columns = self.columns.into_iter();
+        columns
+            .map(|column| {
+                let parts = parts.iter_mut().filter_map(Iterator::next).collect();
+                joined(column, parts, self.size)
+            })
+            .collect()
+    }
+}
+
+/// A column of its pieces.
+fn joined(column: Values, parts: Vec<Part>, size: usize) -> Values {
+    let tight = parts.iter().all(|part| matches!(part, Part::Tight(_)));
+    match column {
+        Values::Words(_, mut places) if tight => {
+            let mut words: Vec<String> = Vec::new();
+            for (part, places) in parts.into_iter().zip(places.chunks_mut(size)) {
+                let Part::Tight(own) = part else { continue };
+                let moved = merged(&mut words, own);
+                if (0u32..).zip(&moved).any(|(own, moved)| own != *moved) {
+                    for at in places {
+                        *at = moved[*at as usize];
+                    }
+                }
+            }
+            Values::Words(words, places)
+        }
+        column if tight => column,
+        column => {
+            let mut all = Values::Nothing;
+            for (number, part) in parts.into_iter().enumerate() {
+                all.append(match part {
+                    Part::Loose(values) => values,
+                    Part::Tight(words) => column.piece(number * size, size, words),
+                });
+            }
+            all
+        }
+    }
+}
+
+/// Joins `others` to `words`: where each of them is now.
+fn merged(words: &mut Vec<String>, others: Vec<String>) -> Vec<u32> {
+    let place = |word: String| {
+        let known = words.iter().position(|one| *one == word);
+        known.unwrap_or_else(|| {
+            words.push(word);
+            words.len() - 1
+        }) as u32
+    };
+    others.into_iter().map(place).collect()
+}
+
+impl Piece<'_> {
+    /// The next cell.
+    pub(crate) fn push(&mut self, cell: &Cell) {
+        if let Some(loose) = &mut self.loose {
+            loose.push(cell);
+            return;
+        }
+        match (&mut self.place, cell) {
+            (Place::Numbers(numbers), Cell::Number(number)) => numbers[self.filled] = *number,
+            (Place::Numbers(numbers), Cell::Whole(whole)) => numbers[self.filled] = *whole as f64,
+            (Place::Numbers(numbers), Cell::Text(text)) if text.is_empty() => {
+                numbers[self.filled] = f64::NAN;
+            }
+            (Place::Whole(numbers), Cell::Whole(whole)) => {
+                numbers[self.filled] = whole.cast_signed();
+            }
+            (Place::Words(words, places), Cell::Text(text)) => {
+                places[self.filled] = match text {
+                    Cow::Borrowed(word) => words.constant(word),
+                    Cow::Owned(word) => words.place(word),
+                };
+            }
+            (place, cell) => {
+                let mut loose = match place {
+                    Place::Numbers(all) => Values::Numbers(all[..self.filled].to_vec()),
+                    Place::Whole(all) => Values::Whole(all[..self.filled].to_vec()),
+                    Place::Words(words, all) => words_or_empty(&words.all, &all[..self.filled]),
+                };
+                if self.filled == 0 {
+                    loose = Values::Nothing;
+                }
+                loose.push(cell);
+                self.loose = Some(loose);
+            }
+        }
+        self.filled += 1;
+    }
+
+    pub(crate) fn part(self) -> Part {
+        match (self.loose, self.place) {
+            (Some(loose), _) => Part::Loose(loose),
+            (None, Place::Words(words, _)) => Part::Tight(words.all),
+            (None, _) => Part::Tight(Vec::new()),
+        }
+    }
+}
+
+/// Words, or empty cells if there is no other one: they may become anything.
+fn words_or_empty(words: &[String], places: &[u32]) -> Values {
+    match words {
+        [word] if word.is_empty() => Values::Empty(places.len()),
+        _ => Values::Words(words.to_vec(), places.to_vec()),
     }
 }
 

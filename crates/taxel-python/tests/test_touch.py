@@ -214,3 +214,60 @@ def test_a_recording_of_a_run_is_read_and_estimated(tmp_path: Path) -> None:
     except taxel.InputError:
         # Cut before its first frames: nothing is there to read.
         pass
+
+
+def test_a_trained_map_is_that_of_the_command(tmp_path: Path) -> None:
+    folder = ROOT / "crates/taxel-calibrate/tests/data/eflesh"
+    trained = taxel.TrainedMap("eflesh-lattice")
+    with pytest.raises(taxel.InputError, match="not trained"):
+        trained.predict(np.zeros((1, 15)), rate=28.0)
+    assert trained.fit(folder) is trained and trained.outputs == ("x", "y", "force_z")
+    assert trained.calibration is not None
+    assert trained.calibration.text == taxel.calibrate("eflesh-lattice", folder).text
+    trained.save(tmp_path / "lattice.toml")
+    loaded = taxel.TrainedMap.load("eflesh-lattice", tmp_path / "lattice.toml")
+    assert pickle.loads(pickle.dumps(trained)) == trained
+    frames = taxel.read(folder / "force_sensor.csv", bare=True).frames
+    found, deviation = loaded.predict(frames, return_std=True)
+    assert found.shape == deviation.shape == (1095, 3)
+    assert taxel._answers.same(found, trained.predict(frames))
+    # At the times of the readings of the scale, g.
+    states = np.loadtxt(folder / "force_states.csv", delimiter=",")
+    states = states[states[:, 4] >= 0]
+    read, spread = (np.interp(states[:, 0], frames.time_ns * 1e-9, of[:, 2]) for of in (found, deviation))
+    error = read - states[:, 4] * 9.80665e-3
+    # What the training says of its own readings, replayed live: 0.2685 N.
+    assert len(error) == 569 and np.sqrt(np.mean(error**2)) == pytest.approx(0.2685, abs=1e-4)
+    assert any("replayed live, have 0.2685 N rms" in remark for remark in trained.calibration.remarks)
+    assert np.mean(np.abs(error) < 3 * spread) > 0.95
+    # The command estimates the same.
+    command("estimate", "eflesh-lattice", str(folder / "force_sensor.csv"), "--calibration", str(tmp_path / "lattice.toml"),
+            "--no-tare", "-o", str(tmp_path / "touch.csv"))  # fmt: skip
+    import csv
+
+    with open(tmp_path / "touch.csv", newline="") as file:
+        theirs = [float(row["force_z [N]"]) for row in csv.DictReader(line for line in file if not line.startswith("#"))]
+    assert np.array_equal(found[:, 2], theirs)
+    with pytest.raises(taxel.InputError, match="taxel.calibrate"):
+        taxel.TrainedMap("in-plane-50um")
+
+
+def test_arrays_train_a_map() -> None:
+    # Four channels that read a press on a plane, with a rest before it.
+    random = np.random.default_rng(3)
+    count, corners = 900, np.array([[-5e-3, -5e-3], [5e-3, -5e-3], [-5e-3, 5e-3], [5e-3, 5e-3]])
+    time = np.arange(count) / 50.0
+    force = 3.0 * np.clip(np.sin(time * 1.3), 0.0, None) ** 2
+    force[:60] = 0.0
+    distance = np.linalg.norm(np.zeros(2) - corners, axis=1)
+    values = 100.0 + np.outer(force, 20.0 + 1e3 * distance) * [1.0, 0.8, 1.2, 0.9] + random.normal(0, 0.05, (count, 4))
+    trained = taxel.TrainedMap().fit(values[:700], force=force[:700], rate=50.0)
+    assert trained.outputs == ("force_z",) and trained.sensor is not None
+    found, deviation = trained.predict(values, rate=50.0, rest=30, return_std=True)
+    error = (found[700:, 0] - force[700:]) / deviation[700:, 0]
+    assert np.abs(found[700:, 0] - force[700:]).max() < 0.1 and np.mean(np.abs(error) < 3) > 0.95
+    for wrong in ({"force": force[:10]}, {}, {"places": np.zeros((700, 4))}):
+        with pytest.raises(taxel.InputError, match="fit: "):
+            taxel.TrainedMap().fit(values[:700], rate=50.0, **wrong)
+    with pytest.raises(taxel.InputError, match="rate"):
+        taxel.TrainedMap().fit(values[:700], force=force[:700])

@@ -7,6 +7,7 @@ import doctest
 import os
 import pickle
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -178,7 +179,7 @@ def test_every_public_class_pickles_or_says_why_not() -> None:
         fem.MooneyRivlin(1.0), fem.Yeoh(1.0, 0.0, 0.0), fem.LinearElastic(1.0, 0.3), CELL, fem.Laplace(mesh, {"solid": 1.0}),
         fem.Laplace(mesh, {"solid": 1.0}).capacitance(["top"], zero=["bottom"]),
         fem.Laplace(mesh, {"solid": 1.0}).resistance("top", "bottom"), fem.VoidStudy(CELL, SOLID), _posed(mesh),
-        fem.Closure(*range(6)),
+        fem.Closure(*range(6)), taxel.TrainedMap("eflesh-lattice"),
     ]  # fmt: skip
     tried = {type(value) for value in values}
     for value in values:
@@ -374,6 +375,7 @@ def test_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     data.mkdir(parents=True)
     source = ROOT / "crates/taxel-calibrate/data/in-plane-synthetic.csv"
     (data / source.name).write_bytes(source.read_bytes())
+    shutil.copytree(ROOT / "crates/taxel-calibrate/tests/data", tmp_path / "crates/taxel-calibrate/tests/data")
     monkeypatch.chdir(tmp_path)
     scope: dict[str, object] = {"__name__": "guide"}
     for number, block in enumerate(blocks):

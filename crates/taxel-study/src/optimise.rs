@@ -1,7 +1,8 @@
 //! Optimisation: generalised differential evolution for one and for several objectives
-//! (GDE3, Kukkonen and Lampinen 2005), then a local polish of a lone objective.
+//! (GDE3, Kukkonen and Lampinen 2005), then a local polish: of the best design, or of the ends of
+//! a front and of the designs between them.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::HashMap;
 
 use rand_chacha::ChaCha12Rng;
@@ -18,8 +19,14 @@ pub const SLACK: f64 = 1e-6;
 /// A constraint is active within this share of its limit, a bound within this share of its
 /// range.
 const ACTIVE: f64 = 1e-4;
-/// Evaluations of the polish: four starts of the spec's corner took 42 to 46 in two variables.
+/// Greatest number of evaluations of one local search: four starts at a corner of two constraints
+/// took 42 to 46 in two variables.
 const POLISH: usize = 150;
+/// First radii of the searches for an end of a front: where designs that are not done lie around
+/// it, one search alone may stop early.
+const RADII: [f64; 2] = [0.02, 0.002];
+/// Share of all evaluations that local searches may take.
+const POLISH_SHARE: usize = 4;
 
 /// A design with what the optimiser compares.
 #[derive(Debug, Clone)]
@@ -239,11 +246,13 @@ pub fn optimise(runner: &mut Runner<'_>) -> Result<Optimum, StoreError> {
     let dimensions = study.variables.len();
     let mut random = seeded(options.seed);
     let alone = study.objectives.len() == 1;
-    let polish = if alone && continuous(study) > 0 {
-        POLISH.min(options.evaluations / 4)
-    } else {
-        0
-    };
+    let mut polish = 0;
+    if continuous(study) > 0 {
+        polish = options.evaluations / POLISH_SHARE;
+        if alone {
+            polish = polish.min(POLISH);
+        }
+    }
     let mut evaluations = 0;
     let mut dominated = Vec::new();
     let mut stopped = false;
@@ -273,37 +282,23 @@ pub fn optimise(runner: &mut Runner<'_>) -> Result<Optimum, StoreError> {
         }
         population = selected(next, size);
     }
-    let best = |population: &[Candidate]| {
-        let feasible = population.iter().filter(|one| one.violation == 0.0);
-        feasible
-            .min_by(|a, b| a.costs[0].total_cmp(&b.costs[0]))
-            .cloned()
-    };
-    let mut front: Vec<Candidate> = Vec::new();
-    if alone {
-        if let Some(best) = best(&population) {
-            let polished = if stopped || polish == 0 {
-                None
-            } else {
-                polished(runner, &best, polish, &mut evaluations, &mut stopped)?
-            };
-            let gains = |one: &Candidate| one.violation == 0.0 && one.costs[0] < best.costs[0];
-            front.push(polished.filter(gains).unwrap_or(best));
-        }
-    } else {
-        let feasible: Vec<Candidate> = population
-            .iter()
-            .filter(|one| one.violation == 0.0)
-            .cloned()
-            .collect();
-        let on_front = |one: &&Candidate| {
-            !feasible
-                .iter()
-                .any(|other| dominates(&other.costs, &one.costs))
+    let mut front = nondominated(&population);
+    if !stopped && polish > 0 && !front.is_empty() {
+        let replaced = if alone {
+            let search = Search::alone(&front[0], 0, polish);
+            let found = polished(runner, vec![search], &mut evaluations, &mut stopped)?;
+            let least = front[0].costs[0];
+            let better = |one: &Candidate| one.costs[0] < least;
+            let better = found.into_iter().flatten().find(better);
+            front.splice(0..0, better);
+            Vec::new()
+        } else {
+            polished_front(runner, &mut front, polish, &mut evaluations, &mut stopped)?
         };
-        front = feasible.iter().filter(on_front).cloned().collect();
-        front.sort_by(|a, b| a.costs[0].total_cmp(&b.costs[0]));
-        front.dedup_by(|a, b| a.row.point == b.row.point);
+        dominated.extend(replaced);
+    }
+    if alone {
+        front.truncate(1);
     }
     let nearest = front.is_empty().then(|| {
         let least = |a: &&Candidate, b: &&Candidate| a.violation.total_cmp(&b.violation);
@@ -378,102 +373,236 @@ fn trial(population: &[Candidate], parent: usize, random: &mut ChaCha12Rng) -> V
         .collect()
 }
 
-/// A lone objective polished by COBYLA (Powell 1994) from `start` over the continuous
-/// variables.
-fn polished(
+/// Feasible designs of a population that no other one dominates, by their first cost.
+fn nondominated(population: &[Candidate]) -> Vec<Candidate> {
+    let feasible = || population.iter().filter(|one| one.violation == 0.0);
+    let on_front = |one: &&Candidate| !feasible().any(|other| dominates(&other.costs, &one.costs));
+    let mut front: Vec<Candidate> = feasible().filter(on_front).cloned().collect();
+    front.sort_by(|a, b| a.costs[0].total_cmp(&b.costs[0]));
+    front.dedup_by(|a, b| a.row.point == b.row.point);
+    front
+}
+
+/// A local search: one cost is made small from a start, others are held.
+struct Search {
+    start: Candidate,
+    /// Index of the cost that is made small.
+    objective: usize,
+    /// Index, greatest value and size of each cost that is held.
+    held: Vec<(usize, f64, f64)>,
+    /// First radius, as a share of the way of a variable.
+    radius: f64,
+    /// Most evaluations.
+    budget: usize,
+}
+
+impl Search {
+    fn alone(start: &Candidate, objective: usize, budget: usize) -> Self {
+        Self {
+            start: start.clone(),
+            objective,
+            held: Vec::new(),
+            radius: RADII[0],
+            budget,
+        }
+    }
+
+    /// By how much the held costs are too large, each as a share of its size.
+    fn excess<'a>(&'a self, one: &'a Candidate) -> impl Iterator<Item = f64> + 'a {
+        let held = self.held.iter();
+        held.map(|(index, limit, size)| (one.costs[*index] - limit) / size)
+    }
+
+    /// True if a design may be the answer.
+    fn holds(&self, one: &Candidate) -> bool {
+        one.violation == 0.0 && self.excess(one).all(|excess| excess <= SLACK)
+    }
+}
+
+/// Polishes a front in place with at most `budget` evaluations: the ends of each objective first,
+/// then every design in its first objective with the others held (the method of ε-constraints,
+/// Haimes, Lasdon and Wismer 1971). Returns the designs that were replaced.
+fn polished_front(
     runner: &mut Runner<'_>,
-    start: &Candidate,
+    front: &mut Vec<Candidate>,
     budget: usize,
     evaluations: &mut usize,
     stopped: &mut bool,
-) -> Result<Option<Candidate>, StoreError> {
+) -> Result<Vec<Candidate>, StoreError> {
+    let objectives = front[0].costs.len();
+    let mut replaced = Vec::new();
+    let before = *evaluations;
+    let each = POLISH.min(budget / (2 * objectives * RADII.len()));
+    for radius in RADII {
+        let ends = (0..objectives).map(|objective| {
+            let cost = |one: &&Candidate| one.costs[objective];
+            let end = front.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
+            Search {
+                radius,
+                ..Search::alone(end.unwrap_or(&front[0]), objective, each)
+            }
+        });
+        let found = polished(runner, ends.collect(), evaluations, stopped)?;
+        // An end is a new design beside those that it does not dominate.
+        front.extend(found.into_iter().flatten());
+        let all = std::mem::take(front);
+        *front = nondominated(&all);
+        let stays = |one: &Candidate| front.iter().any(|kept| kept.row.point == one.row.point);
+        replaced.extend(all.into_iter().filter(|one| !stays(one)));
+    }
+
+    let each = POLISH.min((budget - (*evaluations - before).min(budget)) / front.len());
+    // Fewer evaluations than corners of a simplex find nothing.
+    if *stopped || each < continuous(runner.study) + 2 {
+        return Ok(replaced);
+    }
+    let width = |objective: usize| {
+        let costs = front.iter().map(|one| one.costs[objective]);
+        let (least, greatest) = costs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), cost| {
+            (a.min(cost), b.max(cost))
+        });
+        if greatest > least {
+            greatest - least
+        } else {
+            1.0
+        }
+    };
+    let held = |one: &Candidate| {
+        let others = 1..objectives;
+        others
+            .map(|index| (index, one.costs[index], width(index)))
+            .collect()
+    };
+    let searches = front.iter().map(|one| Search {
+        held: held(one),
+        ..Search::alone(one, 0, each)
+    });
+    let found = polished(runner, searches.collect(), evaluations, stopped)?;
+    for (one, found) in front.iter_mut().zip(found) {
+        if let Some(found) = found.filter(|found| found.costs[0] < one.costs[0]) {
+            replaced.push(std::mem::replace(one, found));
+        }
+    }
+    *front = nondominated(front);
+    Ok(replaced)
+}
+
+/// Local searches by COBYLA (Powell 1994) over the continuous variables, side by side: the best
+/// design that each met, where one of them holds.
+///
+/// COBYLA asks for one design after the other. Each search is run again from its start with what
+/// is known until it asks for something new; what all ask is evaluated together.
+fn polished(
+    runner: &mut Runner<'_>,
+    searches: Vec<Search>,
+    evaluations: &mut usize,
+    stopped: &mut bool,
+) -> Result<Vec<Option<Candidate>>, StoreError> {
     let study = runner.study;
+    let mut known: Vec<HashMap<Vec<u64>, Candidate>> = Vec::new();
+    known.resize_with(searches.len(), HashMap::new);
+    while !*stopped {
+        let asks: Vec<(usize, Vec<f64>)> = searches
+            .iter()
+            .zip(&known)
+            .enumerate()
+            .filter(|(_, (search, known))| known.len() < search.budget)
+            .filter_map(|(index, (search, known))| Some((index, asked(study, search, known)?)))
+            .collect();
+        if asks.is_empty() {
+            break;
+        }
+        let (indices, shares): (Vec<usize>, Vec<Vec<f64>>) = asks.into_iter().unzip();
+        let found = evaluated(runner, shares, evaluations, stopped)?;
+        if *stopped {
+            break;
+        }
+        for (index, found) in indices.into_iter().zip(found) {
+            known[index].insert(place_of(&found.shares), found);
+        }
+    }
+    // Of all that a search met the best that holds.
+    let best = |(search, known): (Search, HashMap<Vec<u64>, Candidate>)| {
+        let met = known.into_values().filter(|one| search.holds(one));
+        met.min_by(|a, b| {
+            let by_cost = a.costs[search.objective].total_cmp(&b.costs[search.objective]);
+            by_cost.then_with(|| place_of(&a.shares).cmp(&place_of(&b.shares)))
+        })
+    };
+    Ok(searches.into_iter().zip(known).map(best).collect())
+}
+
+/// Shares as what can be looked up.
+fn place_of(shares: &[f64]) -> Vec<u64> {
+    shares.iter().map(|share| share.to_bits()).collect()
+}
+
+/// The shares of the first design that a search asks for and that is not known; none when it ends
+/// with what is known.
+fn asked(study: &Study, search: &Search, known: &HashMap<Vec<u64>, Candidate>) -> Option<Vec<f64>> {
     let moving: Vec<usize> = (0..study.variables.len())
         .filter(|index| matches!(study.variables[*index].values, Values::Range { .. }))
         .collect();
-    let known: RefCell<HashMap<Vec<u64>, Candidate>> = RefCell::new(HashMap::new());
-    let failed: RefCell<Option<StoreError>> = RefCell::new(None);
-    let ended = Cell::new(false);
-    let runner = RefCell::new(runner);
-    let at = |x: &[f64]| -> Option<Candidate> {
-        let mut shares = start.shares.clone();
+    let asked: RefCell<Option<Vec<f64>>> = RefCell::new(None);
+    // Nothing that comes after the first question matters.
+    let at = |x: &[f64]| -> Option<&Candidate> {
+        let mut asked = asked.borrow_mut();
+        if asked.is_some() {
+            return None;
+        }
+        let mut shares = search.start.shares.clone();
         for (index, share) in moving.iter().zip(x) {
             shares[*index] = share.clamp(0.0, 1.0);
         }
-        let key: Vec<u64> = shares.iter().map(|share| share.to_bits()).collect();
-        if let Some(found) = known.borrow().get(&key) {
-            return Some(found.clone());
+        let found = known.get(&place_of(&shares));
+        if found.is_none() {
+            *asked = Some(shares);
         }
-        let rows = runner.borrow_mut().rows(&[point_of(study, &shares)]);
-        match rows {
-            Ok(mut rows) => {
-                let Some(row) = rows.pop().flatten() else {
-                    ended.set(true);
-                    return None;
-                };
-                let found = candidate(study, shares, row);
-                known.borrow_mut().insert(key, found.clone());
-                Some(found)
-            }
-            Err(error) => {
-                *failed.borrow_mut() = Some(error);
-                None
-            }
-        }
+        found.filter(|one| one.row.status == Status::Done)
     };
-    let size = start.costs[0].abs();
+    let size = search.start.costs[search.objective].abs();
     let size = if size > 0.0 { size } else { 1.0 };
     // A design that is not done is worse than any other, and outside.
     let cost = |x: &[f64], (): &mut ()| -> f64 {
-        let found = at(x).filter(|one| one.row.status == Status::Done);
-        let cost = found.map_or(f64::NAN, |one| one.costs[0] / size);
+        let cost = at(x).map_or(f64::NAN, |one| one.costs[search.objective] / size);
         if cost.is_finite() { cost } else { 1e6 }
     };
     let at = &at;
     let room = |index: usize| {
         move |x: &[f64], (): &mut ()| -> f64 {
-            let found = at(x).filter(|one| one.row.status == Status::Done);
-            let excess = found.map_or(f64::INFINITY, |one| study.violations(&one.row)[index]);
-            if excess.is_finite() { -excess } else { -1.0 }
+            let excess = at(x).and_then(|one| {
+                let all = study.violations(&one.row).into_iter();
+                all.chain(search.excess(one)).nth(index)
+            });
+            excess
+                .filter(|one| one.is_finite())
+                .map_or(-1.0, |one| -one)
         }
     };
-    let constraints: Vec<_> = (0..study.constraints.len()).map(room).collect();
-    let x: Vec<f64> = moving.iter().map(|index| start.shares[*index]).collect();
+    let count = study.constraints.len() + search.held.len();
+    let constraints: Vec<_> = (0..count).map(room).collect();
+    let x: Vec<f64> = moving
+        .iter()
+        .map(|index| search.start.shares[*index])
+        .collect();
     let bounds = vec![(0.0, 1.0); x.len()];
     let tolerances = cobyla::StopTols {
         ftol_rel: 1e-12,
         xtol_rel: 1e-9,
         ..cobyla::StopTols::default()
     };
-    let result = cobyla::minimize(
+    // How it ends does not matter: the designs that it met are judged by their own answers.
+    let _ = cobyla::minimize(
         cost,
         &x,
         &bounds,
         &constraints,
         (),
-        budget,
-        cobyla::RhoBeg::All(0.02),
+        search.budget,
+        cobyla::RhoBeg::All(search.radius),
         Some(tolerances),
     );
-    let (Ok((_, x, _)) | Err((_, x, _))) = result;
-    let last = at(&x);
-    *evaluations += known.borrow().len();
-    *stopped |= ended.get();
-    if let Some(error) = failed.into_inner() {
-        return Err(error);
-    }
-    // Of all that it met the best that holds.
-    let met = known.into_inner().into_values().chain(last);
-    let mut met: Vec<Candidate> = met.filter(|one| one.violation == 0.0).collect();
-    met.sort_by(|a, b| {
-        let by_cost = a.costs[0].total_cmp(&b.costs[0]);
-        by_cost.then_with(|| {
-            a.shares
-                .partial_cmp(&b.shares)
-                .unwrap_or(std::cmp::Ordering::Equal)
-        })
-    });
-    Ok(met.into_iter().next())
+    asked.into_inner()
 }
 
 /// Result of the same problem on a plan of random designs.

@@ -4,6 +4,7 @@ use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::Rng as _;
+use taxel_numerics::split_mix;
 
 /// A draw, 0 to 1 without 1, in 53 bits.
 pub(crate) fn draw(random: &mut ChaCha12Rng) -> f64 {
@@ -192,12 +193,9 @@ fn scrambled(bits: u64, seed: u64) -> u64 {
     result | (rest ^ (bits & 0xffff_ffff))
 }
 
-/// A hash of 64 bits (SplitMix64).
+/// A hash of 64 bits.
 fn mix(value: u64) -> u64 {
-    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    split_mix(value, 0)
 }
 
 #[cfg(test)]

@@ -107,7 +107,7 @@ fn gaps(seed: u64) {
         found.front.len()
     );
     assert!(
-        worst < 0.01 && least < 0.02e-6 && greatest > 6.9e-6,
+        worst < 0.005 && least < 0.0101e-6 && greatest > 6.932e-6,
         "{worst} {least:e} {greatest:e}"
     );
     let checked = check(&mut runner, &found, 200).unwrap();
@@ -115,15 +115,16 @@ fn gaps(seed: u64) {
     assert_eq!(checked.lost_to, 0);
 }
 
+/// The population of this seed leaves out an end of the front, which the polish finds.
 #[test]
 fn the_front_of_p2_is_found() {
-    gaps(1);
+    gaps(2);
 }
 
 #[test]
 #[ignore = "a minute: cargo test -p taxel-study --test optimum -- --ignored --nocapture"]
-fn the_front_of_p2_is_found_from_ten_seeds() {
-    (1..11).for_each(gaps);
+fn the_front_of_p2_is_found_from_twenty_seeds() {
+    (1..21).for_each(gaps);
 }
 
 #[test]

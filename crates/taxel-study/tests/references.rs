@@ -162,6 +162,55 @@ fn pitches(every: usize) {
     }
 }
 
+/// A section that a study asks for is that of the sweep of P4 at its first pressure, to the last bit.
+#[test]
+fn a_channel_section_is_that_of_the_sweep_of_p4() {
+    let text = taxel::design::Study::shipped_text("p4-sections").unwrap();
+    let mut sweep = taxel::design::Study::parse("p4-sections", text).unwrap();
+    let sections = &mut sweep.microchannel_sections;
+    (sections.heights.from, sections.heights.count) = (20e-6, 1);
+    (sections.covers.from, sections.covers.count) = (100e-6, 1);
+    let sensor = taxel::sensor::Sensor::shipped(&sweep.sensor).unwrap();
+    let element = sensor.microchannels().unwrap().element;
+    let swept = taxel::design::sweep(sections, element, sensor.array.pitch[0], &|_, _| true);
+    let first = &swept[0].answers[0];
+
+    let head = "schema = 2\nname = \"sections\"\nsensor = \"liquid-metal-2x4\"\n\
+         [variables.cover]\nkey = \"element.microchannel.rows.roof\"\nvalues = [\"100 um\"]\n";
+    let asked = [
+        "area_ratio",
+        "change",
+        "internal_pressure",
+        "gap",
+        "greatest_stress",
+    ];
+    let asked = asked.map(|quantity| {
+        format!(
+            "[answers.{quantity}]\nof = \"channel_section\"\nquantity = \"{quantity}\"\n\
+             pressure = \"25 kPa\"\nthickness = \"500 um\"\n"
+        )
+    });
+    let text = [head, &asked.concat()].concat();
+    let rows = Runner::new(&study_of(&text)).rows(&[vec![100e-6]]).unwrap();
+    let row = rows[0].as_ref().unwrap();
+    let found: Vec<f64> = row
+        .answers
+        .iter()
+        .map(|answer| answer.number().unwrap())
+        .collect();
+    let closure = &first.closure;
+    assert_eq!(
+        found,
+        [
+            closure.area_ratio,
+            first.change(),
+            closure.inside,
+            closure.gap,
+            closure.stress
+        ]
+    );
+}
+
 #[test]
 fn points_of_sobol_are_those_of_scipy() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/sobol_points.csv");

@@ -11,6 +11,7 @@ use taxel::trained::{
     BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, TrainedMaps,
     TrainingError,
 };
+use taxel_numerics::split_mix;
 
 use super::force::{
     blocks_of, features_of, intervals_of, known_before, moments_of, moments_of_all, trained_force,
@@ -351,21 +352,13 @@ fn certainty(chosen: &[f64], others: &[&Vec<f64>]) -> f64 {
     let mut wins = 0;
     for number in 0..RESAMPLED {
         let drawn: Vec<usize> = (0..chosen.len() as u64)
-            .map(|place| (mixed(number << 16 | place) % chosen.len() as u64) as usize)
+            .map(|place| (split_mix(0, number << 16 | place) % chosen.len() as u64) as usize)
             .collect();
         let error = |parts: &[f64]| drawn.iter().map(|part| parts[*part]).sum::<f64>();
         let own = error(chosen);
         wins += u32::from(others.iter().all(|other| own <= error(other)));
     }
     f64::from(wins) / RESAMPLED as f64
-}
-
-/// The bits of a number well mixed (SplitMix64; S. Vigna, 2015).
-fn mixed(number: u64) -> u64 {
-    let mut z = number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// Offset and gain of the errors of each run, and what is left of the errors.

@@ -23,6 +23,7 @@ from ._live import Block, Live, TaxelError, connect
 from ._sensor import Information, Sensor
 from ._study import Design, Result, Study, Tolerance
 from ._touch import CONTACT, EVENT, Estimator, Frames, Recording, State, Touch, Twin, read
+from ._trained import TrainedMap
 
 #: Version of the package and of the command.
 __version__: str = _taxel.VERSION
@@ -50,6 +51,7 @@ __all__ = [
     "TaxelError",
     "Tolerance",
     "Touch",
+    "TrainedMap",
     "Twin",
     "calibrate",
     "calibration_data",

@@ -130,6 +130,14 @@ def _calibration_of(name: str, text: str, html: str | None, details: str | None)
     return Calibration(name, text=text, _html=html, _json=details)
 
 
+def _files(data: Any) -> list[str] | None:
+    """Names of files, if that is what is given."""
+    files = [data] if isinstance(data, (str, os.PathLike)) else data
+    if isinstance(files, Sequence) and all(isinstance(file, (str, os.PathLike)) for file in files):
+        return [os.fspath(file) for file in files]
+    return None
+
+
 def _sensors(beside: Sequence[Sensor | Path]) -> list[_taxel.Sensor]:
     return [(one if isinstance(one, Sensor) else Sensor(one))._core for one in beside]
 
@@ -163,12 +171,11 @@ def calibrate(
     Raises:
         InputError: a mistake in the data, with file, line and column.
     """
-    files = [data] if isinstance(data, (str, os.PathLike)) else list(data)
     core = _sensors([sensor])[0]
     text, html, details, _ = _taxel.calibrate(
         core,
         _sensors(beside),
-        [os.fspath(file) for file in files],
+        _files(data) or [],
         hold_out,
         model,
         profile,

@@ -1,9 +1,14 @@
 //! Tables of loads: CSV with units in the header; and one load of the command
 //! line.
 
+use rayon::prelude::*;
+
 use super::{Load, LoadColumn, LoadKind, LoadValue};
 use crate::quantity::HELP;
 use taxel_recording::InputError;
+
+/// Loads that are read without leaving the thread: fewer than it takes longer to ask others.
+const FEW: usize = 4096;
 
 /// A table of loads with all its columns, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -172,18 +177,28 @@ impl Loads {
                 return wrong(key, message, "leave one of them out");
             }
             let kind = columns[index].kind;
-            for row in 0..count {
-                let value = values.read(row, kind).map_err(|message| {
-                    let (message, help) = message.split_once(HELP).unwrap_or((&message, ""));
-                    let place = match values.len() {
-                        Some(_) => format!("value {row}: "),
-                        None => String::new(),
-                    };
-                    InputError::whole(name, format!("{place}{}", message.trim_end()))
-                        .key(*key)
-                        .help(help.trim())
-                })?;
-                loads.values[row * width + index] = Some(value);
+            let read = |(row, load): (usize, &mut [Option<LoadValue>])| match values.read(row, kind)
+            {
+                Ok(value) => {
+                    load[index] = Some(value);
+                    None
+                }
+                Err(message) => Some((row, message)),
+            };
+            let wrong = if count > FEW {
+                let rows = loads.values.par_chunks_mut(width).with_min_len(FEW);
+                rows.enumerate().find_map_first(read)
+            } else {
+                loads.values.chunks_mut(width).enumerate().find_map(read)
+            };
+            if let Some((row, message)) = wrong {
+                let (message, help) = message.split_once(HELP).unwrap_or((&message, ""));
+                let place = match values.len() {
+                    Some(_) => format!("value {row}: "),
+                    None => String::new(),
+                };
+                let message = format!("{place}{}", message.trim_end());
+                return Err(InputError::whole(name, message).key(*key).help(help.trim()));
             }
         }
         Ok(loads)
