@@ -3,8 +3,11 @@
 pub mod contact;
 pub mod dofs;
 mod edges;
+mod foot;
 mod friction;
 pub mod kernel;
+mod overlap;
 pub mod state;
+mod surfaces;
 pub mod system;
 pub mod unsymmetric;

@@ -16,7 +16,7 @@ use crate::material::viscoelastic::Relaxation;
 use crate::material::{Material, MaterialError};
 use crate::mesh::{Facet, Mesh};
 pub use cavity::{Cavity, CavityLaw};
-pub use contact::{Contact, Obstacle, Pairing, Shape, WallPoint, Walls};
+pub use contact::{Contact, Obstacle, Pairing, Shape, SurfacePair, WallPoint, Walls};
 pub use kinematics::Kinematics;
 pub use load::{DeadLoad, Pressure};
 pub use rigid::FreeMotion;
@@ -174,6 +174,18 @@ pub enum ProblemError {
         what: &'static str,
         /// Name of its parameter.
         parameter: String,
+    },
+    /// A contact of a surface without facets, or with constants without sense.
+    #[error("contact {contact}: {what} is {value:.6e}; give {allowed}")]
+    Contact {
+        /// Number of the contact.
+        contact: usize,
+        /// The quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed, with its unit.
+        allowed: &'static str,
     },
     /// A number beyond the last.
     #[error("there is no {what} number {number}: there are {count}, numbered from 0")]

@@ -94,6 +94,18 @@ pub enum Reason {
         /// Energy norms of the iterations.
         energies: Vec<f64>,
     },
+    /// Surfaces moved farther in a step than their contact looks.
+    #[error(
+        "a surface of contact {contact} moves by {way:.3e} m in one step, farther than its reach of {reach:.3e} m"
+    )]
+    Leapt {
+        /// Number of the contact.
+        contact: usize,
+        /// Way of the node that moves most, m.
+        way: f64,
+        /// Reach of the contact, m.
+        reach: f64,
+    },
     /// A solid has no resistance left in some direction.
     #[error(
         "the solid {region:?} lost its ellipticity in cell {cell} near ({:.6e}, {:.6e}, {:.6e}), at a stretch of {:.3}: it would form a crease or a band there", .place[0], .place[1], .place[2], .stretch
@@ -180,6 +192,9 @@ impl Reason {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"
             }
             Self::Chatter { .. } => "Lower the contact stiffness or refine the touching surface",
+            Self::Leapt { .. } => {
+                "Allow smaller steps, or give the contact a larger reach, below the thickness of the body there"
+            }
             Self::Volume { .. } => {
                 "The supports, contacts and cavities leave no volume to go to: free a surface, or give the solid a bulk modulus"
             }

@@ -384,6 +384,13 @@ impl Solver {
             outcome = self.iterate(&mut trial, targets);
         }
         let mut step = outcome?;
+        if let Some((contact, way, reach)) = self.system.leapt(&self.problem, &self.state, &trial) {
+            return Err(Reason::Leapt {
+                contact,
+                way,
+                reach,
+            });
+        }
         // Rounds of multipliers change little: they are measured by the step's own scale.
         let scale = self.scale;
         for _ in 0..self.settings.rounds {
@@ -455,6 +462,9 @@ impl Solver {
         let mut energies = Vec::new();
         let mut missed = Missed::default();
         for iteration in 1..=self.settings.iterations {
+            if assembled.incomplete {
+                assembled = self.extend(trial)?;
+            }
             let values = &assembled.values;
             let definiteness = self
                 .factor
@@ -507,6 +517,22 @@ impl Solver {
             assembled = self.search(trial, &before, &assembled, &change, beginning)?;
         }
         Err(self.why_not(trial, &energies))
+    }
+
+    /// Assembles at a state, with a place in the matrix for all that touches there.
+    pub(super) fn assemble(&mut self, state: &State) -> Result<Assembled, Reason> {
+        let assembled = self.system.assemble(&self.problem, state, true)?;
+        if assembled.incomplete {
+            return self.extend(state);
+        }
+        Ok(assembled)
+    }
+
+    /// Numbers the unknowns anew for the surfaces that touch in a state, and assembles.
+    fn extend(&mut self, state: &State) -> Result<Assembled, Reason> {
+        self.system.extend(&self.problem, state);
+        self.factor = Cholesky::analyse(&self.system.unknowns.pattern)?;
+        Ok(self.system.assemble(&self.problem, state, true)?)
     }
 
     /// True if the iteration has stalled.

@@ -67,23 +67,22 @@ impl Solver {
     /// parameters, and where it would go fastest; none at rest, or where nothing is given.
     fn gives_way(&mut self, targets: &[f64]) -> Option<(f64, [f64; 3])> {
         let rules = self.problem.rules();
-        let given = |k: &usize| rules[*k] == Rule::Given && targets[*k] != self.targets[*k];
-        let moving: Vec<usize> = (0..rules.len()).filter(given).collect();
-        let step = |k: usize| targets[k] - self.targets[k];
-        let size = |of: &dyn Fn(usize) -> f64| -> f64 {
-            moving.iter().map(|&k| of(k).powi(2)).sum::<f64>().sqrt()
+        let moving: Vec<(usize, f64)> = (0..rules.len())
+            .map(|k| (k, targets[k] - self.targets[k]))
+            .filter(|&(k, step)| rules[k] == Rule::Given && step != 0.0)
+            .collect();
+        let size = |of: &dyn Fn(&(usize, f64)) -> f64| -> f64 {
+            moving.iter().map(|k| of(k).powi(2)).sum::<f64>().sqrt()
         };
-        let (next, gone) = (size(&step), size(&|k| self.state.parameters[k]));
+        let next = size(&|&(_, step)| step);
+        let gone = size(&|&(k, _)| self.state.parameters[k]);
         if moving.is_empty() || gone == 0.0 {
             return None;
         }
+        let assembled = self.assemble(&self.state.clone()).ok()?;
         let mut load = vec![0.0; self.system.unknowns.count()];
-        let assembled = self
-            .system
-            .assemble(&self.problem, &self.state, true)
-            .ok()?;
-        for &k in &moving {
-            axpy(-step(k), &assembled.couplings[k], &mut load);
+        for &(k, step) in &moving {
+            axpy(-step, &assembled.couplings[k], &mut load);
         }
         let pattern = &self.system.unknowns.pattern;
         self.factor.refactor(pattern, &assembled.values).ok()?;
@@ -102,10 +101,7 @@ impl Solver {
 
     /// The motion with the least stiffness at the accepted state, by inverse iteration.
     fn weakest_mode(&mut self) -> Option<Mode> {
-        let assembled = self
-            .system
-            .assemble(&self.problem, &self.state, true)
-            .ok()?;
+        let assembled = self.assemble(&self.state.clone()).ok()?;
         let pattern = &self.system.unknowns.pattern;
         self.factor.refactor(pattern, &assembled.values).ok()?;
         let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
