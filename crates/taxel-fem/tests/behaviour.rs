@@ -8,8 +8,8 @@ use taxel_fem::mesh::{Axis, Grid2};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Cavity, Contact, DeadLoad, FreeMotion, Motion, Obstacle, Parameter, Pressure, Problem,
-    ProblemError, Quantity, Rule, Shape,
+    Cavity, Contact, DeadLoad, FreeMotion, FreePart, Motion, Obstacle, Parameter, Pressure,
+    Problem, ProblemError, Quantity, Rule, Shape,
 };
 use taxel_fem::solver::failure::Reason;
 use taxel_fem::solver::newton::{Continue, Solver};
@@ -262,9 +262,10 @@ fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
     let failure = Solver::new(loose).err().unwrap();
     assert_eq!(
         failure.reason,
-        Reason::Problem(ProblemError::NotFixed(FreeMotion::Translation([
-            1.0, 0.0, 0.0
-        ]))),
+        Reason::Problem(ProblemError::NotFixed(FreePart {
+            motion: FreeMotion::Translation([1.0, 0.0, 0.0]),
+            region: None,
+        })),
         "{failure}"
     );
 
@@ -388,8 +389,10 @@ fn a_body_that_can_turn_is_refused_with_the_point_about_which_it_turns() {
     let hinge = hinged.mesh.points[0];
     hinged.clamp("hinge").unwrap();
     let failure = Solver::new(hinged).err().unwrap();
-    let Reason::Problem(ProblemError::NotFixed(FreeMotion::Rotation { axis, through })) =
-        failure.reason
+    let Reason::Problem(ProblemError::NotFixed(FreePart {
+        motion: FreeMotion::Rotation { axis, through },
+        region: None,
+    })) = failure.reason
     else {
         panic!("{failure}");
     };

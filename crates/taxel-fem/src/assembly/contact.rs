@@ -8,7 +8,7 @@ use super::surfaces::{PairTables, Search};
 use super::system::{Assembled, System};
 use super::unsymmetric::Slot;
 use crate::assembly::state::State;
-use crate::mesh::Facet;
+use crate::mesh::{Facet, FacetShape};
 use crate::problem::contact::{Anchor, ContactState, Gap};
 use crate::problem::load::FacetTable;
 use crate::problem::{Contact, Obstacle, Pairing, Problem, SurfacePair, Walls};
@@ -24,10 +24,10 @@ pub(super) struct ContactPoint<'p> {
     number: usize,
     /// Nodes of the facet, their shape functions and the slopes of these.
     pub(super) nodes: &'p [u32],
-    values: &'p [f64],
+    pub(super) values: &'p [f64],
     pub(super) slopes: &'p [[f64; 3]],
     /// Undeformed area that it stands for.
-    area: f64,
+    pub(super) area: f64,
     /// Undeformed and present place.
     rest: [f64; 3],
     pub(super) place: [f64; 3],
@@ -51,46 +51,56 @@ struct Meeting {
     pressure: f64,
 }
 
+/// Every contact point of a surface, in order, at the points that a facet has by its number and
+/// shape.
+pub(super) fn each_point_of<'t>(
+    problem: &Problem,
+    surface: &[Facet],
+    (table_of, places): (&dyn Fn(usize, FacetShape) -> &'t FacetTable, &[[f64; 3]]),
+    hears: &mut dyn FnMut(&ContactPoint<'_>),
+) {
+    let mut number = 0;
+    for (facet, &side) in surface.iter().enumerate() {
+        let nodes: Vec<u32> = problem.mesh.facet_nodes(side).collect();
+        let shape = problem.mesh.shape(side.cell as usize).facet_shape();
+        let undeformed: Vec<[f64; 3]> = nodes
+            .iter()
+            .map(|&node| problem.mesh.points[node as usize])
+            .collect();
+        for point in table_of(facet, shape).points(&undeformed, problem.kinematics) {
+            let values = &point.shapes.values;
+            let mut place = [0.0; 3];
+            for (n, &node) in nodes.iter().enumerate() {
+                for d in 0..3 {
+                    place[d] += values[n] * places[node as usize][d];
+                }
+            }
+            hears(&ContactPoint {
+                facet,
+                number,
+                nodes: &nodes,
+                values,
+                slopes: &point.shapes.gradients,
+                area: point.area(),
+                rest: point.place,
+                place,
+            });
+            number += 1;
+        }
+    }
+}
+
 impl System {
-    /// Every contact point of a surface, in order; `tables` are those of its facets where they
-    /// have their own.
+    /// Every contact point of a surface, in order, at the usual points of its facets.
     fn each_contact_point(
         &self,
         problem: &Problem,
-        (surface, tables): (&[Facet], Option<&[FacetTable]>),
+        surface: &[Facet],
         places: &[[f64; 3]],
         hears: &mut dyn FnMut(&ContactPoint<'_>),
     ) {
-        let mut number = 0;
-        for (facet, &side) in surface.iter().enumerate() {
-            let nodes: Vec<u32> = problem.mesh.facet_nodes(side).collect();
-            let shape = problem.mesh.shape(side.cell as usize).facet_shape();
-            let undeformed: Vec<[f64; 3]> = nodes
-                .iter()
-                .map(|&node| problem.mesh.points[node as usize])
-                .collect();
-            let table = tables.map_or_else(|| self.facet_table(shape), |tables| &tables[facet]);
-            for point in table.points(&undeformed, problem.kinematics) {
-                let values = &point.shapes.values;
-                let mut place = [0.0; 3];
-                for (n, &node) in nodes.iter().enumerate() {
-                    for d in 0..3 {
-                        place[d] += values[n] * places[node as usize][d];
-                    }
-                }
-                hears(&ContactPoint {
-                    facet,
-                    number,
-                    nodes: &nodes,
-                    values,
-                    slopes: &point.shapes.gradients,
-                    area: point.area(),
-                    rest: point.place,
-                    place,
-                });
-                number += 1;
-            }
-        }
+        let table_of = |_, shape| self.facet_table(shape);
+        each_point_of(problem, surface, (&table_of, places), hears);
     }
 
     /// Adds an obstacle, by the number of its contact.
@@ -104,7 +114,7 @@ impl System {
     ) {
         let shift = shift_of(obstacle, state);
         let contact = &state.contacts[number];
-        self.each_contact_point(problem, (&obstacle.surface, None), places, &mut |point| {
+        self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
             let gap = obstacle.shape.gap(point.place, shift);
             let pressure = contact.multiplier(point.number) - obstacle.stiffness * gap.distance;
             // A body that just touches is held there before it is pressed.
@@ -227,8 +237,8 @@ impl System {
         hears: &mut dyn FnMut(&ContactPoint<'_>, Option<Meeting>),
     ) {
         let mut search = Search::new(tables, places);
-        let surface = (pair.first.as_slice(), Some(tables.tables.as_slice()));
-        self.each_contact_point(problem, surface, places, &mut |point| {
+        let table_of = |facet, _| &tables.tables[facet];
+        each_point_of(problem, &pair.first, (&table_of, places), &mut |point| {
             let meeting = search.nearest(point).map(|(facet, foot)| Meeting {
                 facet,
                 gap: Gap {
@@ -307,24 +317,16 @@ impl System {
                         - area * pressure * turned(i, a, j, b)
                 },
             );
-            let Some((carrier, rubbing)) =
-                rub_surface((tables, pair), contact, point, &meeting, places)
+            // It acts on the second surface where the point is, near to its anchor while it sticks.
+            let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
             else {
                 return;
             };
-            let (facet, values) = carrier;
-            let held = (point.facet, facet);
-            let (nodes, numbers) = (tables.nodes(held), tables.numbers(held));
-            let carried = Moves {
-                nodes: &nodes,
-                factors: &self::factors(&numbers, point.values, &values),
-                places: tables.places_of(held),
-            };
             let bend = rubbing.tangent.map(|row| row.map(|entry| area * entry));
-            self.push(&carried, &rubbing.traction.map(|t| area * t), &bend, out);
+            self.push(&moves, &rubbing.traction.map(|t| area * t), &bend, out);
             if rubbing.sliding != [0.0; 3] {
                 let slope = pair.friction * pair.stiffness;
-                let forces = self.along(&carried, rubbing.sliding.map(|d| area * d));
+                let forces = self.along(&moves, rubbing.sliding.map(|d| area * d));
                 let motion = self.along(&moves, normal.map(|n| -slope * n));
                 out.add_unsymmetric(&forces, &motion);
             }
@@ -352,9 +354,6 @@ impl System {
                 };
                 if meeting.pressure > 0.0 || meeting.foot.distance <= tables.near() {
                     tables.add_near(point.facet, meeting.facet, &mut near);
-                }
-                if let Some(facet) = known.anchor(point.number).and_then(|anchor| anchor.facet) {
-                    near.insert((point.facet, facet as usize));
                 }
             });
             near
@@ -392,7 +391,7 @@ impl System {
         for (at, point) in walls.points.iter().enumerate() {
             let multiplier = state.contacts[number].multiplier(at);
             let energy = point.energy(places, walls.stiffness, multiplier);
-            if energy.pressure <= 0.0 {
+            if energy.pressure <= 0.0 && !point.is_bound() {
                 continue;
             }
             out.rounding += rounding(
@@ -442,7 +441,13 @@ impl System {
                     let energy = point.energy(places, walls.stiffness, contact.multiplier(at));
                     let relieved = matches!(point.pairing, Pairing::Opposite(_));
                     let rest = problem.mesh.points[point.nodes[0] as usize];
-                    probe.note(energy.gap, energy.pressure, rest, relieved);
+                    if point.is_bound() {
+                        // A gap is as wrong as an overlap.
+                        probe.note(-energy.gap.abs(), f64::INFINITY, rest, true);
+                        probe.pressures[at] = energy.pressure;
+                    } else {
+                        probe.note(energy.gap, energy.pressure, rest, relieved);
+                    }
                     probe.tractions.push([0.0; 3]);
                     probe.normals.push([0.0; 3]);
                     probe.areas.push(point.weight);
@@ -458,7 +463,7 @@ impl System {
             }
             Contact::Obstacle(obstacle) => {
                 let shift = shift_of(obstacle, state);
-                self.each_contact_point(problem, (&obstacle.surface, None), places, &mut |point| {
+                self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
                     let gap = obstacle.shape.gap(point.place, shift);
                     let distance = gap.distance;
                     let pressure =
@@ -487,7 +492,7 @@ impl System {
             match contact {
                 Contact::Obstacle(obstacle) if obstacle.friction > 0.0 => {
                     let shift = shift_of(obstacle, state);
-                    let surface = (obstacle.surface.as_slice(), None);
+                    let surface = &obstacle.surface;
                     self.each_contact_point(problem, surface, &places, &mut |point| {
                         let gap = obstacle.shape.gap(point.place, shift);
                         let pressure =
@@ -518,10 +523,10 @@ impl System {
                                 rub_surface((tables, pair), old, point, &meeting, &places);
                             match rubbing {
                                 // It sticks, or has slid to a new place.
-                                Some((_, rubbing)) if rubbing.sliding == [0.0; 3] => {
+                                Some(rubbing) if rubbing.sliding == [0.0; 3] => {
                                     old.anchor(point.number).unwrap_or_default()
                                 }
-                                Some((_, rubbing)) => tables.anchor_at(
+                                Some(rubbing) => tables.anchor_at(
                                     (&meeting.foot, meeting.facet),
                                     rubbing.anchor,
                                     &places,
@@ -551,27 +556,25 @@ fn factors(numbers: &[[Option<usize>; 2]], first: &[f64], second: &[f64]) -> Vec
         .collect()
 }
 
-/// Friction at a point that touches a surface, with the facet that its anchor is on and the shape
-/// functions there; none before it has an anchor.
+/// Friction at a point that touches a surface; none before it has an anchor.
 fn rub_surface(
     (tables, pair): (&PairTables, &SurfacePair),
     contact: &ContactState,
     point: &ContactPoint<'_>,
     meeting: &Meeting,
     places: &[[f64; 3]],
-) -> Option<((usize, Vec<f64>), Friction)> {
+) -> Option<Friction> {
     let anchor = contact.anchor(point.number)?;
     let facet = anchor.facet? as usize;
-    let carrier = tables.place_on(facet, anchor.place, places);
+    let held = tables.place_on(facet, anchor.place, places);
     let bound = pair.friction * meeting.pressure.max(0.0);
-    let found = friction(
+    Some(friction(
         &meeting.gap,
         point.place,
-        carrier.place,
+        held,
         pair.stiffness,
         bound,
-    );
-    Some(((facet, carrier.values), found))
+    ))
 }
 
 /// Friction at a point that touches; none before it has an anchor.
@@ -661,8 +664,7 @@ impl ContactProbe {
             pressure = meeting.pressure.max(0.0);
             normal = meeting.gap.normal;
             if pressure > 0.0
-                && let Some((_, rubbing)) =
-                    rub_surface((tables, pair), contact, point, &meeting, places)
+                && let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
             {
                 traction = rubbing.traction.map(|t| -t);
             }

@@ -8,6 +8,6 @@ mod friction;
 pub mod kernel;
 mod overlap;
 pub mod state;
-mod surfaces;
+pub mod surfaces;
 pub mod system;
 pub mod unsymmetric;

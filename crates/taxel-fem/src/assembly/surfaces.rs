@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::contact::ContactPoint;
+use super::contact::{ContactPoint, each_point_of};
 use super::dofs::Unknowns;
 use super::foot::{Foot, directions, dot, foot, frame, inverse, middle_of, minus};
 use super::overlap::{of_facet, of_line};
 use crate::mesh::{Facet, FacetShape, Mesh};
-use crate::problem::SurfacePair;
 use crate::problem::contact::Anchor;
 use crate::problem::load::FacetTable;
+use crate::problem::{Pairing, Problem, ProblemError, SurfacePair, WallPoint, Walls};
 
 /// Cosine between the normals of two facets above which they do not face each other.
 const FACING: f64 = -0.1;
@@ -199,19 +199,10 @@ impl PairTables {
         self.covered.get(&pair).map(Vec::as_slice)
     }
 
-    /// Where a point of the second surface is: its facet and the reference coordinates.
-    pub(super) fn place_on(&self, facet: usize, at: [f64; 3], places: &[[f64; 3]]) -> Carrier {
-        let shapes = self.shapes[facet].shapes(at);
-        let mut place = [0.0; 3];
-        for (&node, value) in self.second[facet].iter().zip(&shapes.values) {
-            for d in 0..3 {
-                place[d] += value * places[node as usize][d];
-            }
-        }
-        Carrier {
-            place,
-            values: shapes.values,
-        }
+    /// Where a point of the second surface is, by its facet and reference coordinates.
+    pub(super) fn place_on(&self, facet: usize, at: [f64; 3], places: &[[f64; 3]]) -> [f64; 3] {
+        let nodes = Self::places(&self.second[facet], places);
+        frame(self.shapes[facet], &self.shapes[facet].shapes(at), &nodes).0
     }
 
     /// The anchor at a place on the surface near the foot of a point: on the facet of the foot
@@ -258,12 +249,6 @@ impl PairTables {
     pub(super) fn near(&self) -> f64 {
         0.5 * self.side
     }
-}
-
-/// A point of the second surface.
-pub(super) struct Carrier {
-    pub(super) place: [f64; 3],
-    pub(super) values: Vec<f64>,
 }
 
 /// The second surface of a pair in a state.
@@ -363,6 +348,70 @@ impl<'t> Search<'t> {
             }
         }
         best
+    }
+}
+
+/// Stiffness of a tie over the shear modulus and the mean side of a facet.
+const TIED: f64 = 1000.0;
+/// Distance over that side within which surfaces are tied.
+const TIED_WITHIN: f64 = 0.1;
+/// Separation that is accepted, over that side.
+const TIED_TO: f64 = 1e-6;
+
+/// Ties a surface to another one whose mesh does not match: every point of integration of the
+/// first keeps its distance from the place of the second that it lies on in the undeformed body,
+/// within 0.1 of the mean side of a facet. An even stress passes through flat ties as if the
+/// mesh went on. Name the finer or softer surface first; `shear_modulus` (Pa) is that of the
+/// stiffer body. The separation that is accepted is 1e-6 of the side.
+///
+/// # Errors
+/// When a part of the first surface lies on nothing.
+pub fn tie(
+    problem: &Problem,
+    surfaces: [Vec<Facet>; 2],
+    shear_modulus: f64,
+) -> Result<Walls, ProblemError> {
+    let mesh = &problem.mesh;
+    let [first, second] = surfaces;
+    let side = mesh.mean_side(&first);
+    let reach = TIED_WITHIN * side;
+    let pair = SurfacePair {
+        reach,
+        ..SurfacePair::new(mesh, [first, second], shear_modulus)
+    };
+    let tables = PairTables::new(mesh, &pair);
+    let mut search = Search::new(&tables, &mesh.points);
+    let mut points = Vec::new();
+    let mut lost = None;
+    let table_of = |facet, _| &tables.tables[facet];
+    let at_rest = (&table_of as &dyn Fn(_, _) -> _, mesh.points.as_slice());
+    each_point_of(problem, &pair.first, at_rest, &mut |point| {
+        let Some((facet, foot)) = search.nearest(point) else {
+            lost.get_or_insert(point.place);
+            return;
+        };
+        let carried = |nodes: &[u32], values: &[f64]| -> Vec<(u32, f64, f64)> {
+            let pairs = nodes.iter().zip(values);
+            pairs.map(|(&node, &value)| (node, value, 0.0)).collect()
+        };
+        let own = carried(point.nodes, point.values);
+        let other = carried(&tables.second[facet], &foot.shapes.values);
+        for d in 0..problem.kinematics.components() {
+            let along = std::array::from_fn(|k| f64::from(u8::from(k == d)));
+            let pairing = Pairing::Bound {
+                along,
+                rest: -foot.distance * foot.normal[d],
+            };
+            points.push(WallPoint::new(&own, &other, point.area, pairing));
+        }
+    });
+    match lost {
+        Some(place) => Err(ProblemError::NotTied { place, reach }),
+        None => Ok(Walls {
+            points,
+            stiffness: TIED * shear_modulus / side,
+            overlap_limit: TIED_TO * side,
+        }),
     }
 }
 

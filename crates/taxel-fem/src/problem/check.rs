@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::rigid::free_motion;
+use super::rigid::free_part;
 use super::{
     Contact, Kinematics, Motion, Parameter, Problem, ProblemError, Quantity, Rule, SurfacePair,
 };
@@ -25,8 +25,8 @@ impl Problem {
         self.check_loads()?;
         self.check_rules()?;
         // A contact may hold the body.
-        match free_motion(self).filter(|_| self.contacts.is_empty()) {
-            Some(motion) => Err(ProblemError::NotFixed(motion)),
+        match free_part(self).filter(|_| self.contacts.is_empty()) {
+            Some(part) => Err(ProblemError::NotFixed(part)),
             None => Ok(()),
         }
     }

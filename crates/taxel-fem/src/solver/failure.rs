@@ -1,7 +1,7 @@
 //! Why a solution failed, and what would probably help.
 
 use crate::assembly::system::InvertedCell;
-use crate::problem::ProblemError;
+use crate::problem::{FreePart, ProblemError};
 use crate::sparse::LinearError;
 
 /// A solution that could not go on.
@@ -94,6 +94,11 @@ pub enum Reason {
         /// Energy norms of the iterations.
         energies: Vec<f64>,
     },
+    /// A part that only contacts can hold is not held by them.
+    #[error(
+        "only a contact could hold {0}, and none does: it does not touch there, or not in that direction"
+    )]
+    HeldByContact(FreePart),
     /// Surfaces moved farther in a step than their contact looks.
     #[error(
         "a surface of contact {contact} moves by {way:.3e} m in one step, farther than its reach of {reach:.3e} m"
@@ -192,6 +197,9 @@ impl Reason {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"
             }
             Self::Chatter { .. } => "Lower the contact stiffness or refine the touching surface",
+            Self::HeldByContact(_) => {
+                "Hold that motion by a support; or begin with the part in touch and drive it by a displacement until it is pressed, before it is loaded"
+            }
             Self::Leapt { .. } => {
                 "Allow smaller steps, or give the contact a larger reach, below the thickness of the body there"
             }

@@ -31,6 +31,14 @@ const LOST: f64 = 10.0;
 /// Least share of a change that is tried where the whole one turns a cell inside out.
 const SHORTEST: f64 = 0.03;
 
+/// A change overshoots if the forces along it grow to so many times those before it, of the
+/// other sign.
+const OVERSHOT: f64 = 2.0;
+
+/// The same in an iteration that has found no less energy for [`WANDERS`] iterations.
+const NEARER: f64 = 0.3;
+const WANDERS: usize = 3;
+
 /// A problem being solved: the last accepted state and what is reused between steps.
 pub struct Solver {
     pub(super) problem: Problem,
@@ -513,8 +521,15 @@ impl Solver {
                     fraction: 0.0,
                 });
             }
-            let beginning = (iteration, length);
-            assembled = self.search(trial, &before, &assembled, &change, beginning)?;
+            // An iteration that wanders between sets of touching points has to come nearer with
+            // each change.
+            let allowed = if since_least(&energies) >= WANDERS {
+                NEARER
+            } else {
+                OVERSHOT
+            };
+            let bounds = (iteration, length, allowed);
+            assembled = self.search(trial, &before, &assembled, &change, bounds)?;
         }
         Err(self.why_not(trial, &energies))
     }
@@ -558,7 +573,7 @@ impl Solver {
         before: &State,
         assembled: &Assembled,
         change: &Change,
-        (iteration, mut length): (usize, f64),
+        (iteration, mut length, allowed): (usize, f64, f64),
     ) -> Result<Assembled, Reason> {
         loop {
             match self.system.assemble(&self.problem, trial, true) {
@@ -569,7 +584,7 @@ impl Solver {
                         && length > 0.2
                         && change.given_only
                         && start < 0.0
-                        && end > 2.0 * -start;
+                        && end > allowed * -start;
                     if !overshot {
                         return Ok(next);
                     }

@@ -7,10 +7,10 @@ use super::unsymmetric;
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
 use crate::mesh::quality::extreme_eigenvalues;
-use crate::problem::Rule;
+use crate::problem::{FreePart, Rule, free_part};
 use crate::scalar::Tensor;
 use crate::solver::stress::{StressPoint, stress_points};
-use crate::sparse::Factorisation;
+use crate::sparse::{Factorisation, LinearError};
 
 /// Greatest principal stretch, or the inverse of the least where that is greater.
 fn greatest_stretch(gradient: &Tensor<f64>) -> f64 {
@@ -33,6 +33,9 @@ const GIVES_WAY: f64 = 5.0;
 impl Solver {
     /// A reason in the solid or in the load behind one of the iteration.
     pub(super) fn deeper(&mut self, reason: Reason, targets: &[f64]) -> Reason {
+        if let Some(part) = self.not_held(&reason) {
+            return Reason::HeldByContact(part);
+        }
         if !matches!(
             reason,
             Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable { .. }
@@ -61,6 +64,32 @@ impl Solver {
             },
             _ => reason,
         }
+    }
+
+    /// The part that nothing holds but contacts, if it explains why the iteration has failed: the
+    /// matrix is singular, or no contact presses at the last state.
+    fn not_held(&self, reason: &Reason) -> Option<FreePart> {
+        let part = free_part(&self.problem)?;
+        let places = self.state.places(&self.problem.mesh);
+        let presses = (0..self.problem.contacts.len()).any(|number| {
+            let probe = self
+                .system
+                .contact(&self.problem, &self.state, &places, number);
+            probe.pressures.iter().any(|pressure| *pressure > 0.0)
+        });
+        let singular = matches!(
+            reason,
+            Reason::Linear(LinearError::Singular | LinearError::Inaccurate { .. })
+        );
+        let lost = matches!(
+            reason,
+            Reason::NotConverged { .. }
+                | Reason::NotANumber
+                | Reason::Unstable { .. }
+                | Reason::Inverted(_)
+                | Reason::Leapt { .. }
+        );
+        (singular || lost && !presses).then_some(part)
     }
 
     /// How many times as fast as on the way so far the body would go on with its given

@@ -293,6 +293,7 @@ entries! {
     "C6.3", Exact, 3.0, surfaces::mirror, "A body against its mirror image";
     "C6.4", Exact, 3.0, surfaces::slit, "Slit whose walls meet";
     "C6.5", Exact, 1.0, surfaces::dragged, "Block dragged over a rough block";
+    "C6.6", Exact, 1.0, surfaces::tied, "Tied blocks whose meshes do not match";
     "D1", Exact, 3.0, fields::coplanar_strips, "Coplanar strips in an open space";
     "D2", Exact, 3.0, fields::opposed_strips, "Opposed strips in an open space";
     "D3", Exact, 3.0, fields::coaxial_discs, "Coaxial discs in an open space";
