@@ -14,10 +14,7 @@ use taxel_fem::problem::{
 use taxel_fem::solver::failure::Reason;
 use taxel_fem::solver::newton::{Continue, Solver};
 
-const RUBBER: Material = Material {
-    law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
-    volumetric: Volumetric::Incompressible,
-};
+const RUBBER: Material = Material::incompressible(Law::MooneyRivlin { c10: 0.5, c01: 0.0 });
 
 /// A rectangle of unit thickness from the origin, shear modulus 1.
 fn rectangle(size: [f64; 2], cells: [usize; 2]) -> Problem {
@@ -271,10 +268,10 @@ fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
 
     let mut unstable = rectangle([1.0, 1.0], [1, 1]);
     unstable.clamp("bottom").unwrap();
-    unstable.materials[0].law = Law::MooneyRivlin {
+    unstable.materials[0] = Material::incompressible(Law::MooneyRivlin {
         c10: 0.4326,
         c01: -0.841,
-    };
+    });
     let failure = Solver::new(unstable).err().unwrap();
     assert!(failure.to_string().contains("rubber"), "{failure}");
 
@@ -340,9 +337,8 @@ fn wrong_input_is_refused_with_what_is_wrong() {
         surplus.contains("2 materials") && surplus.contains("rubber"),
         "{surplus}"
     );
-    let negative = refused(&|problem| {
-        problem.materials[0].volumetric = Volumetric::Quadratic(-1.0);
-    });
+    let negative = Material::new(Law::neo_hookean(1.0), Volumetric::Quadratic(-1.0));
+    let negative = negative.unwrap_err().to_string();
     assert!(negative.contains("bulk modulus"), "{negative}");
     let nothing = refused(&|problem| {
         let parameter = problem.parameter("push", Rule::Given);

@@ -16,10 +16,8 @@ const MOONEY_RIVLIN: Law = Law::MooneyRivlin {
 };
 
 fn rubber() -> Material {
-    Material {
-        law: MOONEY_RIVLIN,
-        volumetric: Volumetric::Quadratic(1000.0 * MOONEY_RIVLIN.shear_modulus()),
-    }
+    let bulk = 1000.0 * MOONEY_RIVLIN.shear_modulus();
+    Material::new(MOONEY_RIVLIN, Volumetric::Quadratic(bulk)).unwrap()
 }
 
 /// Cells of a grid of half steps, `counts` cells of size `size` along each axis.

@@ -3,16 +3,13 @@
 
 use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell};
 
-const RUBBER: Material = Material {
-    law: Law::MooneyRivlin {
-        c10: 75.5,
-        c01: 5.7,
-    },
-    volumetric: Volumetric::Incompressible,
-};
+const RUBBER: Material = Material::incompressible(Law::MooneyRivlin {
+    c10: 75.5,
+    c01: 5.7,
+});
 
 /// Rows of a reference table whose first columns are height, cover and total thickness.
 fn rows(table: &str, height: f64, cover: f64) -> Vec<Vec<f64>> {

@@ -17,7 +17,7 @@ use taxel::sensor::Sensor;
 use taxel::solutions::{Afresh, Question, Solutions};
 use taxel::summary::{Value, summary};
 use taxel::transduction::{InPlaneModel, SolvedInPlane};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 
 const MU: f64 = 162.4e3;
@@ -116,10 +116,7 @@ fn random_cell(random: &mut ChaCha8Rng) -> CellGeometry {
 /// A finer mesh of a cell, in units of its height.
 fn direct(cell: &CellGeometry) -> VoidStudy {
     let unit = cell.section.height;
-    let rubber = Material {
-        law: Law::MooneyRivlin { c10: 0.4, c01: 0.1 },
-        volumetric: Volumetric::Incompressible,
-    };
+    let rubber = Material::incompressible(Law::MooneyRivlin { c10: 0.4, c01: 0.1 });
     let cell = VoidCell {
         width: cell.section.width / unit,
         height: 1.0,

@@ -628,8 +628,6 @@ pub struct ContactProbe {
     pub overlap: f64,
     /// Widest gap at a point that is pressed by its multiplier, m.
     pub lifted: f64,
-    /// Undeformed place of the point that hardly touches or hardly does not.
-    pub doubtful: Option<[f64; 3]>,
 }
 
 impl ContactProbe {
@@ -684,10 +682,6 @@ impl ContactProbe {
             if pressure > 0.0 {
                 self.lifted = self.lifted.max(gap);
             }
-        }
-        let least = self.pressures.iter().copied().fold(0.0, f64::max) * 1e-6;
-        if self.doubtful.is_none() && gap < 0.0 && pressure < least {
-            self.doubtful = Some(at);
         }
     }
 }

@@ -85,11 +85,11 @@ pub enum Reason {
         energies: Vec<f64>,
     },
     /// A contact point changes between touching and not.
-    #[error("contact {contact} chatters near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2])]
+    #[error("contact {contact} chatters: a point near ({:.6e}, {:.6e}, {:.6e}) touches in one iteration and not in the next, without end", .place[0], .place[1], .place[2])]
     Chatter {
         /// Number of the contact.
         contact: usize,
-        /// Undeformed place of a pair that hardly touches.
+        /// Undeformed place of the point of the greatest pressure that does.
         place: [f64; 3],
         /// Energy norms of the iterations.
         energies: Vec<f64>,
@@ -196,7 +196,9 @@ impl Reason {
             Self::LostEllipticity { .. } => {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"
             }
-            Self::Chatter { .. } => "Lower the contact stiffness or refine the touching surface",
+            Self::Chatter { .. } => {
+                "Lower the contact stiffness or refine the touching surface; allow smaller steps or more iterations"
+            }
             Self::HeldByContact(_) => {
                 "Hold that motion by a support; or begin with the part in touch and drive it by a displacement until it is pressed, before it is loaded"
             }

@@ -469,6 +469,7 @@ impl Solver {
         let mut first = 0.0_f64;
         let mut energies = Vec::new();
         let mut missed = Missed::default();
+        let mut last = trial.clone();
         for iteration in 1..=self.settings.iterations {
             if assembled.incomplete {
                 assembled = self.extend(trial)?;
@@ -494,6 +495,7 @@ impl Solver {
             let settled = energy <= self.settings.tolerance * scale
                 || at_floor(&energies, assembled.rounding);
             let before = trial.clone();
+            last.clone_from(&before);
             let length = if alternates(&energies) { 0.5 } else { 1.0 };
             missed.hear(self.apply(trial, &before, &assembled, &change, length));
             // The first change moves the obstacles; what they meet is seen in the second.
@@ -531,7 +533,7 @@ impl Solver {
             let bounds = (iteration, length, allowed);
             assembled = self.search(trial, &before, &assembled, &change, bounds)?;
         }
-        Err(self.why_not(trial, &energies))
+        Err(self.why_not(trial, &last, &energies))
     }
 
     /// Assembles at a state, with a place in the matrix for all that touches there.
@@ -740,7 +742,7 @@ impl Missed {
 }
 
 /// Iterations since that of the least energy.
-fn since_least(energies: &[f64]) -> usize {
+pub(super) fn since_least(energies: &[f64]) -> usize {
     let numbered = energies.iter().rev().enumerate();
     let least = numbered.min_by(|a, b| a.1.total_cmp(b.1));
     least.map_or(0, |(since, _)| since)

@@ -1,7 +1,7 @@
 //! Why a solution could not go on, found at its last state.
 
 use super::failure::{Mode, Reason};
-use super::newton::{Missed, Solver};
+use super::newton::{Missed, Solver, since_least};
 use super::small::{axpy, dot};
 use super::unsymmetric;
 use crate::assembly::state::State;
@@ -26,6 +26,9 @@ const SUSPECTS: usize = 100;
 
 /// Steps of the inverse iteration for the weakest mode: near a bifurcation one is enough.
 const INVERSE_ITERATIONS: usize = 8;
+
+/// Last iterations by which one is judged that did not end.
+const ROUND: usize = 4;
 
 /// A body that goes on so many times as fast as on the way so far is at a limit of its load.
 const GIVES_WAY: f64 = 5.0;
@@ -171,15 +174,28 @@ impl Solver {
         }
     }
 
-    /// Why the iteration did not end.
-    pub(super) fn why_not(&self, trial: &State, energies: &[f64]) -> Reason {
-        let places = trial.places(&self.problem.mesh);
+    /// Why the iteration did not end: it goes round between sets of touching points, or
+    /// something else. `before` is the state before the last change.
+    pub(super) fn why_not(&self, trial: &State, before: &State, energies: &[f64]) -> Reason {
+        let rounds = &energies[energies.len().saturating_sub(ROUND)..];
+        let most = rounds.iter().copied().fold(0.0, f64::max);
+        let first = energies.first().copied().unwrap_or(0.0);
+        // It neither runs away nor comes nearer.
+        let stays = rounds.len() == ROUND && most <= first && since_least(rounds) > 0;
+        let sets = [trial, before].map(|state| state.places(&self.problem.mesh));
         for number in 0..self.problem.contacts.len() {
-            let probe = self.system.contact(&self.problem, trial, &places, number);
-            if let Some(point) = probe.doubtful {
+            if !stays {
+                break;
+            }
+            let probe = |state, places| self.system.contact(&self.problem, state, places, number);
+            let (now, then) = (probe(trial, &sets[0]), probe(before, &sets[1]));
+            let pressed = now.pressures.iter().zip(&then.pressures).enumerate();
+            let changed = pressed.filter(|(_, (now, then))| (**now > 0.0) != (**then > 0.0));
+            let most = changed.max_by(|(_, a), (_, b)| a.0.max(*a.1).total_cmp(&b.0.max(*b.1)));
+            if let Some((point, _)) = most {
                 return Reason::Chatter {
                     contact: number,
-                    place: point,
+                    place: now.at[point],
                     energies: energies.to_vec(),
                 };
             }

@@ -99,7 +99,7 @@ impl CrossingStudy {
                 &problem.mesh,
                 name,
                 along,
-                material.law.shear_modulus(),
+                material.law().shear_modulus(),
                 contact,
             );
             problem.contacts.push(Contact::Walls(walls));

@@ -522,7 +522,7 @@ impl Builder<'_> {
     fn moduli(&self, surface: &[Facet]) -> [f64; 2] {
         let moduli = surface.iter().map(|facet| {
             let region = self.mesh().region_of(facet.cell as usize);
-            self.problem.materials[region].law.shear_modulus()
+            self.problem.materials[region].law().shear_modulus()
         });
         moduli.fold([f64::INFINITY, 0.0], |[least, most], modulus| {
             [least.min(modulus), most.max(modulus)]
@@ -854,7 +854,7 @@ fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
         }
         Law::LinearElastic(solid) => {
             Material::linear_elastic(solid.young_modulus, solid.poisson_ratio)
-                .map(|solid| solid.law)
+                .map(|solid| *solid.law())
         }
     };
     law.and_then(|law| Material::new(law, volumetric))
