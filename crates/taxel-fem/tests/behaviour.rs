@@ -4,7 +4,7 @@
 
 use taxel_fem::material::viscoelastic::{PronyTerm, Relaxation};
 use taxel_fem::material::{Law, Material, Volumetric};
-use taxel_fem::mesh::{Axis, Grid2};
+use taxel_fem::mesh::{Axis, Grading, Grid2, Growth};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
@@ -420,5 +420,101 @@ fn a_light_load_has_the_slope_of_rest() {
             (moved[d] * 1e9 / slope[d] - 1.0).abs() < 1e-5,
             "{moved:?} {slope:?}"
         );
+    }
+}
+
+/// What presses a bonded round layer of thickness 1, without friction.
+#[derive(Clone, Copy, Debug)]
+enum Presses {
+    /// A ball of radius 0.5.
+    Ball,
+    /// A flat face of radius 0.45 with a rim of 0.05.
+    Punch,
+}
+
+/// A layer with cells of this size where it is pressed, solved to a depth or as far as it goes.
+fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<String>) {
+    let growth = Growth {
+        smallest: size,
+        ratio: 1.5,
+        largest: 0.2,
+    };
+    let even = |length: f64| Grading::Uniform((length / size).round() as usize);
+    let (end, below, shape) = match presses {
+        Presses::Ball => (
+            0.6,
+            even(0.6),
+            Shape::Sphere {
+                centre: [0.0, 1.5, 0.0],
+                radius: 0.5,
+            },
+        ),
+        Presses::Punch => (
+            0.5,
+            Grading::FromEnd(growth),
+            Shape::Punch {
+                point: [0.0, 1.0, 0.0],
+                axis: [0.0, 1.0, 0.0],
+                flat: 0.45,
+                rim: 0.05,
+            },
+        ),
+    };
+    let across = Axis::new(&[0.0, end, 5.0], &[below, Grading::FromStart(growth)]).unwrap();
+    let up = Axis::new(&[0.0, 1.0], &[Grading::FromEnd(growth)]).unwrap();
+    let mesh = Grid2::new([across, up], "rubber").mesh().unwrap();
+    let mut problem = Problem::new(mesh, Kinematics::Axisymmetric).unwrap();
+    problem.materials.push(RUBBER);
+    problem.clamp("bottom").unwrap();
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    let travel = problem.parameter("depth", Rule::Given);
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface: problem.surface("top").unwrap(),
+        shape,
+        travel: Some(([0.0, -1.0, 0.0], travel)),
+        stiffness: 50.0 / size,
+        friction: 0.0,
+        overlap_limit: 1e-3 * size,
+    }));
+    let mut solver = Solver::new(problem).unwrap();
+    solver.settings.first_step = 0.02;
+    solver.settings.stable = false;
+    let ended = solver.load_to(&[depth], |_, _| Continue::Yes);
+    (
+        solver,
+        ended.err().map(|failure| failure.reason.to_string()),
+    )
+}
+
+#[test]
+fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_mesh() {
+    let force = |size: f64| {
+        let (mut solver, ended) = pressed_layer(Presses::Ball, size, 0.39);
+        assert_eq!(ended, None, "{size}");
+        assert!(solver.least_volume_ratio().unwrap().ratio > 0.3);
+        solver.evaluate().unwrap().along[0]
+    };
+    let (coarse, fine) = (force(0.1), force(0.05));
+    assert!((coarse / fine - 1.0).abs() < 0.01, "{coarse} {fine}");
+}
+
+/// `cargo test -p taxel-fem --test behaviour how_far -- --ignored --nocapture`
+#[test]
+#[ignore = "a minute; prints how far a bonded layer is pressed"]
+#[allow(clippy::print_stdout)]
+fn how_far_a_bonded_layer_is_pressed() {
+    let cases = [
+        (Presses::Ball, [0.1, 0.05, 0.025, 0.0125].as_slice(), 0.4),
+        (Presses::Punch, &[0.05, 0.0125, 0.006], 0.17),
+    ];
+    for (presses, sizes, least) in cases {
+        for &size in sizes {
+            let (mut solver, ended) = pressed_layer(presses, size, 0.8);
+            let depth = solver.state().parameters[0];
+            let force = solver.evaluate().unwrap().along[0];
+            let ended = ended.unwrap_or_default();
+            println!("{presses:?}, cells of {size}: depth {depth:.4}, force {force:.4}; {ended}");
+            assert!(depth > least, "{presses:?} {size} {depth}");
+        }
     }
 }

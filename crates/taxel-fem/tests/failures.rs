@@ -182,3 +182,43 @@ fn a_part_of_several_that_nothing_holds_is_named() {
     problem.clamp("lower_bottom").unwrap();
     fails(problem, &[], "the part \"upper_rubber\" of the body");
 }
+
+/// A block pressed by a ball beside its middle in one step, with a contact of this stiffness.
+fn pressed_in_one_step(stiffness: f64, iterations: usize) -> Result<(), Failure> {
+    let mut problem = rectangle([2.0, 1.0], [8, 4], rubber());
+    problem.clamp("bottom").unwrap();
+    let depth = problem.parameter("depth", Rule::Given);
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface: problem.surface("top").unwrap(),
+        shape: Shape::Sphere {
+            centre: [1.03, 2.0, 0.0],
+            radius: 1.0,
+        },
+        travel: Some(([0.0, -1.0, 0.0], depth)),
+        stiffness,
+        friction: 0.0,
+        overlap_limit: 1e-4,
+    }));
+    let mut solver = Solver::new(problem)?;
+    solver.settings.first_step = 1.0;
+    solver.settings.smallest_step = 0.5;
+    solver.settings.iterations = iterations;
+    solver.load_to(&[0.2], |_, _| Continue::Yes)
+}
+
+#[test]
+fn a_contact_that_chatters_is_named_with_its_point() {
+    // Far too stiff: each change flips the set of touching points.
+    let failure = pressed_in_one_step(1e7, 14).unwrap_err();
+    let Reason::Chatter { contact, place, .. } = failure.reason else {
+        panic!("{failure}");
+    };
+    assert!(contact == 0 && place[1] == 1.0, "{failure}");
+    assert!((place[0] - 1.03).abs() < 0.65, "{failure}");
+    let text = failure.to_string();
+    for part in ["touches in one iteration", "Lower the contact stiffness"] {
+        assert!(text.contains(part), "{text}");
+    }
+    // What the sentence says helps.
+    pressed_in_one_step(1e3, 30).unwrap();
+}

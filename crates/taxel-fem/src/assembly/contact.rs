@@ -228,31 +228,6 @@ impl System {
         }
     }
 
-    /// Every contact point of a pair, with what it meets where it touches or `always`.
-    fn each_meeting(
-        &self,
-        problem: &Problem,
-        (contact, places): (&ContactState, &[[f64; 3]]),
-        (tables, pair): (&PairTables, &SurfacePair),
-        hears: &mut dyn FnMut(&ContactPoint<'_>, Option<Meeting>),
-    ) {
-        let mut search = Search::new(tables, places);
-        let table_of = |facet, _| &tables.tables[facet];
-        each_point_of(problem, &pair.first, (&table_of, places), &mut |point| {
-            let meeting = search.nearest(point).map(|(facet, foot)| Meeting {
-                facet,
-                gap: Gap {
-                    distance: foot.distance,
-                    normal: foot.normal,
-                    curvature: [[0.0; 3]; 3],
-                },
-                pressure: contact.multiplier(point.number) - pair.stiffness * foot.distance,
-                foot,
-            });
-            hears(point, meeting);
-        });
-    }
-
     /// Adds surfaces that meet, by the number of their contact.
     pub(super) fn add_pair(
         &self,
@@ -268,7 +243,7 @@ impl System {
         // A body that just touches is held there before it is pressed.
         let touching = TOUCHING * pair.stiffness * pair.overlap_limit;
         let of = (contact, places);
-        self.each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+        each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
             let Some(meeting) = meeting.filter(|meeting| meeting.pressure >= -touching) else {
                 return;
             };
@@ -348,7 +323,7 @@ impl System {
             };
             let known = &state.contacts[number];
             let of = (known, places.as_slice());
-            self.each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+            each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
                 let Some(meeting) = meeting else {
                     return;
                 };
@@ -456,7 +431,7 @@ impl System {
             Contact::Surfaces(pair) => {
                 if let Some(tables) = &self.pairs[number] {
                     let of = (contact, places);
-                    self.each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+                    each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
                         probe.note_meeting((tables, pair), contact, (point, meeting), places);
                     });
                 }
@@ -516,11 +491,14 @@ impl System {
                         continue;
                     };
                     let of = (old, places.as_slice());
-                    self.each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
-                        let meeting = meeting.filter(|meeting| meeting.pressure > 0.0);
+                    each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
                         anchors.push(meeting.map(|meeting| {
-                            let rubbing =
-                                rub_surface((tables, pair), old, point, &meeting, &places);
+                            // A point that comes to touch rubs from where it was.
+                            let rubbing = if meeting.pressure > 0.0 {
+                                rub_surface((tables, pair), old, point, &meeting, &places)
+                            } else {
+                                None
+                            };
                             match rubbing {
                                 // It sticks, or has slid to a new place.
                                 Some(rubbing) if rubbing.sliding == [0.0; 3] => {
@@ -554,6 +532,30 @@ fn factors(numbers: &[[Option<usize>; 2]], first: &[f64], second: &[f64]) -> Vec
     factors
         .map(|&[own, other]| value(first, own) - value(second, other))
         .collect()
+}
+
+/// Every contact point of a pair, with what it is over.
+fn each_meeting(
+    problem: &Problem,
+    (contact, places): (&ContactState, &[[f64; 3]]),
+    (tables, pair): (&PairTables, &SurfacePair),
+    hears: &mut dyn FnMut(&ContactPoint<'_>, Option<Meeting>),
+) {
+    let mut search = Search::new(tables, places);
+    let table_of = |facet, _| &tables.tables[facet];
+    each_point_of(problem, &pair.first, (&table_of, places), &mut |point| {
+        let meeting = search.nearest(point).map(|(facet, foot)| Meeting {
+            facet,
+            gap: Gap {
+                distance: foot.distance,
+                normal: foot.normal,
+                curvature: [[0.0; 3]; 3],
+            },
+            pressure: contact.multiplier(point.number) - pair.stiffness * foot.distance,
+            foot,
+        });
+        hears(point, meeting);
+    });
 }
 
 /// Friction at a point that touches a surface; none before it has an anchor.

@@ -312,7 +312,7 @@ mod tests {
             all.extend(nodes);
             let here = at(&all);
             assert!(
-                here.overshoot == 0.0 && here.distance.abs() > 0.05,
+                here.overshoot == 0.0 && here.distance.abs() > 0.02,
                 "{here:?}"
             );
             let factors: Vec<f64> = values

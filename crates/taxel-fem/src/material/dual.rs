@@ -16,6 +16,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// assert_eq!((two.powf(3.0) - two.exp() / two.exp()).value(), 7.0);
 /// ```
 #[derive(Clone, Copy, Debug)]
+#[must_use]
 pub struct Dual {
     pub(super) value: f64,
     pub(super) first: f64,

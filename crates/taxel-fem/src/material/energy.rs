@@ -58,12 +58,12 @@ impl EnergyFunction {
 
     /// The energy of numbers with derivatives.
     #[cfg(test)]
-    pub(super) fn of(&self, invariants: [Dual; 2]) -> Dual {
+    pub(super) fn of(self, invariants: [Dual; 2]) -> Dual {
         (self.0)(invariants)
     }
 
     /// The energy with its derivatives by the invariants.
-    pub(crate) fn derived(&self, invariants: [f64; 2]) -> Derived {
+    pub(crate) fn derived(self, invariants: [f64; 2]) -> Derived {
         let along = |one: usize, other: usize| {
             (self.0)(std::array::from_fn(|n| Dual {
                 first: f64::from(u8::from(n == one)),
@@ -85,7 +85,7 @@ type Answer = [f64; 28];
 
 /// Energy, stress and tangent, each point on its own.
 #[inline(always)]
-pub(super) fn response<S: Scalar>(f: &Tensor<S>, energy: &EnergyFunction) -> Response<S> {
+pub(super) fn response<S: Scalar>(f: &Tensor<S>, energy: EnergyFunction) -> Response<S> {
     let answer = S::per_point(&left_cauchy_green(f), |b| at_point(b, energy));
     let mut tangent = [[answer[0]; 6]; 6];
     let mut next = 7;
@@ -106,7 +106,7 @@ pub(super) fn response<S: Scalar>(f: &Tensor<S>, energy: &EnergyFunction) -> Res
 /// With `s = dev b` and `t = dev (I1 b - b^2)` the stress is `2 (W1 s + W2 t)`. Its tangent is
 /// that of constant `W2` with `4 W11 s x s`, and `4 W12 (s x t + t x s) + 4 W22 t x t`.
 #[inline(never)]
-fn at_point(b: &Symmetric<f64>, energy: &EnergyFunction) -> Answer {
+fn at_point(b: &Symmetric<f64>, energy: EnergyFunction) -> Answer {
     let at = invariants::of_left(b);
     let derived = energy.derived([at.first, at.second]);
     let [w1, w2] = derived.first;

@@ -133,7 +133,7 @@ impl Law {
             return ogden::response(f, terms);
         }
         if let Self::Energy(energy) = self {
-            return energy::response(f, energy);
+            return energy::response(f, *energy);
         }
         let at = invariants::isochoric(f);
         let (slopes, c2) = self.slopes(&at);

@@ -68,18 +68,20 @@ impl std::fmt::Display for FreePart {
     }
 }
 
+/// The node that stands for the part of a node.
+fn root(above: &mut [u32], node: u32) -> u32 {
+    let mut node = node;
+    while above[node as usize] != node {
+        let next = above[above[node as usize] as usize];
+        above[node as usize] = next;
+        node = next;
+    }
+    node
+}
+
 /// The part of each node: nodes of one cell are of one part. Nodes of no cell have none.
 fn parts(mesh: &Mesh) -> Vec<Option<u32>> {
     let mut above: Vec<u32> = (0..mesh.points.len() as u32).collect();
-    fn root(above: &mut [u32], node: u32) -> u32 {
-        let mut node = node;
-        while above[node as usize] != node {
-            let next = above[above[node as usize] as usize];
-            above[node as usize] = next;
-            node = next;
-        }
-        node
-    }
     let mut used = vec![false; mesh.points.len()];
     for cell in 0..mesh.cell_count() {
         let nodes = mesh.cell(cell);

@@ -179,7 +179,8 @@ impl Solver {
     pub(super) fn why_not(&self, trial: &State, before: &State, energies: &[f64]) -> Reason {
         let rounds = &energies[energies.len().saturating_sub(ROUND)..];
         let most = rounds.iter().copied().fold(0.0, f64::max);
-        let first = energies.first().copied().unwrap_or(0.0);
+        // A start on the last state has little energy before it moves.
+        let first = energies.iter().take(2).copied().fold(0.0, f64::max);
         // It neither runs away nor comes nearer.
         let stays = rounds.len() == ROUND && most <= first && since_least(rounds) > 0;
         let sets = [trial, before].map(|state| state.places(&self.problem.mesh));

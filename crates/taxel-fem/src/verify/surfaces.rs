@@ -488,7 +488,7 @@ pub(super) fn dragged(case: &mut Case, _: Effort) -> Result<(), Failure> {
             sign * greatest,
             pull,
             // The friction is along the surfaces, which are bent at the edges.
-            2e-2,
+            2e-3,
         );
     }
     Ok(())
