@@ -4,34 +4,17 @@ use std::collections::BTreeSet;
 
 use super::foot::Foot;
 use super::friction::{Friction, friction};
+use super::points::{ContactPoint, each_point_of};
 use super::surfaces::{PairTables, Search};
 use super::system::{Assembled, System};
 use super::unsymmetric::Slot;
 use crate::assembly::state::State;
-use crate::mesh::{Facet, FacetShape};
+use crate::mesh::Facet;
 use crate::problem::contact::{Anchor, ContactState, Gap};
-use crate::problem::load::FacetTable;
 use crate::problem::{Contact, Obstacle, Pairing, Problem, SurfacePair, Walls};
 
 /// Gap over the accepted overlap at which a point counts as touching.
 const TOUCHING: f64 = 1e-6;
-
-/// A contact point of a surface.
-pub(super) struct ContactPoint<'p> {
-    /// Number of the facet in its surface.
-    pub(super) facet: usize,
-    /// Number of the point in its surface.
-    number: usize,
-    /// Nodes of the facet, their shape functions and the slopes of these.
-    pub(super) nodes: &'p [u32],
-    pub(super) values: &'p [f64],
-    pub(super) slopes: &'p [[f64; 3]],
-    /// Undeformed area that it stands for.
-    pub(super) area: f64,
-    /// Undeformed and present place.
-    rest: [f64; 3],
-    pub(super) place: [f64; 3],
-}
 
 /// What a contact point moves with: factors of the displacements of its nodes in the distance
 /// from what it touches.
@@ -49,45 +32,6 @@ struct Meeting {
     foot: Foot,
     gap: Gap,
     pressure: f64,
-}
-
-/// Every contact point of a surface, in order, at the points that a facet has by its number and
-/// shape.
-pub(super) fn each_point_of<'t>(
-    problem: &Problem,
-    surface: &[Facet],
-    (table_of, places): (&dyn Fn(usize, FacetShape) -> &'t FacetTable, &[[f64; 3]]),
-    hears: &mut dyn FnMut(&ContactPoint<'_>),
-) {
-    let mut number = 0;
-    for (facet, &side) in surface.iter().enumerate() {
-        let nodes: Vec<u32> = problem.mesh.facet_nodes(side).collect();
-        let shape = problem.mesh.shape(side.cell as usize).facet_shape();
-        let undeformed: Vec<[f64; 3]> = nodes
-            .iter()
-            .map(|&node| problem.mesh.points[node as usize])
-            .collect();
-        for point in table_of(facet, shape).points(&undeformed, problem.kinematics) {
-            let values = &point.shapes.values;
-            let mut place = [0.0; 3];
-            for (n, &node) in nodes.iter().enumerate() {
-                for d in 0..3 {
-                    place[d] += values[n] * places[node as usize][d];
-                }
-            }
-            hears(&ContactPoint {
-                facet,
-                number,
-                nodes: &nodes,
-                values,
-                slopes: &point.shapes.gradients,
-                area: point.area(),
-                rest: point.place,
-                place,
-            });
-            number += 1;
-        }
-    }
 }
 
 impl System {

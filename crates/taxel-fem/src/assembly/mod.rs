@@ -7,6 +7,7 @@ mod foot;
 mod friction;
 pub mod kernel;
 mod overlap;
+mod points;
 pub mod state;
 pub mod surfaces;
 pub mod system;

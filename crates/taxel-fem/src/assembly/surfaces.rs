@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::contact::{ContactPoint, each_point_of};
 use super::dofs::Unknowns;
 use super::foot::{Foot, directions, dot, foot, frame, inverse, middle_of, minus};
 use super::overlap::{of_facet, of_line};
+use super::points::{ContactPoint, each_point_of};
 use crate::mesh::{Facet, FacetShape, Mesh};
 use crate::problem::contact::Anchor;
 use crate::problem::load::FacetTable;
@@ -412,32 +412,6 @@ pub fn tie(
             stiffness: TIED * shear_modulus / side,
             overlap_limit: TIED_TO * side,
         }),
-    }
-}
-
-impl ContactPoint<'_> {
-    /// Unit normal of the deformed surface at the point.
-    fn facing(&self, places: &[[f64; 3]]) -> [f64; 3] {
-        let mut tangents = [[0.0; 3]; 2];
-        for (&node, slope) in self.nodes.iter().zip(self.slopes) {
-            for d in 0..3 {
-                for (k, tangent) in tangents.iter_mut().enumerate() {
-                    tangent[d] += slope[k] * places[node as usize][d];
-                }
-            }
-        }
-        let [s, t] = tangents;
-        let normal = if self.nodes.len() == FacetShape::Line3.node_count() {
-            [s[1], -s[0], 0.0]
-        } else {
-            [
-                s[1] * t[2] - s[2] * t[1],
-                s[2] * t[0] - s[0] * t[2],
-                s[0] * t[1] - s[1] * t[0],
-            ]
-        };
-        let length = dot(normal, normal).sqrt();
-        normal.map(|x| x / length)
     }
 }
 
