@@ -154,7 +154,7 @@ impl Body {
             let anchor = |&[held, x, y, z]: &[f64; 4]| {
                 (held != 0.0).then_some(Anchor {
                     place: [x, y, z],
-                    facet: (held >= 2.0).then(|| (held - 2.0) as u32),
+                    facet: (held >= 2.0).then_some((held - 2.0) as u32),
                 })
             };
             contact.anchors = anchors.as_chunks().0.iter().map(anchor).collect();
