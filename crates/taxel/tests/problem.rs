@@ -493,20 +493,20 @@ fn two_blocks(cells: [usize; 2]) -> String {
         }
     }
     let names = ["", "body", "bottom", "top", "left"];
-    let mut text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n8\n".to_owned();
+    let mut lines = vec!["$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n8".to_owned()];
     for (group, part) in [(0, "lower"), (10, "upper")] {
         for (number, name) in names.iter().enumerate().skip(1) {
             let dimension = if number == 1 { 2 } else { 1 };
-            text += &format!("{dimension} {} \"{part}_{name}\"\n", number + group);
+            let number = number + group;
+            lines.push(format!("{dimension} {number} \"{part}_{name}\""));
         }
     }
-    text += &format!("$EndPhysicalNames\n$Nodes\n{}\n", nodes.len());
-    text += &(nodes.join("\n") + "\n$EndNodes\n");
-    text += &format!("$Elements\n{}\n", elements.len());
-    for (number, element) in elements.iter().enumerate() {
-        text += &format!("{} {element}\n", number + 1);
-    }
-    text + "$EndElements\n"
+    lines.push(format!("$EndPhysicalNames\n$Nodes\n{}", nodes.len()));
+    lines.extend(nodes);
+    lines.push(format!("$EndNodes\n$Elements\n{}", elements.len()));
+    let numbered = elements.iter().enumerate();
+    lines.extend(numbered.map(|(number, element)| format!("{} {element}", number + 1)));
+    lines.join("\n") + "\n$EndElements\n"
 }
 
 const TWO_BLOCKS: &str = r#"
